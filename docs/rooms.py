@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 from impact.files.safe_files import write_whole
@@ -26,7 +27,7 @@ GROUPS = {
 ROOMS = [(package, room) for package, rooms in GROUPS.items() for room in rooms]
 LEAVES = ("verify", "machine/doctor", "machine/calibration")
 """What verbs alone import."""
-IMPORT = re.compile(r"^ *from ([\w.]+) import ", re.MULTILINE)
+IMPORT = re.compile(r"^ *from ([\w.]+) import (.*)", re.MULTILINE)
 CELL, LEFT, TOP = 19, 200, 120
 BLUE, ORANGE, GREY, PALE = "#0072B2", "#D55E00", "#3F454C", "#E4E7EA"
 
@@ -68,11 +69,24 @@ def imports() -> set[tuple[int, int]]:
     for package in GROUPS:
         for path in (ROOT / package).rglob("*.py"):
             importer = _place(path.relative_to(ROOT).with_suffix("").parts)
-            for module in IMPORT.findall(path.read_text(encoding="utf-8")):
+            for module in _imported(path.read_text(encoding="utf-8")):
                 imported = _place(tuple(module.split(".")))
                 if importer is not None and imported is not None and imported != importer:
                     found.add((importer, imported))
     return found
+
+
+def _imported(text: str) -> Iterator[str]:
+    """Modules and names that a file imports, and modules that it asks for as attributes of their rooms."""
+    if re.search(r"^import seatfem$", text, re.MULTILINE):
+        yield from re.findall(r"\bseatfem\.\w+\.\w+", text)
+    for module, names in IMPORT.findall(text):
+        for name, alias in re.findall(r"(\w+)(?: as (\w+))?", names) or [("", "")]:
+            full = f"{module}.{name}"
+            if name and (ROOT / full.replace(".", "/")).is_dir():
+                yield from (f"{full}.{each}" for each in re.findall(rf"\b{alias or name}\.(\w+)\.", text))
+            else:
+                yield full if (ROOT / f"{full.replace('.', '/')}.py").exists() else module
 
 
 def _place(parts: tuple[str, ...]) -> int | None:

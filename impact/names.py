@@ -19,14 +19,15 @@ if TYPE_CHECKING:
 
 
 def lazy_names(
-    package: str, places: Mapping[str, str], former: Mapping[str, str] | None = None
+    package: str, places: Mapping[str, str] | None = None, former: Mapping[str, str] | None = None
 ) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a package, which imports what a name stands for when it is asked for.
 
-    ``places``: names by the module that holds them, apart by blanks; a name that is the module's own is the module.
-    ``former``: what was there once, and where it is now: the full name of a module, or "module:name" of a name.
+    Its modules are known by themselves, so that `from package import room` loads nothing before `room.module` is used.
+    ``places``: further names by the module that holds them, apart by blanks; a name that is the module's own is the
+    module. ``former``: what was there once, and where it is now: the full name of a module, or "module:name" of a name.
     """
-    homes = {name: module for module, names in places.items() for name in names.split()}
+    homes = {name: module for module, names in (places or {}).items() for name in names.split()}
     moved = {f"{package}.{name}": place for name, place in (former or {}).items()}
     if modules := {name: place for name, place in moved.items() if ":" not in place}:
         sys.meta_path.append(FormerModules(modules))
@@ -37,7 +38,12 @@ def lazy_names(
             module, _, held = place.partition(":")
             return getattr(import_module(module), held) if held else import_module(module)
         if name not in homes:
-            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+            try:
+                return import_module(f"{package}.{name}")
+            except ModuleNotFoundError as missing:
+                if missing.name not in (package, f"{package}.{name}"):
+                    raise
+                raise AttributeError(f"module {package!r} has no attribute {name!r}") from None
         home = import_module(homes[name])
         if hasattr(home, name):
             return getattr(home, name)
@@ -51,11 +57,13 @@ def public_names(
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package, whose names are the imports of its stub.
 
-    The stub, `__init__.pyi` beside ``file``, is what type checkers read too, as SPEC 1 of Scientific Python has it.
-    ``former`` is that of `lazy_names`.
+    The stub, `__init__.pyi` beside ``file``, is what type checkers read too, as SPEC 1 of Scientific Python has it;
+    the modules that it imports from the package itself are not among the names. ``former`` is that of `lazy_names`.
     """
-    stub = ast.parse(Path(file).with_suffix(".pyi").read_text("utf-8"))
-    places = {n.module or "": [each.name for each in n.names] for n in stub.body if isinstance(n, ast.ImportFrom)}
+    stub = [
+        n for n in ast.parse(Path(file).with_suffix(".pyi").read_text("utf-8")).body if isinstance(n, ast.ImportFrom)
+    ]
+    places = {n.module or "": [each.name for each in n.names] for n in stub if n.module != package}
     names = sorted(name for names in places.values() for name in names)
     load = lazy_names(package, {module: " ".join(held) for module, held in places.items()}, former)
     return load, names.copy, names

@@ -40,7 +40,22 @@ def _imports(path: Path) -> tuple[tuple[int, str, bool], ...]:
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}:{node.lineno}: imports are absolute here"
             found += [(node.lineno, f"{node.module}.{name.name}", outside) for name in node.names]
-    return tuple(found)
+    return (*found, *_chains(tree))
+
+
+def _chains(tree: ast.Module) -> Iterator[tuple[int, str, bool]]:
+    """Modules that are loaded when they are asked for as attributes of their rooms, `reduction.krylov`."""
+    rooms = {_module(path) for path in FILES if path.name == "__init__.py"}
+    known = {room: room for room in rooms if "." not in room}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            names = {name.asname or name.name: f"{node.module}.{name.name}" for name in node.names}
+            known |= {name: room for name, room in names.items() if room in rooms}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute):
+            root, _, rest = ast.unparse(node).partition(".")
+            if known.get(root) and f"{known[root]}.{rest}".rpartition(".")[0] in rooms:
+                yield node.lineno, f"{known[root]}.{rest}", False
 
 
 def statements(node: ast.AST, outside: bool) -> Iterator[tuple[ast.AST, bool]]:

@@ -1,4 +1,4 @@
-"""Ladders of the reductions: bands, tolerances, the modes of a plate that strikes, and the record of a measured seat."""
+"""Ladders of the reductions: bands, tolerances, the modes of a plate that strikes, the record of a measured seat."""
 
 from __future__ import annotations
 

@@ -1,9 +1,5 @@
 """Scene files: TOML with units in strings, checked with all errors at once."""
 
-from seatfem.study.scene.contact import Contact
-from seatfem.study.scene.load import load_scene, located
-from seatfem.study.scene.models import Scene
-from seatfem.study.scene.problems import Problem, SceneError
-from seatfem.study.scene.run import Accuracy, Run
+from impact.names import public_names
 
-__all__ = ["Accuracy", "Contact", "Problem", "Run", "Scene", "SceneError", "load_scene", "located"]
+__getattr__, __dir__, __all__ = public_names(__name__, __file__)

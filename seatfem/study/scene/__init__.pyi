@@ -1,0 +1,24 @@
+# ruff: noqa: I001 (one import a module)
+from seatfem.study.scene.contact import Contact as Contact
+from seatfem.study.scene.load import load_scene as load_scene, located as located
+from seatfem.study.scene.models import Scene as Scene
+from seatfem.study.scene.problems import Problem as Problem, SceneError as SceneError
+from seatfem.study.scene.run import Accuracy as Accuracy, Run as Run
+from seatfem.study.scene import (
+    agreement as agreement,
+    contact as contact,
+    drives as drives,
+    files as files,
+    gas as gas,
+    keys as keys,
+    life as life,
+    lips as lips,
+    load as load,
+    measures as measures,
+    models as models,
+    parcel as parcel,
+    parts_as_drawn as parts_as_drawn,
+    problems as problems,
+    run as run,
+    strength as strength,
+)
