@@ -110,3 +110,21 @@ from impact.storage.hdf5 import (
     save_greens as save_greens,
     save_results as save_results,
 )
+from impact import (
+    after as after,
+    beams as beams,
+    bodies as bodies,
+    exact as exact,
+    files as files,
+    gas as gas,
+    greens as greens,
+    life as life,
+    march as march,
+    measured as measured,
+    names as names,
+    notices as notices,
+    pictures as pictures,
+    quantities as quantities,
+    runs as runs,
+    storage as storage,
+)

@@ -1,7 +1,5 @@
 """What long work says to its caller: how far it is, and warnings that are values."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Numbers, quantities and objects as people read them: the one way for terminal, messages, reports and notebooks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import fields

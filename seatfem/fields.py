@@ -1,7 +1,5 @@
 """The kinds of values a scene key may hold: strings with units become SI floats."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields

@@ -1,7 +1,5 @@
 """Numbers of summary.json as people read them: value, unit and uncertainty, in letters that every terminal has."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Final, NamedTuple

@@ -4,8 +4,6 @@ Whatever shows results reads this table: the terminal, reports, sentences, chart
 is shown by all of them; a measure that is defined anywhere, by being a `ResultSource`, is a row, too.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The cases are no part of the program: they lie among its tests, in tests/known_answers, and travel in the wheel.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -20,8 +20,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.after.histories import MOVING_AVERAGE, averaged, largest_average
-from impact.after.measures import MERGE, closed_steps, merged
+from impact.after import histories, measures
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
@@ -68,7 +67,7 @@ def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[floa
         closed &= ~((times > landing.start - record.dt / 2) & (times < landing.end + record.dt / 2))
     if not np.any(closed):
         return 0.0, 0.0
-    mean = averaged(record.force[1:], record.dt, record.width, MOVING_AVERAGE)
+    mean = histories.averaged(record.force[1:], record.dt, record.width, histories.MOVING_AVERAGE)
     margin = max(1, round(record.width / record.dt))  # whose averages hold a part of a landing
     calm = closed.copy()
     for landing in landings:
@@ -121,10 +120,10 @@ def find_landings(record: ContactRecord) -> tuple[Landing, ...]:
     groups = _groups(record)
     if not len(groups):
         return ()
-    mean = averaged(record.force[1:], record.dt, record.width, MOVING_AVERAGE)
+    mean = histories.averaged(record.force[1:], record.dt, record.width, histories.MOVING_AVERAGE)
     static = record.static
     if np.any(static):
-        static = averaged(record.static[1:], record.dt, record.width, MOVING_AVERAGE)
+        static = histories.averaged(record.static[1:], record.dt, record.width, histories.MOVING_AVERAGE)
     faint = FAINT * float(mean.max())
     each = (_landing(record, mean, static, int(first), int(last)) for first, last in groups)
     return tuple(one for one in each if one is not None and one.excess_peak > max(BAND * one.static_load, faint))
@@ -148,7 +147,7 @@ def pair_landings(landings: Sequence[Landing], others: Sequence[Landing]) -> tup
         nearest = int(apart[number].argmin())
         other, mutual = others[nearest], int(apart[:, nearest].argmin()) == number
         beside = min((abs(each.start - one.start) for each in landings if each is not one), default=0.0)
-        near = apart[number, nearest] <= max(MERGE, one.duration, other.duration, NEAR * beside)
+        near = apart[number, nearest] <= max(measures.MERGE, one.duration, other.duration, NEAR * beside)
         pairs.append(other if mutual and near else None)
     return tuple(pairs)
 
@@ -170,10 +169,10 @@ def closing_speeds(problem: ContactProblem, dt: float) -> Array:
 
 def _groups(record: ContactRecord) -> NDArray[np.int64]:
     """Return the (k, 2) first steps and steps after the last of the contacts that an approach began."""
-    steps = closed_steps(np.any(record.solid[1:] > 0, axis=1))
+    steps = measures.closed_steps(np.any(record.solid[1:] > 0, axis=1))
     if not len(steps):
         return np.zeros((0, 2), dtype=np.int64)
-    groups = np.rint(merged(record.dt * steps) / record.dt).astype(np.int64)
+    groups = np.rint(measures.merged(record.dt * steps) / record.dt).astype(np.int64)
     preloaded = bool(np.any(record.solid[0] > 0))
     approached = [not (preloaded and first == 0) and _first_touch(record, int(first))[1] > 0 for first, _ in groups]
     return groups[approached]
@@ -209,7 +208,7 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
         largest = float(mean[first : end + 1].max())
     else:
         spread = 2 * reach + 1
-        largest = largest_average(record.force[1:][max(first - spread, 0) : end + spread], dt, record.width)
+        largest = histories.largest_average(record.force[1:][max(first - spread, 0) : end + spread], dt, record.width)
     return Landing(
         start=dt * first,
         end=dt * end,
@@ -236,7 +235,7 @@ def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -
     stop = peak + int(after[0]) if after.size else len(mean)
     lasting = max(stop - start, 2 * reach)
     within = (np.abs(mean - static) <= band * static) & (static > 0)
-    runs = closed_steps(within[peak:])
+    runs = measures.closed_steps(within[peak:])
     return next((peak + int(first) for first, last in runs if last - first >= lasting), None)
 
 

@@ -9,8 +9,6 @@ force N(p) at a penetration p,
 is solved at some instants, between which the forces are taken as straight lines.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -20,9 +18,8 @@ from impact.bodies.body import Body, Load, ModalState
 from impact.bodies.loads import SPRINGS, SprungBody
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
-from impact.march.laws import HERTZ, HUNT_CROSSLEY, SPRING
+from impact.march import laws, motion
 from impact.march.loop.several import active_set
-from impact.march.motion import Discrete
 from impact.march.problem import Contact, ContactProblem
 from impact.march.stepper import held_course
 from impact.quantities import brief
@@ -128,7 +125,7 @@ def _statics(body: Body, pushed: Array, reach: float) -> tuple[Array, Array]:
 def _pressing(contacts: tuple[Contact, ...], compliance: Array, gap: Array, before: Array) -> Array:
     """Return the (p,) forces at openings (p,) [m -> N]; ``before``: those of the last instant, to begin with."""
     force = before.copy()
-    curved = any(contact.law.code in (HERTZ, HUNT_CROSSLEY) for contact in contacts)
+    curved = any(contact.law.code in (laws.HERTZ, laws.HUNT_CROSSLEY) for contact in contacts)
     for _ in range(SECANTS if curved else 1):
         yields = np.array([_secant(contact, float(pushed)) for contact, pushed in zip(contacts, force, strict=True)])
         active_set(compliance + np.diag(yields), -gap, force)
@@ -138,11 +135,11 @@ def _pressing(contacts: tuple[Contact, ...], compliance: Array, gap: Array, befo
 def _secant(contact: Contact, force: float) -> float:
     """Return the penetration over the force of a law at this force [m/N]; 0 of a law that does not yield at rest."""
     law = contact.law
-    if law.code == SPRING:
+    if law.code == laws.SPRING:
         return 1 / law.parameters[0]
-    if law.code not in (HERTZ, HUNT_CROSSLEY) or force <= 0:
+    if law.code not in (laws.HERTZ, laws.HUNT_CROSSLEY) or force <= 0:
         return 0.0
-    stiffness, exponent = law.parameters[0], 1.5 if law.code == HERTZ else law.parameters[2]
+    stiffness, exponent = law.parameters[0], 1.5 if law.code == laws.HERTZ else law.parameters[2]
     return float((force / stiffness) ** (1 / exponent) / force)
 
 
@@ -170,7 +167,7 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
         valid_for=modal.valid_for,
     )
     start, n = replace(Body(body.greens, state=body.state, loads=body.loads), greens=wider), pushes.shape[1] - 1
-    discrete = Discrete.from_body(start, dt, n)
+    discrete = motion.Discrete.from_body(start, dt, n)
     if np.any(pushes[:, 0]):
         held = body.load_amplitudes(np.zeros(1))[:, 0]
         discrete = replace(discrete, rest=np.append(pushes[:, 0], np.zeros(places)), rest_loads=held)

@@ -8,8 +8,6 @@ bodies' own touch. Every function
 raises `MeasureError` for a contact that the result does not have, or if it has several and none is named.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

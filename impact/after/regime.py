@@ -1,7 +1,5 @@
 """The regime in which an impact took place, and what its answer should be read with."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from impact import notices, quantities
 from impact.after.measures import closed_steps, contact_groups
 from impact.after.result import ImpactResult, pressed_in
 from impact.bodies.body import Body, as_body
@@ -16,8 +15,6 @@ from impact.files.csv_table import read_rows
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.march.laws import Signorini
 from impact.march.problem import ContactProblem
-from impact.notices import Advice
-from impact.quantities import percent
 
 EQUAL = 0.02  # smaller errors of the constant stiffness have no sign
 MAPS = Path(__file__).parent / "data"  # written by examples/paper/regimes.py
@@ -119,7 +116,7 @@ def in_words(found: Regime) -> str:
     }.get(
         found.predicted_sign,
         f"a constant stiffness should {found.predicted_sign}-estimate the peak force by about "
-        f"{percent(abs(found.predicted_peak_error))}",
+        f"{quantities.percent(abs(found.predicted_peak_error))}",
     )
     return (
         f"{verdict}; mass Z^2/K of the seat over the reed's {_number(found.mass_ratio)} (Z impedance, "
@@ -163,7 +160,7 @@ DIGITS_LIMIT = 1e-6  # of the way that a contact yields
 GAIN_LIMIT = 1e-6  # of the energy that a law took: what round-off of the gap may pretend, as by `DIGITS_LIMIT`
 
 
-def contact_advice(force: Array, dt: float) -> Iterator[Advice]:
+def contact_advice(force: Array, dt: float) -> Iterator[notices.Advice]:
     """Yield advice on the share of the impulse of ``force`` (n, p) [N] in contacts of fewer than `FEWEST_STEPS` steps.
 
     One that the record's end cuts counts by its steps so far: where a force rises over n steps, 1/n of it is the
@@ -179,7 +176,7 @@ def contact_advice(force: Array, dt: float) -> Iterator[Advice]:
     share = short / total if total > 0 else 0.0
     if share <= UNRESOLVED_LIMIT:
         return
-    yield Advice(
+    yield notices.Advice(
         f"share of the impulse in contacts of fewer than {FEWEST_STEPS} steps",
         share,
         UNRESOLVED_LIMIT,
@@ -188,7 +185,7 @@ def contact_advice(force: Array, dt: float) -> Iterator[Advice]:
     )
 
 
-def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[Advice]:
+def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[notices.Advice]:
     """Yield advice on contact laws that give back more work than they took; force (n, p), gap (n + 1, p).
 
     Left out are contacts closed at the start or at the end, of whose work a part is not in the record, and rigid ones.
@@ -204,7 +201,7 @@ def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[A
         if not np.any(gained > GAIN_LIMIT * took.max(initial=0.0)):
             continue
         worst = int(np.argmax(gained))
-        yield Advice(
+        yield notices.Advice(
             f"energy that the law of contact {number} gave back over what it took",
             1 + gained[worst] / took[worst] if took[worst] > 0 else np.inf,
             1 + GAIN_LIMIT,
@@ -215,7 +212,7 @@ def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[A
         )
 
 
-def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float) -> Iterator[Advice]:
+def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float) -> Iterator[notices.Advice]:
     """Yield advice on rigid contacts closed at t = 0 without a preload; force (n, p), gap (n + 1, p)."""
     if problem.preload:
         return
@@ -224,7 +221,7 @@ def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float)
     if overlap <= 1e-12 * float(np.abs(gap).max()):
         return
     put_in = float(pressed_in(problem, force, gap)[-1])
-    yield Advice(
+    yield notices.Advice(
         "overlap of rigid contacts at t = 0 [m]",
         overlap,
         0.0,
@@ -234,7 +231,7 @@ def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float)
     )
 
 
-def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> Iterator[Advice]:
+def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> Iterator[notices.Advice]:
     """Yield advice on what round-off of the bodies' ``deflection`` [m] at t = 0 leaves of a gap; W_0 is ``own``.
 
     A gap is known to eps times the largest displacement. What it must resolve is the way that a contact yields under
@@ -246,7 +243,7 @@ def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> It
     unknown = float(np.finfo(float).eps) * deflection
     if unknown <= DIGITS_LIMIT * scale:
         return
-    yield Advice(
+    yield notices.Advice(
         "round-off of the gap over what the contact yields",
         unknown / scale if scale > 0 else np.inf,
         DIGITS_LIMIT,
@@ -255,7 +252,7 @@ def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> It
     )
 
 
-def direction_advice(problem: ContactProblem, force: Array) -> Iterator[Advice]:
+def direction_advice(problem: ContactProblem, force: Array) -> Iterator[notices.Advice]:
     """Yield advice on bodies that fly apart and never touch, ``force`` (n + 1, p) [N], as by a velocity's sign."""
     striker = problem.striker
     pushed = striker.state is not None or striker.loads or any(t.state is not None or t.loads for t in problem.targets)
@@ -264,7 +261,7 @@ def direction_advice(problem: ContactProblem, force: Array) -> Iterator[Advice]:
     apart = [c.side * (striker.velocity - c.target.velocity) for c in problem.contacts]
     if striker.velocity == 0.0 or min(apart) <= 0.0:
         return
-    yield Advice(
+    yield notices.Advice(
         "velocity of the striker [m/s]",
         striker.velocity,
         0.0,
@@ -274,11 +271,11 @@ def direction_advice(problem: ContactProblem, force: Array) -> Iterator[Advice]:
     )
 
 
-def unsolved_advice(unsolved: int, steps: int) -> Iterator[Advice]:
+def unsolved_advice(unsolved: int, steps: int) -> Iterator[notices.Advice]:
     """Yield advice on steps whose several contact forces the iteration did not find."""
     if unsolved == 0:
         return
-    yield Advice(
+    yield notices.Advice(
         "share of the steps whose contact forces were not found to 1e-12",
         unsolved / steps,
         0.0,

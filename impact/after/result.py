@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from impact import after, notices
 from impact.greens.base import Array
-from impact.march.laws import Signorini
-from impact.march.motion import Motion
+from impact.march import laws, motion
 from impact.march.problem import ContactProblem
 from impact.names import frame_of
-from impact.notices import Advice
 from impact.quantities import as_html, brief, cut, in_units, percent, some
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
     """Return the (n + 1,) work of the first step on rigid bodies that overlap at t = 0, which no law stores [J]."""
     out = np.zeros(len(gap))
     if len(force) and not problem.preload:
-        rigid = np.array([isinstance(c.law, Signorini) for c in problem.contacts])
+        rigid = np.array([isinstance(c.law, laws.Signorini) for c in problem.contacts])
         freed = np.where(rigid & (gap[0] < 0), np.minimum(gap[1], 0.0) - gap[0], 0.0)
         out[1:] = float(force[0] @ np.maximum(freed, 0.0))
     return out
@@ -79,7 +78,7 @@ def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
 
 def ledger(
     problem: ContactProblem,
-    motions: tuple[Motion, ...],
+    motions: tuple[motion.Motion, ...],
     force: Array,
     gap: Array,
     film: Array | None = None,
@@ -144,7 +143,7 @@ class ImpactResult:
     striker_velocity: float
     target_velocity: float
     engine: str
-    advice: tuple[Advice, ...] = ()
+    advice: tuple[notices.Advice, ...] = ()
     film: Array | None = None
 
     _repr_html_ = as_html
@@ -159,8 +158,6 @@ class ImpactResult:
 
     def __str__(self) -> str:
         """Return what the run did in four lines: its size, the force, the contacts, how far energy is balanced."""
-        from impact.after.measures import closed_steps, merged  # which reads results
-
         parts = 1 if self.force.ndim == 1 else self.force.shape[1]
         total = self.force.reshape(len(self.force), -1).sum(axis=1)
         peak, when = (
@@ -168,7 +165,9 @@ class ImpactResult:
         )
         size = f"{parts} contact{'s'[: parts > 1]}, {len(self.time) - 1} steps of {in_units(self.dt, 's', 4)}"
         advice_names = some([advice.name for advice in self.advice]) or "no advice"
-        groups = merged(self.dt * closed_steps(self.solid.reshape(len(self.force), -1).sum(axis=1)[1:]))
+        groups = after.measures.merged(
+            self.dt * after.measures.closed_steps(self.solid.reshape(len(self.force), -1).sum(axis=1)[1:])
+        )
         touches = "no contact"
         if len(groups):
             first = " to ".join(in_units(time, "s", 4) for time in groups[0])

@@ -16,8 +16,7 @@ from impact.bodies.body import Body
 from impact.exact.rods import ExactRod, on_rod
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
-from impact.march import history
-from impact.march.motion import reflected
+from impact.march import history, motion
 from impact.march.replay import Replay, blocks
 
 POINTS_PER_WAVE = 8  # of the shortest wave retained: where a peak is looked for along the reed
@@ -278,7 +277,7 @@ def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: fl
         )
     trip = _steps(2 * uniform.transit, result.dt)
     delay = _steps(at * uniform.transit, result.dt)
-    outgoing = reflected(result.force / uniform.impedance, uniform.reflection, trip)
+    outgoing = motion.reflected(result.force / uniform.impedance, uniform.reflection, trip)
     away, back = (np.concatenate([np.zeros(steps), outgoing])[: len(outgoing)] for steps in (delay, trip - delay))
     force = away - uniform.reflection * back
     return np.asarray(uniform.impedance / area * force)

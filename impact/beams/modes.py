@@ -1,7 +1,5 @@
 """Modes of a straight beam, its section, and the integrals along it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass

@@ -11,6 +11,7 @@ from functools import partial
 from typing import Final, Literal, Protocol, get_args
 
 import numpy as np
+import scipy
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
@@ -176,16 +177,14 @@ class BaseMotion:
         moves from s = 0 at t = 0; an acceleration starts it from rest. Raises `TimeSeriesError`: another kind; later,
         times that the record does not cover.
         """
-        from scipy.interpolate import CubicSpline, PPoly  # here, for its import takes longer than a small impact
-
         if kind not in get_args(Kind):
             raise TimeSeriesError(f"{series.name}: {kind!r} of a base is unknown; choose {', '.join(get_args(Kind))}")
-        way: PPoly
+        way: scipy.interpolate.PPoly
         if kind == "displacement":
-            way = CubicSpline(series.time, series.value, extrapolate=False)
+            way = scipy.interpolate.CubicSpline(series.time, series.value, extrapolate=False)
         else:
             slope = np.diff(series.value) / np.diff(series.time)
-            line = PPoly(np.stack([slope, series.value[:-1]]), series.time, extrapolate=False)
+            line = scipy.interpolate.PPoly(np.stack([slope, series.value[:-1]]), series.time, extrapolate=False)
             way = line.antiderivative(1 if kind == "velocity" else 2)
         speed, push = way.derivative(), way.derivative(2)
         first = float(series.time[0]), float(series.time[-1])

@@ -14,20 +14,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.exact.rods import DampedFixedRod, DampedFreeRod, DelayRod, damped_start
+from impact.greens import base, modal
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, check_factor, check_positive
-from impact.greens.base import ExactPort
-from impact.greens.modal import ModalGreens, Residual
 
 
-def spring(*, stiffness: float) -> ModalGreens:
+def spring(*, stiffness: float) -> modal.ModalGreens:
     """Return a massless spring: u = N / stiffness [N/m]. The usual seat model, and the baseline beside every result."""
     check_positive(stiffness=stiffness)
-    return _closed(Residual.spring(1.0 / stiffness), kind="spring", stiffness=stiffness)
+    return _closed(modal.Residual.spring(1.0 / stiffness), kind="spring", stiffness=stiffness)
 
 
 def semi_infinite_rod(
     *, young: float, density: float, area: float, length: float | None = None, damping_ratio: float = 0.0
-) -> ModalGreens:
+) -> modal.ModalGreens:
     """Return a rod without reflections: a dashpot, g = 1/Z, Z = A sqrt(E rho) [N s/m].
 
     It takes the arguments of the other rods, to stand in for them: ``length`` has no effect, and ``damping_ratio``
@@ -41,7 +40,7 @@ def semi_infinite_rod(
     return _dashpot(value, kind="semi_infinite_rod", **origin)
 
 
-def infinite_plate(*, young: float, poisson: float, density: float, thickness: float) -> ModalGreens:
+def infinite_plate(*, young: float, poisson: float, density: float, thickness: float) -> modal.ModalGreens:
     """Return an infinite Kirchhoff plate struck at a point: g = 1/(8 sqrt(D rho h)), D = E h^3/(12 (1 - nu^2)).
 
     E [Pa], rho [kg/m^3], h [m]. Source: Boussinesq; used for impact by Zener, Phys. Rev. 59 (1941) 669.
@@ -65,7 +64,7 @@ def infinite_beam(*, young: float, density: float, area: float, second_moment: f
     return PowerLaw(coefficient / math.gamma(1.5), 0.5)
 
 
-def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0) -> ModalGreens:
+def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0) -> modal.ModalGreens:
     """Return one damped oscillator of modal ``mass`` m [kg]: g(t) = exp(-zeta w t) sin(wd t)/(m wd), w = 2 pi
     frequency_hz.
 
@@ -75,8 +74,8 @@ def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0)
     omega = np.array([2 * np.pi * frequency_hz])
     shapes = np.array([[1.0 / math.sqrt(mass)]])
     origin = {"kind": "single_mode", "frequency_hz": frequency_hz, "mass": mass, "damping_ratio": damping_ratio}
-    return ModalGreens(
-        omega, np.array([damping_ratio]), shapes, Residual.none(), error=ErrorEstimate(0.0, 0.0), origin=origin
+    return modal.ModalGreens(
+        omega, np.array([damping_ratio]), shapes, modal.Residual.none(), error=ErrorEstimate(0.0, 0.0), origin=origin
     )
 
 
@@ -127,7 +126,7 @@ def rod_with_end_impedance(
 
 
 @dataclass(frozen=True)
-class PowerLaw(ExactPort):
+class PowerLaw(base.ExactPort):
     """A Green's function g(t) = coefficient * t^exponent, exponent > -1."""
 
     kind: ClassVar[str] = "power_law"
@@ -161,11 +160,11 @@ def _delay_rod(young: float, density: float, area: float, length: float, reflect
     return DelayRod(area * math.sqrt(young * density), 2 * length / math.sqrt(young / density), reflection)
 
 
-def _dashpot(value: float, **origin: object) -> ModalGreens:
-    return _closed(Residual(np.array([[math.sqrt(value)]]), np.zeros(1), np.zeros((1, 1))), **origin)
+def _dashpot(value: float, **origin: object) -> modal.ModalGreens:
+    return _closed(modal.Residual(np.array([[math.sqrt(value)]]), np.zeros(1), np.zeros((1, 1))), **origin)
 
 
-def _closed(residual: Residual, **origin: object) -> ModalGreens:
-    return ModalGreens(
+def _closed(residual: modal.Residual, **origin: object) -> modal.ModalGreens:
+    return modal.ModalGreens(
         np.zeros(0), np.zeros(0), np.zeros((0, 1)), residual, error=ErrorEstimate(0.0, 0.0), origin=origin
     )

@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
+from impact.greens import base, modal
 from impact.greens.answers import Array, ComplexArray, GreensFunctionError, Rod, StepKernel, check_factor
-from impact.greens.base import ExactPort
-from impact.greens.modal import ModalGreens, Residual
 
 
-class ExactRod(ExactPort):
+class ExactRod(base.ExactPort):
     """A rod that is known in closed form at every place along it, not at its struck end alone."""
 
     @property
@@ -170,8 +170,6 @@ def legendre_chi2(q: ComplexArray) -> ComplexArray:
 
 def dilogarithm(q: ComplexArray) -> ComplexArray:
     """Return Li_2(q) = sum q^k/k^2, complex |q| <= 1; by this sum where it is short, as for a rod nearly at rest."""
-    from scipy.special import spence  # here, as it would be a third of the time to import this package
-
     q = np.asarray(q)
     size, out = np.abs(q), np.empty_like(q)
     parts = ((size <= _TINY, 4), ((size > _TINY) & (size <= _SMALL), 36))  # the term left out is below 1e-17 of the sum
@@ -181,7 +179,7 @@ def dilogarithm(q: ComplexArray) -> ComplexArray:
             total = few * (1 / k**2 + total)
         out[chosen] = total
     large = ~(size <= _SMALL)
-    out[large] = spence(1 - q[large])
+    out[large] = scipy.special.spence(1 - q[large])
     return out
 
 
@@ -190,7 +188,7 @@ _AT_REST = 40.0  # exp(-40) = 4e-18: the step response is the static compliance
 
 
 @dataclass(frozen=True)
-class DampedRod(ExactPort):
+class DampedRod(base.ExactPort):
     """A rod, every elastic mode damped by the same ratio zeta; its far end decides which modes it has.
 
     ``impedance``: Z = rho c A [N s/m]; ``transit``: l/c [s]; ``damping_ratio``: zeta > 0, above 1 a pair of real
@@ -304,13 +302,13 @@ class DampedFixedRod(DampedRod, ExactRod):
             return super().step_kernel(dt, n_steps)
         return StepKernel(self.modes(count), None, f"pole recursion, {count} poles (all that outlive a step)")
 
-    def modes(self, count: int) -> ModalGreens:
+    def modes(self, count: int) -> modal.ModalGreens:
         """Return the first ``count`` modes, and the compliance of the rest."""
         omega = (2.0 * np.arange(1, count + 1, dtype=np.float64) - 1.0) * np.float64(self.omega_1)
         factor = 2 / (self.impedance * self.transit)
         tail = max(self.transit / self.impedance - math.fsum(factor / omega**2), 0.0)
         damping, shapes = np.full(count, self.damping_ratio), np.full((count, 1), math.sqrt(factor))
-        return ModalGreens(omega, damping, shapes, Residual.spring(tail))
+        return modal.ModalGreens(omega, damping, shapes, modal.Residual.spring(tail))
 
     def marches(self, dt: float, n_steps: float) -> bool:
         """Return whether its memory is that of poles, over ``n_steps`` of ``dt`` [s]; else of exact step weights."""

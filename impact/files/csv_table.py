@@ -4,8 +4,6 @@ Columns are divided by tabs, semicolons or commas; numbers have a decimal point 
 ``name (unit)`` or ``name``. What is not known for sure is refused in words.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import math

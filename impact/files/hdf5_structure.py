@@ -7,8 +7,6 @@ A checksum stands in front: the library that reads HDF5 can crash on damaged byt
 is in HDF5's user block, 512 bytes that the format leaves to the application: other programs read the file as before.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 import subprocess

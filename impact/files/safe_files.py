@@ -1,7 +1,5 @@
 """Files that are whole or absent when they are written, and bounded and checked when they are read."""
 
-from __future__ import annotations
-
 import errno
 import os
 import stat

@@ -4,8 +4,6 @@ A state holds pressure, mass, and what has passed so far. Each function takes it
 mass and energy to round-off.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Final

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from impact import greens
 from impact.quantities import brief
-
-if TYPE_CHECKING:
-    from impact.greens.base import GreensFunction
-    from impact.greens.modal import ModalGreens
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -74,7 +71,7 @@ class StepKernel:
     S the step response, is convolved. Either may be ``None``. ``engine`` says in words what remembers the past.
     """
 
-    modal: ModalGreens | None
+    modal: greens.modal.ModalGreens | None
     weights: Array | None
     engine: str
 
@@ -101,7 +98,7 @@ class Stored:
     kind: str
     numbers: Mapping[str, float | str] = field(default_factory=dict)
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
-    parts: tuple[GreensFunction, ...] = ()
+    parts: tuple[greens.base.GreensFunction, ...] = ()
 
 
 def check_positive(**values: float) -> None:

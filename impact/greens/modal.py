@@ -10,18 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.greens import oscillator
-from impact.greens.answers import (
-    Array,
-    ComplexArray,
-    ErrorEstimate,
-    GreensFunctionError,
-    StepKernel,
-    Stored,
-    check_factor,
-    check_valid_for,
-)
-from impact.greens.base import PoleSums
+from impact.greens import answers, base, oscillator
 from impact.greens.oscillator import combine, decay_responses, hann, mode_responses
 from impact.quantities import brief
 
@@ -41,9 +30,9 @@ class Residual:
         compliance: (p, p) symmetric positive semidefinite bare compliance [m/N].
     """
 
-    shapes: Array
-    rates: Array
-    compliance: Array
+    shapes: answers.Array
+    rates: answers.Array
+    compliance: answers.Array
 
     __repr__ = brief
 
@@ -66,7 +55,7 @@ class Residual:
         """
         r0 = _symmetric_psd(compliance, "residual compliance")
         if not (rate > 0 and np.isfinite(rate)):
-            raise GreensFunctionError(f"rate = {rate:g} 1/s must be positive and finite")
+            raise answers.GreensFunctionError(f"rate = {rate:g} 1/s must be positive and finite")
         values, vectors = np.linalg.eigh(r0)
         kept = values > 1e-14 * max(values[-1], 0.0)
         shapes = (vectors[:, kept] * np.sqrt(values[kept] * rate)).T.copy()
@@ -82,10 +71,12 @@ class Residual:
         r0 = _symmetric_psd(compliance, "residual compliance")
         g0 = _symmetric_psd(initial_value, "initial value")
         if r0.shape != g0.shape:
-            raise GreensFunctionError(f"residual compliance is {r0.shape}, initial value {g0.shape}: give equal shapes")
+            raise answers.GreensFunctionError(
+                f"residual compliance is {r0.shape}, initial value {g0.shape}: give equal shapes"
+            )
         scale, vectors = np.linalg.eigh(g0)
         if scale[0] <= 0:
-            raise GreensFunctionError(f"g(0+) must be positive definite; smallest eigenvalue {scale[0]:g}")
+            raise answers.GreensFunctionError(f"g(0+) must be positive definite; smallest eigenvalue {scale[0]:g}")
         root = vectors * np.sqrt(scale) @ vectors.T
         inverse_root = vectors / np.sqrt(scale) @ vectors.T
         taus, modes = np.linalg.eigh(inverse_root @ r0 @ inverse_root)
@@ -102,20 +93,20 @@ class Residual:
         """Return ``factor`` times it."""
         return Residual(math.sqrt(factor) * self.shapes, self.rates, factor * self.compliance)
 
-    def static(self) -> Array:
+    def static(self) -> answers.Array:
         """Return the (p, p) static compliance [m/N]; ``inf`` for a dashpot (rate 0)."""
         loose = self.rates == 0
         bent = self.shapes[~loose] / np.sqrt(self.rates[~loose])[:, None]
         return np.asarray(bent.T @ bent + endless(self.shapes[loose]) + self.compliance)
 
-    def filtered(self, t: Array, width: float, rows: Ports = ALL, columns: Ports = ALL) -> Array:
+    def filtered(self, t: answers.Array, width: float, rows: Ports = ALL, columns: Ports = ALL) -> answers.Array:
         """Return its (p, p, nt) part of g after a unit Hann pulse of ``width`` [m/(N s)]; or some of its ports."""
         decays = combine(self.shapes[:, rows], decay_responses(self.rates, t, width), self.shapes[:, columns])
         return decays + self.compliance[rows][:, columns, None] * hann(t, width)
 
 
 @dataclass(frozen=True)
-class ModalGreens(PoleSums):
+class ModalGreens(base.PoleSums):
     """g_ij(t) = sum_k phi_ki phi_kj exp(-zeta_k w_k t) sin(wd_k t)/wd_k + residual, wd = w sqrt(1 - zeta^2).
 
     Attributes:
@@ -129,16 +120,16 @@ class ModalGreens(PoleSums):
         valid_for: until when g is known [s].
     """
 
-    omega: Array
-    zeta: Array
-    shapes: Array
+    omega: answers.Array
+    zeta: answers.Array
+    shapes: answers.Array
     residual: Residual
     port_names: tuple[str, ...] = ("contact",)
-    error: ErrorEstimate = field(default_factory=ErrorEstimate)
+    error: answers.ErrorEstimate = field(default_factory=answers.ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
     valid_for: float = math.inf
 
-    __repr__ = PoleSums.__str__
+    __repr__ = base.PoleSums.__str__
 
     def __post_init__(self) -> None:
         rest, m, p = self.residual, self.omega.size, len(self.port_names)
@@ -146,17 +137,21 @@ class ModalGreens(PoleSums):
         relaxations = (rest.shapes.shape, rest.rates.shape, rest.compliance.shape)
         modes = (self.omega.shape, self.zeta.shape, self.shapes.shape)
         if modes != ((m,), (m,), (m, p)) or relaxations != ((r, p), (r,), (p, p)):
-            raise GreensFunctionError(
+            raise answers.GreensFunctionError(
                 f"shapes must match: omega {modes[0]}, zeta {modes[1]}, shapes {modes[2]}, residual shapes "
                 f"{relaxations[0]}, rates {relaxations[1]}, compliance {relaxations[2]}, {p} ports"
             )
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("shapes", self.shapes)):
             if not np.all(np.isfinite(values)):
-                raise GreensFunctionError(f"{name} must be finite, {np.sum(~np.isfinite(values))} values are not")
+                raise answers.GreensFunctionError(
+                    f"{name} must be finite, {np.sum(~np.isfinite(values))} values are not"
+                )
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("residual rates", self.residual.rates)):
             if values.size and values.min() < 0:
-                raise GreensFunctionError(f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}")
-        check_valid_for(self.valid_for)
+                raise answers.GreensFunctionError(
+                    f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}"
+                )
+        answers.check_valid_for(self.valid_for)
 
     @staticmethod
     def from_hz(
@@ -181,7 +176,7 @@ class ModalGreens(PoleSums):
         hertz, shapes = (np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequencies, amplitudes))
         shapes = shapes[:, None] if shapes.ndim == 1 else shapes
         if hertz.ndim != 1 or shapes.ndim != 2 or np.ndim(damping) > 1 or np.size(damping) not in (1, hertz.size):
-            raise GreensFunctionError(
+            raise answers.GreensFunctionError(
                 f"give frequencies (M,), damping (M,) or one, and amplitudes (M,) or (M, p), not {hertz.shape}, "
                 f"{np.shape(damping)} and {np.shape(amplitudes)}"
             )
@@ -199,13 +194,13 @@ class ModalGreens(PoleSums):
     def highest_rate(self) -> float:
         return float(self.omega.max(initial=0.0))
 
-    def combined(self, weights: Array, port_names: tuple[str, ...]) -> ModalGreens:
+    def combined(self, weights: answers.Array, port_names: tuple[str, ...]) -> ModalGreens:
         rest = self.residual
         seen = Residual(rest.shapes @ weights, rest.rates, weights.T @ rest.compliance @ weights)
         return replace(self, shapes=self.shapes @ weights, residual=seen, port_names=port_names)
 
     @property
-    def frequencies_hz(self) -> Array:
+    def frequencies_hz(self) -> answers.Array:
         """Return the (M,) undamped natural frequencies [Hz]."""
         return self.omega / (2 * np.pi)
 
@@ -213,7 +208,7 @@ class ModalGreens(PoleSums):
         counts = {"rigid-body modes": int(np.sum(self.omega == 0)), "relaxations": self.residual.rates.size}
         return self._terms(counts, "modes", self.frequencies_hz[self.omega > 0], self.zeta, self.residual.compliance)
 
-    def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
+    def _values(self, t: answers.Array, i: int, j: int, integrated: bool) -> answers.Array:
         function = oscillator.step_response if integrated else oscillator.impulse_response
         relax = self.residual.shapes[:, i] * self.residual.shapes[:, j]
         decay = -self.residual.rates * t[:, None]
@@ -225,7 +220,7 @@ class ModalGreens(PoleSums):
     def _compliance(self, i: int, j: int) -> float:
         return float(self.residual.compliance[i, j])
 
-    def transfer(self, s: ComplexArray) -> ComplexArray:
+    def transfer(self, s: answers.ComplexArray) -> answers.ComplexArray:
         """Return the (n, p, p) sum of phi phi'/(s^2 + 2 zeta w s + w^2) + a a'/(s + rate) + c [m/N]."""
         rest, w, column = self.residual, self.omega, s[:, None]
         parts = (
@@ -244,22 +239,22 @@ class ModalGreens(PoleSums):
         """Return the oscillations above ``omega`` [rad/s] alone."""
         return self.of_modes(self.omega > omega, Residual.none(len(self.port_names)))
 
-    def stored(self) -> Stored:
+    def stored(self) -> answers.Stored:
         arrays = {name: getattr(self, name) for name in ("omega", "zeta", "shapes")}
         arrays |= {f"residual/{name}": getattr(self.residual, name) for name in ("shapes", "rates", "compliance")}
-        return Stored("modal", arrays=arrays)
+        return answers.Stored("modal", arrays=arrays)
 
-    def static_compliance(self) -> Array:
+    def static_compliance(self) -> answers.Array:
         """Return (p, p) sum of phi phi'/w^2 plus the residual's; ``inf`` with a rigid-body mode at the port [m/N]."""
         rigid = self.omega == 0
         bent = self.shapes[~rigid] / self.omega[~rigid, None]
         return np.asarray(bent.T @ bent + endless(self.shapes[rigid]) + self.residual.static())
 
-    def initial_value(self) -> Array:
+    def initial_value(self) -> answers.Array:
         start = np.einsum("ri,rj->ij", self.residual.shapes, self.residual.shapes)
         return np.asarray(start + np.where(self.residual.compliance != 0, np.inf, 0.0))
 
-    def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
+    def _filtered(self, t: answers.Array, width: float, rows: list[int], columns: list[int]) -> answers.Array:
         rest = self.residual.filtered(t, width, rows, columns)
         for start in range(0, t.size, 1024):  # blocks bound the memory
             block = slice(start, start + 1024)
@@ -267,7 +262,7 @@ class ModalGreens(PoleSums):
             rest[:, :, block] += combine(self.shapes[:, rows], each, self.shapes[:, columns])
         return rest
 
-    def step_matrix(self, dt: float) -> Array:
+    def step_matrix(self, dt: float) -> answers.Array:
         """Return W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N]."""
         gains = oscillator.step_response(np.full(self.omega.shape, dt), self.omega, self.zeta)
         rest = self.residual
@@ -275,38 +270,38 @@ class ModalGreens(PoleSums):
         whole = (self.shapes.T * gains) @ self.shapes + (rest.shapes.T * eased) @ rest.shapes + rest.compliance
         return np.asarray((whole + whole.T) / 2)
 
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> answers.StepKernel:
         """Return itself: the recursion is exact for forces constant over a step."""
-        return StepKernel(self, None, f"pole recursion, {self.marched_poles(dt, n_steps)} poles")
+        return answers.StepKernel(self, None, f"pole recursion, {self.marched_poles(dt, n_steps)} poles")
 
     def marched_poles(self, dt: float, n_steps: float) -> int:
         return len(self.omega) + len(self.residual.rates)
 
-    def inverse_mass(self) -> Array:
+    def inverse_mass(self) -> answers.Array:
         rigid = self.shapes[self.omega == 0]
         return np.asarray(rigid.T @ rigid)
 
     def scaled(self, factor: float) -> ModalGreens:
-        rest = self.residual.scaled(check_factor(factor))
+        rest = self.residual.scaled(answers.check_factor(factor))
         return replace(self, shapes=math.sqrt(factor) * self.shapes, residual=rest)
 
 
-def _symmetric_psd(values: ArrayLike, name: str) -> Array:
+def _symmetric_psd(values: ArrayLike, name: str) -> answers.Array:
     """Return a (p, p) matrix without the negative eigenvalues of round-off; raises for those beyond 1e-10."""
     matrix = np.atleast_2d(np.asarray(values, dtype=float))
     if matrix.shape[0] != matrix.shape[1] or not np.all(np.isfinite(matrix)):
-        raise GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
+        raise answers.GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
     matrix = (matrix + matrix.T) / 2
     eigenvalues, vectors = np.linalg.eigh(matrix)
     limit = 1e-10 * max(abs(eigenvalues[-1]), abs(eigenvalues[0]))
     if eigenvalues[0] < -limit:
-        raise GreensFunctionError(
+        raise answers.GreensFunctionError(
             f"{name} must be positive semidefinite, or the body gains energy; eigenvalue {eigenvalues[0]:g}"
         )
     return matrix if eigenvalues[0] >= 0 else np.asarray(vectors * np.maximum(eigenvalues, 0.0) @ vectors.T)
 
 
-def endless(shapes: Array) -> Array:
+def endless(shapes: answers.Array) -> answers.Array:
     """Return the (p, p) compliance of motions (r, p) that nothing holds: infinite where both ports share one."""
     shared = shapes.T @ shapes
     return np.where(shared != 0, np.copysign(np.inf, shared), 0.0)

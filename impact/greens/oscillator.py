@@ -8,8 +8,6 @@ p(s) = (1 - cos(2 pi s/T))/T on [0, T], T = 1/bandwidth: unit area, -6 dB at the
 like 1/f^3 beyond. Reduction errors are measured on g convolved with p, since g itself jumps.
 """
 
-from __future__ import annotations
-
 from typing import TypeVar
 
 import numpy as np

@@ -8,26 +8,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from impact.greens import oscillator
-from impact.greens.answers import (
-    Array,
-    ComplexArray,
-    ErrorEstimate,
-    GreensFunctionError,
-    StepKernel,
-    Stored,
-    check_factor,
-    check_valid_for,
-)
-from impact.greens.base import PoleSums
+from impact.greens import answers, base, oscillator
 from impact.greens.modal import ModalGreens, Residual, endless
-from impact.greens.oscillator import expm1_over
 
 _BLOCK = 4096  # poles at once
 
 
 @dataclass(frozen=True)
-class PoleGreens(PoleSums):
+class PoleGreens(base.PoleSums):
     """A symmetric sum of simple poles, of rigid bodies and of a bare compliance:
 
         g_ij(t) = 2 Re sum_k r_ki r_kj exp(s_k t) + sum_m sign_m a_mi a_mj exp(-rate_m t)
@@ -57,19 +45,19 @@ class PoleGreens(PoleSums):
     Source: Tisseur and Meerbergen, SIAM Review 43 (2001) 235 (the quadratic eigenvalue problem).
     """
 
-    poles: ComplexArray
-    shapes: ComplexArray
-    rates: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    real_shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    signs: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    rigid: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    compliance: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    poles: answers.ComplexArray
+    shapes: answers.ComplexArray
+    rates: answers.Array = field(default_factory=lambda: np.zeros((0, 0)))
+    real_shapes: answers.Array = field(default_factory=lambda: np.zeros((0, 0)))
+    signs: answers.Array = field(default_factory=lambda: np.zeros((0, 0)))
+    rigid: answers.Array = field(default_factory=lambda: np.zeros((0, 0)))
+    compliance: answers.Array = field(default_factory=lambda: np.zeros((0, 0)))
     port_names: tuple[str, ...] = ("contact",)
-    error: ErrorEstimate = field(default_factory=ErrorEstimate)
+    error: answers.ErrorEstimate = field(default_factory=answers.ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
     valid_for: float = math.inf
 
-    __repr__ = PoleSums.__str__
+    __repr__ = base.PoleSums.__str__
 
     def __post_init__(self) -> None:
         p = len(self.port_names)
@@ -90,11 +78,11 @@ class PoleGreens(PoleSums):
     def highest_rate(self) -> float:
         return float(np.abs(self.poles).max(initial=0.0))
 
-    def inverse_mass(self) -> Array:
+    def inverse_mass(self) -> answers.Array:
         return np.asarray(self.rigid.T @ self.rigid)
 
     def scaled(self, factor: float) -> PoleGreens:
-        root = math.sqrt(check_factor(factor))
+        root = math.sqrt(answers.check_factor(factor))
         return replace(
             self,
             shapes=root * self.shapes,
@@ -107,17 +95,17 @@ class PoleGreens(PoleSums):
         counts = {"rigid bodies": len(self.rigid), "real poles": self.rates.size}
         return self._terms(counts, "pole pairs", self.frequencies_hz, self.damping_ratios, self.compliance)
 
-    def combined(self, weights: Array, port_names: tuple[str, ...]) -> PoleGreens:
+    def combined(self, weights: answers.Array, port_names: tuple[str, ...]) -> PoleGreens:
         shapes = {name: getattr(self, name) @ weights for name in ("shapes", "real_shapes", "rigid")}
         return replace(self, compliance=weights.T @ self.compliance @ weights, port_names=port_names, **shapes)
 
     @property
-    def frequencies_hz(self) -> Array:
+    def frequencies_hz(self) -> answers.Array:
         """Return the (K,) |s_k|/(2 pi) [Hz]: undamped natural frequencies where the modes are uncoupled."""
         return np.asarray(np.abs(self.poles) / (2 * np.pi))
 
     @property
-    def damping_ratios(self) -> Array:
+    def damping_ratios(self) -> answers.Array:
         """Return the (K,) ratios -Re s_k/|s_k|."""
         return np.asarray(-self.poles.real / np.abs(self.poles))
 
@@ -129,7 +117,7 @@ class PoleGreens(PoleSums):
         free = omega == 0
         under, over = ~free & (zeta < 1), ~free & (zeta > 1)
         if np.any(~(free | under | over)):
-            raise GreensFunctionError("a mode with zeta = 1 is a double pole: change its zeta by 1e-6")
+            raise answers.GreensFunctionError("a mode with zeta = 1 is a double pole: change its zeta by 1e-6")
         wd = np.where(free, 1.0, omega) * np.sqrt(np.abs((1 - zeta) * (1 + zeta)))
         fast = (zeta * omega + wd)[over]
         slow = omega[over] ** 2 / fast
@@ -149,13 +137,13 @@ class PoleGreens(PoleSums):
             modal.valid_for,
         )
 
-    def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
+    def _values(self, t: answers.Array, i: int, j: int, integrated: bool) -> answers.Array:
         pairs = 2 * self.shapes[:, i] * self.shapes[:, j]
         decays = self.signs * self.real_shapes[:, i] * self.real_shapes[:, j]
         free = float(self.rigid[:, i] @ self.rigid[:, j])
         x, y = np.outer(t, self.poles), np.outer(t, -self.rates)
         if integrated:
-            each = (expm1_over(x) @ pairs).real + expm1_over(y) @ decays
+            each = (oscillator.expm1_over(x) @ pairs).real + oscillator.expm1_over(y) @ decays
             return np.asarray(each * t + free * t**2 / 2)
         return np.asarray((np.exp(x) @ pairs).real + np.exp(y) @ decays + free * t)
 
@@ -166,7 +154,7 @@ class PoleGreens(PoleSums):
     def pole_sum(self) -> PoleGreens:
         return self
 
-    def transfer(self, s: ComplexArray) -> ComplexArray:
+    def transfer(self, s: answers.ComplexArray) -> answers.ComplexArray:
         """Return the (n, p, p) residues over the distances from the poles, b b'/s^2 and c [m/N]."""
         column = s[:, None]
         parts = (
@@ -183,27 +171,29 @@ class PoleGreens(PoleSums):
         high = self.poles.imag > omega
         return PoleGreens(self.poles[high], self.shapes[high], port_names=self.port_names)
 
-    def stored(self) -> Stored:
+    def stored(self) -> answers.Stored:
         names = ("poles", "shapes", "rates", "real_shapes", "signs", "rigid", "compliance")
-        return Stored("poles", arrays={name: getattr(self, name) for name in names})
+        return answers.Stored("poles", arrays={name: getattr(self, name) for name in names})
 
-    def static_compliance(self) -> Array:
+    def static_compliance(self) -> answers.Array:
         free = self.rates == 0
         rates = np.where(free, 1.0, self.rates)
         pairs = -2 * np.einsum("ki,kj,k->ij", self.shapes, self.shapes, 1 / self.poles).real
         real = np.einsum("m,mi,mj->ij", np.where(free, 0.0, self.signs / rates), self.real_shapes, self.real_shapes)
         return np.asarray(pairs + real + self.compliance + endless(self.rigid) + endless(self.real_shapes[free]))
 
-    def initial_value(self) -> Array:
+    def initial_value(self) -> answers.Array:
         pairs = 2 * np.einsum("ki,kj->ij", self.shapes, self.shapes).real
         real = np.einsum("m,mi,mj->ij", self.signs, self.real_shapes, self.real_shapes)
         return np.asarray(pairs + real + np.where(self.compliance != 0, np.inf, 0.0))
 
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> answers.StepKernel:
         count = len(self.poles) + len(self.rates)
-        return StepKernel(None, self.step_weights(dt, n_steps), f"convolution of {count} poles, {n_steps} weights")
+        return answers.StepKernel(
+            None, self.step_weights(dt, n_steps), f"convolution of {count} poles, {n_steps} weights"
+        )
 
-    def step_weights(self, dt: float, n_steps: int) -> Array:
+    def step_weights(self, dt: float, n_steps: int) -> answers.Array:
         """Return the (p, p, n) W_m = 2 Re sum_k r_ki r_kj exp(s_k m dt) (exp(s_k dt) - 1)/s_k + ... [m/N].
 
         exp(s (a J + b) dt) = exp(s a J dt) exp(s b dt), J = sqrt(n): one product of an (n/J, 2K) and a (2K, J) matrix
@@ -217,7 +207,7 @@ class PoleGreens(PoleSums):
         out = np.zeros((p, p, outer * inner))
         for start in range(0, len(rates), _BLOCK):
             s, r = rates[start : start + _BLOCK], shapes[start : start + _BLOCK]
-            gain = twice[start : start + _BLOCK] * dt * expm1_over(s * dt)
+            gain = twice[start : start + _BLOCK] * dt * oscillator.expm1_over(s * dt)
             coarse = np.exp(np.outer(inner * dt * np.arange(outer), s))
             fine = np.exp(np.outer(s, dt * np.arange(inner)))
             for i in range(p):
@@ -232,7 +222,7 @@ class PoleGreens(PoleSums):
         out[columns, rows] = out[rows, columns]
         return np.ascontiguousarray(out)
 
-    def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
+    def _filtered(self, t: answers.Array, width: float, rows: list[int], columns: list[int]) -> answers.Array:
         free = np.zeros(len(self.rigid))
         parts = (
             (2 * self.shapes, self.shapes, oscillator.exponentials(self.poles, t, width)),
@@ -260,19 +250,21 @@ def _check(g: PoleGreens) -> None:
         if getattr(g, name).shape != shape
     ]
     if wrong:
-        raise GreensFunctionError(f"shapes must match {p} ports: {'; '.join(wrong)}")
+        raise answers.GreensFunctionError(f"shapes must match {p} ports: {'; '.join(wrong)}")
     for name in wanted:
         if bad := int(np.sum(~np.isfinite(getattr(g, name)))):
-            raise GreensFunctionError(f"{name} must be finite, {bad} values are not")
+            raise answers.GreensFunctionError(f"{name} must be finite, {bad} values are not")
     if k and g.poles.imag.min() <= 0:
-        raise GreensFunctionError(
+        raise answers.GreensFunctionError(
             f"a pole has Im s = {g.poles.imag.min():g} 1/s: give one of each conjugate pair, that with Im s > 0, and "
             "real poles as rates"
         )
     growth = max(g.poles.real.max(initial=-np.inf), (-g.rates).max(initial=-np.inf))
     if growth > 0:
-        raise GreensFunctionError(f"a pole grows as exp({growth:g} t): a body gains no energy; Re s <= 0 is needed")
+        raise answers.GreensFunctionError(
+            f"a pole grows as exp({growth:g} t): a body gains no energy; Re s <= 0 is needed"
+        )
     if np.any(np.abs(g.signs) != 1) or np.any(g.signs[g.rates == 0] < 0):
-        raise GreensFunctionError(f"signs must be +1 or -1, and +1 at rate 0; smallest {g.signs.min():g}")
-    check_valid_for(g.valid_for)
+        raise answers.GreensFunctionError(f"signs must be +1 or -1, and +1 at rate 0; smallest {g.signs.min():g}")
+    answers.check_valid_for(g.valid_for)
     object.__setattr__(g, "compliance", Residual.spring(g.compliance).compliance)

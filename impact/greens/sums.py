@@ -10,36 +10,26 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.greens.answers import (
-    Array,
-    ComplexArray,
-    ErrorEstimate,
-    GreensFunctionError,
-    Rod,
-    StepKernel,
-    Stored,
-    check_factor,
-)
-from impact.greens.base import GreensFunction
+from impact.greens import answers, base
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.sampled import SampledGreens
 from impact.quantities import cut
 
 
-class Combination(GreensFunction):
+class Combination(base.GreensFunction):
     """A factor times the sum of Green's functions on the same ports: every answer is that of the parts, put together.
 
     Passive if every part is: the factor is positive.
     """
 
     factor: float
-    parts: tuple[GreensFunction, ...]
+    parts: tuple[base.GreensFunction, ...]
 
     @abstractmethod
-    def _with(self, parts: tuple[GreensFunction, ...]) -> Self:
+    def _with(self, parts: tuple[base.GreensFunction, ...]) -> Self:
         """Return the same factor of the sum of other parts."""
 
-    def _sum(self, values: list[Array]) -> Array:
+    def _sum(self, values: list[answers.Array]) -> answers.Array:
         return np.asarray(self.factor * sum(values))
 
     @property
@@ -47,10 +37,10 @@ class Combination(GreensFunction):
         return self.parts[0].ports
 
     @property
-    def error_estimate(self) -> ErrorEstimate:
+    def error_estimate(self) -> answers.ErrorEstimate:
         """Return the largest of the parts', each relative to its own largest value; unknown if one of them is."""
         errors = [part.error_estimate for part in self.parts]
-        return ErrorEstimate(_largest([e.reduction for e in errors]), _largest([e.mesh for e in errors]))
+        return answers.ErrorEstimate(_largest([e.reduction for e in errors]), _largest([e.mesh for e in errors]))
 
     @property
     def valid_for(self) -> float:
@@ -70,7 +60,7 @@ class Combination(GreensFunction):
         samples = [sampled for part in self.parts for sampled in part.sampled_parts]
         return tuple(samples if self.factor == 1.0 else [sampled.scaled(self.factor) for sampled in samples])
 
-    def inverse_mass(self) -> Array:
+    def inverse_mass(self) -> answers.Array:
         return self._sum([part.inverse_mass() for part in self.parts])
 
     def marched_poles(self, dt: float, n_steps: float) -> int | None:
@@ -81,30 +71,30 @@ class Combination(GreensFunction):
     def forces_only(self) -> Self:
         return self._with(tuple(part.forces_only() for part in self.parts))
 
-    def combined(self, weights: Array, port_names: tuple[str, ...]) -> Self:
+    def combined(self, weights: answers.Array, port_names: tuple[str, ...]) -> Self:
         return self._with(tuple(part.combined(weights, port_names) for part in self.parts))
 
-    def transfer(self, s: ComplexArray) -> ComplexArray:
+    def transfer(self, s: answers.ComplexArray) -> answers.ComplexArray:
         return np.asarray(self.factor * sum(part.transfer(s) for part in self.parts), dtype=complex)
 
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> answers.Array:
         return self._sum([part.impulse_response(t, i, j) for part in self.parts])
 
-    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> answers.Array:
         return self._sum([part.step_response(t, i, j) for part in self.parts])
 
-    def static_compliance(self) -> Array:
+    def static_compliance(self) -> answers.Array:
         return self._sum([part.static_compliance() for part in self.parts])
 
-    def initial_value(self) -> Array:
+    def initial_value(self) -> answers.Array:
         return self._sum([part.initial_value() for part in self.parts])
 
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> answers.StepKernel:
         """Return all poles in one recursion and all weights in one convolution."""
         kernels = [part.step_kernel(dt, n_steps) for part in self.parts]
         modal = tuple(kernel.modal for kernel in kernels if kernel.modal is not None)
         weights = [kernel.weights for kernel in kernels if kernel.weights is not None]
-        return StepKernel(
+        return answers.StepKernel(
             merged(modal, self.factor) if modal else None,
             self._sum(weights) if weights else None,
             " + ".join(kernel.engine for kernel in kernels),
@@ -122,21 +112,21 @@ class SumGreens(Combination):
         GreensFunctionError: no parts, or parts with other ports than the first.
     """
 
-    parts: tuple[GreensFunction, ...]
+    parts: tuple[base.GreensFunction, ...]
     factor: ClassVar[float] = 1.0  # type: ignore[misc]
 
-    __repr__ = GreensFunction.__str__
+    __repr__ = base.GreensFunction.__str__
 
     def __post_init__(self) -> None:
         if not self.parts:
-            raise GreensFunctionError("a sum needs at least one part")
+            raise answers.GreensFunctionError("a sum needs at least one part")
         for part in self.parts:
             if part.ports != self.parts[0].ports:
-                raise GreensFunctionError(
+                raise answers.GreensFunctionError(
                     f"the parts of a sum need the same ports; found {self.parts[0].ports} and {part.ports}"
                 )
 
-    def _with(self, parts: tuple[GreensFunction, ...]) -> SumGreens:
+    def _with(self, parts: tuple[base.GreensFunction, ...]) -> SumGreens:
         return SumGreens(parts)
 
     def _in_words(self) -> tuple[str, ...]:
@@ -144,23 +134,23 @@ class SumGreens(Combination):
         return (*shown, *([f"+ {len(self.parts) - 3} parts more"] if len(self.parts) > 3 else []))
 
     @property
-    def summands(self) -> tuple[GreensFunction, ...]:
+    def summands(self) -> tuple[base.GreensFunction, ...]:
         return self.parts
 
     @property
     def provenance(self) -> dict[str, object]:
         return {"kind": "sum", "parts": [dict(part.provenance) for part in self.parts]}
 
-    def stored(self) -> Stored:
-        return Stored("sum", parts=self.parts)
+    def stored(self) -> answers.Stored:
+        return answers.Stored("sum", parts=self.parts)
 
     def scaled(self, factor: float) -> SumGreens:
         return SumGreens(tuple(part.scaled(factor) for part in self.parts))
 
-    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> SumGreens:
+    def with_error(self, error: answers.ErrorEstimate, origin: Mapping[str, object] | None = None) -> SumGreens:
         """Return the parts with this error, relative to each; raises `GreensFunctionError` for an ``origin``."""
         if origin is not None:
-            raise GreensFunctionError("a sum has the origins of its parts: state them there")
+            raise answers.GreensFunctionError("a sum has the origins of its parts: state them there")
         return SumGreens(tuple(part.with_error(error) for part in self.parts))
 
 
@@ -176,20 +166,20 @@ class ScaledGreens(Combination):
         GreensFunctionError: a factor that is not positive and finite.
     """
 
-    part: GreensFunction
+    part: base.GreensFunction
     factor: float
 
-    __repr__ = GreensFunction.__str__
+    __repr__ = base.GreensFunction.__str__
 
     def __post_init__(self) -> None:
-        check_factor(self.factor)
+        answers.check_factor(self.factor)
 
     @property
-    def parts(self) -> tuple[GreensFunction, ...]:  # type: ignore[override]
+    def parts(self) -> tuple[base.GreensFunction, ...]:  # type: ignore[override]
         """Return the one function."""
         return (self.part,)
 
-    def _with(self, parts: tuple[GreensFunction, ...]) -> ScaledGreens:
+    def _with(self, parts: tuple[base.GreensFunction, ...]) -> ScaledGreens:
         return replace(self, part=parts[0])
 
     def _in_words(self) -> tuple[str, ...]:
@@ -200,17 +190,17 @@ class ScaledGreens(Combination):
         return {"kind": "scaled", "factor": self.factor, "part": dict(self.part.provenance)}
 
     @property
-    def rod(self) -> Rod | None:
+    def rod(self) -> answers.Rod | None:
         rod = self.part.rod
         return None if rod is None else replace(rod, impedance=rod.impedance / self.factor)
 
-    def stored(self) -> Stored:
-        return Stored("scaled", {"factor": self.factor}, parts=(self.part,))
+    def stored(self) -> answers.Stored:
+        return answers.Stored("scaled", {"factor": self.factor}, parts=(self.part,))
 
     def scaled(self, factor: float) -> ScaledGreens:
         return ScaledGreens(self.part, self.factor * factor)
 
-    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> ScaledGreens:
+    def with_error(self, error: answers.ErrorEstimate, origin: Mapping[str, object] | None = None) -> ScaledGreens:
         return replace(self, part=self.part.with_error(error, origin))
 
 

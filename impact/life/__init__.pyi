@@ -39,3 +39,10 @@ from impact.life.multiaxial import (
     Papadopoulos as Papadopoulos,
     hertz_path as hertz_path,
 )
+from impact.life import (
+    damage as damage,
+    multiaxial as multiaxial,
+    places as places,
+    planes as planes,
+    strength as strength,
+)

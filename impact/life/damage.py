@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import scipy
 from numba import njit
 from numpy.typing import ArrayLike
 from rainflow import extract_cycles
@@ -300,8 +301,6 @@ def margin(
     the margin then. ``blocks``: design number of repetitions, > 0; else as in `damage`. Raises `LifeError` as it does,
     and for a number of blocks that is not positive and finite.
     """
-    from scipy.optimize import brentq  # takes long to load, and runs without a life need none
-
     if not (math.isfinite(blocks) and blocks > 0):
         raise LifeError(f"blocks = {blocks:g}, the design number of repetitions, must be positive and finite")
 
@@ -322,7 +321,7 @@ def margin(
         return math.inf
     if excess(-reach) > 0:
         return 0.0
-    root = float(brentq(excess, -reach, reach, xtol=1e-13, rtol=1e-14))
+    root = float(scipy.optimize.brentq(excess, -reach, reach, xtol=1e-13, rtol=1e-14))
     return float(curve.stresses[0] * math.exp(root) / largest)
 
 

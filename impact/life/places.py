@@ -1,7 +1,5 @@
 """Where a part fails first: maps of many points, critical planes, and the worst of named places."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Amplitudes of stress paths: over all planes and directions in them, and the smallest sphere around a path."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -59,6 +59,7 @@ from typing import Any, ClassVar, Final, Protocol
 import numpy as np
 from numba import cfunc, types
 
+from impact import exact
 from impact.greens.base import Array
 
 SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, USER = 0, 1, 2, 3, 4
@@ -170,10 +171,10 @@ class Hertz(_PowerLaw):
         The second body is rigid unless given. Two spheres have the radius R_1 R_2/(R_1 + R_2). Raises
         `ContactStressError`: a radius or a modulus that is not positive.
         """
-        from impact.exact.contact_stress import hertz_stiffness, reduced_modulus  # which loads scipy.special
-
-        modulus = reduced_modulus(young=young, poisson=poisson, young_2=young_2, poisson_2=poisson_2)
-        return Hertz(hertz_stiffness(reduced_modulus=modulus, radius=radius))
+        modulus = exact.contact_stress.reduced_modulus(
+            young=young, poisson=poisson, young_2=young_2, poisson_2=poisson_2
+        )
+        return Hertz(exact.contact_stress.hertz_stiffness(reduced_modulus=modulus, radius=radius))
 
 
 @dataclass(frozen=True)

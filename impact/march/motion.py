@@ -17,9 +17,8 @@ from impact.bodies.body import Body, ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
-from impact.march import history
+from impact.march import history, problem
 from impact.march.loop.past import FLOOR, displaced
-from impact.march.problem import ContactError
 from impact.march.replay import Replay, blocks, resting, translate
 from impact.quantities import brief
 
@@ -310,7 +309,7 @@ class LiveLoads:
     def record(self, step: int, amplitudes: Array) -> None:
         """Record amplitudes for one step; raises `ContactError` unless they are one finite number per load."""
         if np.shape(amplitudes) != (len(self.amplitudes),) or not np.all(np.isfinite(amplitudes)):
-            raise ContactError(
+            raise problem.ContactError(
                 f"{len(self.amplitudes)} finite load amplitudes are needed, one for each of the striker's loads; "
                 f"got {amplitudes}"
             )

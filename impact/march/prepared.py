@@ -17,14 +17,10 @@ from numpy.typing import NDArray
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
-from impact.march import history
+from impact.march import history, laws, motion, replay
 from impact.march import history as engines
-from impact.march.history import Engine
-from impact.march.laws import BLENDED, CONSERVING, PASSIVE, Signorini
 from impact.march.loop.several import active_set
-from impact.march.motion import Discrete
 from impact.march.problem import ContactError, ContactProblem
-from impact.march.replay import resting, translate
 from impact.quantities import brief
 
 BLOCK = 512  # steps
@@ -55,7 +51,7 @@ class Flying:
     drive: Array
 
 
-def parted(bodies: tuple[Discrete, ...], turns: list[Array]) -> tuple[tuple[Discrete, ...], list[Flying]]:
+def parted(bodies: tuple[motion.Discrete, ...], turns: list[Array]) -> tuple[tuple[motion.Discrete, ...], list[Flying]]:
     """Return the bodies without their loaded translations, and these; ``turns``: (P, p) of each body."""
     parts, flying = list(bodies), []
     for number, (discrete, turn) in enumerate(zip(bodies, turns, strict=True)):
@@ -69,7 +65,7 @@ def parted(bodies: tuple[Discrete, ...], turns: list[Array]) -> tuple[tuple[Disc
         loads = tuple(replace(load, shape=load.shape[~rigid]) for load in body.loads if bends)
         kernel, amplitudes = held.step_kernel(discrete.dt, discrete.loads.shape[1]), discrete.loads[: len(loads)]
         rest_loads, still = np.zeros(len(loads)), Body(held, 0.0, state, loads)
-        parts[number] = Discrete(still, kernel, discrete.dt, amplitudes, discrete.rest, rest_loads)
+        parts[number] = motion.Discrete(still, kernel, discrete.dt, amplitudes, discrete.rest, rest_loads)
         drive = np.stack([load.shape[rigid] for load in body.loads], axis=1) @ discrete.loads
         if np.any(seen := np.any(free.shapes @ turn != 0, axis=1)):
             now = np.array([start.displacement[rigid], start.velocity[rigid]])
@@ -114,12 +110,12 @@ class Pilot:
             return self.base.copy()
         places, rates = np.empty_like(drive), np.empty_like(drive)
         for row in range(len(drive)):
-            translate(h, resting(*self.base[:, row]), drive[row], places[row], rates[row])
+            replay.translate(h, replay.resting(*self.base[:, row]), drive[row], places[row], rates[row])
         self._free[first : first + drive.shape[1]] += (self._flight.psi @ places).T
         return np.array([places[:, -1], rates[:, -1]])
 
 
-RULES = {"passive": PASSIVE, "conserving": CONSERVING, "blended": BLENDED}
+RULES = {"passive": laws.PASSIVE, "conserving": laws.CONSERVING, "blended": laws.BLENDED}
 MOST_WEIGHTS = 8e9  # bytes of the step weights between all contacts
 MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
 
@@ -141,7 +137,7 @@ class Prepared:
     problem: ContactProblem
     dt: float
     steps: int
-    bodies: tuple[Discrete, ...]
+    bodies: tuple[motion.Discrete, ...]
     free: Array
     rest: Array
     poles: history.Poles
@@ -159,9 +155,9 @@ def prepare(
     dt: float,
     duration: float,
     rule: str = "auto",
-    engine: Engine = "auto",
+    engine: history.Engine = "auto",
     block: int | None = None,
-    bodies: tuple[Discrete, ...] | None = None,
+    bodies: tuple[motion.Discrete, ...] | None = None,
 ) -> Prepared:
     """Discretise the bodies and their free motion over a ``duration`` [s] at the step ``dt`` [s].
 
@@ -173,7 +169,7 @@ def prepare(
     n, rules = step_count(dt, duration), _rules(problem, rule)
     _refuse_ill_posed(problem)
     if bodies is None:
-        bodies = tuple(Discrete.from_body(body, dt, n) for body in problem.bodies)
+        bodies = tuple(motion.Discrete.from_body(body, dt, n) for body in problem.bodies)
     stated = [(id(discrete.body), discrete.dt, discrete.loads.shape[1]) for discrete in bodies]
     if stated != [(id(body), dt, n) for body in problem.bodies]:
         raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
@@ -198,7 +194,7 @@ def prepare(
     return Prepared(problem, dt, n, bodies, gaps, rest, poles, weights, own, rules, plan, flight)
 
 
-def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array], n: int) -> Array:
+def _free_gaps(problem: ContactProblem, bodies: tuple[motion.Discrete, ...], turns: list[Array], n: int) -> Array:
     """Return the (n + 1, p) gaps without contact forces beyond those at rest."""
     gaps = np.tile([c.gap for c in problem.contacts], (n + 1, 1))
     for body, turn in zip(bodies, turns, strict=True):
@@ -210,7 +206,7 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: lis
 
 
 def _memory(
-    parts: tuple[Discrete, ...], flying: list[Flying], turns: list[Array], plan: engines.Plan, own: Array, n: int
+    parts: tuple[motion.Discrete, ...], flying: list[Flying], turns: list[Array], plan: engines.Plan, own: Array, n: int
 ) -> tuple[history.Poles, Array]:
     """Return poles to march and the (p, p, n) step weights of all the rest; what flies is marched with every engine."""
     p, dt = len(own), parts[0].dt
@@ -236,8 +232,8 @@ def _memory(
 
 
 def _preloaded(
-    problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array]
-) -> tuple[tuple[Discrete, ...], Array]:
+    problem: ContactProblem, bodies: tuple[motion.Discrete, ...], turns: list[Array]
+) -> tuple[tuple[motion.Discrete, ...], Array]:
     """Return bodies in static equilibrium with their loads and each other at t = 0, and the contact forces then."""
     compliance = sum(t.T @ b.body.greens.static_compliance() @ t for b, t in zip(bodies, turns, strict=True))
     if not np.all(np.isfinite(compliance)):
@@ -261,7 +257,7 @@ def _preloaded(
         )
     active_set(compliance + np.diag(springs), -opening, rest)
     placed = tuple(
-        Discrete(b.body, b.kernel, b.dt, b.loads, turn @ rest, amplitudes)
+        motion.Discrete(b.body, b.kernel, b.dt, b.loads, turn @ rest, amplitudes)
         for b, turn, amplitudes in zip(bodies, turns, at_rest, strict=True)
     )
     return placed, rest
@@ -270,7 +266,7 @@ def _preloaded(
 def _rules(problem: ContactProblem, rule: str) -> NDArray[np.int64]:
     """Return the (p,) codes."""
     if rule == "auto":
-        return np.array([BLENDED if contact.law.elastic else PASSIVE for contact in problem.contacts])
+        return np.array([laws.BLENDED if contact.law.elastic else laws.PASSIVE for contact in problem.contacts])
     if rule not in RULES:
         raise ContactError(f"step rule {rule!r} is unknown; choose from auto, {', '.join(RULES)}")
     if rule != "passive":
@@ -304,7 +300,7 @@ def _refuse_ill_posed(problem: ContactProblem) -> None:
     modes = [body for body in problem.bodies if body.greens.modal is not None]
     at_once = {id(body): np.diag(body.greens.initial_value()) for body in modes}
     for number, contact in enumerate(problem.contacts):
-        if not isinstance(contact.law, Signorini):
+        if not isinstance(contact.law, laws.Signorini):
             continue
         pair = ((problem.striker, contact.striker_port), (contact.target, contact.port))
         if all(id(body) in at_once and at_once[id(body)][body.greens.port_index(port)] == 0.0 for body, port in pair):

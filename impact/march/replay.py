@@ -4,8 +4,6 @@ The forces are constant over each step, and every recursion is exact for such. A
 that its memory does not grow with the run; who asks takes from each block what it needs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -26,10 +26,8 @@ from numpy.typing import NDArray
 
 from impact.bodies.body import Body, Load
 from impact.greens.base import Array
-from impact.march import history
-from impact.march.laws import PlainLaw, no_user_law
+from impact.march import history, laws, motion
 from impact.march.loop.marches import march_many, march_one
-from impact.march.motion import LiveLoads
 from impact.march.prepared import BLOCK as FLIGHT
 from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import ContactError
@@ -134,7 +132,7 @@ class ContactStepper:
         self.gap[0] = prepared.free[0]
         self.unsolved = 0
         striker = prepared.bodies[0]
-        self.live = LiveLoads(striker, prepared.problem.directions(striker.body), n)
+        self.live = motion.LiveLoads(striker, prepared.problem.directions(striker.body), n)
         self._free = prepared.free[1:].copy() if striker.body.loads else prepared.free[1:]
         self._pilot: Pilot | None = None
         if prepared.flight is not None:
@@ -153,7 +151,7 @@ class ContactStepper:
         seats = np.array([c.side > 0 for c in contacts])
         seats = seats if np.any(seats) else ~seats
         self._seats = seats / np.count_nonzero(seats)
-        self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None) or no_user_law()
+        self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None) or laws.no_user_law()
         self._laws = (
             np.array([c.law.code for c in contacts]),
             prepared.rules,
@@ -283,7 +281,7 @@ class ContactStepper:
                 block, s.own, self._laws, self._films, self._user, s.dt, s.rest, strides, force, self.gap, self.film.T,
             )  # fmt: skip
         for contact in s.problem.contacts:
-            if isinstance(contact.law, PlainLaw):
+            if isinstance(contact.law, laws.PlainLaw):
                 contact.law.check()
 
 

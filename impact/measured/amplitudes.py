@@ -2,8 +2,6 @@
 change.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,16 +11,8 @@ from scipy.optimize import nnls
 from impact.greens.base import Array, ComplexArray
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.poles import PoleGreens
+from impact.measured import vector_fitting
 from impact.measured.passivity import positive_part
-from impact.measured.vector_fitting import (
-    Lines,
-    Poles,
-    basis,
-    passivity_grid,
-    passivity_margins,
-    pole_passivity,
-    real_mobility,
-)
 
 _ROUNDS = 12
 _MARGIN = 1e-4  # of the sum of the sizes of the terms: what each violation is lifted to
@@ -35,7 +25,7 @@ class Residues:
     ``pairs`` (K, p, p) complex symmetric R_k, ``real`` (R, p, p) A_m, ``compliance`` and ``rigid`` (p, p) semidefinite.
     """
 
-    poles: Poles
+    poles: vector_fitting.Poles
     pairs: ComplexArray
     real: Array
     compliance: Array
@@ -85,7 +75,7 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
     """
     poles, p = residues.poles, len(port_names)
     pairs_of_ports = [(i, j) for i in range(p) for j in range(i, p)]
-    phi = basis(s, poles) * weights[:, None]
+    phi = vector_fitting.basis(s, poles) * weights[:, None]
     gram = np.real(phi.conj().T @ phi)
     scale = 1 / np.sqrt(np.diag(gram))
     factor = cho_factor(gram * np.outer(scale, scale) + 1e-10 * np.eye(len(gram)))
@@ -93,13 +83,13 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
     goals: list[float] = []
     for _ in range(_ROUNDS):
         greens = residues.greens(port_names)
-        if pole_passivity(greens).passive:
+        if vector_fitting.pole_passivity(greens).passive:
             return residues
-        grid = passivity_grid(greens)
-        margins = passivity_margins(greens, grid)
+        grid = vector_fitting.passivity_grid(greens)
+        margins = vector_fitting.passivity_margins(greens, grid)
         beside = np.concatenate([[np.inf], margins, [np.inf]])
         for w in grid[(margins < 0) & (margins <= beside[:-2]) & (margins <= beside[2:])]:  # local minima
-            mobility, size = real_mobility(greens, np.array([w]))
+            mobility, size = vector_fitting.real_mobility(greens, np.array([w]))
             values, vectors = np.linalg.eigh(mobility[0])
             for value, v in zip(values, vectors.T, strict=True):
                 if value < _MARGIN * size[0]:
@@ -124,7 +114,7 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
     return None
 
 
-def _row(poles: Poles, w: float) -> Array:
+def _row(poles: vector_fitting.Poles, w: float) -> Array:
     """Return the (2K + R,) derivatives of Re[iw G] with respect to Re R_k, Im R_k (interleaved) and A_m."""
     s = poles.pairs
     away = np.abs(s) ** 2 - w**2
@@ -172,13 +162,13 @@ class FitData:
         """Return the (n, e) columns beside the poles in the band: `extra`, and oscillators at the poles ``above``."""
         return np.concatenate([self.extra, oscillators(self.s, np.array(self.above, dtype=complex))], axis=1)
 
-    def lines(self, terms: ComplexArray) -> Lines:
+    def lines(self, terms: ComplexArray) -> vector_fitting.Lines:
         """Return the lines of the upper triangle, with ``terms`` (n, e) beside the poles."""
-        return Lines(self.s, self.elements, self.weights, terms)
+        return vector_fitting.Lines(self.s, self.elements, self.weights, terms)
 
-    def with_beyond(self, poles: Poles) -> Poles:
+    def with_beyond(self, poles: vector_fitting.Poles) -> vector_fitting.Poles:
         """Return the poles, those ``above`` among them."""
-        return Poles(np.concatenate([poles.pairs, np.array(self.above, dtype=complex)]), poles.rates)
+        return vector_fitting.Poles(np.concatenate([poles.pairs, np.array(self.above, dtype=complex)]), poles.rates)
 
     @property
     def extra(self) -> ComplexArray:
@@ -194,9 +184,9 @@ def oscillators(s: ComplexArray, pairs: ComplexArray) -> ComplexArray:
     return np.asarray(1 / ((s[:, None] - pairs) * (s[:, None] - pairs.conj())))
 
 
-def free_residues(data: FitData, poles: Poles) -> Residues:
+def free_residues(data: FitData, poles: vector_fitting.Poles) -> Residues:
     """Return residues by least squares, passive or not, but c and the rigid-body term positive semidefinite."""
-    phi, extra, p = basis(data.s, poles), data.extra, len(data.port_names)
+    phi, extra, p = vector_fitting.basis(data.s, poles), data.extra, len(data.port_names)
     coefficients = least_squares(np.concatenate([phi, extra], axis=1), data.g, data.weights)
     beside = np.array([positive_part(matrix) for matrix in coefficients[phi.shape[1] :]])
     if np.abs(beside[0]).max() < _NOTHING * np.abs(data.g).max():
@@ -225,10 +215,12 @@ def response_of(residues: Residues, s: ComplexArray) -> ComplexArray:
     r, real = residues.pairs, residues.real
     amplitudes = np.concatenate([np.stack([r.real, r.imag], axis=1).reshape(-1, *real.shape[1:]), real])
     rest = residues.compliance + residues.rigid / (s**2)[:, None, None]
-    return np.asarray(np.einsum("nk,kij->nij", basis(s, residues.poles), amplitudes) + rest, dtype=complex)
+    return np.asarray(
+        np.einsum("nk,kij->nij", vector_fitting.basis(s, residues.poles), amplitudes) + rest, dtype=complex
+    )
 
 
-def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
+def modal_fit(data: FitData, poles: vector_fitting.Poles, smallest: float) -> ModalGreens:
     """Return positive amplitudes of oscillators, those beyond the band too, of relaxations, compliance and rigid body.
 
     ``smallest``: part of a mode's amplitude matrix below which its further ranks are left out.

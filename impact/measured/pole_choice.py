@@ -4,13 +4,12 @@ Sources: Schwarz, Ann. Statist. 6 (1978) 461 (the information criterion); Ewins,
 terms in place of modes below and above the band).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from impact.greens.base import Array, ComplexArray
@@ -118,9 +117,7 @@ def _without_idle(data: FitData, lines: Lines, poles: Poles, cost: float) -> lis
 
 def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:
     """Return the indices of the local maxima that stand out of their surroundings by ``prominence``."""
-    from scipy.signal import find_peaks  # here, for its import alone takes longer than many a scene
-
-    return np.asarray(find_peaks(values, prominence=prominence)[0], dtype=np.int64)
+    return np.asarray(scipy.signal.find_peaks(values, prominence=prominence)[0], dtype=np.int64)
 
 
 def _peaks(data: FitData, most: int) -> tuple[int, Array]:

@@ -12,15 +12,8 @@ from impact.greens.modal import ModalGreens
 from impact.greens.oscillator import hann
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
+from impact.measured import frf, pole_choice, reading
 from impact.measured.amplitudes import FitData, free_residues, least_squares, made_passive, modal_fit, response_of
-from impact.measured.frf import (
-    FrequencyResponse,
-    FrequencyResponseError,
-    causality_defect,
-    of_impulse_response,
-)
-from impact.measured.pole_choice import Candidate, choose_poles, criterion, residual_terms, within
-from impact.measured.reading import estimate_deviation
 from impact.measured.vector_fitting import Poles, basis, left_over, pole_passivity, refined
 
 Form = Literal["auto", "modal", "complex"]
@@ -57,11 +50,11 @@ class PoleFit:
     greens: Fitted
     draws: tuple[Fitted, ...]
     deviation: Array
-    tried: tuple[Candidate, ...] = ()
+    tried: tuple[pole_choice.Candidate, ...] = ()
 
 
 def fit_poles(
-    response: FrequencyResponse,
+    response: frf.FrequencyResponse,
     *,
     tolerance: float = 0.01,
     form: Form = "auto",
@@ -76,7 +69,7 @@ def fit_poles(
 
 
 def fit_response(
-    response: FrequencyResponse,
+    response: frf.FrequencyResponse,
     *,
     tolerance: float = 0.01,
     form: Form = "auto",
@@ -112,10 +105,10 @@ def fit_response(
     than half of the response, a "complex" fit that cannot be made passive.
     """
     if form not in get_args(Form):
-        raise FrequencyResponseError(f"form {form!r} is unknown; choose from {', '.join(get_args(Form))}")
-    defect = causality_defect(response) if response.shift == 0 else None
+        raise frf.FrequencyResponseError(f"form {form!r} is unknown; choose from {', '.join(get_args(Form))}")
+    defect = frf.causality_defect(response) if response.shift == 0 else None
     if defect is not None and defect > NOT_CAUSAL:
-        raise FrequencyResponseError(
+        raise frf.FrequencyResponseError(
             f"not causal: {defect:.0%} of the energy comes before the blow; where the phase is that of exp(-i w t), "
             "give the conjugate values; otherwise remove the delay between the channels"
         )
@@ -125,7 +118,7 @@ def fit_response(
     names = response.port_names
     data = FitData(response.lines, response.receptance, weights, bool(free), names, alike=_lines_alike(response))
     _check_signal(data)
-    poles, tried = choose_poles(data, floor, most_pairs)
+    poles, tried = pole_choice.choose_poles(data, floor, most_pairs)
     (data, poles), *alike = _with_residual_terms(data, poles, free)
     chosen, complex_form = _chosen(data, poles, form, floor)
     residual = data.weights[:, None, None] * (chosen.transfer(data.s) - data.g)
@@ -134,7 +127,7 @@ def fit_response(
     unexplained = float(np.sqrt(max(missed - 1.2 * n, 0.0) / max(whole - n, 1e-300)))  # rms, beyond the noise
     ranges, worst = _ranges_of(data, residual)
     if unexplained > MOST_UNEXPLAINED:
-        raise FrequencyResponseError(
+        raise frf.FrequencyResponseError(
             f"the fit misses {unexplained:.0%} of the response beyond its noise, with {len(poles.pairs)} pole pairs, "
             f"most of it {in_words(ranges) or 'at all lines'}: check units and phase, or leave these lines out"
         )
@@ -174,7 +167,7 @@ def fit_impulse_response(
     off the poles. ``highest``: band [Hz], by default 0.25/dt. ``free``: by default, whether its tail rule is
     "rigid"."""
     free = greens.tail == "rigid" if free is None else free
-    response = of_impulse_response(greens, highest=highest)
+    response = frf.of_impulse_response(greens, highest=highest)
     fit = fit_poles(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs)
     n, width = greens.values.shape[2], float(2 / response.frequency[-1])
     t: Array = greens.dt * np.arange(n, dtype=np.float64)
@@ -184,7 +177,7 @@ def fit_impulse_response(
     return fit.with_error(ErrorEstimate(error, None))
 
 
-def noise_of(response: FrequencyResponse) -> Array:
+def noise_of(response: frf.FrequencyResponse) -> Array:
     """Return the standard deviation (n,) of the noise of a line, of its noisiest element, as receptance [m/N]."""
     if response.deviation is not None:
         return np.asarray(response.deviation.max(axis=(1, 2)))
@@ -192,17 +185,17 @@ def noise_of(response: FrequencyResponse) -> Array:
     p = len(response.port_names)
     elements = [unit * response.receptance[:, i, j] for i in range(p) for j in range(i, p)]
     f, every = response.frequency, _lines_alike(response)
-    largest = np.max([estimate_deviation(values[::every], f[::every]) for values in elements], axis=0)
+    largest = np.max([reading.estimate_deviation(values[::every], f[::every]) for values in elements], axis=0)
     return np.asarray(np.interp(f, f[::every], largest) / np.abs(unit))
 
 
-def _lines_alike(response: FrequencyResponse) -> int:
+def _lines_alike(response: frf.FrequencyResponse) -> int:
     """Return how many neighbouring lines share their noise: under an exponential window, those in its width."""
     spacing = 2 * np.pi * float(np.median(np.diff(response.frequency)))
     return int(min(1 + round(4 * response.shift / spacing), max(len(response.frequency) // 20, 1)))
 
 
-def _floor_of(response: FrequencyResponse, share: float) -> Array:
+def _floor_of(response: frf.FrequencyResponse, share: float) -> Array:
     """Return the misfit (n,) that counts as none: ``share`` of the root of the line's size and of the median size, as
     measured; so that it is a smaller part of resonances than of what lies between them."""
     unit = np.abs(response.per_receptance)
@@ -215,7 +208,7 @@ def _check_signal(data: FitData) -> None:
     """Raise `FrequencyResponseError` where the power of the lines is that of their noise."""
     power, n = float(np.sum(_squares(data, data.g))), len(data.s) * data.elements.shape[1]
     if power - n < _SIGNAL * np.sqrt(n):
-        raise FrequencyResponseError(
+        raise frf.FrequencyResponseError(
             f"its {len(data.s)} lines hold nothing but noise: their power is {power / n:.3g} times that of it; "
             "average over more blows, or check which column is which"
         )
@@ -232,7 +225,7 @@ def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> list
     data = replace(data, free=True)
     if not (_is_free(data, poles) if free is None else free):
         data = replace(data, free=False)
-    every = data.lines(residual_terms(data.s))
+    every = data.lines(pole_choice.residual_terms(data.s))
     if 2 * left_over(data.lines(data.fixed), poles) - 2 * left_over(every, poles) > _SURE:
         zeta = np.median(-poles.pairs.real / np.abs(poles.pairs)) if len(poles.pairs) else 0.02
         return _with_modes_beyond(data, poles, float(np.clip(zeta, 0.002, 0.05)))
@@ -247,13 +240,13 @@ def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[F
     inside, above = Poles(several.pairs[:count], several.rates), several.pairs[count:]
     size = np.abs(above)
     if np.all((size > highest) & (size < _FARTHEST * highest) & (-above.real < _MOST_DAMPED * size)):
-        return replace(data, above=tuple(map(complex, above))), within(data.s, inside)
-    return data, within(data.s, refined(data.lines(data.fixed), poles, iterations))
+        return replace(data, above=tuple(map(complex, above))), pole_choice.within(data.s, inside)
+    return data, pole_choice.within(data.s, refined(data.lines(data.fixed), poles, iterations))
 
 
 def _is_free(data: FitData, poles: Poles) -> bool:
     """Return whether the lines support a mass line, beside all from above the band, and where it outweighs the rest."""
-    s, terms = data.s, residual_terms(data.s)
+    s, terms = data.s, pole_choice.residual_terms(data.s)
     if 2 * left_over(data.lines(terms[:, :-1]), poles) - 2 * left_over(data.lines(terms), poles) < _SURE:
         return False
     columns = np.concatenate([basis(s, poles), terms], axis=1)
@@ -278,7 +271,7 @@ def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[F
         candidates.append(_moved_together(place, poles))
 
     everywhere = [moved.with_beyond(inside) for moved, inside in candidates]
-    costs = [criterion(data, left_over(data.lines(data.extra), each), each) for each in everywhere]
+    costs = [pole_choice.criterion(data, left_over(data.lines(data.extra), each), each) for each in everywhere]
     best = int(np.argmin(costs))
     alike = [one for k, one in enumerate(candidates) if k > best or (k < best and costs[k] - costs[best] < _SURE)]
     return [candidates[best], *alike]
@@ -291,23 +284,23 @@ def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitt
         whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
         lefts = [float(np.sum(_squares(data, modal.transfer(data.s) - data.g))) for modal in (whole, lean)]
         misfit, modal = (lefts[1], lean) if lefts[1] <= 1.1 * lefts[0] else (lefts[0], whole)
-        real = (criterion(data, misfit, poles, "modal"), modal)
+        real = (pole_choice.criterion(data, misfit, poles, "modal"), modal)
         enough = np.mean(np.abs(modal.transfer(data.s) - data.g) ** 2 / floor[:, None, None] ** 2) <= 1
         if form == "modal" or enough:
             return modal, False
     freely = free_residues(data, data.with_beyond(poles))
     misfit = float(np.sum(_squares(data, response_of(freely, data.s) - data.g)))
-    if real is not None and real[0] <= criterion(data, misfit, poles):
+    if real is not None and real[0] <= pole_choice.criterion(data, misfit, poles):
         return real[1], False
     passive = made_passive(freely, data.port_names, data.s, data.weights)
     if passive is None:
         if real is None:
-            raise FrequencyResponseError(
+            raise frf.FrequencyResponseError(
                 'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
             )
         return real[1], False
     misfit = float(np.sum(_squares(data, response_of(passive, data.s) - data.g)))
-    if real is not None and real[0] <= criterion(data, misfit, poles):
+    if real is not None and real[0] <= pole_choice.criterion(data, misfit, poles):
         return real[1], False
     return passive.greens(data.port_names), True
 
@@ -358,7 +351,7 @@ def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, nois
     return fits
 
 
-def _report(greens: Fitted, data: FitData, response: FrequencyResponse, defect: float | None) -> dict[str, object]:
+def _report(greens: Fitted, data: FitData, response: frf.FrequencyResponse, defect: float | None) -> dict[str, object]:
     apart = np.abs(greens.transfer(data.s) - data.g)
     unit = np.abs(response.per_receptance)[:, None, None]
     complex_poles, highest = greens.pole_sum, float(response.frequency[-1])

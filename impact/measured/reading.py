@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from impact.bodies.time_series import SECONDS, Stated, TimeSeriesError
@@ -196,8 +197,6 @@ def _about_rational(values: ComplexArray, half: int, degree: int) -> tuple[Array
 
 def _components(variance: Array, smooth: Array, frequency: Array) -> Array:
     """Return the variance (n,) as a positive sum of a few courses, by reweighted least squares without outliers."""
-    from scipy.optimize import nnls  # here, for its import alone takes longer than many a scene
-
     middle = np.sqrt(frequency[0] * frequency[-1])
     courses = (np.ones_like(frequency), smooth**2, (frequency / middle) ** -4, (frequency / middle) ** 4)
     columns = np.stack([course / max(course.max(), 1e-300) for course in courses], axis=1)
@@ -206,12 +205,10 @@ def _components(variance: Array, smooth: Array, frequency: Array) -> Array:
         near = variance < _OUTLIER * model
         if np.sum(near) < columns.shape[1] + 2:
             return model
-        amplitudes = nnls(columns[near] / model[near, None], variance[near] / model[near])[0]
+        amplitudes = scipy.optimize.nnls(columns[near] / model[near, None], variance[near] / model[near])[0]
         model = np.maximum(columns @ amplitudes, 1e-6 * float(np.median(variance)))
     return model
 
 
 def _running_median(values: Array, width: int) -> Array:
-    from scipy.ndimage import median_filter  # as above
-
-    return np.asarray(median_filter(values, size=min(width | 1, len(values)), mode="reflect"))
+    return np.asarray(scipy.ndimage.median_filter(values, size=min(width | 1, len(values)), mode="reflect"))

@@ -5,8 +5,6 @@ non-triviality); Deschrijver et al., IEEE Microw. Wirel. Compon. Lett. 18 (2008)
 Pereyra, SIAM J. Numer. Anal. 10 (1973) 413, and Kaufman, BIT 15 (1975) 49 (least squares for the poles alone).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from impact import notices, quantities
 from impact.after.measures import MERGE
 from impact.bodies.body import Body
 from impact.greens.base import Array
@@ -21,8 +22,6 @@ from impact.march.loop.marches import LANES, march_lanes
 from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, prepare
 from impact.march.problem import ContactError, ContactProblem
-from impact.notices import Progress, silent
-from impact.quantities import brief
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class ImpactBatch:
     force: Array | None
     gap: Array | None = None
 
-    __repr__ = brief
+    __repr__ = quantities.brief
 
 
 def solve_many(
@@ -72,7 +71,7 @@ def solve_many(
     filter_width: float | None = None,
     rule: str = "auto",
     workers: int | None = None,
-    progress: Progress = silent,
+    progress: notices.Progress = notices.silent,
 ) -> ImpactBatch:
     """Solve ``problem`` for many gaps [m], striker velocities [m/s] and scales of the striker's initial state.
 

@@ -11,15 +11,8 @@ from typing import Final
 import numpy as np
 
 from impact.after import measures as measured
+from impact.after import regime
 from impact.after.histories import largest_average
-from impact.after.regime import (
-    contact_advice,
-    digits_advice,
-    direction_advice,
-    gain_advice,
-    overlap_advice,
-    unsolved_advice,
-)
 from impact.after.result import EnergyLedger, ImpactResult, ledger
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
@@ -126,13 +119,13 @@ def collect(stepper: ContactStepper) -> ImpactResult:
         target_velocity=_speed_at_start(first.target, first.port, s.dt),
         engine=s.plan.words,
         advice=(
-            *unsolved_advice(stepper.unsolved, n),
+            *regime.unsolved_advice(stepper.unsolved, n),
             *_advice(s, energy),
-            *overlap_advice(s.problem, solid, gap, s.dt),
-            *digits_advice(deflection, force, gap, s.own),
-            *gain_advice(s.problem, solid, gap),
-            *contact_advice(solid, s.dt),
-            *direction_advice(s.problem, whole),
+            *regime.overlap_advice(s.problem, solid, gap, s.dt),
+            *regime.digits_advice(deflection, force, gap, s.own),
+            *regime.gain_advice(s.problem, solid, gap),
+            *regime.contact_advice(solid, s.dt),
+            *regime.direction_advice(s.problem, whole),
         ),
         film=None if pulls is None else pulls[:, 0] if single else pulls,
     )

@@ -15,16 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.after.result import EnergyLedger, ImpactResult
-from impact.exact.closed_form import PowerLaw
-from impact.exact.half_space import half_space_patch
-from impact.exact.rods import DampedFixedRod, DampedFreeRod, DelayRod
-from impact.files.hdf5_structure import can_be_opened, check_structure, seal_holds, seal_of
-from impact.files.safe_files import MB, check_file, write_whole
-from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
-from impact.greens.modal import ModalGreens, Residual
+from impact.exact import closed_form, half_space, rods
+from impact.files import hdf5_structure, safe_files
+from impact.greens import base, modal, sums
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
-from impact.greens.sums import ScaledGreens, SumGreens
 from impact.march.problem import ContactError
 from impact.march.stepper import ContactStepper
 from impact.notices import Advice
@@ -33,12 +28,12 @@ SCHEMA = 1
 BLOCK = 1 << 20  # bytes by which a file grows in memory
 DEEPEST = 8  # sums of sums in one file
 MOST_PARTS = 1000  # of all sums of a file
-_CLOSED: dict[str, Callable[..., GreensFunction]] = {
-    "delay_rod": DelayRod,
-    "damped_fixed_rod": DampedFixedRod,
-    "damped_free_rod": DampedFreeRod,
-    "power_law": PowerLaw,
-    "half_space_patch": half_space_patch,
+_CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
+    "delay_rod": rods.DelayRod,
+    "damped_fixed_rod": rods.DampedFixedRod,
+    "damped_free_rod": rods.DampedFreeRod,
+    "power_law": closed_form.PowerLaw,
+    "half_space_patch": half_space.half_space_patch,
 }
 _KINDS = ("modal", "sampled", "poles", *_CLOSED, "sum", "scaled")
 _POLES = ("rates", "real_shapes", "signs", "rigid", "compliance")
@@ -49,7 +44,7 @@ _BROKEN = (OSError, LookupError, ValueError, TypeError, AttributeError, Arithmet
 _NUMBERS = ("dt", "striker_mass", "target_mass", "striker_velocity", "target_velocity")
 _NUMBER_ATTRIBUTES = ("schema", "factor", "valid_for", "error_reduction", "error_mesh", *_NUMBERS)
 _NUMBERS_OF_ORIGIN = ("valid_for_s", "refinement")  # of a seat's provenance
-FILE_LIMIT = 8192 * MB
+FILE_LIMIT = 8192 * safe_files.MB
 _DEFLATE = 1032  # the most that compression saves, bytes per byte
 # bytes per byte of the file: histories are packed, those of no stress to nothing; Green's functions are not
 MOST_PACKED = {"result": 100.0, "stress": float(_DEFLATE)}
@@ -67,7 +62,7 @@ class _Damage(ValueError):
     """A fault of a key, for `_opened` to put file and remedy around."""
 
 
-def save_greens(greens: GreensFunction, path: str | os.PathLike[str], *, key: str = "") -> None:
+def save_greens(greens: base.GreensFunction, path: str | os.PathLike[str], *, key: str = "") -> None:
     """Write a Green's function with its provenance; the file is whole or absent.
 
     ``key``: of what it was computed from, for `load_greens` to ask for.
@@ -77,7 +72,7 @@ def save_greens(greens: GreensFunction, path: str | os.PathLike[str], *, key: st
         _write_greens(file, greens)
 
 
-def load_greens(path: str | os.PathLike[str], *, key: str = "") -> GreensFunction:
+def load_greens(path: str | os.PathLike[str], *, key: str = "") -> base.GreensFunction:
     """Read a Green's function written by `save_greens`; with a ``key``, only that very function, its seal intact.
 
     Raises:
@@ -92,23 +87,23 @@ def load_greens(path: str | os.PathLike[str], *, key: str = "") -> GreensFunctio
         return _read_greens(file, path)
 
 
-def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> GreensFunction:
+def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> base.GreensFunction:
     """Return the function of a file, or of a group in it: a part of a sum or of a multiple."""
     kind = str(file.attrs["kind"])
     if kind in ("sum", "scaled"):
         if depth >= DEEPEST:
             raise _Damage(f"sums of sums, more than {DEEPEST} deep")
         parts = tuple(_read_greens(file[f"parts/{n}"], path, depth + 1) for n in range(len(file["parts"])))
-        return SumGreens(parts) if kind == "sum" else ScaledGreens(parts[0], float(file.attrs["factor"]))
+        return sums.SumGreens(parts) if kind == "sum" else sums.ScaledGreens(parts[0], float(file.attrs["factor"]))
     origin = json.loads(str(file.attrs["provenance"]))
     if not isinstance(origin, dict):
         raise _Damage("provenance is no table")
-    error = ErrorEstimate(*(_known(file.attrs[f"error_{n}"]) for n in ("reduction", "mesh")))
+    error = base.ErrorEstimate(*(_known(file.attrs[f"error_{n}"]) for n in ("reduction", "mesh")))
     valid = float(file.attrs.get("valid_for", np.inf))  # files before this attribute state no limit
     if kind == "modal":
-        residual = Residual(*(finite_array(file, f"residual/{n}") for n in ("shapes", "rates", "compliance")))
+        residual = modal.Residual(*(finite_array(file, f"residual/{n}") for n in ("shapes", "rates", "compliance")))
         omega, zeta, shapes = (finite_array(file, n) for n in ("omega", "zeta", "shapes"))
-        return ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin, valid)
+        return modal.ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin, valid)
     if kind == "sampled":
         values, static = finite_array(file, "values"), finite_array(file, "static") if "static" in file else None
         dt, tail = float(file.attrs["dt"]), str(file.attrs["tail"])
@@ -161,7 +156,7 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
     return out
 
 
-def _check_histories(name: str, values: Mapping[str, Array], ledger: Mapping[str, Array]) -> None:
+def _check_histories(name: str, values: Mapping[str, base.Array], ledger: Mapping[str, base.Array]) -> None:
     """Raise `_Damage` unless time and energies are (n + 1,), the others alike or (n + 1, p) all, p contacts."""
     time, contacts = values["time"].shape, {key: array.shape for key, array in values.items() if key != "time"}
     lengths = {shape[:1] for shape in contacts.values()} | {array.shape for array in ledger.values()}
@@ -171,7 +166,7 @@ def _check_histories(name: str, values: Mapping[str, Array], ledger: Mapping[str
         raise _Damage(f"the histories of {name} differ in their number of contacts")
 
 
-def _write_greens(file: Any, greens: GreensFunction, depth: int = 0) -> None:
+def _write_greens(file: Any, greens: base.GreensFunction, depth: int = 0) -> None:
     """Write into a file, or a group of it, what the function says that it needs to be made again."""
     stored = greens.stored()
     if stored is None or stored.kind not in _KINDS:
@@ -218,7 +213,7 @@ def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
         raise MemoryError(
             f"{path}: no memory to put the file together ({problem}); free some, or shorten the run"
         ) from problem
-    write_whole(path, seal_of(image), image)
+    safe_files.write_whole(path, hdf5_structure.seal_of(image), image)
 
 
 @contextmanager
@@ -230,15 +225,15 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
     name = Path(path)
     if not name.exists():
         raise StorageError(f"{name}: no such file; check the path")
-    check_file(name, FILE_LIMIT, StorageError)
-    intact = seal_holds(name)
+    safe_files.check_file(name, FILE_LIMIT, StorageError)
+    intact = hdf5_structure.seal_holds(name)
     if sealed and not intact:
         what = "carries no seal of its content" if intact is None else "changed since it was written"
         raise StorageError(f"{name}: {what}; compute it again")
-    if not intact and not can_be_opened(name):
+    if not intact and not hdf5_structure.can_be_opened(name):
         raise StorageError(f"{name}: truncated or damaged (HDF5 cannot read it); compute it again")
     try:
-        check_structure(name, StorageError, MOST_PACKED.get(content, 10.0))
+        hdf5_structure.check_structure(name, StorageError, MOST_PACKED.get(content, 10.0))
         with h5py.File(name, "r") as file:
             stored, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", -1))
             if stored != content or schema < 0:
@@ -253,7 +248,7 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
             raise StorageError(f"{name}: changed since it was written (its checksum differs); compute it again")
     except StorageError:
         raise
-    except (_Damage, GreensFunctionError) as problem:
+    except (_Damage, base.GreensFunctionError) as problem:
         raise StorageError(f"{name}: damaged: {problem}; compute it again") from problem
     except _BROKEN as problem:
         raise StorageError(f"{name}: truncated or damaged ({problem}); compute it again") from problem
@@ -277,7 +272,7 @@ def _check_numbers(file: Any) -> None:
                 raise _Damage(f"{f'{name}/'.lstrip('/')}{key} is {value!r}: must be a number")
 
 
-def finite_array(group: Any, key: str) -> Array:
+def finite_array(group: Any, key: str) -> base.Array:
     """Return a dataset of finite numbers; one that claims more of them than the file has room for is damage, not a
     need."""
     if key not in group:
@@ -346,7 +341,7 @@ def restore_checkpoint(stepper: ContactStepper, path: str | os.PathLike[str]) ->
         raise StorageError(f"{path}: {problem}") from problem
 
 
-def _identity(stepper: ContactStepper) -> dict[str, Array]:
+def _identity(stepper: ContactStepper) -> dict[str, base.Array]:
     """Return a few numbers per ingredient; each changes when any element of the ingredient does."""
     s = stepper.prepared
     laws = [(c.law.code, *c.law.parameters, c.side) for c in s.problem.contacts]
@@ -366,7 +361,7 @@ def _identity(stepper: ContactStepper) -> dict[str, Array]:
     }
 
 
-def _digest(values: Array) -> Array:
+def _digest(values: base.Array) -> base.Array:
     """Return the size of the array, then two sums on the scale of its largest element (the third number)."""
     flat = values.ravel()
     size = float(np.max(np.abs(flat), initial=0.0))

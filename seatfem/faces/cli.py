@@ -2,8 +2,6 @@
 target, 2: wrong input.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys
@@ -19,13 +17,13 @@ from typing import Final, Literal
 from cyclopts import App, CycloptsError
 
 from impact.files.safe_files import FULL
+from seatfem import machine, study
 from seatfem.faces import other_verbs, scene_verbs
 from seatfem.faces import other_verbs as result_verbs
 from seatfem.faces import other_verbs as study_verbs
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
 from seatfem.faces.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, Console, lines
-from seatfem.jobs.folders import sweep
-from seatfem.jobs.processes import ended_by_signals, exit_code
+from seatfem.jobs import folders, processes
 
 __all__ = [
     "BAD_INPUT",
@@ -53,15 +51,13 @@ def _is_ours(error: Exception) -> bool:
 
 def in_words(error: Exception) -> str:
     """Return what a user can do about an error; an error that is no fault of the user's is called a bug."""
-    from seatfem.machine.doctor import broken_package
-
     if isinstance(error, OSError) and error.errno in FULL:
         return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"
     if isinstance(error, FileNotFoundError) and error.errno == ENOENT and error.filename:
         return f"{error.filename}: no such file; check the path"
     if _is_ours(error) or isinstance(error, OSError):
         return str(error)
-    if words := broken_package(error):
+    if words := machine.doctor.broken_package(error):
         return words
     if isinstance(error, MemoryError):
         return f"{str(error) or 'out of memory'}; a coarser mesh (seat.mesh.size) needs less"
@@ -73,10 +69,8 @@ def placed(error: Exception, arguments: Sequence[str]) -> str:
     and with the lines of the keys before what is wrong with the files that the scene names."""
     scenes = [Path(word) for word in arguments if word.endswith(".toml")]
     if scenes and type(error).__name__ == "SceneError":
-        from seatfem.study.scene import SceneError, located
-
-        assert isinstance(error, SceneError)
-        error = located(error, scenes[0])
+        assert isinstance(error, study.scene.SceneError)
+        error = study.scene.located(error, scenes[0])
     text = in_words(error)
     is_placed = type(error).__name__ == "SceneError"
     if scenes and not is_placed and _is_ours(error) and (key := _KEY.match(text)):
@@ -89,12 +83,11 @@ def placed(error: Exception, arguments: Sequence[str]) -> str:
 def _with_line(text: str, key: str, scene: Path) -> str:
     """Return the text with the line of the key, or of its table, that a message of one line begins with; unchanged if
     the file has neither."""
-    from seatfem.study.scene import SceneError, located
-    from seatfem.study.scene.problems import Problem
-
     try:
-        error = located(SceneError((Problem(None, 0, "", text, tuple(key.split("."))),)), scene)
-    except SceneError:  # of the file itself
+        error = study.scene.located(
+            study.scene.SceneError((study.scene.problems.Problem(None, 0, "", text, tuple(key.split("."))),)), scene
+        )
+    except study.scene.SceneError:  # of the file itself
         return text
     return str(error) if error.problems[0].line and "\n" not in text else text
 
@@ -182,8 +175,8 @@ def run_command(arguments: Sequence[str]) -> int:
     debug = "--debug" in arguments or os.environ.get("SEATFEM_DEBUG", "0") not in ("", "0")
     errors = lines(stderr=True)
     try:
-        sweep()
-        with ended_by_signals(), warnings.catch_warnings(record=True) as caught:
+        folders.sweep()
+        with processes.ended_by_signals(), warnings.catch_warnings(record=True) as caught:
             code = app(arguments)
         for message in dict.fromkeys(str(warning.message) for warning in caught):
             errors.print(f"warning: {clipped(message)}")
@@ -192,7 +185,7 @@ def run_command(arguments: Sequence[str]) -> int:
     except KeyboardInterrupt as stopped:
         with suppress(OSError):  # the terminal may be gone
             errors.print("seatfem: interrupted; files are written whole or not at all")
-        return exit_code(stopped)
+        return processes.exit_code(stopped)
     except Exception as error:
         if debug:
             raise

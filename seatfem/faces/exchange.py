@@ -1,7 +1,5 @@
 """`seatfem export`: a scene, or the folder of a run, in the formats of other programs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Final
@@ -13,21 +11,15 @@ from impact.files.csv_table import write_csv
 from impact.greens.base import GreensFunction
 from impact.notices import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
-from seatfem.faces.report.asked import SCENE_COPY, changes_in
-from seatfem.faces.report.sections import run_summary, text_of
+from seatfem.faces.report import asked, sections
 from seatfem.faces.terminal import load
 from seatfem.pictures.moving import KEPT, SOURCES, load_moving, write_moving
 from seatfem.readings import as_number, measured
-from seatfem.structures.formats.dxf import write_outline
-from seatfem.structures.formats.uff import write_modes_uff, write_receptance_uff
-from seatfem.structures.formats.writing import write_reduced
+from seatfem.structures.formats import dxf, uff, writing
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.calculix import write_calculix
-from seatfem.study.runs.pictures import MODES_FILE
+from seatfem.study.runs import calculix, pictures, rounds, stress_spots
 from seatfem.study.runs.pipeline import RESULT_FILE, SUMMARY_FILE, compute_greens
-from seatfem.study.runs.rounds import SEAT_FILE
-from seatfem.study.runs.stress_spots import HISTORIES_FILE, load_histories
 from seatfem.study.scene import Scene, SceneError
 
 BINS: Final = 2000  # frequencies of a receptance
@@ -63,7 +55,7 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
 
 
 def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
-    summary = run_summary(source)
+    summary = sections.run_summary(source)
     runs, width = load_results(source / RESULT_FILE), _filter_width(source, summary)
     columns = {"time [s]": runs["wave"].time}
     for name, words in (("wave", ""), ("spring", "spring ")):
@@ -76,8 +68,8 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
             f"{words}seat displacement [m]": run.target_displacement,
         }
     yield write_csv(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
-    if (source / HISTORIES_FILE).is_file():
-        time, places = load_histories(source / HISTORIES_FILE)
+    if (source / stress_spots.HISTORIES_FILE).is_file():
+        time, places = stress_spots.load_histories(source / stress_spots.HISTORIES_FILE)
         heads = ["time [s]", *(f"{name} [Pa]" for name in places)]
         yield write_csv(
             output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
@@ -93,11 +85,11 @@ def _filter_width(source: Path, summary: Mapping[str, object]) -> float:
 
 
 def _as_uff(source: Path, output: Path, progress: Progress) -> Written:
-    modes = source / MODES_FILE
+    modes = source / pictures.MODES_FILE
     if not modes.is_file() or (source / SUMMARY_FILE).is_file():
         greens: GreensFunction = as_a_whole(load_greens(_seat_of(source)))
-        highest = PER_BAND / _filter_width(source, run_summary(source))
-        write_receptance_uff(greens, np.linspace(highest / BINS, highest, BINS), output / "receptance.uff")
+        highest = PER_BAND / _filter_width(source, sections.run_summary(source))
+        uff.write_receptance_uff(greens, np.linspace(highest / BINS, highest, BINS), output / "receptance.uff")
         yield output / "receptance.uff"
     if not modes.is_file():
         return
@@ -105,7 +97,7 @@ def _as_uff(source: Path, output: Path, progress: Progress) -> Written:
     if motion.frequency is None or motion.modal_mass is None:
         yield f"no modes.uff: {modes} does not know its frequencies; write it again (seatfem modes -o)"
         return
-    write_modes_uff(motion.points, motion.displacement, motion.frequency, motion.modal_mass, output / "modes.uff")
+    uff.write_modes_uff(motion.points, motion.displacement, motion.frequency, motion.modal_mass, output / "modes.uff")
     yield output / "modes.uff"
 
 
@@ -122,19 +114,19 @@ def _as_vtk(source: Path, output: Path, progress: Progress) -> Written:
 
 def _as_calculix(source: Path, output: Path, progress: Progress) -> Written:
     plan = plan_scene(_scene_of(source), progress=progress, folder=source if source.is_dir() else None)
-    return write_calculix(plan, output, progress)
+    return calculix.write_calculix(plan, output, progress)
 
 
 def _as_reduced(source: Path, output: Path, progress: Progress) -> Written:
     if source.is_dir():
         seat = _seat_of(source)
     elif source.suffix.lower() == ".toml":
-        seat = output / SEAT_FILE
+        seat = output / rounds.SEAT_FILE
         compute_greens(_scene_of(source), seat, progress)
         yield seat
     else:
         seat = source
-    yield from write_reduced(load_greens(seat), output)
+    yield from writing.write_reduced(load_greens(seat), output)
 
 
 def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
@@ -143,7 +135,7 @@ def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
         raise ExportError(
             f"{source}: reed.kind = {reed.kind!r} has no outline; use a flat one: flapper, sheet, disc, ring_plate"
         )
-    write_outline(reed.thin_plate.geometry().drawn, output / "reed.dxf")
+    dxf.write_outline(reed.thin_plate.geometry().drawn, output / "reed.dxf")
     yield output / "reed.dxf"
 
 
@@ -163,11 +155,11 @@ def _scene_of(source: Path) -> Scene:
     """Return the scene of a file, or the one that the folder of a run keeps, with the changes that were made to it."""
     if not source.is_dir():
         return load(source)
-    path = source / SCENE_COPY
+    path = source / asked.SCENE_COPY
     if not path.is_file():
-        raise ExportError(f"{source}: keeps no {SCENE_COPY}; give the scene itself")
+        raise ExportError(f"{source}: keeps no {asked.SCENE_COPY}; give the scene itself")
     try:
-        return load(path, changes_in(text_of(path)))
+        return load(path, asked.changes_in(sections.text_of(path)))
     except SceneError as error:
         raise ExportError(
             f"{error}\n{path} is a copy of the scene that was run and names its files where they were: "
@@ -176,6 +168,6 @@ def _scene_of(source: Path) -> Scene:
 
 
 def _seat_of(folder: Path) -> Path:
-    if not (path := folder / SEAT_FILE).is_file():
-        raise ExportError(f"{folder}: holds no {SEAT_FILE}; give the folder of a run (seatfem run -o)")
+    if not (path := folder / rounds.SEAT_FILE).is_file():
+        raise ExportError(f"{folder}: holds no {rounds.SEAT_FILE}; give the folder of a run (seatfem run -o)")
     return path

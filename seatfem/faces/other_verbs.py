@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 
 from cyclopts import Parameter
 
+import seatfem
+from impact import pictures
 from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
 from seatfem.faces.terminal import (
     COMMON,
@@ -25,14 +27,15 @@ from seatfem.faces.terminal import (
     print_outcome,
     progress_of,
 )
+from seatfem.structures import inspection
+from seatfem.study import scene
+from seatfem.study import sweep as sweeps
 from seatfem.study.safety import Effort
 from seatfem.verify import verification_table_view
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from seatfem.study.sweep.optimum import SearchAhead
-    from seatfem.study.sweep.sweep import Ahead
 
 Made = TypeVar("Made")
 
@@ -58,14 +61,7 @@ def faces(
     unit:
         Length unit of a BREP or mesh file, which state none [default: mm, m].
     """
-    from impact.pictures.drawing import gap_of
-    from seatfem.faces.tables import faces_csv, faces_table
-    from seatfem.machine.libraries import require_gmsh_libraries
-    from seatfem.pictures.faces_picture import draw_faces
-    from seatfem.structures.inspection.mesh_file import open_part
-    from seatfem.study.scene.files import part_of_scene
-
-    require_gmsh_libraries()
+    seatfem.machine.libraries.require_gmsh_libraries()
     path, gap = output or Path(f"{part.stem}-faces.png"), ""
     try:
         check_writable(path)
@@ -75,16 +71,22 @@ def faces(
         gap = str(problem)  # the table is told all the same
     with progress_of(common) as progress:
         progress("reading the part", 0.0)
-        geometry = part_of_scene(part) if part.suffix.lower() == ".toml" else open_part(part, unit)
+        geometry = (
+            scene.files.part_of_scene(part)
+            if part.suffix.lower() == ".toml"
+            else inspection.mesh_file.open_part(part, unit)
+        )
         progress("reading the part", 1.0)
     if path.suffix.lower() == ".csv":
         with whole_file(path) as temporary:
-            temporary.write_text(faces_csv(geometry), encoding="utf-8")
+            temporary.write_text(seatfem.faces.tables.faces_csv(geometry), encoding="utf-8")
     else:
-        gap = gap or gap_of(lambda file: draw_faces(geometry, file), path)
+        gap = gap or pictures.drawing.gap_of(
+            lambda file: seatfem.pictures.faces_picture.draw_faces(geometry, file), path
+        )
     if common.quiet:
         return FAILED if gap and output else DONE
-    console().print(faces_table(geometry))
+    console().print(seatfem.faces.tables.faces_table(geometry))
     terminal = lines()
     if len(geometry.regions) > 1:
         terminal.print(f"solids: {', '.join(geometry.regions)}")
@@ -116,23 +118,25 @@ def init(
     schema:
         Write a JSON schema beside it, too, by which editors complete and check its keys.
     """
-    from seatfem.faces.tables import kinds_table
-    from seatfem.study.scene.keys import SCHEMA_FILE, NoTemplate, scene_schema, scene_template, schema_text
-    from seatfem.study.sweep.study import STUDY, STUDY_SCHEMA_FILE, study_schema, study_template
-
     if kind is None:
-        console().print(kinds_table())
+        console().print(seatfem.faces.tables.kinds_table())
         lines().print("next: seatfem init KIND")
         return DONE
-    path, of_study = output or Path(f"{kind}.toml"), kind == STUDY
+    path, of_study = output or Path(f"{kind}.toml"), kind == sweeps.study.STUDY
     name_in_shell = shlex.quote("".join(letter if letter.isprintable() else "?" for letter in path.name))
-    text = study_template(file=name_in_shell) if of_study else scene_template(kind, file=name_in_shell)
+    text = (
+        sweeps.study.study_template(file=name_in_shell)
+        if of_study
+        else scene.keys.scene_template(kind, file=name_in_shell)
+    )
     if path.exists():
-        raise NoTemplate(f"{path}: exists already; remove it, or name another file (--output)")
-    name = STUDY_SCHEMA_FILE if of_study else SCHEMA_FILE
+        raise scene.keys.NoTemplate(f"{path}: exists already; remove it, or name another file (--output)")
+    name = sweeps.study.STUDY_SCHEMA_FILE if of_study else scene.keys.SCHEMA_FILE
     written = {path: f"#:schema {name}\n{text}" if schema else text}
     if schema:
-        written[path.with_name(name)] = schema_text(study_schema() if of_study else scene_schema())
+        written[path.with_name(name)] = scene.keys.schema_text(
+            sweeps.study.study_schema() if of_study else scene.keys.scene_schema()
+        )
     check_writable(*written)
     for file, content in written.items():
         write_whole(file, content.encode("utf-8"))
@@ -163,31 +167,23 @@ def doctor(*, calibrate: Annotated[bool, Parameter(negative="")] = False, common
     """
     if calibrate:
         return _calibrate(common)
-    from seatfem.faces.tables import doctor_table
-    from seatfem.machine.doctor import doctor_report
-
-    checks = doctor_report()
+    checks = seatfem.machine.doctor.doctor_report()
     gaps = [check for check in checks if check.required and not check.ok]
     if not common.quiet:
-        console().print(doctor_table(checks))
+        console().print(seatfem.faces.tables.doctor_table(checks))
     for gap in gaps:
         lines(stderr=True).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
     return FAILED if gaps else DONE
 
 
 def _calibrate(common: Common) -> int:
-    from seatfem.faces.tables import rates_table
-    from seatfem.machine.calibration import calibrate
-    from seatfem.machine.libraries import require_gmsh_libraries
-    from seatfem.machine.resources import calibration_file
-
-    require_gmsh_libraries()
+    seatfem.machine.libraries.require_gmsh_libraries()
     with progress_of(common) as progress:
-        machine = calibrate(progress)
-    path = calibration_file()
+        machine = seatfem.machine.calibration.calibrate(progress)
+    path = seatfem.machine.resources.calibration_file()
     machine.save(path)
     if not common.quiet:
-        console().print(rates_table(machine.rates(), type(machine)().rates()))
+        console().print(seatfem.faces.tables.rates_table(machine.rates(), type(machine)().rates()))
         lines().print(f"wrote {path}")
     return DONE
 
@@ -258,11 +254,9 @@ def export(
     output:
         Folder for the files [default: that of the run; of a scene its name + "-" + the format].
     """
-    from seatfem.faces.exchange import export as write
-
     terminal = lines(quiet=common.quiet)
     with progress_of(common) as progress:
-        written = write(source, to, output, progress)
+        written = seatfem.faces.exchange.export(source, to, output, progress)
     for each in written:
         terminal.print(f"wrote {each}" if isinstance(each, Path) else f"note: {each}")
     return DONE
@@ -297,9 +291,7 @@ def _run_study(
     study: Path, folder: Path, work: Work, common: Common, carry_out: Callable[..., Made]
 ) -> tuple[str, Made]:
     """Return the heading of a study, and what its table or its search came to in a folder."""
-    from seatfem.study.sweep.study import load_study
-
-    definition, spoken = load_study(study), lines(stderr=True, quiet=common.quiet)
+    definition, spoken = sweeps.study.load_study(study), lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
         made = carry_out(definition, folder, work, file=study, progress=progress, tell=spoken.print)
     return definition.heading, made
@@ -320,17 +312,19 @@ def sweep(
     output:
         Folder for table, reports and journal [default: the study's name + "-sweep"].
     """
-    from seatfem.study.sweep.charts import write_reports
-    from seatfem.study.sweep.sweep import PARQUET, TABLE, run_study
-
     folder, terminal = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
-    heading, table = _run_study(study, folder, work, common, run_study)
-    files, gaps = write_reports(table, folder, pictures=not work.no_pictures)
+    heading, table = _run_study(study, folder, work, common, sweeps.sweep.run_study)
+    files, gaps = sweeps.charts.write_reports(table, folder, pictures=not work.no_pictures)
     states = list(table.columns["status"])
     counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
     terminal.print(f"{heading}: {len(table)} scenes, {counts}")
     sentences = (table.left_out_in_words(), *table.ranges(), *table.empty_in_words(), *table.failures())
-    print_outcome(terminal, sentences, gaps, (folder / TABLE, *filter(Path.exists, [folder / PARQUET]), *files))
+    print_outcome(
+        terminal,
+        sentences,
+        gaps,
+        (folder / sweeps.sweep.TABLE, *filter(Path.exists, [folder / sweeps.sweep.PARQUET]), *files),
+    )
     return DONE if table.has_numbers.all() and not table.unanswered() else FAILED
 
 
@@ -349,35 +343,26 @@ def optimise(
     output:
         Folder for tables, picture and journal [default: the study's name + "-optimum"].
     """
-    from seatfem.study.sweep.best import draw_search
-    from seatfem.study.sweep.optimum import run_optimum
-
     folder, terminal = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
-    heading, optimum = _run_study(study, folder, work, common, run_optimum)
+    heading, optimum = _run_study(study, folder, work, common, sweeps.optimum.run_optimum)
     numbers = optimum.as_json()
     counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
     terminal.print(f"{heading}: {counts}")
     files, picture = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")], folder / "search.png"
-    gap = "" if work.no_pictures else draw_search(optimum, picture)
+    gap = "" if work.no_pictures else sweeps.best.draw_search(optimum, picture)
     files += [] if work.no_pictures or gap else [picture]
     sentences = (numbers["left_out"], *optimum.table(optimum.searched).failures(), optimum.in_words())
     print_outcome(terminal, sentences, [gap], files)
     return DONE if optimum.is_met else FAILED
 
 
-def study_ahead(path: Path) -> Ahead | SearchAhead | None:
+def study_ahead(path: Path) -> sweeps.sweep.Ahead | sweeps.optimum.SearchAhead | None:
     """Return what a study would take; ``None`` for other files."""
-    from seatfem.study.scene.load import has_table
-
-    if not has_table(path, "vary"):
+    if not scene.load.has_table(path, "vary"):
         return None
-    from seatfem.study.sweep.optimum import ahead_of
-    from seatfem.study.sweep.study import load_study
-    from seatfem.study.sweep.sweep import LOOKED_AT, ahead, ahead_of_many, scenes_of
-
-    study = load_study(path)
+    study = sweeps.study.load_study(path)
     if study.optimise is not None:
-        return ahead_of(study, file=path)
-    if study.number_of_scenes > LOOKED_AT and study.error_bars == "every":
-        return ahead_of_many(study, file=path)
-    return ahead(study.scene, scenes_of(study, file=path)[0])
+        return sweeps.optimum.ahead_of(study, file=path)
+    if study.number_of_scenes > sweeps.sweep.LOOKED_AT and study.error_bars == "every":
+        return sweeps.sweep.ahead_of_many(study, file=path)
+    return sweeps.sweep.ahead(study.scene, sweeps.sweep.scenes_of(study, file=path)[0])

@@ -1,7 +1,5 @@
 """A plan for the terminal and for other programs, and the values read of a scene, with units."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator, Mapping
@@ -16,18 +14,13 @@ from rich.table import Table
 
 from impact.files.csv_table import read_csv, without_nan
 from impact.quantities import enumeration, in_digits, in_time, percent
-from seatfem.fields import kind_of
+from seatfem import fields, study
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import Record, Recorded
-from seatfem.study.method import as_stated
+from seatfem.study import method, safety
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.refining import rounds_ahead
-from seatfem.study.safety import STAGES, in_words
-from seatfem.study.scene import Contact, Scene
-from seatfem.study.scene.drives import AreaByLift
-from seatfem.study.scene.files import check_files
-from seatfem.study.scene.keys import dimension_of
-from seatfem.study.scene.load import load_table
+from seatfem.study.scene import Contact, Scene, drives, files, keys, load
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
 
@@ -45,7 +38,7 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
     Raises:
         SceneError: a file that cannot be read, or has no such face.
     """
-    check_files(scene)
+    files.check_files(scene)
     return tuple(_rows(scene))
 
 
@@ -101,7 +94,7 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
 
 def _words(table: BaseModel, key: str = "") -> str:
     """Return the kind or name of a table, then each key that the file states, in the order of docs/scene.md."""
-    kind = kind_of(type(table)) if type(table).model_fields.get("kind", _NONE).is_required() else ""
+    kind = fields.kind_of(type(table)) if type(table).model_fields.get("kind", _NONE).is_required() else ""
     first = [getattr(table, "name", None) or kind.replace("_", " ")]
     facts = []
     for name, field in type(table).model_fields.items():
@@ -129,7 +122,7 @@ def _understood(record: Record) -> str:
 
 
 def _value(value: object, field: FieldInfo, key: str) -> str:
-    if isinstance(value, AreaByLift) and len(value.area) == 1:  # constant
+    if isinstance(value, drives.AreaByLift) and len(value.area) == 1:  # constant
         return write_quantity(value.area[0], "area")
     if isinstance(value, BaseModel):
         inner, named = _words(value, key), bool(getattr(value, "name", ""))
@@ -142,7 +135,7 @@ def _value(value: object, field: FieldInfo, key: str) -> str:
         return _several(value, field, key)
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return write_quantity(value, dimension_of(field)) if isinstance(value, float) else str(value)
+    return write_quantity(value, keys.dimension_of(field)) if isinstance(value, float) else str(value)
 
 
 def _several(values: tuple[Any, ...], field: FieldInfo, key: str) -> str:
@@ -156,9 +149,7 @@ def _file(path: Path, key: str) -> str:
     """Return a file's name; of columns their number of rows and ranges too, of a file of strength what it holds."""
     if key.rpartition(".")[2] in STRENGTHS:
         # of scenes with a life only
-        from seatfem.study.scene.strength import StrengthTable
-
-        return f"{path.name} ({_words(load_table(path, StrengthTable), key)})"
+        return f"{path.name} ({_words(load.load_table(path, study.scene.strength.StrengthTable), key)})"
     if path.suffix.lower() == ".csv" and (columns := _columns(path)):
         return f"{path.name} ({columns})"
     return f"{path.name} ({math.ceil(path.stat().st_size / 1000):,} kB)"
@@ -210,7 +201,7 @@ def plan_lines(plan: Plan) -> Iterator[str]:
     largest first, without what hardly counts; notes."""
     yield f"accuracy asked for: {judged_line(plan)}"
     stages = sorted(plan.cost.parts.items(), key=lambda item: -item[1])
-    shown = (f"{STAGES.get(stage, stage)} {in_time(seconds)}" for stage, seconds in stages if seconds >= 0.05)
+    shown = (f"{safety.STAGES.get(stage, stage)} {in_time(seconds)}" for stage, seconds in stages if seconds >= 0.05)
     yield f"predicted time: {', '.join(shown)}"
     ahead = rounds_ahead(plan)
     rounds = f"predicted rounds: {ahead.number} expected, {in_time(ahead.seconds)} in total"
@@ -220,7 +211,7 @@ def plan_lines(plan: Plan) -> Iterator[str]:
     for measure in plan.error:
         parts = {source: share.get(measure, 0.0) for source, share in plan.shares.items()}
         largest = sorted(parts.items(), key=lambda item: -item[1])
-        counted = (f"{in_words(source)} {percent(v)}" for source, v in largest if v >= COUNTS * largest[0][1])
+        counted = (f"{safety.in_words(source)} {percent(v)}" for source, v in largest if v >= COUNTS * largest[0][1])
         measures.append(f"{short_words(measure)}: {', '.join(counted)}")
     yield f"predicted error: {'; '.join(measures)}"
     yield from (f"note: {note}" for note in plan.notes)
@@ -258,7 +249,7 @@ def plan_json(plan: Plan) -> str:
             for other in plan.alternatives
         ],
         "notes": list(plan.notes),
-        "scene": as_stated(scene, plan.method).model_dump(mode="json"),
+        "scene": method.as_stated(scene, plan.method).model_dump(mode="json"),
     }
     text = json.dumps(without_nan(data), indent=1, allow_nan=False)
     return text.replace("\x7f", "\\u007f")  # the one control character that JSON leaves as it is

@@ -1,7 +1,5 @@
 """Display of progress: one bar per stage on a terminal, plain lines elsewhere, a log, or nothing when quiet."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Verbs that take a scene: demo, run, plan, draw, trade, greens, modes."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Sequence
@@ -12,7 +10,10 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from seatfem.faces.other_verbs import study_ahead
+import seatfem
+from impact import pictures
+from seatfem import faces, study
+from seatfem.faces import other_verbs, report
 from seatfem.faces.terminal import (
     COMMON,
     DONE,
@@ -30,6 +31,7 @@ from seatfem.faces.terminal import (
     progress_of,
     tell,
 )
+from seatfem.study import impacts, planning, runs
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
@@ -86,31 +88,25 @@ def plan(
     drawing:
         File for a drawing of the scene, in section and plan (.png, .svg or .pdf).
     """
-    if (ahead := study_ahead(scene)) is not None:
+    if (ahead := other_verbs.study_ahead(scene)) is not None:
         if json:
             sys.stdout.write(ahead.as_json() + "\n")
         else:
             lines(quiet=common.quiet).print(ahead.in_words(ahead.workers()))
         return DONE
     checked = load(scene, changes)
-    from seatfem.faces import plan_view
-    from seatfem.faces.plan_view import read_table
-    from seatfem.study.planning.planner import plan_scene
-
-    planned = plan_scene(checked)
+    planned = planning.planner.plan_scene(checked)
     if drawing is not None:
-        from seatfem.study.impacts.layout import draw_scene
-
-        draw_scene(checked, drawing, planned.method.seat.division)
+        impacts.layout.draw_scene(checked, drawing, planned.method.seat.division)
     if json and not common.quiet:
-        sys.stdout.write(plan_view.plan_json(planned) + "\n")
+        sys.stdout.write(faces.plan_view.plan_json(planned) + "\n")
     elif not common.quiet:
         wide = console()
-        if (read := read_table(checked)) is not None:
+        if (read := faces.plan_view.read_table(checked)) is not None:
             wide.print(read)
-        wide.print(plan_view.choices_table(planned))
-        wide.print(plan_view.costs_table(planned))
-        for words in (*plan_view.plan_lines(planned), *([] if drawing is None else [f"wrote {drawing}"])):
+        wide.print(faces.plan_view.choices_table(planned))
+        wide.print(faces.plan_view.costs_table(planned))
+        for words in (*faces.plan_view.plan_lines(planned), *([] if drawing is None else [f"wrote {drawing}"])):
             wide.print(words, soft_wrap=True)
     return DONE
 
@@ -124,11 +120,11 @@ def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), c
         File of the drawing: .png, .svg or .pdf [default: the scene's name + "-drawing.png"].
     """
     checked = load(scene, changes)
-    from seatfem.study.impacts.layout import cover_note, draw_scene, facts_of
-
     path = output or Path(f"{scene.stem}-drawing.png")
-    layout = draw_scene(checked, path)
-    print_outcome(lines(quiet=common.quiet), [facts_of(layout)], [cover_note(layout)], [path])
+    layout = impacts.layout.draw_scene(checked, path)
+    print_outcome(
+        lines(quiet=common.quiet), [impacts.layout.facts_of(layout)], [impacts.layout.cover_note(layout)], [path]
+    )
     return DONE
 
 
@@ -157,20 +153,16 @@ def trade(
         Address of a scheduler of dask, whose workers carry out the points: tcp://HOST:8786 or tls://...
     """
     load(scene)
-    from impact.pictures.drawing import gap_of
-    from seatfem.study.trade.report import draw_trade, in_words, write_trade
-    from seatfem.study.trade.trade import measure_trade
-
     folder = output or Path(f"{scene.stem}-trade")
     with progress_of(common) as progress:
-        result = measure_trade(
+        result = study.trade.trade.measure_trade(
             scene, folder / "trade.jsonl", quick=quick, time_limit=limit, cluster=cluster, progress=progress
         )
     files = [folder / "trade.csv", folder / "trade.json"]
-    write_trade(result, *files)
+    study.trade.report.write_trade(result, *files)
     terminal = lines(quiet=common.quiet)
-    terminal.print(in_words(result))
-    gap = gap_of(lambda path: draw_trade(result, path), folder / "trade.png")
+    terminal.print(study.trade.report.in_words(result))
+    gap = pictures.drawing.gap_of(lambda path: study.trade.report.draw_trade(result, path), folder / "trade.png")
     print_outcome(terminal, (), [gap], files if gap else [*files, folder / "trade.png"])
     return DONE
 
@@ -184,11 +176,9 @@ def greens(scene: SceneFile, /, *, output: Output = None, common: Common = COMMO
         File for the Green's function [default: the scene's name + "-seat.h5"].
     """
     checked = load(scene)
-    from seatfem.study.runs.pipeline import compute_greens
-
     path = output or Path(f"{scene.stem}-seat.h5")
     with progress_of(common) as progress:
-        outcome = compute_greens(checked, path, progress)
+        outcome = runs.pipeline.compute_greens(checked, path, progress)
     tell(outcome, common)
     return DONE
 
@@ -213,21 +203,16 @@ def modes(
     up_to:
         Highest frequency, with its unit, e.g. "50 kHz"; instead of a count, or with it: what ends first.
     """
-    from seatfem.units import UnitError, parse_quantity
-
     try:
-        highest = None if up_to is None else parse_quantity(up_to, "frequency")
-    except UnitError as problem:
-        raise UnitError(f"--up-to: {problem}") from None
+        highest = None if up_to is None else seatfem.units.parse_quantity(up_to, "frequency")
+    except seatfem.units.UnitError as problem:
+        raise seatfem.units.UnitError(f"--up-to: {problem}") from None
     checked = load(scene)
-    from seatfem.faces.tables import modes_table
-    from seatfem.study.runs.pipeline import write_modes
-
     folder = output or Path(f"{scene.stem}-modes")
     with progress_of(common) as progress:
-        outcome = write_modes(checked, folder, progress, count=count, up_to_hz=highest)
+        outcome = runs.pipeline.write_modes(checked, folder, progress, count=count, up_to_hz=highest)
     if not common.quiet and outcome.modes:
-        console().print(modes_table(outcome.modes))
+        console().print(faces.tables.modes_table(outcome.modes))
     tell(outcome, common)
     return DONE
 
@@ -242,21 +227,13 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
     scene = load(path, changes)
     content = path.read_bytes()
-    from seatfem.faces.plan_view import read_table
-    from seatfem.faces.report.asked import keep_asked
-    from seatfem.faces.tables import landings_of, landings_table, result_table
-    from seatfem.faces.verdict import lasting, pressed_on, simpler, verdict
-    from seatfem.pictures.rendering import drawing_apart
-    from seatfem.study.runs.next_round import Limits
-    from seatfem.study.runs.pipeline import run_scene
-
-    limits = Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
+    limits = runs.next_round.Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
-    if (read := read_table(scene)) is not None:
+    if (read := faces.plan_view.read_table(scene)) is not None:
         errors.print(read, soft_wrap=False)
-    drawing = nullcontext() if effort.no_pictures else drawing_apart()
+    drawing = nullcontext() if effort.no_pictures else seatfem.pictures.rendering.drawing_apart()
     with progress_of(common, errors) as progress, drawing as painter:
-        outcome = run_scene(
+        outcome = runs.pipeline.run_scene(
             scene,
             folder,
             progress,
@@ -265,17 +242,23 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
             pictures=not effort.no_pictures,
             painter=painter,
         )
-    kept = keep_asked(content, scene, path.parent, outcome.plan, folder, changes)
+    kept = report.asked.keep_asked(content, scene, path.parent, outcome.plan, folder, changes)
     if not common.quiet:
         wide = console(highlight=False)
         title = (scene.title or path.stem).replace("\n", "\\n")
         wide.print(f"\n{title}")
-        wide.print(verdict(outcome.summary), soft_wrap=True)
-        wide.print(result_table(outcome.summary))
-        landings = landings_of(outcome.summary)
-        if len(landings) > 1 and (table := landings_table(landings)):  # of one, the table above has all
+        wide.print(faces.verdict.verdict(outcome.summary), soft_wrap=True)
+        wide.print(faces.tables.result_table(outcome.summary))
+        landings = faces.tables.landings_of(outcome.summary)
+        if len(landings) > 1 and (table := faces.tables.landings_table(landings)):  # of one, the table above has all
             wide.print(table)
-        for words in filter(None, (each(outcome.summary) for each in (pressed_on, simpler, lasting))):
+        for words in filter(
+            None,
+            (
+                each(outcome.summary)
+                for each in (faces.verdict.pressed_on, faces.verdict.simpler, faces.verdict.lasting)
+            ),
+        ):
             wide.print(words, soft_wrap=True)
     tell(outcome, common, kept)
     if common.quiet and outcome.met is False:  # an exit code alone explains nothing

@@ -8,7 +8,7 @@ import inspect
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -16,7 +16,7 @@ from rich.text import Text
 
 from impact.files.csv_table import csv_text
 from impact.quantities import in_digits, in_units, percent, plain, text
-from seatfem import results
+from seatfem import results, structures
 from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.fields import by_group, kind_of
 from seatfem.machine.doctor import Check
@@ -34,28 +34,9 @@ from seatfem.readings import (
     rounded,
     with_unit,
 )
-from seatfem.results import (
-    CONTACTS,
-    EXCESS,
-    LANDINGS_FILE,
-    LIFE_CYCLES,
-    OF_LANDINGS,
-    STATIC,
-    Result,
-    asked,
-    is_loaded,
-    name_of,
-    rows_of,
-    unit_of,
-    words_of,
-)
-from seatfem.structures.inspection.cad import FoundFace
-from seatfem.structures.inspection.mesh_file import Part
+from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.safety import STAGES, in_words
-
-if TYPE_CHECKING:
-    from seatfem.structures.natural_modes import Mode
 
 
 def time_line(seconds: Mapping[str, float]) -> str:
@@ -64,7 +45,7 @@ def time_line(seconds: Mapping[str, float]) -> str:
     return ", ".join(f"{STAGES.get(stage, stage)} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
 
 
-def modes_table(modes: Sequence[Mode]) -> Table:
+def modes_table(modes: Sequence[structures.natural_modes.Mode]) -> Table:
     """Return a table of the modes: number, frequency, nodal diameters of a body of revolution, the port's share."""
     revolved = any(mode.diameters is not None for mode in modes)
     table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the contact's compliance")
@@ -110,7 +91,7 @@ def landings_of(summary: Summary) -> Records:
     """Return the records of the landings, the largest force above the static load first; none of runs without them."""
     landings = summary.get("landings")
     records = [each for each in landings if isinstance(each, Mapping)] if isinstance(landings, list) else []
-    return sorted(records, key=lambda each: -(as_number(each.get(EXCESS)) or 0.0))
+    return sorted(records, key=lambda each: -(as_number(each.get(results.EXCESS)) or 0.0))
 
 
 def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
@@ -119,7 +100,7 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     if not records:
         return None
     shown = records[:most]
-    loaded = any(is_loaded(record) for record in shown)
+    loaded = any(results.is_loaded(record) for record in shown)
     table = Table("landing", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
     cut = (", cut off" if record.get("cut_off") is True else "" for record in shown)
@@ -127,12 +108,12 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     if any(places := [_place(record) for record in shown]):
         table.add_column("place")
         columns.append(places)
-    for key, head in OF_LANDINGS.items():
-        if loaded or key not in (STATIC, EXCESS):
+    for key, head in results.OF_LANDINGS.items():
+        if loaded or key not in (results.STATIC, results.EXCESS):
             values = [as_number(record.get(key)) for record in shown]
             stated = [bar_of(record, key) for record in shown]
             largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
-            factor, unit = prefix_of(unit_of(key), *largest)
+            factor, unit = prefix_of(results.unit_of(key), *largest)
             table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
             columns.append([in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)])
     for cells in zip(*columns, strict=True):
@@ -141,7 +122,7 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     if loaded:
         notes[0] += " above the static load; impulse of the force above the static load"
     if len(shown) < len(records):
-        notes[0] += f"; {len(records) - len(shown)} more in {LANDINGS_FILE}"
+        notes[0] += f"; {len(records) - len(shown)} more in {results.LANDINGS_FILE}"
     if any("± ?" in str(cell) for column in table.columns for cell in column.cells):
         notes.append("± ?: uncertainty not known")
     table.caption = "\n".join(notes)
@@ -176,7 +157,7 @@ def result_table(summary: Summary) -> Table:
     table.columns[0].no_wrap = True
     for column in table.columns[1:5]:
         column.justify = "right"
-    for number, (group, rows) in enumerate(rows_of(summary).items()):
+    for number, (group, rows) in enumerate(results.rows_of(summary).items()):
         style = "dim" if group == "raw" else None
         if number:
             table.add_section()
@@ -184,14 +165,14 @@ def result_table(summary: Summary) -> Table:
         heading = which_landing(summary) if group == "landing" else results.HEADINGS[group].replace("{step}", step)
         table.add_row(heading, style=style or "bold")
         for row in rows:
-            table.add_row(f" {words_of(row, summary)}", *_cells(_last_cycle(summary, row), row), style=style)
+            table.add_row(f" {results.words_of(row, summary)}", *_cells(_last_cycle(summary, row), row), style=style)
     if (residual := as_number(summary.get("energy_residual"))) is not None:
         table.add_row(" energy balance error", percent(residual), style="dim")
     table.caption = "\n".join(_notes(summary)) or None
     return table
 
 
-def _last_cycle(summary: Summary, row: Result) -> Summary:
+def _last_cycle(summary: Summary, row: results.Result) -> Summary:
     """Return the summary with the last of a list of numbers, one for each cycle of a gas, in its place."""
     if row.group != "gas":
         return summary
@@ -202,7 +183,7 @@ def _last_cycle(summary: Summary, row: Result) -> Summary:
 def _notes(summary: Summary) -> Iterator[str]:
     """Yield what stands below the table: over what is averaged, what no bar knows, what has no value."""
     width, part = summary.get("line_force_width_s"), as_number(summary.get("line_force_arc_m"))
-    shown = [row for rows in rows_of(summary).values() for row in rows]
+    shown = [row for rows in results.rows_of(summary).values() for row in rows]
     if part is not None:
         yield f"per length: mean over {in_units(part, 'm')} of the lip, the force over {duration(width)}, too"
     if any(row.group == "lip" and row.key.endswith("_at_deg") and summary.get(row.key) is not None for row in shown):
@@ -218,9 +199,9 @@ def _notes(summary: Summary) -> Iterator[str]:
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}"
     landed = any(row.group == "landing" for row in shown)
-    for key in asked(summary):
+    for key in results.asked(summary):
         if summary.get(key) is None and (landed or not key.startswith(results.LANDING)):
-            yield f"{name_of(key, summary)}: asked for, but this run gives no value"
+            yield f"{results.name_of(key, summary)}: asked for, but this run gives no value"
 
 
 def _most_stressed(summary: Summary) -> str:
@@ -232,13 +213,17 @@ def _most_stressed(summary: Summary) -> str:
     return f"largest reed stress: {part}, at {duration(time)}" if isinstance(part, str) and time is not None else ""
 
 
-def _cells(summary: Summary, row: Result) -> tuple[str, ...]:
+def _cells(summary: Summary, row: results.Result) -> tuple[str, ...]:
     """Return value and bar, the spring's value, their difference in per cent and bars, and what the target became."""
-    if row.key == CONTACTS:
-        return (_contacts(summary, ""), _contacts(summary, SPRING) if SPRING + CONTACTS in summary else "")
+    if row.key == results.CONTACTS:
+        return (_contacts(summary, ""), _contacts(summary, SPRING) if SPRING + results.CONTACTS in summary else "")
     value, bar = as_number(summary.get(row.key)), bar_of(summary, row.key)
     first = in_text(row.key, value, bar, row.unit)
-    if row.key == LIFE_CYCLES and value is not None and (design := as_number(summary.get("life_design_cycles"))):
+    if (
+        row.key == results.LIFE_CYCLES
+        and value is not None
+        and (design := as_number(summary.get("life_design_cycles")))
+    ):
         first = f"{in_digits(value, 2)} (asked {in_digits(design, 2)})"
     if SPRING + row.key not in summary:
         return (first, "", "", "", _target(summary, row.key, value, bar))
@@ -256,7 +241,8 @@ def _contacts(summary: Summary, prefix: str) -> str:
     """Return how many contacts, landings and touches there were: "2 (landings 1), touches 7"; of a baseline without
     these words."""
     contacts, landings, touches = (
-        as_number(summary.get(f"{prefix}{key}")) for key in (CONTACTS, "landing_count", f"{CONTACTS}_raw")
+        as_number(summary.get(f"{prefix}{key}"))
+        for key in (results.CONTACTS, "landing_count", f"{results.CONTACTS}_raw")
     )
     of_landings, of_touches = ("", "") if prefix else ("landings ", "touches ")
     several = "" if landings is None else f" ({of_landings}{landings:.0f})"
@@ -264,7 +250,9 @@ def _contacts(summary: Summary, prefix: str) -> str:
     return "-" if contacts is None else f"{contacts:.0f}{several}{closed}"
 
 
-def _beside(baseline: float | None, value: float | None, bar: float | None, row: Result, own: float | None) -> str:
+def _beside(
+    baseline: float | None, value: float | None, bar: float | None, row: results.Result, own: float | None
+) -> str:
     """Return the baseline's value with its ``own`` bar, or with the seat's unit and decimals if they are near."""
     if baseline is None:
         return "-"
@@ -281,7 +269,7 @@ def _beside(baseline: float | None, value: float | None, bar: float | None, row:
 def _target(summary: Summary, key: str, value: float | None, bar: float | None) -> str:
     """Return the bar's share of a judged value and whether that meets the target; "" where nothing is judged."""
     target = as_number(summary.get("accuracy_target"))
-    judged = key in asked(summary) and summary.get("accuracy_met", True) is not None
+    judged = key in results.asked(summary) and summary.get("accuracy_met", True) is not None
     if target is None or bar is None or not value or not judged:
         return ""
     if not is_known(key, value, bar):
@@ -294,7 +282,7 @@ FACE_COLUMNS = ("number", "surface", "area", "centre", "normal or axis", "radius
 UNITS = ("", "", "mm^2", "mm", "", "mm", "red, green, blue", "", "")
 
 
-def faces_table(part: Part) -> Table:
+def faces_table(part: mesh_file.Part) -> Table:
     """Return a table of one row a face; columns that hold nothing are left out."""
     rows = [_face_cells(face) for face in part.faces]
     shown = [column for column in range(len(FACE_COLUMNS)) if any(row[column] for row in rows)]
@@ -304,7 +292,7 @@ def faces_table(part: Part) -> Table:
     return table
 
 
-def faces_csv(part: Part) -> str:
+def faces_csv(part: mesh_file.Part) -> str:
     """Return the same as comma-separated values, all columns."""
     return csv_text((_head(column, "[{}]") for column in range(len(FACE_COLUMNS))), map(_face_cells, part.faces))
 
@@ -313,7 +301,7 @@ def _head(column: int, brackets: str) -> str:
     return f"{FACE_COLUMNS[column]} {brackets.format(UNITS[column])}" if UNITS[column] else FACE_COLUMNS[column]
 
 
-def _face_cells(face: FoundFace) -> tuple[str, ...]:
+def _face_cells(face: cad.FoundFace) -> tuple[str, ...]:
     half_angle = 0.0 if face.axis is None else face.axis[2]
     direction = "" if face.axis is None else f"a {_triple(face.axis[1], 1e-6)}"
     return (

@@ -20,6 +20,9 @@ from rich.console import ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
+import seatfem
+from seatfem import faces, study
+
 if TYPE_CHECKING:
     from impact.notices import Progress
     from seatfem.study.runs.pipeline import RunOutcome
@@ -70,15 +73,15 @@ Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 
 def seconds_of(_: object, words: Sequence[Token]) -> float:
     """Return the seconds of an option: "90", "90 s", "1 min", "2 h". Raises `UnitError`."""
-    from seatfem.units import UnitError, parse_quantity
-
     text = words[0].value
     with suppress(ValueError):
         return float(text)
     try:
-        return parse_quantity(text, "time")
-    except UnitError:
-        raise UnitError(f"{text!r} is no time; write seconds, 90, or a number with its unit, '1 min'") from None
+        return seatfem.units.parse_quantity(text, "time")
+    except seatfem.units.UnitError:
+        raise seatfem.units.UnitError(
+            f"{text!r} is no time; write seconds, 90, or a number with its unit, '1 min'"
+        ) from None
 
 
 Seconds = Annotated[float, Parameter(converter=seconds_of)]
@@ -133,16 +136,12 @@ def lines(*, stderr: bool = False, quiet: bool = False) -> Console:
 
 def progress_of(common: Common, console: Console | None = None) -> AbstractContextManager[Progress]:
     """Return progress bars on the ``console``, by default that of errors; none where the verb is to be quiet."""
-    from seatfem.faces.progress_bars import progress_bars
-
-    return progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
+    return faces.progress_bars.progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
 
 
 def load(path: Path, changes: Sequence[str] = ()) -> Scene:
     """Return the scene with ``changes`` made to it, as --set has them."""
-    from seatfem.study.scene import load_scene
-
-    return load_scene(path, dict(changed(each) for each in changes))
+    return study.scene.load_scene(path, dict(changed(each) for each in changes))
 
 
 def changed(given: str) -> tuple[str, object]:
@@ -161,10 +160,8 @@ def tell(outcome: RunOutcome, common: Common, more: Sequence[Path] = ()) -> None
     """Print what is worth knowing, what was written, and where the time went."""
     if common.quiet:
         return
-    from seatfem.faces.tables import time_line
-
     print_outcome(lines(), (), outcome.messages, (*outcome.files, *more))
-    lines().print(f"time: {time_line(outcome.stages)}")
+    lines().print(f"time: {faces.tables.time_line(outcome.stages)}")
 
 
 def print_outcome(

@@ -1,7 +1,5 @@
 """Meaning of a run, in sentences: whether anything landed, whether a spring would be enough in place of the seat."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

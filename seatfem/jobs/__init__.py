@@ -1,1 +1,5 @@
 """Work in processes of their own: workers that end with their parent, private folders, journals."""
+
+from impact.names import lazy_names
+
+__getattr__ = lazy_names(__name__)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 from uuid import uuid4
 
+import seatfem
 from impact.files.safe_files import MB, read_bytes
 from seatfem.jobs.desk import FILES, Ask, Lost, Program
 from seatfem.machine.code import code_version
@@ -106,16 +107,14 @@ def threads_of(address: str) -> int:
 
 def _settle(client: Client, address: str) -> None:
     """Put desks on all workers, those that are still to come too."""
-    from seatfem.jobs.remote import Desks, OtherVersionError, name_of
-
     version = code_version()
     try:
-        client.register_plugin(Desks(version), name=name_of(version))
+        client.register_plugin(seatfem.jobs.remote.Desks(version), name=seatfem.jobs.remote.name_of(version))
     except Exception as error:  # of a worker that has no, or another, seatfem, whatever that raises
         with suppress(Exception):
-            client.unregister_worker_plugin(name=name_of(version))
+            client.unregister_worker_plugin(name=seatfem.jobs.remote.name_of(version))
         reason = f"a worker there has no seatfem, install it: {_first(error)}"
-        reason = str(error) if isinstance(error, OtherVersionError) else reason
+        reason = str(error) if isinstance(error, seatfem.jobs.remote.OtherVersionError) else reason
         raise ClusterError(f"--cluster {address}: {reason}") from None
 
 
@@ -146,8 +145,6 @@ def _asked(
     files: dict[Path, Future[bytes]],
 ) -> Iterator[tuple[int, str | Lost]]:
     from distributed import KilledWorker, as_completed
-
-    from seatfem.jobs.remote import Task, carried_out
 
     words = "the scheduler is gone; run the same command again, it goes on where it was"
     gone = ClusterError(f"--cluster {address}: {words}")
@@ -180,8 +177,10 @@ def _asked(
             for path in set(parcel.files.values()) - files.keys():
                 files[path] = client.submit(bytes, read_bytes(path, MOST, ClusterError))  # once, by its content
             data = {name: files[path] for name, path in parcel.files.items()}
-            task = Task(program, parcel.line, limit, version)
-            future = client.submit(carried_out, task, data, key=f"seatfem-{study}-{number}", pure=False)
+            task = seatfem.jobs.remote.Task(program, parcel.line, limit, version)
+            future = client.submit(
+                seatfem.jobs.remote.carried_out, task, data, key=f"seatfem-{study}-{number}", pure=False
+            )
             pending[future] = number, parcel
             coming.add(future)
             if coming.has_ready():

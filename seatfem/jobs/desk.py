@@ -1,7 +1,5 @@
 """Jobs and those who do them, wherever they are: one that hangs or crashes ends as its own failure."""
 
-from __future__ import annotations
-
 import shutil
 import signal
 import time

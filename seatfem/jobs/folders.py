@@ -5,8 +5,6 @@ The owner holds a lock on a file inside, which the system releases when the proc
 whose lock nobody holds is left over; the next program that starts removes it.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

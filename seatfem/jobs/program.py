@@ -3,8 +3,6 @@
 The kernel's signal stays set from one program to the next; what the program is told of modules is what the user says.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 

@@ -3,8 +3,6 @@
 Loaded by workers of `distributed` and by `seatfem.jobs.cluster`; needs the extra [cluster].
 """
 
-from __future__ import annotations
-
 import json
 import re
 import threading

@@ -5,8 +5,6 @@ by its parent alone, and a thread of the worker ends it when that closes. The se
 worker with its parent (PR_SET_PDEATHSIG), in the midst of compiled code too that keeps threads from running.
 """
 
-from __future__ import annotations
-
 import ctypes
 import multiprocessing
 import os

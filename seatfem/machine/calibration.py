@@ -26,20 +26,16 @@ from impact.pictures.plots import plot_force
 from impact.storage.hdf5 import save_results
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.resources import Machine
-from seatfem.pictures.cell_grid import CellGrid
-from seatfem.pictures.plots import plot_modes
+from seatfem.pictures import cell_grid, plots
+from seatfem.structures import materials, method
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.materials import Material
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.reduction.krylov import Krylov
-from seatfem.structures.reduction.reducer import Reduction
+from seatfem.structures.reduction import factorization, krylov, reducer
 from seatfem.structures.shapes import Block
 
-STEEL: Final = Material(young=2e11, poisson=0.3, density=7850.0)
+STEEL: Final = materials.Material(young=2e11, poisson=0.3, density=7850.0)
 BODY: Final = Block(20e-3, 20e-3, 8e-3, 5e-3, 5e-3)
 COARSE, FINE = MeshSpec(size=8e-3), MeshSpec(size=1.7e-3)
 STEPS: Final = 100_000
@@ -119,15 +115,15 @@ def _assembly(meshes: tuple[SeatMesh, SeatMesh]) -> tuple[tuple[SecondOrderModel
 
 def _reduction(models: tuple[SecondOrderModel, SecondOrderModel], default: Machine) -> Rates:
     few, many = models
-    n, start = many.size, _time(lambda: factorize(few.K))
-    factor = max(_time(lambda: factorize(many.K)) - start, 0.1 * start)
-    factored, load = factorize(many.K), np.ones(n)
+    n, start = many.size, _time(lambda: factorization.factorize(few.K))
+    factor = max(_time(lambda: factorization.factorize(many.K)) - start, 0.1 * start)
+    factored, load = factorization.factorize(many.K), np.ones(n)
     solve = _time(lambda: factored.solve(load), 5)
     band, ratio = 5e5, 0.02
-    aims, damping = Aims(band, 1e-4, 0.01), many.damping.plus(ratio)
+    aims, damping = method.Aims(band, 1e-4, 0.01), many.damping.plus(ratio)
 
-    def reduced() -> Reduction:
-        return Krylov().reduce(many, damping, aims)
+    def reduced() -> reducer.Reduction:
+        return krylov.Krylov().reduce(many, damping, aims)
 
     greens = reduced().greens  # the first loads compiled code
     whole = _time(reduced)
@@ -187,7 +183,7 @@ def _pictures(
 
 
 def _draw(model: SecondOrderModel, folder: Path) -> None:
-    grid = CellGrid.of_model(model)
+    grid = cell_grid.CellGrid.of_model(model)
     waves = grid.points.T / grid.size
     shapes = [np.asarray(np.cos((k + 1) * waves)) for k in range(FRAMES)]
-    plot_modes(grid, shapes, [1e3 * (k + 1) for k in range(FRAMES)], folder / "modes.png")
+    plots.plot_modes(grid, shapes, [1e3 * (k + 1) for k in range(FRAMES)], folder / "modes.png")

@@ -1,7 +1,5 @@
 """Versions of the program, by the content of its sources: what no developer can forget to raise; where results are."""
 
-from __future__ import annotations
-
 import os
 import sys
 from functools import cache

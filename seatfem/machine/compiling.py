@@ -1,7 +1,5 @@
 """Compiled code on this machine: the time that compiling takes at first, and the threads that it may use."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numba

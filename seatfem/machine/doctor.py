@@ -1,7 +1,5 @@
 """Checks of what is installed and what is missing, with the exact command that mends it."""
 
-from __future__ import annotations
-
 import os
 import platform
 import re

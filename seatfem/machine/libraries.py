@@ -1,7 +1,5 @@
 """System libraries that wheels do not carry, and PETSc, SLEPc and MPI: missed before they crash anything."""
 
-from __future__ import annotations
-
 import ctypes
 import importlib.util
 import os

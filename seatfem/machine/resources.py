@@ -5,8 +5,6 @@ A container's limit is that of a control group, which /proc/meminfo does not kno
 (``ulimit -v``) is that of the process's address space.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

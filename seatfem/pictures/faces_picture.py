@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from impact.pictures.drawing import BLUE, ORANGE, sheet
@@ -188,9 +189,7 @@ def _show(ax: Axes, shot: _Shot, part: Part, needed: Sequence[int]) -> None:
 
 def _deepest(mask: Mask) -> tuple[tuple[float, float], float]:
     """Return the pixel (x, y) of a mask that is farthest from its border, and how far."""
-    from scipy.ndimage import distance_transform_edt  # of pictures alone
-
-    depth = distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1]
+    depth = scipy.ndimage.distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1]
     y, x = np.unravel_index(int(np.argmax(depth)), depth.shape)
     return (float(x), float(y)), float(depth[y, x])
 

@@ -12,12 +12,9 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from impact.greens.base import Array, ComplexArray
-from impact.greens.modal import ModalGreens
+from impact.greens import base, modal
 from impact.greens.poles import PoleGreens
-from impact.measured.frf import FrequencyResponse, Kind
-from impact.measured.pole_choice import Candidate
-from impact.measured.pole_fit import noise_of
+from impact.measured import frf, pole_choice, pole_fit
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet
 from impact.quantities import percent, scaled
 
@@ -36,8 +33,8 @@ POINTS: Final = 1500
 
 
 def plot_fit(
-    response: FrequencyResponse,
-    fitted: ModalGreens | PoleGreens,
+    response: frf.FrequencyResponse,
+    fitted: modal.ModalGreens | PoleGreens,
     path: str | os.PathLike[str],
     *,
     width: float | None = None,
@@ -59,7 +56,7 @@ def plot_fit(
     curve = fitted.transfer(s)[:, 0, 0] * s**order
     data = response.receptance[:, 0, 0] * response.per_receptance
     apart = fitted.transfer(response.lines)[:, 0, 0] * response.per_receptance - data
-    noise = noise_of(response) * np.abs(response.per_receptance)
+    noise = pole_fit.noise_of(response) * np.abs(response.per_receptance)
     factor, unit = scaled_quantity(np.abs(data), response.measured_as)
     rate, frequency_unit = scaled(high, "Hz")
     with sheet(path, 7.2, 7.2) as figure:
@@ -82,7 +79,7 @@ def plot_fit(
         size.legend(loc="best")
 
 
-def scaled_quantity(values: Array, kind: Kind) -> tuple[float, str]:
+def scaled_quantity(values: base.Array, kind: frf.Kind) -> tuple[float, str]:
     """Return factor and unit that make values [SI] of a measured quantity easy to read: of accelerances 1/kg or 1/g."""
     if kind == "accelerance":
         return (1e-3, "1/g") if np.median(values) > 1e3 else (1.0, "1/kg")
@@ -90,7 +87,7 @@ def scaled_quantity(values: Array, kind: Kind) -> tuple[float, str]:
 
 
 def _draw_misfit(
-    axes: Axes, fitted: ModalGreens | PoleGreens, rate: float, f: Array, apart: Array, noise: Array
+    axes: Axes, fitted: modal.ModalGreens | PoleGreens, rate: float, f: base.Array, apart: base.Array, noise: base.Array
 ) -> None:
     """Draw |fit - measured| of each line over its noise, one as a line; ranges that are not explained in colour."""
     smallest = float(noise.max()) * 1e-12
@@ -120,7 +117,7 @@ def _degrees(values: np.ndarray) -> np.ndarray:
     return phase
 
 
-def _misfit(fitted: ModalGreens | PoleGreens) -> str:
+def _misfit(fitted: modal.ModalGreens | PoleGreens) -> str:
     """Return what the fit states of its own errors."""
     fit = fitted.provenance.get("fit")
     if not isinstance(fit, dict) or not isinstance(value := fit.get("misfit_rms"), float):
@@ -147,15 +144,15 @@ class Row:
     """One order: number of pole pairs, their frequencies (K,) [Hz], what each is, and the information criterion."""
 
     order: int
-    frequency: Array
+    frequency: base.Array
     states: tuple[State, ...]
     criterion: float
 
 
-def rows_of(tried: Sequence[Candidate]) -> list[Row]:
+def rows_of(tried: Sequence[pole_choice.Candidate]) -> list[Row]:
     """Return the orders from the least on, of each the candidate of least criterion, its poles against those of the
     order before; of the first one against those of the next, where there is one."""
-    best: dict[int, Candidate] = {}
+    best: dict[int, pole_choice.Candidate] = {}
     for each in sorted(tried, key=lambda each: each.criterion, reverse=True):
         best[len(each.poles.pairs)] = each
     ordered = sorted(best.items())
@@ -169,8 +166,8 @@ def rows_of(tried: Sequence[Candidate]) -> list[Row]:
 
 
 def plot_stabilisation(
-    response: FrequencyResponse,
-    tried: Sequence[Candidate],
+    response: frf.FrequencyResponse,
+    tried: Sequence[pole_choice.Candidate],
     path: str | os.PathLike[str],
 ) -> None:
     """Draw the poles of every order that was tried over the magnitude of what was measured, with the criterion by which
@@ -216,7 +213,7 @@ def plot_stabilisation(
         order_axes.set_title(f"least: {least} pairs")
 
 
-def _draw_magnitude(axes: Axes, response: FrequencyResponse, rate: float) -> None:
+def _draw_magnitude(axes: Axes, response: frf.FrequencyResponse, rate: float) -> None:
     """Draw what was measured behind the poles, by an axis of its own on the right."""
     data = np.abs(response.receptance[:, 0, 0] * response.per_receptance)
     factor, unit = scaled_quantity(data, response.measured_as)
@@ -228,7 +225,7 @@ def _draw_magnitude(axes: Axes, response: FrequencyResponse, rate: float) -> Non
     axes.patch.set_visible(False)
 
 
-def _state(pole: complex, before: ComplexArray) -> State:
+def _state(pole: complex, before: base.ComplexArray) -> State:
     """Return what a pole is against those of the order before: by the nearest of them in frequency."""
     if not len(before):
         return "new"

@@ -1,7 +1,5 @@
 """Bodies in motion: a surface in frames, as pictures, reports and other programs show it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -13,13 +11,12 @@ from impact.after.histories import Pieces
 from impact.greens.base import Array
 from impact.pictures.drawing import PictureError
 from impact.quantities import scaled, text
-from seatfem.pictures.cell_grid import Skin, skin_of_plate
-from seatfem.pictures.rendering import ABOVE, View
+from seatfem.pictures import cell_grid, rendering
 from seatfem.structures.elements.mindlin import PlateMesh
 
 Integers = NDArray[np.int64]
 
-FROM_THE_SEAT: Final[View] = (0.5, -1.0, -0.42)  # a lip is not hidden by the plate over it
+FROM_THE_SEAT: Final[rendering.View] = (0.5, -1.0, -0.42)  # a lip is not hidden by the plate over it
 MODE, WAVE, LANDING = 0.08, 0.05, 0.16
 """Largest drawn displacement over the size of the body."""
 ALMOST: Final = 0.98  # of all stress that is seen at all times is below the end of the colour scale
@@ -88,7 +85,7 @@ class Frames:
     modal_mass: Array | None = None
     edges: Array | None = None
     overlay: Overlay | None = None
-    view: View = ABOVE
+    view: rendering.View = rendering.ABOVE
     drawn: float = MODE
     logarithmic: bool = False
 
@@ -152,7 +149,7 @@ class Frames:
 
 
 def mode_frames(
-    skin: Skin, shapes: Sequence[Array], labels: Sequence[str], title: str, frequency: Array | None = None
+    skin: cell_grid.Skin, shapes: Sequence[Array], labels: Sequence[str], title: str, frequency: Array | None = None
 ) -> Frames:
     """Return the motion of shapes (n, 3) at the skin's points, scaled to 1; with ``frequency`` mass-normalised."""
     largest = np.array([float(np.linalg.norm(shape, axis=1).max()) or 1.0 for shape in shapes])
@@ -164,7 +161,7 @@ def mode_frames(
 
 def wave_frames(
     title: str,
-    skin: Skin,
+    skin: cell_grid.Skin,
     mises: Array,
     displacement: Array,
     time: Array,
@@ -235,7 +232,7 @@ def landing_frames(
         raise PictureError(
             f"{frames} pictures of {arcs} arcs need as many times and heights, not {len(time)} and {len(height)}"
         )
-    skin = skin_of_plate(mesh)
+    skin = cell_grid.skin_of_plate(mesh)
     shown, full = deflection[:, skin.nodes], FULL * float(force.max()) or 1.0
     moved = np.zeros((*shown.shape, 3))
     moved[..., 2] = shown
@@ -267,7 +264,7 @@ def _lip(edges: tuple[Array, Array], height: Array, clear: float, pieces: Pieces
     return np.column_stack([corners, np.full(len(corners), -clear)]), heights[:, [0, 1, 1, 0]].ravel()
 
 
-def margin_frames(body: str, skin: Skin, margins: Array) -> Frames:
+def margin_frames(body: str, skin: cell_grid.Skin, margins: Array) -> Frames:
     """Return margins of fatigue (S,) of the nodes of a body's skin, inf where nothing fails, nan where none is judged,
     in a logarithmic scale of colours from the least margin to `MARGIN_SPAN` times it."""
     known, label, least = np.isfinite(margins), "", 1.0

@@ -1,7 +1,5 @@
 """Files of bodies in motion: HDF5 for reports, VTK for ParaView."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Mapping

@@ -5,8 +5,6 @@ the standard input is "FILE NAME", without a FILE for what all pictures need; th
 drawn, or "".
 """
 
-from __future__ import annotations
-
 import json
 import pickle
 import sys
@@ -35,8 +33,6 @@ def main(folder: Path) -> None:
 def _load(_: Path) -> None:
     """Load libraries, and open a window of OpenGL, whose first one takes longest."""
     import matplotlib.backends.backend_agg  # noqa: F401
-
-    from seatfem.pictures import plots, stress_plot  # noqa: F401
 
     new_plotter(load_pyvista(), (16, 16)).close()
 

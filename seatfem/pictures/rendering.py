@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 from impact.files.safe_files import whole_file
 from impact.names import how_to_mend
 from impact.pictures.drawing import PictureError, gap_of
-from seatfem.jobs.desk import Desk, Lost, Program
-from seatfem.jobs.folders import private_folder
+from seatfem.jobs import desk, folders
 from seatfem.machine.libraries import picture_library_gap, select_offscreen_window
 
 if TYPE_CHECKING:
@@ -204,7 +203,7 @@ def drawing_apart() -> Iterator[Painter]:
     A process that crashes or hangs costs the picture it was at. What cannot be handed to another process is drawn here,
     when it is asked for.
     """
-    with private_folder("pictures") as private:
+    with folders.private_folder("pictures") as private:
         painter = Painter(private)
         try:
             yield painter
@@ -217,7 +216,7 @@ class Painter:
 
     def __init__(self, private: Path) -> None:
         self._private, self._taken, self._cannot, self._is_ending = private, 0, "", False
-        self._desk = Desk(Program(WORKER, (str(private),), environment={TRIED: "1"}), private / "desk")
+        self._desk = desk.Desk(desk.Program(WORKER, (str(private),), environment={TRIED: "1"}), private / "desk")
         self._thread = ThreadPoolExecutor(1, "pictures")
         self._drawn: dict[str, Future[str] | Callable[..., object]] = {}  # the latest of each name
         self._begun: Future[str] | None = None
@@ -267,7 +266,7 @@ class Painter:
         try:
             self._desk.start()
             answer = self._desk.answer(f"{drawing} {name}", PATIENCE)
-            if not isinstance(answer, Lost):
+            if not isinstance(answer, desk.Lost):
                 return str(json.loads(answer))
             problem = "the process that draws it crashed; seatfem doctor shows what may be missing"
             if answer.hung:

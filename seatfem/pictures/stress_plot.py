@@ -15,10 +15,7 @@ from impact.files.safe_files import whole_file
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, sheet, zero_line
 from impact.quantities import scaled, text
-from seatfem.pictures.cell_grid import as_triangles
-from seatfem.pictures.frame_pictures import COLOURS, UNKNOWN, draw_frames
-from seatfem.pictures.frames import Frames
-from seatfem.pictures.rendering import crop, import_pyvista
+from seatfem.pictures import cell_grid, frame_pictures, frames, rendering
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -102,7 +99,7 @@ def plot_stress(
 
         figure.suptitle(title)
         place, course = figure.subplots(1, 2)
-        scale = ScalarMappable(Normalize(0.0, factor * float(snapshot.max())), COLOURS)
+        scale = ScalarMappable(Normalize(0.0, factor * float(snapshot.max())), frame_pictures.COLOURS)
         if image is None:
             _outline(place, mesh, sites, factor * snapshot, scale)
             place.plot(*(1e3 * worst), "o", mfc="none", mec=ORANGE, ms=10)
@@ -136,7 +133,7 @@ def write_stress_vtu(sites: Array, largest: Array, time: Array, path: str | os.P
     Raises:
         PictureError: pyvista is missing.
     """
-    pyvista = import_pyvista()
+    pyvista = rendering.import_pyvista()
     flat = sites.shape[1] == 2
     points = np.column_stack([sites[:, 0], np.zeros(len(sites)), sites[:, 1]]) if flat else sites
     cloud = pyvista.PolyData(points).cast_to_unstructured_grid()
@@ -167,7 +164,7 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
     on_middle = np.where(np.isfinite(on_middle), on_middle, at_ends.mean(axis=1))
     halves = np.concatenate([np.stack([ends[:, k], middle], axis=1) for k in (0, 1)])
     heights = np.concatenate([np.stack([at_ends[:, k], on_middle], axis=1) for k in (0, 1)])
-    place.add_collection(LineCollection(list(1e3 * halves), colors=UNKNOWN, linewidths=3.5, zorder=1))
+    place.add_collection(LineCollection(list(1e3 * halves), colors=frame_pictures.UNKNOWN, linewidths=3.5, zorder=1))
     share = np.linspace(0.0, 1.0, 6)[:, None, None]
     pieces = 1e3 * ((1 - share) * halves[:, 0] + share * halves[:, 1])
     along = np.stack([pieces[:-1], pieces[1:]], axis=2).reshape(-1, 2, 2)
@@ -182,13 +179,13 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
 
 def _image(mesh: Any, sites: Array, values: Array) -> NDArray[np.uint8]:
     """Return an image of the surface from above."""
-    nodes, numbered = np.unique(as_triangles(mesh.facets[:, mesh.boundary_facets()].T), return_inverse=True)
+    nodes, numbered = np.unique(cell_grid.as_triangles(mesh.facets[:, mesh.boundary_facets()].T), return_inverse=True)
     points = np.ascontiguousarray(mesh.p.T[nodes])
-    surface = Frames(
+    surface = frames.Frames(
         "", points, numbered.reshape(-1, 3), np.zeros((1, *points.shape)), ("",), None,
         _values_at(sites, values, points)[None], "stress", high=float(values.max()),
     )  # fmt: skip
-    return crop(draw_frames(surface, [(0, 1.0)]))[0]
+    return rendering.crop(frame_pictures.draw_frames(surface, [(0, 1.0)]))[0]
 
 
 ROUND = (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 7, 10, 20, 50, 100)

@@ -3,8 +3,6 @@
 It lies in a file of the run, or in the cache folder, by the hash of all that it depends on.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 import sys
@@ -16,14 +14,14 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from impact import notices, storage
 from impact.greens.base import GreensFunction
-from impact.notices import Progress, silent
 from seatfem.jobs.folders import claimed
 from seatfem.machine.code import sources_from_elsewhere
 from seatfem.machine.resources import Stopwatch
+from seatfem.structures import formats, reduction, rings
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import AUTO, Method, Solved
-from seatfem.structures.rings import Division, divided_less
 from seatfem.structures.store import Store, StoreError, Tell, content_hash, content_key
 
 PATIENCE: Final = 3600.0  # s for which another program that computes the same function is waited for
@@ -58,9 +56,7 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
         parts["code"] = code
     for key in type(structure).model_fields:
         if isinstance(file := getattr(structure, key), Path):
-            from seatfem.structures.formats.meshio_files import all_files  # with readers that take half a second
-
-            parts[key] = sorted(content_hash(part) for part in all_files(file))
+            parts[key] = sorted(content_hash(part) for part in formats.meshio_files.all_files(file))
     return content_key(parts)
 
 
@@ -70,9 +66,7 @@ def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
     if (
         structure.traits.is_reduced and "seatfem.structures.reduction.reducer" in sys.modules
     ):  # else all reductions are ours
-        from seatfem.structures.reduction.reducer import defined  # for load time
-
-        reductions = [each for each in defined() if method.reduction in (AUTO, each.name)]
+        reductions = [each for each in reduction.reducer.defined() if method.reduction in (AUTO, each.name)]
     return sources_from_elsewhere(*structure.inputs().classes, *reductions)
 
 
@@ -83,13 +77,11 @@ def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None)
     """
     if not path.is_file():
         return None
-    from impact.storage.hdf5 import OtherKeyError, StorageError, load_greens
-
     try:
-        return _serving(load_greens(path, key=key), key, duration)
-    except OtherKeyError:
+        return _serving(storage.hdf5.load_greens(path, key=key), key, duration)
+    except storage.hdf5.OtherKeyError:
         return None
-    except (StorageError, OSError) as problem:
+    except (storage.hdf5.StorageError, OSError) as problem:
         if tell is not None:
             tell(f"not used again: {problem}")
         return None
@@ -97,11 +89,9 @@ def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None)
 
 def key_at(path: Path) -> str:
     """Return which structure the function at ``path`` says it is; "" where none can be read."""
-    from impact.storage.hdf5 import StorageError, load_greens
-
     try:
-        return str(load_greens(path).provenance.get("seat_key", ""))
-    except (StorageError, OSError):
+        return str(storage.hdf5.load_greens(path).provenance.get("seat_key", ""))
+    except (storage.hdf5.StorageError, OSError):
         return ""
 
 
@@ -175,9 +165,7 @@ class Cache:
 
     def _save(self, greens: GreensFunction, key: str) -> None:
         if self.path is not None:
-            from impact.storage.hdf5 import save_greens
-
-            save_greens(greens, self.path, key=key)
+            storage.hdf5.save_greens(greens, self.path, key=key)
 
     def _is_own(self, structure: Structure) -> bool:
         """Return whether the file of the run is one that the structure itself is read from."""
@@ -202,7 +190,7 @@ def _with_errors(found: GreensFunction, beside: GreensFunction | None, about: Ma
     stated = None if beside is None else beside.provenance.get("refinement")
     if beside is None or not (isinstance(stated, int | float) and 1.0 < stated < math.inf):
         return Solved(found, in_rings=beside, about=about, reused=True)
-    coarser = divided_less(beside, Division.from_greens(found))
+    coarser = rings.divided_less(beside, rings.Division.from_greens(found))
     return Solved(found, coarser, about=about, refinement=float(stated), in_rings=beside, reused=True)
 
 
@@ -213,7 +201,7 @@ def build(
     cache: Cache | None = None,
     *,
     watch: Stopwatch | None = None,
-    progress: Progress = silent,
+    progress: notices.Progress = notices.silent,
     mesh_error: bool = True,
 ) -> Solved:
     """Return a structure's Green's function. Of several programs that ask for the same one, one computes it.

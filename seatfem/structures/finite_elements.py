@@ -2,8 +2,6 @@
 its errors.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import partial
@@ -11,8 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from impact.greens.base import ErrorEstimate, GreensFunction
-from impact.greens.modal import ModalGreens
+from impact.greens import base, modal
 from impact.notices import Progress, silent
 from seatfem.fields import of_same_names
 from seatfem.machine.resources import Stopwatch
@@ -20,8 +17,7 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
 from seatfem.structures.estimates.sizes import check_before_meshing, check_elastic
-from seatfem.structures.inspection.cad import naming
-from seatfem.structures.inspection.mesh_file import regions_of
+from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic, Reduced
 from seatfem.structures.lands import FaceLip
@@ -32,13 +28,11 @@ from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import COARSENING, NAMES, Aims, Level, Method, Solved, spring_of, without_waves
 from seatfem.structures.model import ModelError, SecondOrderModel
-from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.reduction import factorization, harmonics, ring_patches
 from seatfem.structures.reduction.greens import reduced as reduce_by_aims
-from seatfem.structures.reduction.harmonics import combine_harmonics
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
-from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import as_a_whole, divided_less, parts_behind, ring_names
 from seatfem.structures.shapes import GeometryError
 
@@ -63,7 +57,7 @@ def draw(
             return make_meridian(body.geometry(), spec, progress, gmsh=gmsh)
         return make_mesh(body.geometry(), spec, progress, sector=body.copies.get(level, 1), gmsh=gmsh)
     except (GeometryError, MeshingError) as error:
-        named = next((text for file in body.files() if (text := naming(file, str(error))) != str(error)), None)
+        named = next((text for file in body.files() if (text := cad.naming(file, str(error))) != str(error)), None)
         if named is not None:
             raise type(error)(named) from error
         raise
@@ -100,7 +94,7 @@ def matrices(
     ``harmonic``: in the angle, of a half section, ``torsion`` that of the harmonic 0; ``lip``: the face struck, in
     parts, of a whole body.
     """
-    materials = body.solids(regions_of(mesh))
+    materials = body.solids(mesh_file.regions_of(mesh))
     stated: dict[str, Any] = {"fixed": body.held, "supports": supports_of(body), "rings": rings, "progress": progress}
     stated["rayleigh"] = None if body.rayleigh is None else (body.rayleigh.mass, body.rayleigh.stiffness)
     sliding = tuple(support.on for support in body.supports if support.kind == "sliding")
@@ -179,7 +173,7 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
 
 def _in_parts(
     body: Elastic, mesh: SeatMesh, method: Method, duration: float, progress: Progress
-) -> GreensFunction | None:
+) -> base.GreensFunction | None:
     """Return the patch in more parts on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
     loose = replace(method.divided(parts_behind(method.division)), tolerance=max(method.tolerance, RINGS_TOLERANCE))
     what = "contact face in segments" if method.in_arcs else "contact face in rings"
@@ -261,11 +255,11 @@ def _around(
     arc, rings = body.struck_arc, method.rings or 1
     assert arc is not None
     build = partial(_harmonic, body, mesh, rings)
-    patches = {name: RingPatch(0.0, arc, name) for name in ring_names("contact", rings)}
+    patches = {name: ring_patches.RingPatch(0.0, arc, name) for name in ring_names("contact", rings)}
     aims = replace(_aims(body, method, duration), distributed=False)
     with watch("reduction"):
         try:
-            greens = combine_harmonics(build, patches, aims, body.damping_ratio, progress=progress)
+            greens = harmonics.combine_harmonics(build, patches, aims, body.damping_ratio, progress=progress)
         except ConvergenceError as error:
             raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
     about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
@@ -282,7 +276,7 @@ def _along(
     assert isinstance(lip, Lip)
     build = partial(_harmonic, body, mesh, lip.rings)
     width, faces = 2 * np.pi / lip.arcs, ring_names("contact", lip.rings)
-    patches = [RingPatch(float(angle), width, face) for angle in lip.angles for face in faces]
+    patches = [ring_patches.RingPatch(float(angle), width, face) for angle in lip.angles for face in faces]
     with watch("reduction"):
         greens = lip_greens(
             build,
@@ -315,7 +309,7 @@ def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:
     }
 
 
-def _from_mesh(greens: GreensFunction, mesh: AnyMesh) -> GreensFunction:
+def _from_mesh(greens: base.GreensFunction, mesh: AnyMesh) -> base.GreensFunction:
     """Return ``greens`` that knows the mesh it came from."""
     known = {"mesh": mesh.provenance.source, "mesh_hash": mesh.provenance.content_hash}
     return greens.with_error(greens.error_estimate, {**greens.provenance, **known})
@@ -337,7 +331,7 @@ def _with_mesh_error(
     ratio = refinement_of(solved.mesh, mesh)
     mesh_error = MESH_SAFETY * difference / (ratio - 1)
     greens, coarser = solved.greens, coarse.greens
-    greens = greens.with_error(ErrorEstimate(greens.error_estimate.reduction, mesh_error))
+    greens = greens.with_error(base.ErrorEstimate(greens.error_estimate.reduction, mesh_error))
     coarser = coarser.with_error(coarser.error_estimate, {**coarser.provenance, "refinement": ratio})
     about = {**solved.about, "coarse_dof": coarse.about.get("seat_dof"), "coarse_refinement": ratio}
     same = divided_less(coarser, method.division)
@@ -354,13 +348,13 @@ def refinement_of(fine: AnyMesh, coarse: AnyMesh) -> float:
     return float(np.clip(ratio ** (1 / (2 if isinstance(fine, MeridianMesh) else 3)), LEAST_REFINEMENT, COARSENING))
 
 
-def static_greens(model: SecondOrderModel, damping_ratio: float) -> ModalGreens:
+def static_greens(model: SecondOrderModel, damping_ratio: float) -> modal.ModalGreens:
     """Return B' K^-1 B delta(t): the static compliance of the ports alone, by one factorization.
 
     Raises:
         FactorizationError: a body that can move freely has no static compliance.
     """
-    compliance = model.port_matrix.T @ factorize(model.K, name="K").solve(model.port_matrix)
+    compliance = model.port_matrix.T @ factorization.factorize(model.K, name="K").solve(model.port_matrix)
     impedance = sum(port.impedance or np.inf for port in model.ports.values())
     start = model.damping.plus(damping_ratio).first_velocity() / impedance
     return spring_of(compliance, start, model.port_names, {"method": "statics", "dof": model.size})

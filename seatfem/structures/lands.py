@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from impact.after.histories import Pieces
 from impact.greens.base import Array
-from seatfem.structures.errors import ModelError
-from seatfem.structures.lip import AnyLip, widening
+from seatfem.structures import errors, lip
 from seatfem.structures.rings import MOST_PORTS
 from seatfem.structures.shapes.loops import cross, inside, polygon_area
 from seatfem.structures.strips import Strip, strip_of
@@ -75,7 +74,7 @@ def axes_along(normal: Sequence[float] | Array, along: Sequence[float] | None = 
     x = direction - (direction @ z) * z
     if along is not None and np.linalg.norm(x) < TELLING:
         words = ", ".join(f"{each:.4g}" for each in direction)
-        raise ModelError(f"seat.along = ({words}) is square to the struck face; give a direction along it")
+        raise errors.ModelError(f"seat.along = ({words}) is square to the struck face; give a direction along it")
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(z, x), z])
 
@@ -93,7 +92,7 @@ def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float
     x, y, n = axes_along(normal, along)
     off = float(np.ptp(points @ n))
     if off > FLAT * size:
-        raise ModelError(
+        raise errors.ModelError(
             f"the struck face is not flat: its edges lie {1e3 * off:.3g} mm apart along its normal; take flat faces, "
             "or strike it as a whole"
         )
@@ -120,7 +119,7 @@ def _loops(edges: Array, near: float) -> list[Array]:
     ends = corner.reshape(-1, 2)
     ends = ends[ends[:, 0] != ends[:, 1]]
     if np.any(np.bincount(ends.ravel(), minlength=number) != 2):
-        raise ModelError(
+        raise errors.ModelError(
             "the lines that bound the struck faces are not closed, or touch each other: choose separate faces"
         )
     place = np.empty((number, 2))
@@ -160,7 +159,7 @@ def _inside(loop: Array, larger: Array) -> bool:
     """Return whether all of a line lies within another one; raises `ModelError` of one that lies there in part."""
     within = inside([larger], loop)
     if 0 < within.sum() < len(within):
-        raise ModelError(
+        raise errors.ModelError(
             "the lines that bound the struck faces cross each other, as of faces that overlap: take faces that stand "
             "apart, or strike them as a whole"
         )
@@ -181,7 +180,7 @@ ON_AXIS: Final = 1e-6  # angle by which a centre line may turn back
 
 
 @dataclass(frozen=True)
-class FaceLip(AnyLip):
+class FaceLip(lip.AnyLip):
     """A `Land` divided into arcs of equal areas and rings: face after face, those of one that no whole number of arcs
     fills end on the next; its ``offset`` is in metres.
 
@@ -266,7 +265,7 @@ class FaceLip(AnyLip):
         v = np.sum((seen - left_ends) * cut, axis=1) / np.maximum(np.sum(cut**2, axis=1), np.finfo(float).tiny)
         near = [self.cuts(np.clip(along + by, 0.0, 1.0)) for by in (-LOCALLY, LOCALLY)]
         inner, outer = (np.stack(lines, axis=1) for lines in zip(*near, strict=True))
-        return along, v - widening(inner, outer) * (v - v**2)
+        return along, v - lip.widening(inner, outer) * (v - v**2)
 
 
 @dataclass(frozen=True, eq=False)

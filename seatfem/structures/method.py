@@ -11,14 +11,13 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens, Residual
+from seatfem import structures
 from seatfem.structures.errors import ModelError
 from seatfem.structures.rings import Division, as_a_whole
 
 if TYPE_CHECKING:
-    from seatfem.structures.lip import AnyLip
     from seatfem.structures.mesh.meshing import SeatMesh
     from seatfem.structures.mesh.plane_meshes import MeridianMesh
-    from seatfem.structures.model import SecondOrderModel
     from seatfem.structures.reduction.factorization import Backend
     from seatfem.structures.reduction.modes import Modes
 
@@ -133,8 +132,8 @@ class Method:
     order: int = 2
     rings: int | None = 1
     n_modes: int | None = None
-    lip: AnyLip | None = None
-    behind: AnyLip | None = None
+    lip: structures.lip.AnyLip | None = None
+    behind: structures.lip.AnyLip | None = None
 
     @property
     def static(self) -> bool:
@@ -231,7 +230,7 @@ class Solved:
     greens: GreensFunction
     coarser: GreensFunction | None = None
     mesh: SeatMesh | MeridianMesh | None = None
-    model: SecondOrderModel | None = None
+    model: structures.model.SecondOrderModel | None = None
     modes: Modes | None = None
     about: Mapping[str, object] = field(default_factory=dict)
     level_error: float = 0.0

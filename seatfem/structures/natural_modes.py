@@ -16,20 +16,16 @@ import numpy as np
 
 from impact.notices import Progress, silent
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures.estimates.costs import modes_of_volume
-from seatfem.structures.estimates.sizes import check_elastic
-from seatfem.structures.finite_elements import draw, matrices
+from seatfem.structures import finite_elements, sheets
+from seatfem.structures.estimates import costs, sizes
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.mesh.meshing import SeatMesh
-from seatfem.structures.mesh.plane_meshes import MeridianMesh
+from seatfem.structures.mesh import meshing, plane_meshes
 from seatfem.structures.method import Level, Method
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.reduction import factorization, ring_patches
 from seatfem.structures.reduction.modes import Modes, solve_modes
-from seatfem.structures.reduction.ring_patches import RingPatch
-from seatfem.structures.sheets import model_of
 
 DEFAULT_COUNT: Final = 20
 _FEWEST_SEEN: Final = 10  # modes that a mesh can tell apart, however few are asked for
@@ -81,7 +77,7 @@ class NaturalModes:
 
     modes: tuple[Mode, ...]
     complete: bool
-    mesh: SeatMesh | MeridianMesh | None
+    mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None
     dof: int
     searched: str
 
@@ -119,7 +115,7 @@ def modes_of(body: Structure, wanted: Wanted, watch: Stopwatch, progress: Progre
     model, mesh = body.system_of_equations(), None
     if (plate := body.thin_plate) is not None:
         with watch("modes"):
-            model = model_of(plate.sheet(), plate.lips(None))
+            model = sheets.model_of(plate.sheet(), plate.lips(None))
     elif (elastic := body.elastic) is not None:
         drawn = body.drawn
         around = drawn is not None and drawn.traits.revolved and drawn.isotropic and drawn.model != "3d"
@@ -129,12 +125,12 @@ def modes_of(body: Structure, wanted: Wanted, watch: Stopwatch, progress: Progre
                 if drawn is None
                 else _drawn(drawn, "harmonics" if around else "3d", wanted, progress)
             )
-        if isinstance(mesh, MeridianMesh):
+        if isinstance(mesh, plane_meshes.MeridianMesh):
             with watch("modes"):
                 return _around(elastic, mesh, wanted, progress)
-        check_elastic(elastic, mesh, "3d", elastic.greens.method)
+        sizes.check_elastic(elastic, mesh, "3d", elastic.greens.method)
         with watch("assembly"):
-            model = matrices(elastic, mesh, "3d", progress)
+            model = finite_elements.matrices(elastic, mesh, "3d", progress)
     if model is None:
         return None
     with watch("modes"):
@@ -143,23 +139,25 @@ def modes_of(body: Structure, wanted: Wanted, watch: Stopwatch, progress: Progre
         return NaturalModes(modes, solved.complete, mesh, model.size, "the whole body")
 
 
-def _drawn(body: Drawn, level: Level, wanted: Wanted, progress: Progress) -> SeatMesh | MeridianMesh:
+def _drawn(
+    body: Drawn, level: Level, wanted: Wanted, progress: Progress
+) -> meshing.SeatMesh | plane_meshes.MeridianMesh:
     """Return elements as fine as the highest frequency looked for asks, where the scene gives no size: by Weyl's law,
     which knows nothing of the lower modes of thin parts and thus asks for no less than they need."""
-    of_one = modes_of_volume(body.measures_inside("3d"), 1.0, body.slowest)
+    of_one = costs.modes_of_volume(body.measures_inside("3d"), 1.0, body.slowest)
     band = (max(wanted.limit, _FEWEST_SEEN) / of_one) ** (1 / 3)
     band, stated = _FINER * min(band, wanted.up_to_hz or math.inf), body.mesh
     method = Method(level, band, size=stated.size, contact_size=stated.contact_size, order=stated.order)
-    return draw(body, body.mesh_spec(method), level, progress, method=method)
+    return finite_elements.draw(body, body.mesh_spec(method), level, progress, method=method)
 
 
-def _around(body: Elastic, mesh: MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:
+def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:
     """Return the modes harmonic by harmonic, until none has a mode below what is asked for."""
 
     def build(harmonic: int, torsion: bool = False) -> SecondOrderModel:
-        return matrices(body, mesh, "harmonics", harmonic=harmonic, torsion=torsion)
+        return finite_elements.matrices(body, mesh, "harmonics", harmonic=harmonic, torsion=torsion)
 
-    patch = RingPatch(0.0, 2 * math.pi if body.struck_arc is None else body.struck_arc)
+    patch = ring_patches.RingPatch(0.0, 2 * math.pi if body.struck_arc is None else body.struck_arc)
     all_modes: list[Mode] = []
     compliances: dict[int, float] = {}
     complete, empty, harmonic, dof = True, 0, 0, 0
@@ -237,7 +235,7 @@ def _elastic_compliance(model: SecondOrderModel, modes: Modes) -> float | None:
 
 
 def _compliance(model: SecondOrderModel, square: float, rigid: Array) -> float:
-    factor = factorize(model.K + square * model.M if square else model.K, name="K")
+    factor = factorization.factorize(model.K + square * model.M if square else model.K, name="K")
     port = model.port_matrix[:, 0]
     whole = float(port @ factor.solve(port))
     return whole - float(np.sum(rigid**2)) / square if square else whole
@@ -245,7 +243,7 @@ def _compliance(model: SecondOrderModel, square: float, rigid: Array) -> float:
 
 def _shared(
     found: list[Mode],
-    patch: RingPatch,
+    patch: ring_patches.RingPatch,
     compliances: dict[int, float],
     build: Callable[[int], SecondOrderModel],
     arc: bool,

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from impact import storage
 from impact.files.safe_files import MB
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
@@ -345,8 +346,6 @@ def kept(asked: Sheet, coarser: float, compute: Callable[[], Meshed]) -> Meshed:
 
     A folder that cannot be written to, and a file that is damaged, cost a `CacheWarning` and the time to compute.
     """
-    from impact.storage.hdf5 import written  # with h5py, which takes long to load
-
     store = Store(cache_folder() / "plates", warn)
     parts = {**vars(asked), "shape": fingerprint(asked.shape), "material": vars(asked.material)}
     key = content_key({"modes of": parts, "coarser": coarser})
@@ -354,7 +353,7 @@ def kept(asked: Sheet, coarser: float, compute: Callable[[], Meshed]) -> Meshed:
         return found
     mesh, modes = compute()
     try:
-        with written(store.path(key), CONTENT) as file:
+        with storage.hdf5.written(store.path(key), CONTENT) as file:
             _write(file, key, mesh, modes)
         store.prune(most_bytes=MOST)
     except (OSError, MemoryError) as problem:
@@ -374,14 +373,14 @@ def _write(file: Any, key: str, mesh: PlateMesh, modes: Modes) -> None:
 
 
 def _read(path: Any, key: str) -> Meshed:
-    from impact.storage.hdf5 import OtherKeyError, finite_array, opened  # as above
-
-    with opened(path, CONTENT, sealed=True) as file:
+    with storage.hdf5.opened(path, CONTENT, sealed=True) as file:
         if (stated := str(file.attrs.get("key", ""))) != key:
-            raise OtherKeyError(f"{path}: belongs to the key {stated!r}, not to {key!r}; compute it again")
-        lines = {name: finite_array(file, f"lines/{name}").astype(int) for name in file.get("lines", ())}
-        mesh = PlateMesh(finite_array(file, "points"), finite_array(file, "cells").astype(int), lines)
+            raise storage.hdf5.OtherKeyError(f"{path}: belongs to the key {stated!r}, not to {key!r}; compute it again")
+        lines = {name: storage.hdf5.finite_array(file, f"lines/{name}").astype(int) for name in file.get("lines", ())}
+        mesh = PlateMesh(
+            storage.hdf5.finite_array(file, "points"), storage.hdf5.finite_array(file, "cells").astype(int), lines
+        )
         frequencies, shapes, residuals = (
-            finite_array(file, f"modes/{name}") for name in ("frequencies_hz", "shapes", "residuals")
+            storage.hdf5.finite_array(file, f"modes/{name}") for name in ("frequencies_hz", "shapes", "residuals")
         )
         return mesh, Modes(frequencies, shapes, residuals, **json.loads(str(file.attrs["modes"])))

@@ -1,7 +1,5 @@
 """Outlines of a body that is known by the triangles of its surface: parts from CAD, and meshes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -9,9 +7,8 @@ from typing import Final
 import numpy as np
 
 from impact.greens.base import Array
-from seatfem.structures.errors import ModelError
+from seatfem.structures import errors, lands
 from seatfem.structures.inspection.cad import Integers, Shape
-from seatfem.structures.lands import axes_along
 from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, length_text
 from seatfem.structures.shapes.loops import inside
 
@@ -54,7 +51,7 @@ def of_surface(name: str, surface: Surface) -> BodyViews:
     """
     shape = surface.shape
     if surface.struck not in shape.groups or not len(shape.groups[surface.struck]):
-        raise ModelError(f"drawing: the body has no face {surface.struck!r} that could be struck; name one")
+        raise errors.ModelError(f"drawing: the body has no face {surface.struck!r} that could be struck; name one")
     axes, middle = frame_of(surface)
     points = (shape.points - middle) @ axes.T
     size = float(np.linalg.norm(shape.extent))
@@ -123,7 +120,7 @@ def frame_of(surface: Surface) -> tuple[Array, Array]:
         z = z if (middle - inner) @ z >= 0 else -z
     else:
         z = np.array(surface.normal)
-    return axes_along(z, surface.along), middle
+    return lands.axes_along(z, surface.along), middle
 
 
 def _turned_words(axes: Array) -> str:

@@ -4,8 +4,6 @@ study's effort.
 Those of the error budget itself, on the sum of its sources, are `impact.runs.variations.SAFETY` and `STRESS_SAFETY`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final

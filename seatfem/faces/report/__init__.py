@@ -1,1 +1,5 @@
 """A run as one web page that needs no network."""
+
+from impact.names import lazy_names
+
+__getattr__ = lazy_names(__name__)

@@ -24,9 +24,7 @@ from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
 from impact.pictures.greens_plots import sampled_filter
 from impact.pictures.lip_plots import BODIES, COLOUR, LandingMark, landing_marks, shown_contact, value_at
 from impact.quantities import scaled
-from seatfem.pictures.cell_grid import wound_outward
-from seatfem.pictures.frames import Frames
-from seatfem.pictures.moving import FINEST, UNTOLD, steps_of_displacement, steps_of_values
+from seatfem.pictures import cell_grid, frames, moving
 from seatfem.structures.rings import as_a_whole
 
 if TYPE_CHECKING:
@@ -43,7 +41,7 @@ HINT: Final = (
 UNDRAWN: Final = "This browser does not draw it (no WebGL 2); the pictures below show it at rest."
 
 
-def body_figure(name: str, made: Frames, most: int = MOST_OF_BODIES) -> str:
+def body_figure(name: str, made: frames.Frames, most: int = MOST_OF_BODIES) -> str:
     """Return canvas, controls and numbers of a body, ``most`` bytes before coding; all its text is escaped."""
     shown = _thinned(made, most)
     labels = "".join(f'<option value="{k}">{html.escape(label)}</option>' for k, label in enumerate(shown.labels))
@@ -74,14 +72,14 @@ def part_of_page(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def _axes(made: Frames) -> str:
+def _axes(made: frames.Frames) -> str:
     """Return the axes across which a body can be cut: those along which it has an extent."""
     extents = np.ptp(made.points, axis=0)
     across = (f'<option value="{k}">{name}</option>' for k, name in enumerate("xyz") if extents[k] > 0)
     return "".join(('<option value="">off</option>', *across))
 
 
-def _thinned(made: Frames, most: int) -> Frames:
+def _thinned(made: frames.Frames, most: int) -> frames.Frames:
     """Return every second frame, every third ..., until they fit."""
     each = len(made.points) * (6 + 2 * (made.values is not None))
     room = max(each, most - 12 * (len(made.points) + len(made.triangles)))
@@ -98,7 +96,7 @@ def _thinned(made: Frames, most: int) -> Frames:
     )
 
 
-def _notes(made: Frames, shown: Frames) -> Iterator[str]:
+def _notes(made: frames.Frames, shown: frames.Frames) -> Iterator[str]:
     if made.time is None:
         yield "Displacements are relative, the largest is 1."
     if made.note:
@@ -112,9 +110,9 @@ def _notes(made: Frames, shown: Frames) -> Iterator[str]:
         yield "Grey: no value was computed."
 
 
-def _numbers(made: Frames) -> dict[str, Any]:
+def _numbers(made: frames.Frames) -> dict[str, Any]:
     """Return what the script draws: arrays in base64, little-endian."""
-    outward = wound_outward(made.points, made.triangles)
+    outward = cell_grid.wound_outward(made.points, made.triangles)
     factor, unit = scaled(max(abs(made.low), abs(made.high)), made.unit) if made.values is not None else (1.0, "")
     rate, moved = (1.0, "") if made.time is None else scaled(made.largest, "m")
     return {
@@ -122,10 +120,10 @@ def _numbers(made: Frames) -> dict[str, Any]:
         "centre": ((made.points.min(axis=0) + made.points.max(axis=0)) / 2).tolist(),
         "triangles": _coded(made.triangles if outward is None else outward, "<u4"),
         "closed": outward is not None,
-        "displacement": _coded(steps_of_displacement(made), "<i2"),
-        "values": None if made.values is None else _coded(steps_of_values(made), "<u2"),
-        "finest": FINEST,
-        "untold": UNTOLD,
+        "displacement": _coded(moving.steps_of_displacement(made), "<i2"),
+        "values": None if made.values is None else _coded(moving.steps_of_values(made), "<u2"),
+        "finest": moving.FINEST,
+        "untold": moving.UNTOLD,
         "labels": list(made.labels),
         "modes": made.time is None,
         "first": 0 if made.time is None else int(np.linalg.norm(made.displacement, axis=2).max(axis=1).argmax()),

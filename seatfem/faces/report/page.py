@@ -16,6 +16,7 @@ from impact.files.safe_files import write_whole
 from impact.names import how_to_mend
 from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
+from seatfem import readings, results
 from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
 from seatfem.faces.report.figures import MOST_OF_BODIES, body_figure, part_of_page
@@ -37,8 +38,6 @@ from seatfem.faces.report.sections import (
 from seatfem.faces.tables import landings_of, landings_table, result_table
 from seatfem.faces.verdict import LANDED, judged_words, lasting, pressed_on, simpler, verdict
 from seatfem.pictures.moving import KEPT, moving_bodies
-from seatfem.readings import as_number
-from seatfem.results import LANDING, PORTS, asked, name_of
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.safety import in_words
@@ -138,7 +137,7 @@ def _landings(summary: Mapping[str, Any]) -> str:
 
 def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, Figure]]:
     figures: dict[str, tuple[str, Figure]] = {}
-    width = as_number(summary.get("filter_width_s")) or 1e-6
+    width = readings.as_number(summary.get("filter_width_s")) or 1e-6
     if (folder / RESULT_FILE).is_file():
         runs, landings = load_results(folder / RESULT_FILE), landings_of(summary)
         step = "The raw force depends on the time step; its mean over the filter width hardly does."
@@ -146,7 +145,7 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
         figures["Contact force"] = (CURVES + first + step, draw.force_figure(runs, width, landings))
         if "lip" in runs:
             words = "Each row is a segment of the lip, counted from the direction of the reed's tip."
-            arcs = as_number(summary.get(PORTS))
+            arcs = readings.as_number(summary.get(results.PORTS))
             figures["Along the lip"] = (words, draw.lip_figure(runs["lip"], None if arcs is None else int(arcs)))
         figures["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs, landings))
         words = "The energy input is the work of the loads and of the release."
@@ -170,12 +169,12 @@ def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     for key in summary:
         ends = (measure for measure in bars if key.endswith(f"_{measure}") and not key.startswith("error_bar_"))
         measure = max(ends, key=len, default="")
-        share, value = as_number(summary[key]), as_number(summary.get(measure))
+        share, value = readings.as_number(summary[key]), readings.as_number(summary.get(measure))
         if key.startswith("error_") and share and value:
             source = in_words(key.removeprefix("error_").removesuffix(f"_{measure}"))
-            of_source = shares[measure.startswith(LANDING)].setdefault(source, {})
-            of_source[name_of(measure, summary)] = abs(share / value)
-    by_landing = any(key.startswith(LANDING) for key in asked(summary))
+            of_source = shares[measure.startswith(results.LANDING)].setdefault(source, {})
+            of_source[results.name_of(measure, summary)] = abs(share / value)
+    by_landing = any(key.startswith(results.LANDING) for key in results.asked(summary))
     return shares[by_landing] or shares[False]
 
 
@@ -204,7 +203,7 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
 
 def _state(summary: Mapping[str, Any]) -> str:
     """Return the badge: whether the accuracy asked for was met, and in what; of what does not land, that alone."""
-    if (target := as_number(summary.get("accuracy_target"))) is None or "accuracy_met" not in summary:
+    if (target := readings.as_number(summary.get("accuracy_target"))) is None or "accuracy_met" not in summary:
         return ""
     met = summary["accuracy_met"]
     if met is None:

@@ -18,11 +18,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from impact.files.safe_files import MB, read_bytes, read_text
 from impact.quantities import text
-from seatfem import results
+from seatfem import readings, results
 from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.tables import time_line
 from seatfem.machine.doctor import installed_version
-from seatfem.readings import BAR, Summary, as_number, bar_of, is_known, reading
 from seatfem.results import IMPULSE, SEAT_STRESS, Group, asked, name_of, rows_of, words_of
 from seatfem.study.runs.pipeline import SUMMARY_FILE
 from seatfem.study.safety import in_words
@@ -106,8 +105,8 @@ def hot_spots(summary: Mapping[str, Any]) -> str:
         if isinstance(spot, dict)
     ]
     words = "Largest von Mises stress at its places on the surface; places of a half section are r, z."
-    largest = reading(summary, SEAT_STRESS, "Pa")
-    if BAR + SEAT_STRESS in summary:
+    largest = readings.reading(summary, SEAT_STRESS, "Pa")
+    if readings.BAR + SEAT_STRESS in summary:
         words += f" The largest with its uncertainty: {largest}; that of the others is no smaller a share."
     return html_rows(("von Mises", "time", "place [mm]", "from a sharp edge"), rows) + f'<p class="soft">{words}</p>'
 
@@ -122,19 +121,19 @@ def life_table(summary: Mapping[str, Any]) -> str:
 
 
 def _in(spot: Mapping[str, Any], key: str, unit: str) -> str:
-    return "" if (value := as_number(spot.get(key))) is None else text(value, unit)
+    return "" if (value := readings.as_number(spot.get(key))) is None else text(value, unit)
 
 
 def _place(spot: Mapping[str, Any]) -> str:
     place = spot.get("at_m")
-    numbers = [as_number(x) for x in place] if isinstance(place, list) else []
+    numbers = [readings.as_number(x) for x in place] if isinstance(place, list) else []
     return ", ".join("?" if x is None else f"{1e3 * x:.4g}" for x in numbers)
 
 
 def _plain(summary: Mapping[str, Any], key: str) -> str:
     value = summary[key]
-    if bar_of(summary, key) is not None:
-        return reading(summary, key, "")
+    if readings.bar_of(summary, key) is not None:
+        return readings.reading(summary, key, "")
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
@@ -146,7 +145,7 @@ BESIDE: Final = ("time_s", "_at_deg", "_at_m", "_over_rho_c0_v", "tilt_deg")
 """How keys of rows end that say when and where another one is, what it is a multiple of, and what the scene states."""
 
 
-def omissions(summary: Summary) -> Iterator[str]:
+def omissions(summary: readings.Summary) -> Iterator[str]:
     """Yield what the numbers of a run do not tell, a sentence each."""
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"Not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}."
@@ -165,7 +164,7 @@ def omissions(summary: Summary) -> Iterator[str]:
         yield f"Pictures that could not be drawn: {missing}."
 
 
-def _numbers_without_bar(summary: Summary) -> dict[tuple[str, Group], list[str]]:
+def _numbers_without_bar(summary: readings.Summary) -> dict[tuple[str, Group], list[str]]:
     """Return the numbers of the result whose error is open, by what is open and by their group of rows."""
     open_numbers: dict[tuple[str, Group], list[str]] = {}
     for group, rows in rows_of(summary).items():
@@ -173,21 +172,21 @@ def _numbers_without_bar(summary: Summary) -> dict[tuple[str, Group], list[str]]
         for row in rows:
             words = words_of(row, summary)
             parent = parent if words.startswith(" ") else words
-            value, bar = as_number(summary.get(row.key)), bar_of(summary, row.key)
+            value, bar = readings.as_number(summary.get(row.key)), readings.bar_of(summary, row.key)
             if not value or isinstance(summary[row.key], int) or row.key.endswith(BESIDE):
                 continue
-            if not is_known(row.key, value, bar):
+            if not readings.is_known(row.key, value, bar):
                 state = NO_BAR if bar is None else TOO_WIDE if math.isfinite(bar) else BAR_UNKNOWN
                 name = f"{parent}: {words.strip()}" if words.startswith(" ") else words
                 open_numbers.setdefault((state, group), []).append(name)
     return dict(sorted(open_numbers.items(), key=lambda each: STATES.index(each[0][0])))
 
 
-def _not_computed(summary: Summary) -> Iterator[str]:
+def _not_computed(summary: readings.Summary) -> Iterator[str]:
     """Yield the stresses and the fatigue that were not computed, and what asks for them."""
-    if as_number(summary.get(results.SEAT_STRESS)) is None:
+    if readings.as_number(summary.get(results.SEAT_STRESS)) is None:
         yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
-    if as_number(summary.get(results.REED_STRESS)) is None:
+    if readings.as_number(summary.get(results.REED_STRESS)) is None:
         yield "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."
     if not any(key.startswith("life_") for key in summary):
         yield "Fatigue was not judged; [life] in the scene asks for it."
@@ -239,8 +238,8 @@ def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
     """Return bodies, time, the command that repeats the run, and the files with their checksums."""
     stages = summary.get("stages_s")
     known = stages if isinstance(stages, dict) else {}
-    spent = {str(name): seconds for name, value in known.items() if (seconds := as_number(value)) is not None}
-    wall, command = as_number(summary.get("wall_time_s")), ["seatfem", "run", "SCENE"]
+    spent = {str(name): seconds for name, value in known.items() if (seconds := readings.as_number(value)) is not None}
+    wall, command = readings.as_number(summary.get("wall_time_s")), ["seatfem", "run", "SCENE"]
     if text := text_of(folder / SCENE_COPY):
         command[2:] = [SCENE_COPY, *(word for change in changes_in(text) for word in ("--set", change))]
     facts = [

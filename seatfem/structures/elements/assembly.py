@@ -23,17 +23,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.notices import Progress, silent
-from seatfem.structures.elements.element_kernels import add_elements, expand_pattern, expand_scalar, nodal_mass
+from seatfem.structures.elements import element_kernels, shape_functions
 from seatfem.structures.elements.ports import places_across, ports_on
-from seatfem.structures.elements.shape_functions import (
-    Discretization,
-    discretize,
-    facets_of,
-    mass_rule,
-    nodal_rule,
-    stiffness_rule,
-    surface,
-)
 from seatfem.structures.elements.supports import Freedom, Support, freedom, held, spread_supports, whole_model
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
@@ -99,7 +90,7 @@ def assemble(
     faces = {"fixed": names(fixed), "sliding": names(sliding), "antisymmetric": names(antisymmetric)}
     check_ports(mesh, patches, faces)
     solids, region = solids_by_region(mesh, material)
-    space = discretize(mesh, order)
+    space = shape_functions.discretize(mesh, order)
     progress("assembly", 0.1)
     unknowns = freedom(space.size, held(space, *faces.values()))
     if not unknowns.free.size:
@@ -109,7 +100,7 @@ def assemble(
     across = partial(places_across, mesh, cuts=np.concatenate([np.zeros(0, np.int64), *cuts]), copies=copies)
     of_nodes, T = dict[str, Port](), unknowns.displacements
     for port, name in patches.items():
-        patch = surface(space, name, "port", _FINE_RULE if rings > 1 or lip is not None else None)
+        patch = shape_functions.surface(space, name, "port", _FINE_RULE if rings > 1 or lip is not None else None)
         of_nodes |= ports_on(port, name, rings, patch, across, solids, region, space.size, lip)
     of_ports = {
         name: Port(
@@ -117,7 +108,7 @@ def assemble(
         )
         for name, port in of_nodes.items()
     }
-    bodies = [surface(space, support.boundary, type(support).__name__) for support in supports]
+    bodies = [shape_functions.surface(space, support.boundary, type(support).__name__) for support in supports]
     added = {
         key: unknowns.turned(sparse.csr_array(matrix[unknowns.base][:, unknowns.base]))
         for key, matrix in spread_supports(supports, bodies, solids, region, space.size).items()
@@ -132,7 +123,7 @@ def assemble(
 class _Body:
     """Elements, their solids and their unknowns: all that the matrices are made of."""
 
-    made: Discretization
+    made: shape_functions.Discretization
     solids: tuple[Solid, ...]
     region: NDArray[np.int32]
     modes: NDArray[np.int32]
@@ -146,27 +137,27 @@ class _Body:
         tensors = np.stack([stiffness_tensor(s.elasticity) for s in self.solids]) * scale[:, :1, None, None, None]
         density = np.array([solid.density for solid in self.solids]) * scale[:, 1]
         free, graph = len(self.unknowns.base), space.graph
-        rows, columns, offset = expand_pattern(*graph, unknown, free)
+        rows, columns, offset = element_kernels.expand_pattern(*graph, unknown, free)
         stiffness, scalar = np.zeros(len(columns)), np.zeros(len(graph[1]))
-        exact, nodal = mass_rule(space), self.mass == "nodal"
+        exact, nodal = shape_functions.mass_rule(space), self.mass == "nodal"
         none = (exact[0][:0], exact[1], exact[2], exact[3])
-        rules = stiffness_rule(space), none if nodal else exact
+        rules = shape_functions.stiffness_rule(space), none if nodal else exact
         for start in range(0, len(space.cells), _CHUNK):
             some = slice(start, start + _CHUNK)
             of_some = space.cells[some], space.corners[some], space.places, *rules, self.region[some]
-            add_elements(
+            element_kernels.add_elements(
                 *of_some, lame, tensors, density, self.modes, graph, (rows, offset), unknown, stiffness, scalar
             )
             progress("assembly", 0.1 + 0.8 * min(1.0, (start + _CHUNK) / len(space.cells)))
         K = sparse.csr_array((stiffness, columns, rows), shape=(free, free))
         if nodal:
-            shares = nodal_rule(space)
-            of_nodes = nodal_mass(
+            shares = shape_functions.nodal_rule(space)
+            of_nodes = element_kernels.nodal_mass(
                 space.cells, space.corners, space.places, exact, shares, self.region, density, space.size
             )
             M = sparse.csr_array(sparse.diags_array(of_nodes[self.unknowns.free // 3]))
         else:
-            rows, columns, data = expand_scalar(*graph, scalar, unknown, free)
+            rows, columns, data = element_kernels.expand_scalar(*graph, scalar, unknown, free)
             M = self.unknowns.turned(sparse.csr_array((data, columns, rows), shape=(free, free)))
         return self.unknowns.turned(K), M
 
@@ -197,7 +188,7 @@ def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArr
     return tuple(solids), region
 
 
-def _modes(made: Discretization, solids: Sequence[Solid], dilatation: Dilatation) -> NDArray[np.int32]:
+def _modes(made: shape_functions.Discretization, solids: Sequence[Solid], dilatation: Dilatation) -> NDArray[np.int32]:
     """Return the number of functions the volume change of each solid is projected on; 0: not projected."""
     kind = made.element.refdom.__name__
     modes = np.zeros(len(solids), np.int32)
@@ -223,11 +214,13 @@ def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequen
     """Raise if a boundary is missing, or a patch is pushed that cannot move."""
     for role, group in {**held, "port": tuple(patches.values())}.items():
         for name in group:
-            facets_of(mesh, name, role)
+            shape_functions.facets_of(mesh, name, role)
     for name in patches.values():
         for role, group in held.items():
             for other in group:
-                common = np.intersect1d(facets_of(mesh, name, "port"), facets_of(mesh, other, role)).size
+                common = np.intersect1d(
+                    shape_functions.facets_of(mesh, name, "port"), shape_functions.facets_of(mesh, other, role)
+                ).size
                 if common:
                     raise ModelError(
                         f"port: {common} facets of {name!r} are also {role} ({other!r}): take them out of one"

@@ -10,23 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from impact.notices import Progress, silent
-from impact.quantities import percent
-from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
+from impact import notices, quantities
+from seatfem.structures import errors, materials
+from seatfem.structures.elements import assembly, revolved_elements, shape_functions
 from seatfem.structures.elements.ports import ONE_RADIUS, ports_on
-from seatfem.structures.elements.revolved_elements import (
-    Section,
-    angle_integral,
-    boundary_nodes,
-    mass_blocks,
-    nodal_mass_blocks,
-    ring_surface,
-    stiffness_blocks,
-)
-from seatfem.structures.elements.shape_functions import Surface
 from seatfem.structures.elements.supports import Constraint, Matrices, Support, freedom, spread_supports, whole_model
-from seatfem.structures.errors import ModelError
-from seatfem.structures.materials import Solid, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, Port, SecondOrderModel
 
 Mass = Literal["consistent", "nodal"]
@@ -35,7 +23,7 @@ _FINE_RULE = 24  # degree of the quadrature over a patch whose rings end within 
 
 def assemble_axisymmetric(
     mesh: Any,
-    material: Solid | Mapping[str, Any],
+    material: materials.Solid | Mapping[str, Any],
     *,
     harmonic: int = 0,
     torsion: bool = False,
@@ -47,7 +35,7 @@ def assemble_axisymmetric(
     rayleigh: tuple[float, float] | None = None,
     supports: Sequence[Support] = (),
     rings: int = 1,
-    progress: Progress = silent,
+    progress: notices.Progress = notices.silent,
 ) -> SecondOrderModel:
     """Assemble small-strain elasticity with u_r, u_z ~ cos(n th) and u_th ~ sin(n th), n the ``harmonic``.
 
@@ -83,31 +71,36 @@ def assemble_axisymmetric(
             held boundary, a material that is not the same in every meridian.
     """
     if harmonic < 0 or harmonic != int(harmonic):
-        raise ModelError(f"harmonic = {harmonic} must be a whole number >= 0")
+        raise errors.ModelError(f"harmonic = {harmonic} must be a whole number >= 0")
     if torsion and harmonic != 0:
-        raise ModelError(f"harmonic = {harmonic} must be 0 with torsion")
+        raise errors.ModelError(f"harmonic = {harmonic} must be 0 with torsion")
     if mass not in get_args(Mass):
-        raise ModelError(f"mass {mass!r} is unknown; choose from {', '.join(get_args(Mass))}")
+        raise errors.ModelError(f"mass {mass!r} is unknown; choose from {', '.join(get_args(Mass))}")
     mesh = getattr(mesh, "mesh", mesh)
-    section = Section.from_mesh(mesh, order)
-    solids, region = solids_by_region(mesh, material)
+    section = revolved_elements.Section.from_mesh(mesh, order)
+    solids, region = assembly.solids_by_region(mesh, material)
     for solid in solids:
         check_revolved(solid)
     patches = {"contact": "contact"} if ports is None else dict(ports)
     patches = {} if torsion else patches
-    held = {"fixed": names(fixed), "sliding": names(sliding)}
-    check_ports(mesh, patches, held)
+    held = {"fixed": assembly.names(fixed), "sliding": assembly.names(sliding)}
+    assembly.check_ports(mesh, patches, held)
     unknowns = freedom(section.n_nodes, _constraints(section, harmonic, torsion, held))
     T = unknowns.displacements
     progress("assembly", 0.1)
-    bodies = [ring_surface(section, s.boundary, type(s).__name__, angle_integral(harmonic)) for s in supports]
+    bodies = [
+        revolved_elements.ring_surface(
+            section, s.boundary, type(s).__name__, revolved_elements.angle_integral(harmonic)
+        )
+        for s in supports
+    ]
     added = {
         key: sparse.csr_array(T.T @ matrix @ T)
         for key, matrix in spread_supports(supports, bodies, solids, region, section.n_nodes).items()
     }
     whole: dict[str, Port] = {}
     for port, name in patches.items():
-        patch = ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if rings > 1 else None)
+        patch = revolved_elements.ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if rings > 1 else None)
         whole |= ports_on(port, name, rings, patch, _places, solids, region, section.n_nodes)
     half = 1.0 if harmonic == 0 else 0.5
     of_ports = {
@@ -122,8 +115,8 @@ def assemble_axisymmetric(
 
 
 def _matrices(
-    section: Section,
-    solids: Sequence[Solid],
+    section: revolved_elements.Section,
+    solids: Sequence[materials.Solid],
     region: NDArray[np.int32],
     harmonic: int,
     torsion: bool,
@@ -134,8 +127,10 @@ def _matrices(
     components = np.array([1] if torsion else [0, 2] if harmonic == 0 else [0, 1, 2])
     moving = T[(3 * np.arange(section.n_nodes)[:, None] + components).ravel()]
     elasticity = np.array([solid.elasticity for solid in solids])[region]
-    blocks = stiffness_blocks(section, elasticity, harmonic, torsion=torsion)
-    volumes = (mass_blocks if mass == "consistent" else nodal_mass_blocks)(section, harmonic)
+    blocks = revolved_elements.stiffness_blocks(section, elasticity, harmonic, torsion=torsion)
+    volumes = (revolved_elements.mass_blocks if mass == "consistent" else revolved_elements.nodal_mass_blocks)(
+        section, harmonic
+    )
     density = np.array([solid.density for solid in solids])
 
     def matrices(scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
@@ -153,7 +148,7 @@ def _matrices(
 
 
 def _constraints(
-    section: Section, harmonic: int, torsion: bool, held: Mapping[str, Sequence[str]]
+    section: revolved_elements.Section, harmonic: int, torsion: bool, held: Mapping[str, Sequence[str]]
 ) -> Iterator[Constraint]:
     """Yield what holds the nodes: the harmonic's own conditions, fixed and sliding boundaries."""
     r, th, z = np.eye(3)
@@ -162,30 +157,30 @@ def _constraints(
     on_axis = {0: (th,) if torsion else (r,), 1: (r + th, z)}.get(harmonic, (r, th, z))
     yield from ((section.on_axis, direction) for direction in on_axis)
     for name in held["fixed"]:
-        yield from ((boundary_nodes(section, name, "fixed"), direction) for direction in (r, th, z))
+        yield from ((revolved_elements.boundary_nodes(section, name, "fixed"), direction) for direction in (r, th, z))
     for name in held["sliding"]:
-        normals = ring_surface(section, name, "sliding", 1.0).normals.reshape(-1, 3)
+        normals = revolved_elements.ring_surface(section, name, "sliding", 1.0).normals.reshape(-1, 3)
         if (off := float(np.ptp(normals, axis=0).max())) > 1e-6:
-            raise ModelError(f"sliding: boundary {name!r} must be straight (its normal changes by {off:.1e})")
-        yield boundary_nodes(section, name, "sliding"), normals[0]
+            raise errors.ModelError(f"sliding: boundary {name!r} must be straight (its normal changes by {off:.1e})")
+        yield revolved_elements.boundary_nodes(section, name, "sliding"), normals[0]
 
 
-def _places(patch: Surface) -> Array:
+def _places(patch: shape_functions.Surface) -> Array:
     """Return places as `places_across`: a patch is divided by r; a cylinder, which has but one, along z."""
     radii = patch.places[..., 0]
     return patch.places[..., 1] if np.ptp(radii) <= ONE_RADIUS * radii.max() else radii
 
 
-def check_revolved(solid: Solid) -> None:
+def check_revolved(solid: materials.Solid) -> None:
     """Raise `ModelError` unless its stiffness stays the same when it is turned by an eighth or a quarter about z."""
-    stiffness = stiffness_tensor(solid.elasticity)
+    stiffness = materials.stiffness_tensor(solid.elasticity)
     for angle in (math.pi / 4, math.pi / 2):
         c, s = math.cos(angle), math.sin(angle)
         q = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         turned = np.einsum("ai,bj,ijkl,ck,dl->abcd", q, q, stiffness, q, q, optimize=True)
         if (off := np.abs(turned - stiffness).max() / np.abs(stiffness).max()) > 1e-6:
-            raise ModelError(
-                f"material {solid.name!r}: its stiffness changes by {percent(off)} when it is turned by "
+            raise errors.ModelError(
+                f"material {solid.name!r}: its stiffness changes by {quantities.percent(off)} when it is turned by "
                 f"{math.degrees(angle):g} degrees about z; an axisymmetric model needs E_1 = E_2, nu_13 = nu_23, "
                 "G_13 = G_23 and G_12 = E_1/(2 (1 + nu_12)) with axis 3 along z: model the body in three dimensions"
             )

@@ -4,8 +4,6 @@ What the loops call is in this file: numba's cache is renewed when this file cha
 Arrays are plain: m elements of L nodes with V geometry nodes, Q quadrature points, n nodes, three unknowns a node.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

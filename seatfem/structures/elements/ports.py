@@ -5,8 +5,6 @@ divided by the distance from its axis, a cylinder along it; every other patch by
 faces it has.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -14,11 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from seatfem.structures import errors, lands, materials, model
 from seatfem.structures.elements.shape_functions import Surface
-from seatfem.structures.errors import ModelError
-from seatfem.structures.lands import FaceLip
-from seatfem.structures.materials import Solid
-from seatfem.structures.model import Array, Port
 from seatfem.structures.rings import divided, parted, ring_names
 
 ONE_RADIUS = 1e-3  # of the largest radius: what differs less in radius is a circle, or a cylinder
@@ -31,12 +26,12 @@ def ports_on(
     boundary: str,
     rings: int,
     patch: Surface,
-    places: Callable[[Surface], Array],
-    solids: Sequence[Solid],
+    places: Callable[[Surface], model.Array],
+    solids: Sequence[materials.Solid],
     region: NDArray[np.int32],
     n_nodes: int,
-    lip: FaceLip | None = None,
-) -> dict[str, Port]:
+    lip: lands.FaceLip | None = None,
+) -> dict[str, model.Port]:
     """Return a port for each of the ``rings`` of a boundary, NAME or NAME_1, NAME_2, ... from its inner edge on.
 
     Of a ``lip``, for each of its arcs and their rings, by their own names. With n the outward normal, b = integral of
@@ -51,7 +46,7 @@ def ports_on(
         ModelError: a patch without area.
     """
     if not patch.area > 0:
-        raise ModelError(f"port: boundary {boundary!r} has area {patch.area:g} m^2, which must be positive")
+        raise errors.ModelError(f"port: boundary {boundary!r} has area {patch.area:g} m^2, which must be positive")
     shares, called = patch.weights[None], ring_names(name, rings)
     if lip is not None:
         shares, called = along(lip, patch), lip.division.names
@@ -62,7 +57,7 @@ def ports_on(
     return dict(zip(called, ports, strict=True))
 
 
-def along(lip: FaceLip, patch: Surface) -> Array:
+def along(lip: lands.FaceLip, patch: Surface) -> model.Array:
     """Return (p, f, Q) weights of a patch's points in each part of a lip: equal areas around, shares across each arc.
 
     Elements are cut at the borders by what their points weigh; all parts add up to the patch.
@@ -78,10 +73,10 @@ def along(lip: FaceLip, patch: Surface) -> Array:
 
 def of_solids(
     patch: Surface,
-    solids: Sequence[Solid],
+    solids: Sequence[materials.Solid],
     region: NDArray[np.int32],
-    value: Callable[[Solid, Array], Array | float],
-) -> Array:
+    value: Callable[[materials.Solid, model.Array], model.Array | float],
+) -> model.Array:
     """Return (f, Q) ``value`` of the solid behind each point of the patch, from it and the (g, Q, 3) normals there."""
     out = np.empty(patch.weights.shape)
     for k, solid in enumerate(solids):
@@ -90,15 +85,15 @@ def of_solids(
     return out
 
 
-def _port(patch: Surface, weights: Array, waves: Array, n_nodes: int) -> Port:
+def _port(patch: Surface, weights: model.Array, waves: model.Array, n_nodes: int) -> model.Port:
     parts = np.einsum("fqi,fqa,fq->fia", patch.shapes, patch.normals, weights, optimize=True)
     vector = np.zeros((n_nodes, 3))
     np.add.at(vector, patch.cells, parts)
     area = float(weights.sum())
-    return Port(vector.ravel() / area, area, float((waves * weights).sum()))
+    return model.Port(vector.ravel() / area, area, float((waves * weights).sum()))
 
 
-def places_across(mesh: Any, patch: Surface, cuts: NDArray[np.int64], copies: int) -> Array:
+def places_across(mesh: Any, patch: Surface, cuts: NDArray[np.int64], copies: int) -> model.Array:
     """Return the (f, Q) place of every quadrature point of ``patch`` between the ends of the patch [m].
 
     Args:
@@ -139,7 +134,7 @@ def _sides(mesh: Any, facets: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.concatenate(sides, axis=1)
 
 
-def _axis(patch: Surface, copies: int) -> tuple[Array, Array]:
+def _axis(patch: Surface, copies: int) -> tuple[model.Array, model.Array]:
     """Return a point of the patch's axis and its direction: centroid and mean normal; z of several equal sectors."""
     if copies > 1:
         return np.zeros(3), np.array([0.0, 0.0, 1.0])
@@ -149,12 +144,12 @@ def _axis(patch: Surface, copies: int) -> tuple[Array, Array]:
     return centre, normal / length if length > 1e-6 * patch.area else np.array([0.0, 0.0, 1.0])
 
 
-def _radius(points: Array, middle: Array, axis: Array) -> Array:
+def _radius(points: model.Array, middle: model.Array, axis: model.Array) -> model.Array:
     off = points - middle
     return np.asarray(np.linalg.norm(off - np.outer(off @ axis, axis), axis=1))
 
 
-def _is_round(radii: Array, area: float) -> bool:
+def _is_round(radii: model.Array, area: float) -> bool:
     """Return whether these radii of the rim are one, or two with the patch's area (along its axis) between them."""
     largest = float(radii.max())
     outer = radii >= (radii.min() + largest) / 2
@@ -165,7 +160,7 @@ def _is_round(radii: Array, area: float) -> bool:
     return bool(abs(area - between) <= _POLYGON * between)
 
 
-def _distance(points: Array, ends: Array) -> Array:
+def _distance(points: model.Array, ends: model.Array) -> model.Array:
     """Return the (n,) distance of points (n, 3) from the nearest of the sides (s, 2, 3)."""
     start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
     count = min(_NEAREST, len(ends))

@@ -3,8 +3,6 @@
 scikit-fem gives the shape functions, their gradients at reference points, the quadrature and the numbering of nodes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

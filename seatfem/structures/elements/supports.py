@@ -7,8 +7,6 @@ t = -(k_n n n' + k_t (I - n n')) u - (d_n n n' + d_t (I - n n')) u' on a boundar
     integral of N' (k_n n n' + k_t (I - n n')) N dA,        integral of N' (d_n n n' + d_t (I - n n')) N dA
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from seatfem.structures import materials, model
 from seatfem.structures.elements.ports import of_solids
 from seatfem.structures.elements.shape_functions import Array, Discretization, Surface, surface
 from seatfem.structures.errors import ModelError
-from seatfem.structures.materials import Solid
-from seatfem.structures.model import Damping, DofMap, Port, SecondOrderModel
 
 Constraint = tuple[NDArray[np.integer], Array]
 """Nodes, and the (3,) direction in which none of them may move."""
@@ -140,7 +137,7 @@ class _Even:
                 kind = type(self).__name__
                 raise ModelError(f"{kind}({self.boundary!r}): {name} = {value} must be finite and >= 0")
 
-    def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
+    def densities(self, patch: Surface, solids: Sequence[materials.Solid], region: NDArray[np.int32]) -> Densities:
         """Return springs; see `Densities`."""
         one = np.ones(patch.weights.shape)
         return [("K", self.normal * one, (self.tangential or 0.0) * one)]
@@ -167,7 +164,7 @@ class Bolted(_Even):
 class Dashpot(_Even):
     """Viscous support [N s/m^3] along and across the normal of ``boundary``."""
 
-    def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
+    def densities(self, patch: Surface, solids: Sequence[materials.Solid], region: NDArray[np.int32]) -> Densities:
         """Return dashpots; see `Densities`."""
         return [("C", along, across) for _, along, across in super().densities(patch, solids, region)]
 
@@ -184,7 +181,7 @@ class Absorbing:
     boundary: str
     centre: tuple[float, float, float] | None = None
 
-    def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
+    def densities(self, patch: Surface, solids: Sequence[materials.Solid], region: NDArray[np.int32]) -> Densities:
         """Return dashpots and, with a centre, springs; `ModelError` on a meridian, which has no centre."""
         along = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
         across = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_s)
@@ -203,7 +200,7 @@ Support = Foundation | Bolted | Dashpot | Absorbing
 def spread_supports(
     supports: Sequence[Support],
     patches: Sequence[Surface],
-    solids: Sequence[Solid],
+    solids: Sequence[materials.Solid],
     region: NDArray[np.int32],
     n_nodes: int,
 ) -> dict[Literal["K", "C"], sparse.csr_array]:
@@ -235,13 +232,13 @@ Matrices = Callable[[Array], tuple[sparse.csr_array, sparse.csr_array]]
 
 def whole_model(
     matrices: Matrices,
-    solids: Sequence[Solid],
+    solids: Sequence[materials.Solid],
     rayleigh: tuple[float, float] | None,
     supports: Mapping[Literal["K", "C"], sparse.csr_array],
-    ports: Mapping[str, Port],
-    dofs: DofMap,
+    ports: Mapping[str, model.Port],
+    dofs: model.DofMap,
     copies: int = 1,
-) -> SecondOrderModel:
+) -> model.SecondOrderModel:
     """Return M, K, C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over regions r, with supports.
 
     Args:
@@ -272,5 +269,5 @@ def whole_model(
         M, K = M * copies, K * copies
         C, H = (None if matrix is None else matrix * copies for matrix in (C, H))
     springs, dashpots = (key in supports and bool(supports[key].count_nonzero()) for key in ("K", "C"))
-    known = Damping.of_regions(pairs, losses, H, springs=springs, dashpots=dashpots)
-    return SecondOrderModel(M, C, K, ports, dofs, H, known)
+    known = model.Damping.of_regions(pairs, losses, H, springs=springs, dashpots=dashpots)
+    return model.SecondOrderModel(M, C, K, ports, dofs, H, known)

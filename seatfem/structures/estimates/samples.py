@@ -5,8 +5,6 @@ bulk's. A body has about c int dV/h^3 elements, a section c int dA/h^2: no mesh 
 their closed forms, parts drawn elsewhere from the coarse elements that their inspection made.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence
@@ -17,8 +15,7 @@ from typing import Final
 import numpy as np
 
 from impact.greens.base import Array
-from seatfem.structures.inspection.cad import Inspected, Integers, distances, inspect_geometry
-from seatfem.structures.inspection.cad import Shape as SurfaceShape
+from seatfem.structures.inspection import cad
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Geometry, GeometryError, Profile, Shape
 from seatfem.structures.shapes.profile import Edge, Point
@@ -221,24 +218,24 @@ FILLED: Final = 0.6  # of its bounding box, for a part that could not be filled 
 
 def body_of(part: Geometry) -> Body:
     """Return the part's volume and surface by their distance from the struck faces."""
-    return _body(inspect_geometry(part))
+    return _body(cad.inspect_geometry(part))
 
 
 @lru_cache(maxsize=4)
-def _body(found: Inspected) -> Body:
+def _body(found: cad.Inspected) -> Body:
     shape = found.shape
     struck = _struck(shape)
     outer = _element_samples(shape, shape.triangles, shape.areas, struck)
     if not found.meshed:  # all of it as far as its middle, on average
         volume = shape.volume or FILLED * float(shape.extent.prod())
-        away = distances(np.mean(shape.points, axis=0)[None], struck)
+        away = cad.distances(np.mean(shape.points, axis=0)[None], struck)
         return Body(Samples(np.array([volume]), away), outer)
     corners = shape.points[shape.cells]
     volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
     return Body(_element_samples(shape, shape.cells, volumes * (shape.volume / volumes.sum()), struck), outer)
 
 
-def _struck(shape: SurfaceShape) -> Array:
+def _struck(shape: cad.Shape) -> Array:
     """Return the points on the struck faces; of a part without any, its middle."""
     rows = shape.groups.get("contact")
     if rows is None or len(rows) == 0:
@@ -248,17 +245,17 @@ def _struck(shape: SurfaceShape) -> Array:
     return np.concatenate([corners.reshape(-1, 3), np.einsum("qk,nki->nqi", weights, corners).reshape(-1, 3)])
 
 
-def _element_samples(shape: SurfaceShape, elements: Integers, measures: Array, struck: Array) -> Samples:
+def _element_samples(shape: cad.Shape, elements: cad.Integers, measures: Array, struck: Array) -> Samples:
     """Return the points within elements, of which those near the struck faces have many: sizes change there."""
     corners = shape.points[elements]
     extent = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
-    near = distances(corners.mean(axis=1), struck) < NEAR * extent
+    near = cad.distances(corners.mean(axis=1), struck) < NEAR * extent
     weight, away = [], []
     for chosen, number in ((near, MANY), (~near, FEW)):
         inside = np.random.default_rng(1).dirichlet(np.ones(elements.shape[1]), number)
         points = np.einsum("qk,nki->nqi", inside, corners[chosen]).reshape(-1, 3)
         weight.append(np.repeat(measures[chosen] / number, number))
-        away.append(distances(points, struck))
+        away.append(cad.distances(points, struck))
     return _binned(np.concatenate(weight), np.concatenate(away))
 
 

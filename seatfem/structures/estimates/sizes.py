@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from seatfem.machine.resources import available_memory
+from seatfem.structures import reduction
 from seatfem.structures.estimates.samples import Body, body_of, plan_of, section_of, solid_of
-from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec, graded, half_axis
 from seatfem.structures.method import AUTO, CHEAPEST_FIRST, AnyLevel, Level, Method
 from seatfem.structures.shapes import Geometry, GeometryError
@@ -156,7 +156,7 @@ def check_memory(
 
 
 def check_elastic(
-    body: Structure, mesh: SeatMesh | MeridianMesh, level: Level, method: str, *, distributed: bool = False
+    body: structure.Structure, mesh: SeatMesh | MeridianMesh, level: Level, method: str, *, distributed: bool = False
 ) -> None:
     """Raise `MemoryNeedError` if a body on this mesh does not fit; half sections always do.
 
@@ -179,9 +179,7 @@ def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[An
     )
     others = [f'seat.model = "{level}"' for level in levels]
     least, diagonal = memory_need(counts).products, counts.mass_nnz == counts.dof
-    from seatfem.structures.reduction.greens import reducers  # for load time, as below
-
-    for name, each in reducers().items() if _factorizes(method) else ():
+    for name, each in reduction.greens.reducers().items() if _factorizes(method) else ():
         if not each.factorizes and (diagonal or not each.diagonal_mass) and least <= there:
             others.append(f'seat.greens.method = "{name}" ({least / GB:.2g} GB)')
         elif not each.factorizes and each.diagonal_mass and not diagonal:
@@ -192,9 +190,7 @@ def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[An
 def _factorizes(method: str) -> bool:
     if method == AUTO:
         return True
-    from seatfem.structures.reduction.greens import named  # for load time: most scenes name none
-
-    return named(method).factorizes
+    return reduction.greens.named(method).factorizes
 
 
 def _share(counts: Counts, method: str, there: float) -> float:
@@ -323,7 +319,7 @@ def _swept(plane: float, vertices: float, sides: float, layers: int, spec: MeshS
     return Sizes(elements, nodes, surface, counts)
 
 
-def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Method | None = None) -> None:
+def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method: Method | None = None) -> None:
     """Raise `MemoryNeedError` where the mesh of a level would be far too large for this computer.
 
     ``method``: of the reduction; by default as the body's table states it.

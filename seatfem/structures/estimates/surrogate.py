@@ -22,12 +22,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from impact.exact.half_space import disk_compliance, square_compliance
-from impact.greens.base import Array, GreensFunction
-from impact.greens.modal import ModalGreens, Residual
+from impact.greens import base, modal
+from seatfem.structures import materials, rings
 from seatfem.structures.inspection.cad import Shape
 from seatfem.structures.lip import AnyLip
-from seatfem.structures.materials import Material
-from seatfem.structures.rings import ring_shares
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds.parts import Support
@@ -85,7 +83,7 @@ class Patch:
         return 2 / math.pi * (1.5 - math.log(4)) * self.width / (plane * self.area)
 
 
-def bulky(solid: Material, area: float, width: float, depth: float) -> Patch:
+def bulky(solid: materials.Material, area: float, width: float, depth: float) -> Patch:
     """Return a half-space under a disk of the same area; a column of the patch's width at most, for what is thinner."""
     radius = math.sqrt(area / math.pi)
     local = disk_compliance(young=solid.young, poisson=abs(solid.poisson), radius=radius)  # even in nu
@@ -93,13 +91,13 @@ def bulky(solid: Material, area: float, width: float, depth: float) -> Patch:
     return Patch(area, width, depth, min(local, column), solid.density, solid.c_p, solid.c_s)
 
 
-def column_end(solid: Material, area: float, width: float, length: float) -> Patch:
+def column_end(solid: materials.Material, area: float, width: float, length: float) -> Patch:
     """Return the end of a straight bar."""
     compliance = length / (solid.young * area)
     return Patch(area, width, length, compliance, solid.density, solid.c_p, solid.c_s, one_dimensional=True)
 
 
-def on_plate(patch: Patch, solid: Material, radius: float, solidity: float) -> Patch:
+def on_plate(patch: Patch, solid: materials.Material, radius: float, solidity: float) -> Patch:
     """Return the patch on a clamped round plate of this radius [m], thinned by its holes to a part ``solidity`` of
     it."""
     stiffness = solidity * solid.young * patch.depth**3 / (12 * (1 - solid.poisson**2))
@@ -108,7 +106,7 @@ def on_plate(patch: Patch, solid: Material, radius: float, solidity: float) -> P
     return replace(patch, bending=bending, bending_frequency=frequency)
 
 
-def of_shape(shape: Shape, supports: Sequence[Support], solid: Material) -> Patch:
+def of_shape(shape: Shape, supports: Sequence[Support], solid: materials.Material) -> Patch:
     """Return a bulky body; where what holds it lies beside the struck faces, on a plate in bending, thinned by its
     holes.
 
@@ -227,7 +225,7 @@ class Surrogate:
         band: up to which it is the body itself, on a coarse mesh [Hz]; ``None`` of others.
     """
 
-    greens: GreensFunction
+    greens: base.GreensFunction
     exact: bool
     words: str
     patch: Patch | None = None
@@ -259,13 +257,13 @@ def unknown(what: str, face: Face) -> Surrogate:
     return Surrogate(_rod_behind(patch, SPREADING, 0.0), False, words)
 
 
-def ringing(greens: GreensFunction, ratio: float) -> GreensFunction:
+def ringing(greens: base.GreensFunction, ratio: float) -> base.GreensFunction:
     """Return what stands for a striker: it flies as its own damping ratio has it, waves that spread come back to it."""
     g = greens.modal
     return greens if g is None else replace(g, zeta=np.minimum(g.zeta, ratio))
 
 
-def freed(greens: GreensFunction, mass: float) -> GreensFunction:
+def freed(greens: base.GreensFunction, mass: float) -> base.GreensFunction:
     """Return a body that nothing holds, of this mass [kg], from one that is held as long as its waves take to come
     back."""
     g = greens.modal
@@ -273,21 +271,21 @@ def freed(greens: GreensFunction, mass: float) -> GreensFunction:
         return greens
     omega, zeta = (np.concatenate([[0.0], values]) for values in (g.omega, g.zeta))
     shapes = np.concatenate([np.full((1, g.shapes.shape[1]), 1 / math.sqrt(mass)), g.shapes])
-    return ModalGreens(omega, zeta, shapes, g.residual)
+    return modal.ModalGreens(omega, zeta, shapes, g.residual)
 
 
-def _rod_behind(patch: Patch, ratio: float, bending_ratio: float) -> ModalGreens:
+def _rod_behind(patch: Patch, ratio: float, bending_ratio: float) -> modal.ModalGreens:
     length = patch.compliance * patch.density * patch.c_p**2 * patch.area
     omega = (np.arange(MODES) + 0.5) * math.pi * patch.c_p / length
     shapes = np.full(MODES, math.sqrt(2 / (patch.density * patch.area * length)))
     left_out = patch.compliance - float(np.sum(shapes**2 / omega**2))
-    rest = Residual.exponential(left_out, 1 / patch.impedance)
+    rest = modal.Residual.exponential(left_out, 1 / patch.impedance)
     zeta = np.full(MODES, ratio)
     if patch.bending > 0:
         omega = np.append(omega, patch.bending_frequency)
         shapes = np.append(shapes, patch.bending_frequency * math.sqrt(patch.bending))
         zeta = np.append(zeta, bending_ratio)
-    return ModalGreens(np.asarray(omega, dtype=np.float64), zeta, shapes[:, None], rest)
+    return modal.ModalGreens(np.asarray(omega, dtype=np.float64), zeta, shapes[:, None], rest)
 
 
 CELLS: Final = 4  # across each ring; as many along each arc, or more: that those of the narrowest are about square
@@ -296,13 +294,13 @@ OF_A_FAR_PART: Final = 4  # cells along the longer side of a part, for parts tha
 APART: Final = 2.0  # longer sides of a part between two parts that lie apart: such means of 1/r are right to 2e-3
 
 
-def arc_compliance(lip: AnyLip, young: float, poisson: float) -> Array:
+def arc_compliance(lip: AnyLip, young: float, poisson: float) -> base.Array:
     """Return the (ports, ports) mean displacement of each part of a lip on a half-space under a load on each [m/N].
 
     Boussinesq: (1 - nu^2)/(pi E r) between cells, a square's mean on each cell itself; parts that lie apart have few
     cells. On a circle the parts of one arc stand for those of all. Source: Johnson, Contact Mechanics, 3.2.
     """
-    narrowest = lip.area / lip.length * float(ring_shares(lip.rings).min())
+    narrowest = lip.area / lip.length * float(rings.ring_shares(lip.rings).min())
     along = int(np.clip(round(CELLS * lip.length / (lip.arcs * narrowest)), 1, MOST_CELLS))
     cells, areas = lip.cells(along, CELLS)
     fine = cells.reshape(lip.arcs * lip.rings, -1, 2)
@@ -324,7 +322,7 @@ def arc_compliance(lip: AnyLip, young: float, poisson: float) -> Array:
     return np.asarray((compliance + compliance.T) / 2)
 
 
-def _far_parts(lip: AnyLip) -> tuple[Array, float]:
+def _far_parts(lip: AnyLip) -> tuple[base.Array, float]:
     """Return (ports, cells, 2) places of the few cells of each part, and how near [m] two parts need many."""
     length, width = lip.length / lip.arcs, lip.area / lip.length / lip.rings
     longer = max(length, width)
@@ -332,18 +330,18 @@ def _far_parts(lip: AnyLip) -> tuple[Array, float]:
     return lip.cells(*few)[0].reshape(lip.arcs * lip.rings, -1, 2), APART * longer
 
 
-def _inverse(distances: Array) -> Array:
+def _inverse(distances: base.Array) -> base.Array:
     """Return 1/r, and 0 of a cell to itself."""
     return np.divide(1, distances, out=np.zeros_like(distances), where=distances > 0)
 
 
-def _between(places: Array, others: Array) -> Array:
+def _between(places: base.Array, others: base.Array) -> base.Array:
     """Return the (n, ...) distances of ``n`` places from each of others."""
     x, y = (np.subtract.outer(places[:, axis], others[..., axis]) for axis in (0, 1))
     return np.asarray(np.sqrt(x * x + y * y))
 
 
-def on_its_patch(whole: ModalGreens, lip: AnyLip, patch: Patch) -> ModalGreens:
+def on_its_patch(whole: modal.ModalGreens, lip: AnyLip, patch: Patch) -> modal.ModalGreens:
     """Return `in_arcs` of the material under a struck ``patch``."""
     squared = (patch.c_p / patch.c_s) ** 2
     poisson = (squared - 2) / (2 * (squared - 1))
@@ -351,7 +349,7 @@ def on_its_patch(whole: ModalGreens, lip: AnyLip, patch: Patch) -> ModalGreens:
     return in_arcs(whole, lip, young, poisson, patch.impedance)
 
 
-def in_arcs(whole: ModalGreens, lip: AnyLip, young: float, poisson: float, impedance: float) -> ModalGreens:
+def in_arcs(whole: modal.ModalGreens, lip: AnyLip, young: float, poisson: float, impedance: float) -> modal.ModalGreens:
     """Return a body whose patch is known as a whole, g_1(t), with a half-space under the parts of the lip:
 
         g_ij(t) = g_1(t) + h_ij(t),   h the exponential from 1/Z_i of each part to the half-space's compliance
@@ -370,5 +368,5 @@ def in_arcs(whole: ModalGreens, lip: AnyLip, young: float, poisson: float, imped
     values, vectors = np.linalg.eigh((local + local.T) / 2)
     local = vectors * np.maximum(values, 0.0) @ vectors.T
     alike = whole.combined(np.ones((1, len(shares))), lip.division.names)
-    rest = Residual.exponential(local, np.diag(1 / (shares * impedance)))
-    return replace(alike, residual=Residual.together([alike.residual, rest]))
+    rest = modal.Residual.exponential(local, np.diag(1 / (shares * impedance)))
+    return replace(alike, residual=modal.Residual.together([alike.residual, rest]))

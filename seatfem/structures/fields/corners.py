@@ -1,7 +1,5 @@
 """Where stress is largest, where elasticity knows none (reentrant corners, ends of clamped faces), and mesh error."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, Final

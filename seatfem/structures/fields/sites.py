@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from seatfem.structures.elements.mindlin import PlateMesh, located, shapes_at
-from seatfem.structures.elements.shape_functions import Discretization, gradients, values
-from seatfem.structures.errors import ModelError
-from seatfem.structures.materials import Material
+from seatfem.structures import errors, materials
+from seatfem.structures.elements import mindlin, shape_functions
 from seatfem.structures.model import SecondOrderModel
 
 Array = NDArray[np.float64]
@@ -62,7 +60,7 @@ class Sites:
         return Sites.averaged(self.points[chosen], number[self.site[kept]], self.element[kept], self.inside[:, kept])
 
 
-def at_points(made: Discretization, points: Array) -> Sites:
+def at_points(made: shape_functions.Discretization, points: Array) -> Sites:
     """Return the elements around points (P, d) [m].
 
     Raises:
@@ -78,12 +76,12 @@ def at_points(made: Discretization, points: Array) -> Sites:
     least = off.min(axis=1)
     if (lost := np.flatnonzero(least > _BESIDE)).size:
         place = ", ".join(f"{1e3 * x:.4g}" for x in points[lost[0]])
-        raise ModelError(f"the point ({place}) mm lies off the body: name one in it, or on its surface")
+        raise errors.ModelError(f"the point ({place}) mm lies off the body: name one in it, or on its surface")
     taken = (off <= np.maximum(least, _INSIDE)[:, None]).ravel()
     return Sites.averaged(points, site[taken], element[taken], inside[:, taken])
 
 
-def on_surface(made: Discretization) -> Sites:
+def on_surface(made: shape_functions.Discretization) -> Sites:
     """Return all displacement nodes on the surface, without those of planes of symmetry and of the axis alone."""
     _, elements, which = outer_facets(made.mesh)
     reference, outer = np.asarray(made.element.doflocs, dtype=float), np.zeros(made.size, dtype=bool)
@@ -95,7 +93,7 @@ def on_surface(made: Discretization) -> Sites:
     return at_nodes(made, np.flatnonzero(outer))
 
 
-def at_nodes(made: Discretization, nodes: Integers) -> Sites:
+def at_nodes(made: shape_functions.Discretization, nodes: Integers) -> Sites:
     """Return the displacement nodes (P,), in rising order."""
     chosen = np.zeros(made.size, dtype=bool)
     chosen[nodes] = True
@@ -116,13 +114,13 @@ def outer_facets(mesh: Any) -> tuple[Integers, Integers, Integers]:
     return facets, elements, np.argmax(mesh.t2f[:, elements] == facets, axis=0)
 
 
-def _inside(made: Discretization, element: Integers, targets: Array) -> Array:
+def _inside(made: shape_functions.Discretization, element: Integers, targets: Array) -> Array:
     """Return the (d, E) reference coordinates of targets (E, d) in elements, or beyond, by Newton's method."""
     nodes = made.places[made.corners[element]]
     inside = np.tile(np.asarray(made.element.refdom.p, dtype=float).mean(axis=1)[:, None], len(element))
     for _ in range(_NEWTON):
-        off = np.einsum("ev,eva->ea", values(made.geometry, inside), nodes) - targets
-        jacobian = np.einsum("evc,eva->eac", gradients(made.geometry, inside), nodes)
+        off = np.einsum("ev,eva->ea", shape_functions.values(made.geometry, inside), nodes) - targets
+        jacobian = np.einsum("evc,eva->eac", shape_functions.gradients(made.geometry, inside), nodes)
         step = np.linalg.solve(jacobian + 1e-12 * np.abs(jacobian).max() * np.eye(len(inside)), off[..., None])
         inside = np.clip(inside - step[..., 0].T, -0.5, 1.5)
     return inside
@@ -132,20 +130,20 @@ _NODES = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), 
 _GAUSS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) / np.sqrt(3)
 
 
-def plate_points(mesh: PlateMesh, points: Array) -> Sites:
+def plate_points(mesh: mindlin.PlateMesh, points: Array) -> Sites:
     """Return the sites at points (P, 2) [m]. Raises `ModelError` of one that lies off the plate."""
-    element, inside = located(mesh, points, np.full(len(points), "stress.points"))
+    element, inside = mindlin.located(mesh, points, np.full(len(points), "stress.points"))
     return Sites.averaged(points, np.arange(len(points)), element, inside.T)
 
 
-def plate_nodes(mesh: PlateMesh) -> Sites:
+def plate_nodes(mesh: mindlin.PlateMesh) -> Sites:
     """Return all nodes of a plate."""
     site, element = mesh.cells.ravel(), np.repeat(np.arange(len(mesh.cells)), 9)
     return Sites.averaged(mesh.points, site, element, np.tile(_NODES, (len(mesh.cells), 1)).T)
 
 
 def plate_stress(
-    mesh: PlateMesh, material: Material, thickness: float, model: SecondOrderModel, sites: Sites
+    mesh: mindlin.PlateMesh, material: materials.Material, thickness: float, model: SecondOrderModel, sites: Sites
 ) -> sparse.csr_array:
     """Return (6 P, n) C, so that C u is the stress xx, yy, zz, yz, xz, xy at P sites of the face z = h/2 [Pa].
 
@@ -165,9 +163,9 @@ def plate_stress(
     return _of_unknowns(mesh, model, sites, rows)
 
 
-def _at_gauss(mesh: PlateMesh, sites: Sites) -> Array:
+def _at_gauss(mesh: mindlin.PlateMesh, sites: Sites) -> Array:
     """Return (E, 9, 2) slopes of the shape functions, led on from the Gauss points."""
-    _, slopes = shapes_at(_GAUSS)
+    _, slopes = mindlin.shapes_at(_GAUSS)
     s, t = sites.inside
     weights = (1 + 3 * s[:, None] * _GAUSS[:, 0]) * (1 + 3 * t[:, None] * _GAUSS[:, 1]) / 4
     cells: NDArray[np.int64] = mesh.cells[sites.element]
@@ -176,10 +174,10 @@ def _at_gauss(mesh: PlateMesh, sites: Sites) -> Array:
     return np.asarray(np.einsum("eg,egkc->ekc", weights, along))
 
 
-def _of_unknowns(mesh: PlateMesh, model: SecondOrderModel, sites: Sites, rows: Array) -> sparse.csr_array:
+def _of_unknowns(mesh: mindlin.PlateMesh, model: SecondOrderModel, sites: Sites, rows: Array) -> sparse.csr_array:
     """Return (R P, n) matrix of (E, R, 9, 3) each element's share of a site, by the unknowns w and l a of its nodes."""
     if model.dofs is None or model.dofs.points.shape[1] != len(mesh.points):
-        raise ModelError("the model's unknowns are not those of this plate: use the mesh of its assembly")
+        raise errors.ModelError("the model's unknowns are not those of this plate: use the mesh of its assembly")
     count = rows.shape[1]
     which = count * sites.site[:, None, None] + np.arange(count)[:, None]
     unknowns = (3 * mesh.cells[sites.element][:, :, None] + np.arange(3)).reshape(len(rows), 1, -1)

@@ -20,11 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from seatfem.structures.elements.assembly import PROJECT_ABOVE, solids_by_region
-from seatfem.structures.elements.revolved_elements import Section, nearly_incompressible, revolved_strains
+from seatfem.structures.elements import assembly, revolved_elements
 from seatfem.structures.elements.shape_functions import Discretization, discretize, gradients, values
-from seatfem.structures.fields.peaks import Integers, norms
-from seatfem.structures.fields.recovery import StressField
+from seatfem.structures.fields import peaks, recovery
 from seatfem.structures.fields.sites import Array, Sites
 from seatfem.structures.materials import Solid
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
@@ -42,7 +40,7 @@ def elements_of(mesh: Any, order: int | None = None) -> Discretization:
     mesh = getattr(mesh, "mesh", mesh)
     if mesh.dim() == 3:
         return discretize(mesh, order)
-    section = Section.from_mesh(mesh, order)
+    section = revolved_elements.Section.from_mesh(mesh, order)
     corners = np.ascontiguousarray(mesh.dofs.element_dofs.T, dtype=np.int32)
     cells = np.ascontiguousarray(section.cells.T, dtype=np.int32)
     places = np.ascontiguousarray(mesh.doflocs.T)
@@ -108,11 +106,11 @@ def solid_stress(
     dofs = model.dofs
     if dofs is None or dofs.points.shape[1] != made.size:
         raise ModelError("the model's unknowns are not those of these elements: use the mesh and order of its assembly")
-    solids, region = solids_by_region(made.mesh, material)
+    solids, region = assembly.solids_by_region(made.mesh, material)
     elasticity = np.array([solid.elasticity for solid in solids])
-    if (soft := nearly_incompressible(elasticity, PROJECT_ABOVE)).any():
+    if (soft := revolved_elements.nearly_incompressible(elasticity, assembly.PROJECT_ABOVE)).any():
         name = solids[int(np.argmax(soft))].name
-        raise ModelError(f"material {name!r}: poisson must be at most {PROJECT_ABOVE} for stress to be known")
+        raise ModelError(f"material {name!r}: poisson must be at most {assembly.PROJECT_ABOVE} for stress to be known")
     return StressOperator(made, dofs, sites, elasticity[region], _strain if made.mesh.dim() == 3 else _around(harmonic))
 
 
@@ -143,7 +141,7 @@ def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
         radius = np.einsum("ev,ev->e", values(made.geometry, inside), made.places[made.corners[sites.element], 0])
         by_r, by_z, over = slopes[..., 0], slopes[..., 1], values(made.element, inside) / radius[:, None]
         out = np.zeros((len(slopes), 6, slopes.shape[1], 3))
-        revolved_strains(by_r, by_z, over, harmonic, out.transpose(0, 2, 1, 3))
+        revolved_elements.revolved_strains(by_r, by_z, over, harmonic, out.transpose(0, 2, 1, 3))
         return out
 
     return strain
@@ -166,7 +164,7 @@ class Harmonic:
     """
 
     number: int
-    field: StressField
+    field: recovery.StressField
     mixing: Array
 
 
@@ -198,7 +196,7 @@ class RingField:
         bounds = []
         for harmonic, _ in self._waves:
             fields = np.swapaxes(harmonic.field.fields, 1, 2)
-            parts = [norms(np.where(np.isin(np.arange(6), of), fields, 0.0)) for of in (_BY_COS, _BY_SIN)]
+            parts = [peaks.norms(np.where(np.isin(np.arange(6), of), fields, 0.0)) for of in (_BY_COS, _BY_SIN)]
             bounds.append(np.maximum(*parts))  # the root of cos^2 |one|^2 + sin^2 |other|^2 is no larger
         return np.concatenate(bounds, axis=1)
 
@@ -208,7 +206,7 @@ class RingField:
         return [(harmonic, k) for harmonic in self.harmonics for k in (0, 1) if np.any(harmonic.mixing[:, :, k])]
 
     @cached_property
-    def _ends(self) -> Integers:
+    def _ends(self) -> peaks.Integers:
         """Return where the coordinates of each of these begin, and their number."""
         return np.cumsum([0, *(len(harmonic.field.radians) for harmonic, _ in self._waves)])
 
@@ -232,7 +230,7 @@ class RingField:
         parts = [wave.field.coordinates(pushes @ wave.mixing[:, :, k], dt, stride) for wave, k in self._waves]
         return (np.concatenate(blocks, axis=1) for blocks in zip(*parts, strict=True))
 
-    def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
+    def stress(self, which: peaks.Integers, values: Array, kept: peaks.Integers) -> Iterator[Array]:
         borders = np.searchsorted(kept, self._ends)
         heard = np.flatnonzero(np.diff(borders))
         amplitudes = np.empty((len(which), len(heard), 6, values.shape[1]))
@@ -249,7 +247,7 @@ class RingField:
             yield out[None]
 
 
-AnyField = StressField | RingField
+AnyField = recovery.StressField | RingField
 
 
 def turned(amplitudes: Array, angles: Array, harmonic: int, *, by_sin: bool) -> Array:

@@ -1,1 +1,5 @@
 """Files of other programs: meshes, matrices, universal files."""
+
+from impact.names import lazy_names
+
+__getattr__ = lazy_names(__name__)

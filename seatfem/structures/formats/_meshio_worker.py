@@ -1,7 +1,5 @@
 """meshio in a process of its own, with bounded memory and time; started by `meshio_files` only."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Abaqus input files (.inp): keyword blocks, sets, files that they include, and their meshes."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,20 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from impact.files.safe_files import MB, read_bytes, read_text
-from seatfem.structures.formats.file_mesh import (
-    ABAQUS,
-    ABAQUS_HEX_FACES,
-    ABAQUS_TET_FACES,
-    Assembled,
-    Deck,
-    Elements,
-    FileMesh,
-    assembled,
-    check_group_count,
-    face_width,
-    free_face_mask,
-    stacked,
-)
+from seatfem.structures.formats import file_mesh
 from seatfem.structures.mesh.io import Floats, Integers, MeshError, distinct
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
@@ -237,7 +222,7 @@ OTHER_SOLID = re.compile(r"[DAQ]?C3D|COH3D|CSS|SC\d|CCL")
 SKIN = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|R3D|CPS|CPE)(3|4|6|8|9)5?[A-Z]*\d?$")
 
 
-def read_abaqus(path: Path) -> FileMesh:
+def read_abaqus(path: Path) -> file_mesh.FileMesh:
     """Read *NODE, *ELEMENT, *NSET, *ELSET and *SURFACE of an input file, flat or with one part and one instance.
 
     Solids C3D4, C3D10, C3D8, C3D20, C3D27 with any ending. Surfaces are those of *SURFACE (faces S1.. of elements, or
@@ -245,26 +230,28 @@ def read_abaqus(path: Path) -> FileMesh:
     sets that Abaqus/CAE marks internal are left out. Raises `MeshError` naming file and line.
     """
     deck, node_sets, element_sets, blocks = _collect(path)
-    assembly = assembled(deck)
+    assembly = file_mesh.assembled(deck)
     if len(distinct(assembly.ids)) < len(assembly.ids):
         raise MeshError(f"{path}: an element number is used twice; number them anew")
     surfaces, held = dict(assembly.mesh.surfaces), dict(assembly.mesh.node_sets)
-    check_group_count(len(surfaces) + len(held) + len(blocks), str(path))
+    file_mesh.check_group_count(len(surfaces) + len(held) + len(blocks), str(path))
     for block in blocks:
         name = block.options.get("NAME", "")
         if block.options.get("TYPE", "ELEMENT").upper() == "NODE":
             held[name] = deck.rows(np.concatenate([node_sets.members_of(row[0], block) for row in block.rows]))
         else:
-            surfaces[name] = stacked(list(_surface(block, assembly, element_sets)), face_width(assembly.mesh.cells))
+            surfaces[name] = file_mesh.stacked(
+                list(_surface(block, assembly, element_sets)), file_mesh.face_width(assembly.mesh.cells)
+            )
     return replace(assembly.mesh, surfaces=surfaces, node_sets=held)
 
 
-def _collect(path: Path) -> tuple[Deck, Sets, Sets, list[Block]]:
+def _collect(path: Path) -> tuple[file_mesh.Deck, Sets, Sets, list[Block]]:
     """Return the deck, its sets with those that are internal, and the blocks of *SURFACE."""
     ids: list[Integers] = [np.empty(0, dtype=np.int64)]
     points: list[Floats] = [np.empty((0, 3))]
-    solids: list[Elements] = []
-    skins: list[Elements] = []
+    solids: list[file_mesh.Elements] = []
+    skins: list[file_mesh.Elements] = []
     node_sets, element_sets = Sets("NSET"), Sets("ELSET")
     surfaces: list[Block] = []
     for block in read_blocks(path):
@@ -292,7 +279,9 @@ def _collect(path: Path) -> tuple[Deck, Sets, Sets, list[Block]]:
             case _:
                 pass
     named = element_sets.named(), node_sets.named()
-    deck = Deck(str(path), ABAQUS, np.concatenate(ids), np.concatenate(points), solids, skins, *named)
+    deck = file_mesh.Deck(
+        str(path), file_mesh.ABAQUS, np.concatenate(ids), np.concatenate(points), solids, skins, *named
+    )
     return deck, node_sets, element_sets, surfaces
 
 
@@ -307,7 +296,7 @@ def _nodes(block: Block) -> tuple[Integers, Floats]:
     return table[:, 0].astype(np.int64), table[:, 1:]
 
 
-def _elements(block: Block) -> Elements | None:
+def _elements(block: Block) -> file_mesh.Elements | None:
     """Return the elements of a block, None for those that are neither solids nor skins: beams, springs, masses."""
     kind = block.options.get("TYPE", "").upper()
     solid, skin = SOLID.match(kind), SKIN.match(kind)
@@ -315,20 +304,20 @@ def _elements(block: Block) -> Elements | None:
     if not match:
         if OTHER_SOLID.match(kind):
             first = [[int(row[0])] for row in block.rows if row[0].isdecimal()]
-            return Elements(kind, np.array(first, dtype=np.int64).reshape(-1, 1), usable=False)
+            return file_mesh.Elements(kind, np.array(first, dtype=np.int64).reshape(-1, 1), usable=False)
         return None
     width = 6 if kind.startswith("STRI65") else int(match.group(1))
     numbers = block.integers()
     if len(numbers) % (1 + width):
         raise block.fail(f"TYPE={kind}: {len(numbers)} numbers must be a multiple of {1 + width} (number and nodes)")
     table = numbers.reshape(-1, 1 + width)
-    return Elements(kind, table if solid else table[:, : 4 if width in (3, 6) else 5])
+    return file_mesh.Elements(kind, table if solid else table[:, : 4 if width in (3, 6) else 5])
 
 
-def _surface(block: Block, found: Assembled, element_sets: Sets) -> Iterator[Integers]:
+def _surface(block: Block, found: file_mesh.Assembled, element_sets: Sets) -> Iterator[Integers]:
     """Yield the faces of the lines of *SURFACE, TYPE=ELEMENT: a set or an element, and which of its faces."""
     cells = found.mesh.cells
-    faces = np.array(ABAQUS_TET_FACES if face_width(cells) == 3 else ABAQUS_HEX_FACES)
+    faces = np.array(file_mesh.ABAQUS_TET_FACES if file_mesh.face_width(cells) == 3 else file_mesh.ABAQUS_HEX_FACES)
     by_side: dict[str, list[Integers]] = {}
     for row in block.rows:
         side = row[1].upper() if len(row) > 1 else ""
@@ -341,7 +330,7 @@ def _surface(block: Block, found: Assembled, element_sets: Sets) -> Iterator[Int
             yield found.skin[np.isin(found.skin_ids, members)]
         rows = np.flatnonzero(np.isin(found.ids, members))
         if side == "":
-            mask = free_face_mask(cells, faces)
+            mask = file_mesh.free_face_mask(cells, faces)
             yield cells[:, faces][rows][mask[rows]]
         elif side not in ("SPOS", "SNEG"):
             yield cells[rows][:, faces[int(side[1]) - 1]]

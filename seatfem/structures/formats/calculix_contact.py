@@ -13,8 +13,6 @@ not all right, gains 0.25 % of the largest energy so far (checkimpacts.f of ccx 
 the plate's energy is. A block that flies freely elsewhere, BALLAST, therefore has most of the energy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final

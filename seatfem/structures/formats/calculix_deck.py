@@ -6,8 +6,6 @@ Element Method for Three-Dimensional Thermomechanical Applications, Wiley 2004; 
 No deck has damping.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final

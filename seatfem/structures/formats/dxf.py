@@ -1,7 +1,5 @@
 """Outlines in DXF files: lines, arcs, circles and polylines that close loops, read and written."""
 
-from __future__ import annotations
-
 import io
 import math
 import re

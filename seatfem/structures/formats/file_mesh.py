@@ -3,8 +3,6 @@
 Abaqus, Nastran and VTK agree on the vertices of an element; they differ in the nodes on edges and faces.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -14,20 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from seatfem.structures.mesh.checks import near_pairs
-from seatfem.structures.mesh.io import (
-    HEX_EDGES,
-    HEX_FACES,
-    TET_EDGES,
-    CellKind,
-    Floats,
-    Integers,
-    MeshArrays,
-    MeshError,
-    distinct,
-    facets_within,
-    serendipity_to_27,
-)
+from seatfem.structures.mesh import checks, io
 
 MOST_GROUPS = 5000  # of a file: sets of nodes, of elements, surfaces
 Groups = tuple[tuple[int, ...], ...]
@@ -41,7 +26,7 @@ ABAQUS_TET_FACES: Groups = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
 VTK_HEX_FACES: Groups = ((0, 3, 7, 4), (1, 2, 6, 5), (0, 1, 5, 4), (3, 2, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7))
 # Nodes after the vertices, each by the vertices it lies between.
 GMSH: Mapping[int, Groups] = MappingProxyType(
-    {4: (), 8: (), 10: TET_EDGES, 20: HEX_EDGES, 27: HEX_EDGES + HEX_FACES + CENTRE}
+    {4: (), 8: (), 10: io.TET_EDGES, 20: io.HEX_EDGES, 27: io.HEX_EDGES + io.HEX_FACES + CENTRE}
 )
 ABAQUS: Mapping[int, Groups] = MappingProxyType(
     {
@@ -67,14 +52,14 @@ class FileMesh:
     of ``points``.
     """
 
-    points: Floats
-    cells: Integers
-    surfaces: Mapping[str, Integers] = field(default_factory=dict)
-    volumes: Mapping[str, Integers] = field(default_factory=dict)
-    node_sets: Mapping[str, Integers] = field(default_factory=dict)
+    points: io.Floats
+    cells: io.Integers
+    surfaces: Mapping[str, io.Integers] = field(default_factory=dict)
+    volumes: Mapping[str, io.Integers] = field(default_factory=dict)
+    node_sets: Mapping[str, io.Integers] = field(default_factory=dict)
 
 
-def one_kind(found: Mapping[str, tuple[int, Integers | None]], source: str) -> None:
+def one_kind(found: Mapping[str, tuple[int, io.Integers | None]], source: str) -> None:
     """Raise `MeshError` unless the solid elements are of one kind.
 
     ``found``: the file's name of a solid element type -> (count, its nodes or None where it cannot be used).
@@ -83,7 +68,7 @@ def one_kind(found: Mapping[str, tuple[int, Integers | None]], source: str) -> N
     if len(usable) == 1 and all(nodes is not None for _, nodes in found.values()):
         return
     kinds = ", ".join(f"{count} {name}" for name, (count, _) in sorted(found.items())) or "none"
-    raise MeshError(
+    raise io.MeshError(
         f"{source}: volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {kinds}"
     )
 
@@ -91,28 +76,30 @@ def one_kind(found: Mapping[str, tuple[int, Integers | None]], source: str) -> N
 def check_group_count(count: int, source: str) -> None:
     """Raise `MeshError` for more groups than a mesh may have: each of them is looked for in the whole mesh."""
     if count > MOST_GROUPS:
-        raise MeshError(f"{source}: {count} groups and sets, must be at most {MOST_GROUPS}; export those that are used")
+        raise io.MeshError(
+            f"{source}: {count} groups and sets, must be at most {MOST_GROUPS}; export those that are used"
+        )
 
 
-def to_arrays(mesh: FileMesh, unit: float, source: str) -> MeshArrays:
+def to_arrays(mesh: FileMesh, unit: float, source: str) -> io.MeshArrays:
     """Return arrays in metres, 20-node hexahedra as 27, node sets as the free faces whose vertices they hold.
 
     A node set of a name that a surface has already, and one that holds no whole face, makes no surface.
     """
     points, cells = unit * mesh.points, mesh.cells
     if cells.shape[1] == 20:
-        points, cells = serendipity_to_27(points, cells)
-    arrays = MeshArrays(points, cells, mesh.surfaces, mesh.volumes, source)
+        points, cells = io.serendipity_to_27(points, cells)
+    arrays = io.MeshArrays(points, cells, mesh.surfaces, mesh.volumes, source)
     if not mesh.node_sets:
         return arrays
     faces = np.array(arrays.kind.faces)
     free = arrays.cells[:, faces][free_face_mask(arrays.cells, faces)]
-    held = {name: free[facets_within(free.T, rows)] for name, rows in mesh.node_sets.items()}
+    held = {name: free[io.facets_within(free.T, rows)] for name, rows in mesh.node_sets.items()}
     surfaces = {name: faces for name, faces in held.items() if len(faces)} | dict(mesh.surfaces)
-    return MeshArrays(points, cells, surfaces, mesh.volumes, source)
+    return io.MeshArrays(points, cells, surfaces, mesh.volumes, source)
 
 
-def free_face_mask(cells: Integers, faces: Integers) -> NDArray[np.bool_]:
+def free_face_mask(cells: io.Integers, faces: io.Integers) -> NDArray[np.bool_]:
     """Return which faces belong to one element only; (m, faces), for faces given by columns of ``cells``."""
     every = np.sort(cells[:, faces].reshape(-1, faces.shape[1]), axis=1)
     _, number, count = np.unique(every, axis=0, return_inverse=True, return_counts=True)
@@ -121,7 +108,7 @@ def free_face_mask(cells: Integers, faces: Integers) -> NDArray[np.bool_]:
 
 def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
     """Return the mesh with nodes nearer to each other than ``tolerance`` (the file's unit) made one."""
-    pairs = near_pairs(mesh.points, tolerance, source)
+    pairs = checks.near_pairs(mesh.points, tolerance, source)
     n = len(mesh.points)
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     _, label = connected_components(graph, directed=False)
@@ -136,17 +123,17 @@ def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
     )
 
 
-def stacked(parts: Sequence[Integers], width: int) -> Integers:
+def stacked(parts: Sequence[io.Integers], width: int) -> io.Integers:
     """Return rows one under the other; (0, width) for none."""
     return np.concatenate([np.empty((0, width), dtype=np.int64), *parts])
 
 
-def face_width(cells: Integers) -> int:
+def face_width(cells: io.Integers) -> int:
     """Return the vertices of a face of such elements."""
     return 3 if cells.shape[1] in (4, 10) else 4
 
 
-def to_gmsh(cells: Integers, order: Mapping[int, Groups]) -> Integers:
+def to_gmsh(cells: io.Integers, order: Mapping[int, Groups]) -> io.Integers:
     """Return the columns of ``cells`` (m, k) from another program's order into gmsh's."""
     nodes = cells.shape[1]
     corners = 4 if nodes in (4, 10) else 8
@@ -155,7 +142,7 @@ def to_gmsh(cells: Integers, order: Mapping[int, Groups]) -> Integers:
     return np.ascontiguousarray(cells[:, columns])
 
 
-def to_vtk(rows: Integers, kind: CellKind) -> Integers:
+def to_vtk(rows: io.Integers, kind: io.CellKind) -> io.Integers:
     """Return cells (m, k) in VTK's order from scikit-fem's table (k, m) of their nodes."""
     by_gmsh = np.empty((rows.shape[1], rows.shape[0]), dtype=np.int64)
     by_gmsh[:, kind.columns] = rows.T
@@ -169,15 +156,15 @@ class Elements:
     """Elements of one type, which the file calls so: rows of number and nodes (m, 1 + k); whether they can be used."""
 
     type: str
-    table: Integers
+    table: io.Integers
     usable: bool = True
 
     @property
-    def ids(self) -> Integers:
+    def ids(self) -> io.Integers:
         return self.table[:, 0]
 
     @property
-    def nodes(self) -> Integers:
+    def nodes(self) -> io.Integers:
         return self.table[:, 1:]
 
 
@@ -191,24 +178,24 @@ class Deck:
 
     source: str
     order: Mapping[int, Groups]
-    node_ids: Integers
-    points: Floats
+    node_ids: io.Integers
+    points: io.Floats
     solids: Sequence[Elements]
     skins: Sequence[Elements]
-    element_sets: Mapping[str, Integers]
-    node_sets: Mapping[str, Integers]
+    element_sets: Mapping[str, io.Integers]
+    node_sets: Mapping[str, io.Integers]
     what: str = "node"
 
-    def rows(self, wanted: Integers) -> Integers:
+    def rows(self, wanted: io.Integers) -> io.Integers:
         """Return rows of ``points`` of node numbers; `MeshError` for numbers that are not there."""
         if len(self.node_ids) == 0:
-            raise MeshError(f"{self.source}: no {self.what}s; export the mesh with them")
+            raise io.MeshError(f"{self.source}: no {self.what}s; export the mesh with them")
         order = np.argsort(self.node_ids, kind="stable")
         at = np.minimum(np.searchsorted(self.node_ids, wanted, sorter=order), len(self.node_ids) - 1)
         rows = order[at]
-        missing = distinct(wanted[self.node_ids[rows] != wanted])
+        missing = io.distinct(wanted[self.node_ids[rows] != wanted])
         if len(missing):
-            raise MeshError(
+            raise io.MeshError(
                 f"{self.source}: {self.what} {missing[0]} is used and not defined, export it too ({len(missing)} "
                 f"such {self.what}s)"
             )
@@ -220,9 +207,9 @@ class Assembled:
     """``mesh``; the numbers of its cells; numbers and faces (rows of its points) of the skins that fit its cells."""
 
     mesh: FileMesh
-    ids: Integers
-    skin_ids: Integers
-    skin: Integers
+    ids: io.Integers
+    skin_ids: io.Integers
+    skin: io.Integers
 
 
 def assembled(deck: Deck) -> Assembled:
@@ -231,7 +218,7 @@ def assembled(deck: Deck) -> Assembled:
     Raises `MeshError`: solids that are not of one kind, nodes that are used and not defined.
     """
     check_group_count(len(deck.element_sets) + len(deck.node_sets), deck.source)
-    counts: dict[str, tuple[int, Integers | None]] = {}
+    counts: dict[str, tuple[int, io.Integers | None]] = {}
     for each in deck.solids:
         count = counts.get(each.type, (0, None))[0] + len(each.table)
         counts[each.type] = (count, each.nodes if each.usable else None)

@@ -13,27 +13,24 @@ import numpy as np
 
 from impact.files.safe_files import MB, check_file
 from impact.notices import Progress, silent
-from seatfem.structures.formats.abaqus import read_abaqus
+from seatfem.structures.formats import abaqus, meshio_files, nastran_mesh
 from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
-from seatfem.structures.formats.meshio_files import FORMATS, SURFACES_ONLY, read_by_meshio
-from seatfem.structures.formats.nastran_mesh import read_nastran, read_unv
-from seatfem.structures.mesh.checks import check_coincident
+from seatfem.structures.mesh import checks, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
 from seatfem.structures.mesh.io import MeshArrays, MeshError, distinct, groups
-from seatfem.structures.mesh.meshing import MeshProvenance, SeatMesh, seat_mesh
 from seatfem.structures.shapes import GeometryError
 
 BY_GMSH = (".msh", ".med")
 READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
     {
-        ".unv": read_unv,
-        ".inp": read_abaqus,
-        ".bdf": read_nastran,
-        ".nas": read_nastran,
-        ".dat": read_nastran,
-        ".fem": read_nastran,
+        ".unv": nastran_mesh.read_unv,
+        ".inp": abaqus.read_abaqus,
+        ".bdf": nastran_mesh.read_nastran,
+        ".nas": nastran_mesh.read_nastran,
+        ".dat": nastran_mesh.read_nastran,
+        ".fem": nastran_mesh.read_nastran,
     }
-    | dict.fromkeys(FORMATS, read_by_meshio)
+    | dict.fromkeys(meshio_files.FORMATS, meshio_files.read_by_meshio)
 )
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
 LIMIT = 2048 * MB
@@ -49,7 +46,7 @@ def read_mesh(
     merge: float | None = None,
     parts: int = 1,
     progress: Progress = silent,
-) -> SeatMesh:
+) -> meshing.SeatMesh:
     """Read a mesh of tetrahedra or hexahedra of order 1 or 2, straight or curved.
 
     Files: gmsh .msh (2 and 4), .med; .unv (`read_unv`); Abaqus .inp (`read_abaqus`); Nastran .bdf, .nas, .dat, .fem
@@ -77,15 +74,15 @@ def read_mesh(
     names = {name: role for name, role in ((contact, "contact"), (fixed, "fixed")) if name is not None}
     arrays = _renamed(arrays, names, mesh)
     if merge is None:
-        check_coincident(arrays)
-    provenance = MeshProvenance(
+        checks.check_coincident(arrays)
+    provenance = meshing.MeshProvenance(
         source=str(path),
         content_hash=_content_hash(arrays),
         gmsh_version=version,
         geometry={},
         spec={},
     )
-    seat = seat_mesh(arrays, provenance, required=tuple(names.values()), parts=parts)
+    seat = meshing.seat_mesh(arrays, provenance, required=tuple(names.values()), parts=parts)
     progress(STAGE, 1.0)
     return seat
 
@@ -107,7 +104,7 @@ def _check_request(path: Path, unit: float, merge: float | None) -> None:
     suffix = path.suffix.lower()
     if suffix in CAD:
         raise MeshError(f"{path}: not a mesh; a CAD file is meshed by make_mesh(CadPart(path), MeshSpec(...))")
-    if suffix in SURFACES_ONLY:
+    if suffix in meshio_files.SURFACES_ONLY:
         raise MeshError(f"{path}: {suffix} files hold surfaces only; fill them with volume elements first")
     if suffix not in BY_GMSH and suffix not in READERS:
         known = ", ".join((*BY_GMSH, *READERS))
@@ -128,7 +125,7 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
     reader = READERS.get(path.suffix.lower())
     if path.suffix.lower() == ".msh":  # Fluent's meshes are called so, too, and begin with a bracket
         with path.open("rb") as file:
-            reader = partial(read_by_meshio, form="ansys") if file.read(1) == b"(" else None
+            reader = partial(meshio_files.read_by_meshio, form="ansys") if file.read(1) == b"(" else None
     if reader is None:
         try:
             arrays = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)

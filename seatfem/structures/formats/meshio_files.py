@@ -1,7 +1,5 @@
 """Meshes in the formats that meshio knows, read in a process of its own and written."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -16,8 +14,7 @@ from numpy.typing import NDArray
 from impact.files.safe_files import MB, check_file, read_text
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
-from seatfem.structures.formats.abaqus import with_included
-from seatfem.structures.formats.file_mesh import VTK, FileMesh, face_width, one_kind, stacked, to_gmsh
+from seatfem.structures.formats import abaqus, file_mesh
 from seatfem.structures.mesh.io import Integers, MeshError
 
 LIMIT: Final = 1024 * MB
@@ -58,7 +55,7 @@ MOST_GROUPS = 256  # an array of more different values numbers the cells; it doe
 _BESIDE = re.compile(r">([^<>:]*):/")  # blanks are stripped after: two ways to match one of them take squares of time
 
 
-def read_by_meshio(path: Path, form: str = "") -> FileMesh:
+def read_by_meshio(path: Path, form: str = "") -> file_mesh.FileMesh:
     """Return tetrahedra and hexahedra of a file in one of `FORMATS`, with whatever groups they have.
 
     Named cell sets: solids are a volume, triangles or quadrilaterals a surface; named point sets are node sets. Groups
@@ -74,13 +71,13 @@ def read_by_meshio(path: Path, form: str = "") -> FileMesh:
     for kind, rows in blocks:
         if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
             elements[kind] = (elements.get(kind, (0, None))[0] + len(rows), rows if kind in SOLIDS else None)
-    one_kind(elements, str(path))
+    file_mesh.one_kind(elements, str(path))
     solid = [k for k, (kind, _) in enumerate(blocks) if kind in SOLIDS]
     points = arrays["points"]
-    cells = to_gmsh(np.concatenate([blocks[k][1] for k in solid]), VTK)
-    width = face_width(cells)
+    cells = file_mesh.to_gmsh(np.concatenate([blocks[k][1] for k in solid]), file_mesh.VTK)
+    width = file_mesh.face_width(cells)
     skin = [k for k, (kind, _) in enumerate(blocks) if SKINS.get(kind) == width]
-    faces = stacked([blocks[k][1][:, :width] for k in skin], width)
+    faces = file_mesh.stacked([blocks[k][1][:, :width] for k in skin], width)
     used = np.concatenate([cells.ravel(), faces.ravel()])
     if outside := int(np.sum((used < 0) | (used >= len(points)))):
         raise MeshError(f"{path}: {outside} node numbers of its cells are outside 0 ... {len(points) - 1}")
@@ -95,7 +92,7 @@ def read_by_meshio(path: Path, form: str = "") -> FileMesh:
         data = arrays[f"point_data {n}"]
         if _values(name, [data]) == [(name, 1)]:
             node_sets[name] = np.flatnonzero(data)
-    return FileMesh(points, cells, surfaces, volumes, node_sets)
+    return file_mesh.FileMesh(points, cells, surfaces, volumes, node_sets)
 
 
 def _alone(path: Path, form: str, folder: Path) -> Path:
@@ -134,7 +131,7 @@ def beside(path: Path) -> tuple[Path, ...]:
 
 def all_files(path: Path) -> tuple[Path, ...]:
     """Return ``path`` and every file that it is read with and that is there: includes, and what lies `beside`."""
-    included = with_included(path)
+    included = abaqus.with_included(path)
     return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
 
 

@@ -1,7 +1,5 @@
 """Meshes in files of cards: Nastran bulk data (.bdf, .nas, .dat) and universal files (.unv)."""
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,16 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from impact.files.safe_files import MB, read_text
-from seatfem.structures.formats.file_mesh import (
-    ABAQUS,
-    ABAQUS_HEX_FACES,
-    ABAQUS_TET_FACES,
-    NASTRAN,
-    Deck,
-    Elements,
-    FileMesh,
-    assembled,
-)
+from seatfem.structures.formats import file_mesh
 from seatfem.structures.mesh.io import MeshError
 
 SMALL, LARGE = 8, 4  # data fields on a line
@@ -130,7 +119,7 @@ def _split(line: str) -> tuple[str, list[str]]:
     return head, [*data[:width], *[""] * (width - len(data))]
 
 
-def read_nastran(path: Path) -> FileMesh:
+def read_nastran(path: Path) -> file_mesh.FileMesh:
     """Read GRID, CTETRA and CHEXA of bulk data; groups are called by their numbers, for the file has no names.
 
     Volumes: "PID 3", the solids of property 3. Surfaces: "PID 3", the shells (CTRIA3, CQUAD4, ...) of property 3;
@@ -138,13 +127,13 @@ def read_nastran(path: Path) -> FileMesh:
     Raises `MeshError` naming file and line.
     """
     deck, solids, loads = _collect(path)
-    mesh = assembled(deck).mesh
+    mesh = file_mesh.assembled(deck).mesh
     faces = {name: [face for card in cards for face in _loaded_faces(card, solids)] for name, cards in loads.items()}
     more = {name: deck.rows(np.array(loaded, dtype=np.int64)) for name, loaded in faces.items() if loaded}
     return replace(mesh, surfaces={**mesh.surfaces, **more})
 
 
-def _collect(path: Path) -> tuple[Deck, Solids, Mapping[str, list[Card]]]:
+def _collect(path: Path) -> tuple[file_mesh.Deck, Solids, Mapping[str, list[Card]]]:
     """Return the deck, its solids by number, and the cards of loads; shells, which may have the numbers of solids, are
     -1, -2, ..."""
     nodes: dict[int, tuple[float, float, float]] = {}
@@ -190,13 +179,15 @@ def _collect(path: Path) -> tuple[Deck, Solids, Mapping[str, list[Card]]]:
     for number, (name, corners) in solids.items():
         by_type[f"{name} of {len(corners)} nodes"].append([number, *corners])
     shells = [[row for row in skins if len(row) == 1 + width] for width in (3, 4)]
-    deck = Deck(
+    deck = file_mesh.Deck(
         source=str(path),
-        order=NASTRAN,
+        order=file_mesh.NASTRAN,
         node_ids=np.fromiter(nodes, dtype=np.int64),
         points=np.array(list(nodes.values()), dtype=float).reshape(-1, 3),
-        solids=[Elements(name, np.array(rows), name.partition(" ")[0] in SOLIDS) for name, rows in by_type.items()],
-        skins=[Elements("shells", np.array(rows)) for rows in shells if rows],
+        solids=[
+            file_mesh.Elements(name, np.array(rows), name.partition(" ")[0] in SOLIDS) for name, rows in by_type.items()
+        ],
+        skins=[file_mesh.Elements("shells", np.array(rows)) for rows in shells if rows],
         element_sets={name: np.array(properties[name]) for name in sorted(properties)},
         node_sets={name: np.concatenate([np.arange(r.start, r.stop) for r in ranges]) for name, ranges in held.items()},
         what="GRID",
@@ -220,10 +211,10 @@ def _loaded_faces(card: Card, solids: Solids) -> list[list[int]]:
     name, nodes = solids[element]
     on, other = card.integer(6), card.integer(7, 0)
     if name == "CTETRA":
-        faces = [[nodes[k] for k in face] for face in ABAQUS_TET_FACES]
+        faces = [[nodes[k] for k in face] for face in file_mesh.ABAQUS_TET_FACES]
         chosen = [face for face in faces if on in face and other not in face]
     else:
-        faces = [[nodes[k] for k in face] for face in ABAQUS_HEX_FACES]
+        faces = [[nodes[k] for k in face] for face in file_mesh.ABAQUS_HEX_FACES]
         chosen = [face for face in faces if on in face and face[(face.index(on) + 2) % 4] == other]
     if len(chosen) != 1:
         raise card.fail(f"nodes {on} and {other} must name a face of element {element}")
@@ -257,7 +248,7 @@ NODE, ELEMENT = 7, 8
 UNV_LIMIT = 512 * MB
 
 
-def read_unv(path: Path) -> FileMesh:
+def read_unv(path: Path) -> file_mesh.FileMesh:
     """Read datasets 2411 (nodes), 2412 (elements) and 2435, 2452, 2467, 2477 (groups) of a universal file.
 
     A group's solids are a volume, its shells a surface, its nodes a node set. Raises `MeshError`.
@@ -291,13 +282,15 @@ def read_unv(path: Path) -> FileMesh:
     solids = [_of_type(kind, rows, UNV_SOLIDS) for kind, rows in by_type.items() if kind in NAMES]
     skins = [_of_type(kind, rows, UNV_SKINS) for kind, rows in by_type.items() if kind in UNV_SKINS]
     ids, places = np.array(node_ids, dtype=np.int64), np.array(points).reshape(-1, 3)
-    return assembled(Deck(str(path), ABAQUS, ids, places, solids, skins, elements, nodes)).mesh
+    return file_mesh.assembled(
+        file_mesh.Deck(str(path), file_mesh.ABAQUS, ids, places, solids, skins, elements, nodes)
+    ).mesh
 
 
-def _of_type(kind: int, rows: list[list[int]], columns: Mapping[int, tuple[int, ...]]) -> Elements:
+def _of_type(kind: int, rows: list[list[int]], columns: Mapping[int, tuple[int, ...]]) -> file_mesh.Elements:
     taken = [0, *(1 + column for column in columns.get(kind, ()))]
     table = np.array([[row[k] for k in taken] for row in rows], dtype=np.int64)
-    return Elements(f"{NAMES.get(kind, 'shells')} (type {kind})", table, usable=kind in columns)
+    return file_mesh.Elements(f"{NAMES.get(kind, 'shells')} (type {kind})", table, usable=kind in columns)
 
 
 def _datasets(path: Path) -> Iterator[tuple[int, Iterator[str]]]:

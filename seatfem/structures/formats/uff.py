@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.files.safe_files import MB, check_file, whole_file
-from impact.greens.base import Array, GreensFunction, GreensFunctionError
-from impact.greens.modal import ModalGreens, Residual
+from impact.greens import base, modal
 from impact.greens.sampled import SampledGreens, Tail
 from impact.measured.frf import FrequencyResponse, Kind, receptance
 from impact.names import how_to_mend
@@ -57,8 +56,8 @@ def read_modes_uff(
     units: System | None = None,
     damping_ratio: float | None = None,
     modal_mass: float | None = None,
-    compliance: Array | float | None = None,
-) -> ModalGreens:
+    compliance: base.Array | float | None = None,
+) -> modal.ModalGreens:
     """Read normal modes of datasets 55 as a Green's function.
 
     w = 2 pi f, zeta = viscous ratio + half the hysteretic, shapes divided by the root of the modal mass. What the modes
@@ -97,14 +96,14 @@ def read_modes_uff(
         shapes[k] = np.array(values) / np.sqrt(mass * per_mass)
     order = np.argsort(omega, kind="stable")
     p = len(places)
-    residual = Residual.none(p) if compliance is None else Residual.spring(compliance)
+    residual = modal.Residual.none(p) if compliance is None else modal.Residual.spring(compliance)
     origin = {
         "kind": "modes",
         "file": file.path.name,
         "modes": len(modes),
         "ports": {n: str(v) for n, v in places.items()},
     }
-    return ModalGreens(omega[order], zeta[order], shapes[order], residual, tuple(places), origin=origin)
+    return modal.ModalGreens(omega[order], zeta[order], shapes[order], residual, tuple(places), origin=origin)
 
 
 def read_frf_uff(
@@ -173,8 +172,8 @@ def read_impulse_response_uff(
     origin = {"kind": "measured", "file": file.path.name}
     try:
         return SampledGreens.from_series(responses[0]["x"], values, tail=tail, port_names=(name,), origin=origin)
-    except GreensFunctionError as problem:
-        raise GreensFunctionError(f"{file.path}: {problem}") from problem
+    except base.GreensFunctionError as problem:
+        raise base.GreensFunctionError(f"{file.path}: {problem}") from problem
 
 
 def _read(path: Path, kind: int, units: System | None) -> _File:
@@ -284,7 +283,7 @@ _MODE_SET: Final[dict[str, Any]] = {
 """Structural, normal mode, translations, displacement, real."""
 
 
-def write_receptance_uff(greens: GreensFunction, frequency: ArrayLike, path: str | os.PathLike[str]) -> None:
+def write_receptance_uff(greens: base.GreensFunction, frequency: ArrayLike, path: str | os.PathLike[str]) -> None:
     """Write the receptances G_ij(2 pi i f) [m/N] of all ports in SI units; port k is node k + 1, direction +z.
 
     Args:
@@ -305,7 +304,7 @@ def write_receptance_uff(greens: GreensFunction, frequency: ArrayLike, path: str
 
 
 def write_modes_uff(
-    points: Array, shapes: Array, frequency: Array, modal_mass: Array, path: str | os.PathLike[str]
+    points: base.Array, shapes: base.Array, frequency: base.Array, modal_mass: base.Array, path: str | os.PathLike[str]
 ) -> None:
     """Write normal modes in SI units, undamped: nodes (dataset 15) and shapes (dataset 55, analysis type 2).
 
@@ -356,7 +355,7 @@ def _unit_set(pyuff: Any) -> Any:
     return pyuff.prepare_164(units_code=1, units_description="SI", temp_mode=1, **scales)
 
 
-def _functions(pyuff: Any, f: Array, values: Any, names: tuple[str, ...]) -> list[Any]:
+def _functions(pyuff: Any, f: base.Array, values: Any, names: tuple[str, ...]) -> list[Any]:
     step = {"num_pts": len(f), "abscissa_min": float(f[0]), "abscissa_inc": float(f[1] - f[0]), "x": f}
     return [
         pyuff.prepare_58(

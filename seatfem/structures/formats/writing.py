@@ -17,11 +17,8 @@ from scipy import io, sparse
 from skfem.assembly import Dofs
 
 from impact.files.safe_files import whole_file, write_whole
-from impact.greens.base import GreensFunction
-from impact.greens.transforms import state_space
-from seatfem.structures.formats.file_mesh import to_vtk
-from seatfem.structures.formats.mesh_files import read_file
-from seatfem.structures.formats.meshio_files import FORMATS
+from impact.greens import base, transforms
+from seatfem.structures.formats import file_mesh, mesh_files, meshio_files
 from seatfem.structures.mesh.io import CELL_KINDS, Floats, Integers, MeshError
 from seatfem.structures.mesh.meshing import SeatMesh
 
@@ -30,7 +27,7 @@ READ_ONLY: Final = (".node", ".su2", ".hmf", ".ugrid", ".f3grid")
 WRITTEN: Final[Mapping[str, str]] = MappingProxyType(
     {".msh": "gmsh22", ".inp": "abaqus", ".med": "med"}
     | dict.fromkeys((".bdf", ".nas", ".dat", ".fem"), "nastran")
-    | {suffix: form for suffix, form in FORMATS.items() if suffix not in READ_ONLY}
+    | {suffix: form for suffix, form in meshio_files.FORMATS.items() if suffix not in READ_ONLY}
 )
 NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -106,7 +103,7 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
 def _check(written: Path, path: Path, cells: Integers) -> None:
     """Raise `MeshError` where elements do not come back: some writers leave out what their format does not have."""
     try:
-        back = read_file(written).cells
+        back = mesh_files.read_file(written).cells
     except MeshError as error:
         raise MeshError(f"{path}: the format does not hold {_SOLIDS[cells.shape[1]]} elements; write .msh") from error
     if back.shape != cells.shape:
@@ -124,7 +121,7 @@ def _nodes(seat: SeatMesh) -> tuple[Floats, Integers]:
         points, rows = mesh.p.T, mesh.t
     else:
         points, rows = mesh.doflocs.T, Dofs(mesh, kind.element).element_dofs
-    return np.asarray(points, dtype=float), to_vtk(rows, kind)
+    return np.asarray(points, dtype=float), file_mesh.to_vtk(rows, kind)
 
 
 def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMesh) -> tuple[tuple[str, ...], Any]:
@@ -197,14 +194,14 @@ Second order:            M q'' + Cq q' + K q = phi' F,  u = phi q + what is left
 """
 
 
-def write_reduced(greens: GreensFunction, folder: Path) -> Iterator[Path]:
+def write_reduced(greens: base.GreensFunction, folder: Path) -> Iterator[Path]:
     """Write reduced.npz, reduced.mat and README.txt; of modal functions matrices for ``kind = "matrices"``, too.
 
     Raises:
         GreensFunctionError: a function that is no finite sum of poles.
         OutputError: ``folder`` cannot be written to.
     """
-    space, modal = state_space(greens), greens.modal
+    space, modal = transforms.state_space(greens), greens.modal
     arrays: dict[str, Any] = {name: getattr(space, name) for name in "ABCD"}
     known = greens.error_estimate
     arrays |= {f"error_{n}": np.nan if (e := getattr(known, n)) is None else e for n in ("reduction", "mesh")}

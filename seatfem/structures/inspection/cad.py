@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.structures.errors import GeometryError, ModelError
-from seatfem.structures.lands import Land, land_of
+from seatfem.structures import errors, lands
 from seatfem.structures.mesh.gmsh_process import run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode
 from seatfem.structures.shapes.cad import check_readable
@@ -224,12 +223,12 @@ class Inspected:
         return len(self.shape.cells) > 0
 
     @lru_cache(maxsize=4)  # noqa: B019  few are kept, as inspections are
-    def land(self, group: str, along: Vector | None = None) -> Land:
+    def land(self, group: str, along: Vector | None = None) -> lands.Land:
         """Return a group as the land of a lip. Raises as `land_of`, which takes ``along``."""
         normals = [face.normal for face in self.faces if group in face.groups]
         if group not in self.edges or not normals or normals[0] is None or not _alike(normals):
-            raise ModelError("the struck face is not flat: take flat faces, or strike it as a whole")
-        return land_of(self.edges[group], normals[0], along)
+            raise errors.ModelError("the struck face is not flat: take flat faces, or strike it as a whole")
+        return lands.land_of(self.edges[group], normals[0], along)
 
 
 def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
@@ -252,11 +251,11 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
         data["path"] = str(state.path)
         try:
             check_readable(decode(json.loads(encoded)).path)
-        except GeometryError as error:
+        except errors.GeometryError as error:
             return _nothing(error)
     try:
         arrays = run_gmsh({"task": "inspect", "geometry": data, "picture": picture})
-    except GeometryError as error:  # what is found before anything is built, as a unit that is not known
+    except errors.GeometryError as error:  # what is found before anything is built, as a unit that is not known
         return _nothing(error)
     answer = json.loads(str(arrays["found"]))
     rows = [np.flatnonzero(arrays["faces"] == face["tag"]) for face in answer["faces"]] if answer["faces"] else []
@@ -276,7 +275,7 @@ def _alike(normals: Sequence[Vector | None]) -> bool:
     return all(normal is not None and np.dot(normal, normals[0]) > 1 - EVEN for normal in normals)  # type: ignore[arg-type]
 
 
-def _nothing(error: GeometryError) -> Inspected:
+def _nothing(error: errors.GeometryError) -> Inspected:
     return Inspected((), ((error.field or "path", str(error)),), (), EMPTY, ())
 
 

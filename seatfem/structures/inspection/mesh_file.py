@@ -3,8 +3,6 @@
 Faces are parts of the surface without a sharp edge within, planes and cylinders named as such.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,15 +13,12 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from seatfem.structures.errors import ModelError
+from seatfem.structures import errors, lands
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.inspection.cad import Array, FoundFace, Inspected, Integers, Shape, inspect_geometry
 from seatfem.structures.kinds.parts import METRES, LengthUnit
-from seatfem.structures.lands import Land, land_of
 from seatfem.structures.mesh.meshing import SeatMesh
-from seatfem.structures.shapes import CadPart, Geometry, GeometryError
-from seatfem.structures.shapes.cad import BREP_SUFFIXES, STEP_SUFFIXES
-from seatfem.structures.shapes.inspect import FREEFORM, fitted_cylinder, triple
+from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, inspect
 
 SHARP: Final = math.radians(25.0)  # between neighbouring triangles of different faces
 FLAT: Final = 1e-3  # of unit normals
@@ -56,14 +51,14 @@ def shape_of(mesh: SeatMesh) -> Shape:
 
 
 @lru_cache(maxsize=4)
-def land_of_mesh(mesh: SeatMesh, group: str) -> Land:
+def land_of_mesh(mesh: SeatMesh, group: str) -> lands.Land:
     """Return a named boundary as the land of a lip. Raises as `land_of`."""
     shape = shape_of(mesh)
     normals, areas = shape.normals[shape.groups[group]], shape.areas[shape.groups[group]]
     mean = np.average(normals, axis=0, weights=areas)
     if np.abs(normals - mean).max() > EVEN:
-        raise ModelError("the struck face is not flat: take a flat one, or strike it as a whole")
-    return land_of(shape.points[shape.outline(group)], mean)
+        raise errors.ModelError("the struck face is not flat: take a flat one, or strike it as a whole")
+    return lands.land_of(shape.points[shape.outline(group)], mean)
 
 
 def _around(quadrilaterals: Integers, points: Array) -> Integers:
@@ -111,17 +106,17 @@ def _labels(shape: Shape) -> Integers:
 def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
     areas, normals = shape.areas[rows], shape.normals[rows]
     middles = shape.points[shape.triangles[rows]].mean(axis=1)
-    kind, normal, axis, radii = FREEFORM, None, None, None
+    kind, normal, axis, radii = inspect.FREEFORM, None, None, None
     if np.abs(normals - normals[0]).max() < FLAT:
-        kind, normal = "Plane", triple(normals[0])
+        kind, normal = "Plane", inspect.triple(normals[0])
     elif len(rows) > 3 and (cylinder := _cylinder(shape, rows, normals)) is not None:
         kind, (point, direction, radius) = "Cylinder", cylinder
-        axis, radii = (triple(point), triple(direction), 0.0), (radius, radius)
+        axis, radii = (inspect.triple(point), inspect.triple(direction), 0.0), (radius, radius)
     return FoundFace(
         numbers=(number,),
         kind=kind,
         area=float(areas.sum()),
-        centre=triple(np.average(middles, axis=0, weights=areas)),
+        centre=inspect.triple(np.average(middles, axis=0, weights=areas)),
         normal=normal,
         axis=axis,
         radii=radii,
@@ -136,7 +131,7 @@ def _cylinder(shape: Shape, rows: Integers, normals: Array) -> tuple[Array, Arra
     """Fit a cylinder. Triangles are chords: their middles and normals fit it roughly, their corners give its radius."""
     middles = shape.points[shape.triangles[rows]].mean(axis=1)
     extent = float(np.linalg.norm(np.ptp(middles, axis=0)))
-    if (axis := fitted_cylinder(middles, normals, extent, CHORDS)) is None:
+    if (axis := inspect.fitted_cylinder(middles, normals, extent, CHORDS)) is None:
         return None
     point, direction = axis
     arms = shape.points[np.unique(shape.triangles[rows])] - point
@@ -174,7 +169,7 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
         GeometryError, MeshError: a file that cannot be read.
         MeshingError, OSError: gmsh cannot be run; the file is not there.
     """
-    if path.suffix.lower() in STEP_SUFFIXES + BREP_SUFFIXES:
+    if path.suffix.lower() in cad.STEP_SUFFIXES + cad.BREP_SUFFIXES:
         return _of_cad(path, unit)
     length: LengthUnit = unit or "m"
     notes = () if unit else (_assumed(path, length, "--unit mm"),)
@@ -187,7 +182,7 @@ def of_geometry(geometry: Geometry, name: str) -> Part:
 
 
 def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
-    brep = path.suffix.lower() in BREP_SUFFIXES
+    brep = path.suffix.lower() in cad.BREP_SUFFIXES
     length: LengthUnit | None = "mm" if brep and unit is None else unit
     part = CadPart(path, None if length is None else METRES[length])
     inspected = inspect_geometry(part, picture=True)

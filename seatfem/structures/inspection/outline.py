@@ -12,17 +12,13 @@ from typing import Final
 import numpy as np
 
 from impact.greens.base import Array
-from seatfem.structures.errors import GeometryError
+from seatfem.structures import errors, lands
 from seatfem.structures.formats.dxf import read_outline
 from seatfem.structures.inspection.cad import FileState, FoundFace, Shape, inspect_geometry, state_of
-from seatfem.structures.lands import Land, axes_along
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
-from seatfem.structures.shapes import CadPart, Group, Selector, loops
-from seatfem.structures.shapes.cad import STEP_SUFFIXES, check_readable
+from seatfem.structures.shapes import CadPart, Group, Selector, cad, inspect, loops, outlined
 from seatfem.structures.shapes.faces import Frame, Vector
-from seatfem.structures.shapes.inspect import triple
-from seatfem.structures.shapes.outlined import Corner
 from seatfem.structures.shapes.selectors import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 
 PICOMETRE: Final = 12  # digits [m]
@@ -39,8 +35,8 @@ class DrawnOutline:
         normal: of that face, out of the solid.
     """
 
-    outline: tuple[Corner, ...]
-    holes: tuple[tuple[Corner, ...], ...]
+    outline: tuple[outlined.Corner, ...]
+    holes: tuple[tuple[outlined.Corner, ...], ...]
     thickness: float | None = None
     frame: Frame | None = None
     normal: Vector | None = None
@@ -51,7 +47,7 @@ class DrawnOutline:
         assert self.frame is not None
         own, bulged = self.frame, 1.0 if self.frame.normal @ frame.normal > 0 else -1.0
 
-        def moved(loop: tuple[Corner, ...]) -> tuple[Corner, ...]:
+        def moved(loop: tuple[outlined.Corner, ...]) -> tuple[outlined.Corner, ...]:
             corners = np.array(loop)
             places = frame.seen(own.points(corners[:, :2]))
             rows = np.column_stack([places, bulged * corners[:, 2]])
@@ -78,26 +74,26 @@ def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) 
     try:
         return _read(state_of(path), path, unit, oblique)
     except (MeshingError, OSError) as error:
-        raise GeometryError(f"Outlined.file = {path.name}: {error}") from error
+        raise errors.GeometryError(f"Outlined.file = {path.name}: {error}") from error
 
 
 @lru_cache(maxsize=8)
 def _read(state: FileState, path: Path, unit: float | None, oblique: bool) -> DrawnOutline:
-    if path.suffix.lower() not in STEP_SUFFIXES:
+    if path.suffix.lower() not in cad.STEP_SUFFIXES:
         outline, *holes = map(_corners, read_outline(path, unit))
         return DrawnOutline(outline, tuple(holes))
     try:
-        check_readable(path)
-    except GeometryError as error:
-        raise GeometryError(f"Outlined.file = {error}") from error
+        cad.check_readable(path)
+    except errors.GeometryError as error:
+        raise errors.GeometryError(f"Outlined.file = {error}") from error
     arrays = run_gmsh({"task": "outline", "path": str(path), "oblique": oblique})
     outline, *holes = (_corners(arrays[f"loop:{k}"]) for k in range(sum(name.startswith("loop:") for name in arrays)))
     thickness = float(arrays["thickness"]) if "thickness" in arrays else None
-    frame = Frame(*(triple(row) for row in arrays["frame"]))
-    return DrawnOutline(outline, tuple(holes), thickness, frame, triple(arrays["normal"]))
+    frame = Frame(*(inspect.triple(row) for row in arrays["frame"]))
+    return DrawnOutline(outline, tuple(holes), thickness, frame, inspect.triple(arrays["normal"]))
 
 
-def _corners(loop: Array) -> tuple[Corner, ...]:
+def _corners(loop: Array) -> tuple[outlined.Corner, ...]:
     return tuple((float(x), float(y), float(bulge)) for x, y, bulge in loop)
 
 
@@ -123,7 +119,7 @@ def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: 
     except (MeshingError, OSError) as error:
         raise _wrong_side(path, f"{error}; check the file") from error
     if inspected.problems:
-        raise GeometryError(f"Outlined.clamped = {path.name}: {inspected.problems[0][1]}")
+        raise errors.GeometryError(f"Outlined.clamped = {path.name}: {inspected.problems[0][1]}")
     sides = [
         face
         for face in inspected.faces
@@ -148,8 +144,8 @@ def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: 
     return (a, b), (c, d)
 
 
-def _wrong_side(path: Path, why: str) -> GeometryError:
-    return GeometryError(f"Outlined.clamped = {path.name}: {why}")
+def _wrong_side(path: Path, why: str) -> errors.GeometryError:
+    return errors.GeometryError(f"Outlined.clamped = {path.name}: {why}")
 
 
 def _numbers(face: FoundFace) -> str:
@@ -197,10 +193,10 @@ def facing_side(drawn: DrawnOutline, normal: Vector) -> tuple[Vector, Vector]:
     own, point = np.array(drawn.normal), np.array(drawn.frame.origin)
     up = own if own @ np.array(normal) > 0 else -own
     thickness = drawn.thickness or 0.0
-    return triple(point - thickness * own if own @ up > 0 else point), triple(up)
+    return inspect.triple(point - thickness * own if own @ up > 0 else point), inspect.triple(up)
 
 
-def placed(land: Land, side: tuple[Vector, Vector], clamp: Array) -> Placement:
+def placed(land: lands.Land, side: tuple[Vector, Vector], clamp: Array) -> Placement:
     """Return where a reed lies.
 
     Args:
@@ -215,8 +211,8 @@ def placed(land: Land, side: tuple[Vector, Vector], clamp: Array) -> Placement:
     x = np.cross(line, up)
     x *= np.sign(x @ (centre - foot)) or 1.0
     x /= np.linalg.norm(x)
-    frame = Frame(triple(foot - ((foot - point) @ up) * up), triple(x), triple(np.cross(up, x)))
-    lip_axes = axes_along(lip_normal, triple(x))
+    frame = Frame(inspect.triple(foot - ((foot - point) @ up) * up), inspect.triple(x), inspect.triple(np.cross(up, x)))
+    lip_axes = lands.axes_along(lip_normal, inspect.triple(x))
     rise = -lip_axes[:2] @ up / (lip_normal @ up)  # of the opening, along the lip's x and y
     tilt = math.atan(float(np.hypot(*rise)))
     axis = math.atan2(-float(rise[0]), float(rise[1])) if tilt > ROUND_OFF else 0.0
@@ -254,5 +250,5 @@ def cut_by(shape: Shape, outline: Sequence[Array], placement: Placement, allowed
     places = frame.seen(met)
     for point in met[loops.inside([loops.polygon(loop)[0] for loop in outline], places)]:
         if min(loops.nearest(loop, frame.seen(point)) for loop in outline) > BESIDE:
-            return triple(point)
+            return inspect.triple(point)
     return None

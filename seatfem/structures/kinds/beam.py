@@ -10,35 +10,20 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact.bodies import loads
+from impact import bodies, notices, quantities
+from impact.bodies import loads, reeds
 from impact.bodies.body import Body
-from impact.bodies.loads import Gravity
-from impact.bodies.reeds import ModeShape, StaticShape, reed
 from impact.greens.base import Array, GreensFunction
-from impact.notices import Advice
-from impact.quantities import text
-from seatfem.fields import (
-    Acceleration,
-    Approach,
-    DampingRatio,
-    KeyProblem,
-    Length,
-    Position,
-    Table,
-    default,
-    of_same_names,
-)
+from seatfem import fields
+from seatfem.structures import method, outlines
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.kinds.striking import At, Push, check_along
 from seatfem.structures.kinds.structure import Structure, Traits
-from seatfem.structures.method import Method
-from seatfem.structures.outlines import BodyViews, of_beam
 
 if TYPE_CHECKING:
     from impact.bodies import reeds
-    from impact.bodies.loads import ReedLoad
 
 STIFFENING: Final = 36 / 35  # of a cantilever under a tip force, over (deflection/length)^2
 DEFLECTED: Final = 0.1  # deflection over length from which on that is 1 %
@@ -46,13 +31,13 @@ SLENDER: Final = 0.2  # thickness over length beyond which a reed is no beam: sh
 SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # of the tip's compliance, over (thickness/length)^2; Poisson ratio 0.3
 
 
-class Release(Table):
+class Release(fields.Table):
     """How a reed starts: at rest, in the static shape under a force at its tip or in one mode, deflected or moving."""
 
-    tip_deflection: Length | None = Field(None, description="deflection of the tip, away from the seat")
+    tip_deflection: fields.Length | None = Field(None, description="deflection of the tip, away from the seat")
     mode: int | None = Field(None, strict=True, ge=1, description="number of a mode, with deflection or velocity")
-    deflection: Position | None = Field(None, description="of the tip (or the middle) in that mode")
-    velocity: Approach | None = Field(
+    deflection: fields.Position | None = Field(None, description="of the tip (or the middle) in that mode")
+    velocity: fields.Approach | None = Field(
         None, description='of the tip (or the middle) in that mode; towards the seat negative, as in "-2 m/s"'
     )
 
@@ -64,13 +49,17 @@ class Release(Table):
         beside = [key for key in ("deflection", "velocity") if key in given]
         if "mode" in given or beside:
             if "tip_deflection" in given:
-                raise KeyProblem("tip_deflection", f"{'mode' if 'mode' in given else beside[0]} is given too; keep one")
+                raise fields.KeyProblem(
+                    "tip_deflection", f"{'mode' if 'mode' in given else beside[0]} is given too; keep one"
+                )
             if "mode" not in given:
-                raise KeyProblem("mode", f"required key is missing beside {beside[0]}")
+                raise fields.KeyProblem("mode", f"required key is missing beside {beside[0]}")
             if not beside:
-                raise KeyProblem("deflection", "required key is missing beside mode; or give velocity")
+                raise fields.KeyProblem("deflection", "required key is missing beside mode; or give velocity")
         elif "tip_deflection" not in given:
-            raise KeyProblem("tip_deflection", "required key is missing: deflection of the tip, away from the seat")
+            raise fields.KeyProblem(
+                "tip_deflection", "required key is missing: deflection of the tip, away from the seat"
+            )
         return given
 
     @property
@@ -91,14 +80,16 @@ class Beam(Structure):
     both_held: ClassVar[bool] = False
     """Whether its far end is clamped, too."""
 
-    thickness: Length = default("0.305 mm", "thickness, in the direction of the motion")
-    material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
-    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+    thickness: fields.Length = fields.default("0.305 mm", "thickness, in the direction of the motion")
+    material: Material = fields.default(
+        {"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent"
+    )
+    damping_ratio: fields.DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     n_modes: int = Field(40, strict=True, ge=1, le=1000, description="number of beam modes")
     release: Release | None = Field(None, description="how the reed starts; absent: at rest, under its loads")
     pressure: AnyPressure | None = Field(None, description="on the whole reed; a constant one may be written as text")
     point_force: AnyPointForce | None = Field(None, description="on one place of the reed")
-    gravity: Acceleration | None = Field(
+    gravity: fields.Acceleration | None = Field(
         None, description="component of the acceleration along the normal; negative presses the reed on the seat"
     )
 
@@ -114,7 +105,7 @@ class Beam(Structure):
 
     def beam(self) -> reeds.Beam:
         """Return the beam in closed form, of the class `theory`."""
-        beam: reeds.Beam = of_same_names(self.theory, self, self.material)
+        beam: reeds.Beam = fields.of_same_names(self.theory, self, self.material)
         return beam
 
     @property
@@ -122,16 +113,16 @@ class Beam(Structure):
         """Return [position from the root, width], in between linear [m]."""
         return ((0.0, self.mean_width), (self.span, self.mean_width))
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
         place = self.beam().free_point if at is None else at
         name = "beam held at both ends" if self.both_held else self.kind.replace("_", " ")
-        return of_beam(name, self.widths_along, self.thickness, place, both_ends=self.both_held)
+        return outlines.of_beam(name, self.widths_along, self.thickness, place, both_ends=self.both_held)
 
     @property
     def slender(self) -> Beam | None:
         return self
 
-    def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
+    def stated(self, error: float = 0.0, rings: int | None = 1) -> method.Method:
         return replace(super().stated(error, rings), n_modes=self.n_modes)
 
     @property
@@ -164,7 +155,7 @@ class Beam(Structure):
         return self._body(n_modes, at)
 
     def _body(self, n_modes: int | None, at: At, *, moved: bool = True) -> Body:
-        return reed(
+        return reeds.reed(
             self.beam(),
             damping_ratio=self.damping_ratio,
             n_modes=n_modes or self.n_modes,
@@ -183,19 +174,19 @@ class Beam(Structure):
         modal = body.greens.modal
         assert modal is not None
         modes = self.beam().modes(len(modal.omega))
-        (load,) = Gravity(1.0).modal(modes)
+        (load,) = loads.Gravity(1.0).modal(modes)
         return load.shape, modes.line_density * modes.length
 
     def _release(self) -> reeds.Release | None:
         if self.release is None:
             return None
         if self.release.tip_deflection is not None:
-            return StaticShape(self.release.tip_deflection)
+            return reeds.StaticShape(self.release.tip_deflection)
         assert self.release.mode is not None
-        return ModeShape(self.release.mode, self.release.deflection or 0.0, velocity=self.release.velocity or 0.0)
+        return reeds.ModeShape(self.release.mode, self.release.deflection or 0.0, velocity=self.release.velocity or 0.0)
 
-    def _loads(self) -> list[ReedLoad]:
-        reed_loads: list[ReedLoad] = []
+    def _loads(self) -> list[bodies.loads.ReedLoad]:
+        reed_loads: list[bodies.loads.ReedLoad] = []
         if self.pressure is not None:
             reed_loads.append(loads.Pressure(self.pressure.course))
         if self.point_force is not None:
@@ -228,7 +219,7 @@ class Beam(Structure):
         """
         return SHEAR * (self.thickness / (self.span if at is None else at)) ** 2
 
-    def limits(self) -> tuple[Advice, ...]:
+    def limits(self) -> tuple[notices.Advice, ...]:
         """Report the limits of the deflection at release.
 
         The elastica of a cantilever under a tip force needs (1 + (36/35)(d/L)^2) of the linear force for the deflection
@@ -240,7 +231,7 @@ class Beam(Structure):
             return ()
         strain = 1.5 * relative * self.thickness / self.span
         return (
-            Advice(
+            notices.Advice(
                 f"release.tip_deflection over {self.long}",
                 relative,
                 DEFLECTED,
@@ -254,9 +245,9 @@ class Beam(Structure):
     def assumed(self) -> tuple[str, ...]:
         """Return the keys that were not given, with the values that stand for them, as far as a reader must know."""
         values = {
-            "width": text(self.mean_width, "m"),
-            "thickness": text(self.thickness, "m"),
-            "material": f"{text(self.material.young, 'Pa')}, {self.material.density:g} kg/m^3",
+            "width": quantities.text(self.mean_width, "m"),
+            "thickness": quantities.text(self.thickness, "m"),
+            "material": f"{quantities.text(self.material.young, 'Pa')}, {self.material.density:g} kg/m^3",
         }
         assumed = type(self).model_fields.keys() - self.model_fields_set
         return tuple(f"reed.{key} = {value}" for key, value in values.items() if key in assumed)
@@ -265,8 +256,8 @@ class Beam(Structure):
 class UniformBeam(Beam):
     """Base of all beams that are as wide everywhere."""
 
-    length: Length = Field(description="free length")
-    width: Length = default("10 mm", "width")
+    length: fields.Length = Field(description="free length")
+    width: fields.Length = fields.default("10 mm", "width")
 
     @property
     def span(self) -> float:

@@ -9,8 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 import impact
-from impact.greens.base import GreensFunction
-from impact.greens.modal import ModalGreens, Residual
+from impact.greens import base, modal
 from impact.notices import Progress
 from seatfem.fields import KeyProblem, of_same_names
 from seatfem.machine.resources import Stopwatch
@@ -92,7 +91,7 @@ height = "5 mm"
         area, _, length = self.struck_part()
         return self.material.mean.poisson**2 * math.sqrt(area) / length
 
-    def closed_form(self) -> GreensFunction | None:
+    def closed_form(self) -> base.GreensFunction | None:
         """Return the elementary rod of its cross-section, clamped at its far end, where it is one."""
         if not self._rod(self.greens.bandwidth).applies:
             return None
@@ -101,7 +100,7 @@ height = "5 mm"
             young=solid.young, density=solid.density, area=area, length=length, damping_ratio=self.damping_ratio
         )
 
-    def beyond(self, level: AnyLevel) -> GreensFunction | None:
+    def beyond(self, level: AnyLevel) -> base.GreensFunction | None:
         """Return the rod with lateral inertia (Love): mode n is slower by sqrt(s) and heavier by s.
 
         s = 1 + nu^2 k_n^2 r^2, k_n = (2n - 1) pi/(2 l), r^2 the polar radius of gyration squared; the static compliance
@@ -116,7 +115,7 @@ height = "5 mm"
         shapes = np.sqrt(2 / (solid.density * area * length * s))
         left_out = max(length / (solid.young * area) - float(np.sum(shapes**2 / omega**2)), 0.0)
         zeta = np.full(MODES, self.damping_ratio)
-        return ModalGreens(omega, zeta, shapes[:, None], Residual.spring(left_out))
+        return modal.ModalGreens(omega, zeta, shapes[:, None], modal.Residual.spring(left_out))
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True

@@ -14,18 +14,16 @@ from impact.greens.base import Array, GreensFunction
 from impact.quantities import in_units
 from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Pressure, Stiffness
 from seatfem.structures.estimates.surrogate import Column
-from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.kinds.striking import At
-from seatfem.structures.kinds.structure import SampleScene, Structure, Traits
+from seatfem.structures.kinds import motion, striking, structure
 from seatfem.structures.outlines import BodyViews, of_prism
 
 NO_MODES: Final = "a rod in closed form has no modes to be set in motion; take kind = 'bar' with model = 'sector'"
 
 
-class Spring(Structure):
+class Spring(structure.Structure):
     """A massless spring: the model of the seat that has no waves."""
 
-    traits: ClassVar[Traits] = Traits(plane=True)
+    traits: ClassVar[structure.Traits] = structure.Traits(plane=True)
 
     sample: ClassVar[str] = """
 stiffness = "50 N/um"
@@ -45,16 +43,16 @@ stiffness = "50 N/um"
         return impact.spring(stiffness=self.stiffness)
 
 
-class RigidMass(Structure):
+class RigidMass(structure.Structure):
     """A rigid striker in free flight, as in a drop test."""
 
     group: ClassVar[str] = "strikers"
-    traits: ClassVar[Traits] = Traits(has_weight=True, moved_by=("velocity",))
+    traits: ClassVar[structure.Traits] = structure.Traits(has_weight=True, moved_by=("velocity",))
 
     sample: ClassVar[str] = """
 mass = "5 g"
 """
-    sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-1 m/s"', "stopper")
+    sample_scene: ClassVar[structure.SampleScene] = structure.SampleScene('velocity = "-1 m/s"', "stopper")
 
     kind: Literal["rigid_mass"]
     mass: Mass = Field(description="mass")
@@ -73,14 +71,14 @@ mass = "5 g"
     def weight(self, body: Body) -> tuple[Array, float]:
         return self.pushed_at(body, None)[:, 0], self.mass
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
         return impact.rigid_mass(mass=self.mass, velocity=self.velocity)
 
 
-class Rod(Moving):
+class Rod(motion.Moving):
     """The straight elastic rod in one dimension, clamped or free at its far end, in closed form."""
 
-    traits: ClassVar[Traits] = replace(Moving.traits, is_solved=False, plane=True)
+    traits: ClassVar[structure.Traits] = replace(motion.Moving.traits, is_solved=False, plane=True)
 
     sample: ClassVar[str] = """
 young = "206 GPa"

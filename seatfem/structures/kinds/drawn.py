@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
+from typing import ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
 from impact.greens.base import GreensFunction
 from impact.notices import Progress
-from seatfem.fields import default, of_same_names
+from seatfem import fields, structures
 from seatfem.machine.resources import Stopwatch
+from seatfem.structures import estimates, inspection, outlines
 from seatfem.structures.estimates.surrogate import Column, Patch, bulky
 from seatfem.structures.inspection.cad import inspect_geometry
-from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.parts import Mesh
-from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.structure import Finding, Inputs, LipFace
+from seatfem.structures.kinds import elastic, parts, selectors, structure
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     DISCRETE,
@@ -29,21 +27,14 @@ from seatfem.structures.method import (
     Solved,
     choose_level,
 )
-from seatfem.structures.outlines import BodyViews, of_prism
 from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
 
-if TYPE_CHECKING:
-    from seatfem.structures.estimates.costs import Numbers
-    from seatfem.structures.finite_elements import AnyMesh
-    from seatfem.structures.inspection.mesh_file import Part
-    from seatfem.structures.lands import Land
-
 WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a ring-shaped face of other bodies
 
 
-class Drawn(Elastic):
+class Drawn(elastic.Elastic):
     """Base of all bodies that gmsh meshes."""
 
     @property
@@ -56,7 +47,7 @@ class Drawn(Elastic):
         geometry = self.geometry()
         return geometry.plan is not None or geometry.profile is not None
 
-    mesh: Mesh = default({}, "how fine the finite elements are")
+    mesh: parts.Mesh = fields.default({}, "how fine the finite elements are")
     model: Literal["auto", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"] = Field(
         "auto",
         description="how much of the body is modelled; auto: the cheapest that is accurate enough; spring: statics",
@@ -67,14 +58,14 @@ class Drawn(Elastic):
 
     def geometry(self) -> Geometry:
         """Return the geometry in SI units. Raises `GeometryError` where it cannot be built."""
-        return of_same_names(self.shape, self)  # type: ignore[type-var]
+        return fields.of_same_names(self.shape, self)  # type: ignore[type-var]
 
     @property
-    def lip_face(self) -> LipFace:
+    def lip_face(self) -> structure.LipFace:
         face = super().lip_face
         return replace(face, no_lip=face.no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else ""))
 
-    def land(self) -> Land:
+    def land(self) -> structures.lands.Land:
         return inspect_geometry(self.geometry()).land(self.struck_face, self.own_axis)
 
     @property
@@ -88,7 +79,7 @@ class Drawn(Elastic):
 
     @model_validator(mode="after")
     def _geometry_can_be_built(self) -> Self:
-        in_scene_words(self.geometry)
+        selectors.in_scene_words(self.geometry)
         return self
 
     @property
@@ -101,23 +92,21 @@ class Drawn(Elastic):
     def copies(self) -> Mapping[AnyLevel, int]:
         return {"sector": self.sectors}
 
-    def inputs(self) -> Inputs:
+    def inputs(self) -> structure.Inputs:
         made = super().inputs()
-        return Inputs({**made.content, "shape": self.mesh.shape}, (*made.classes, type(self.geometry())))
+        return structure.Inputs({**made.content, "shape": self.mesh.shape}, (*made.classes, type(self.geometry())))
 
-    def problems(self) -> Iterator[Finding]:
+    def problems(self) -> Iterator[structure.Finding]:
         yield from self.unknown_names(self.geometry().patches, ("seat",))
 
-    def part(self) -> Part:
-        from seatfem.structures.inspection.mesh_file import of_geometry  # of `seatfem faces` only
+    def part(self) -> inspection.mesh_file.Part:
+        return inspection.mesh_file.of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
 
-        return of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
-
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
         """Return the outlines of an upright block as it is stated, of others by the surface that gmsh reads."""
         shape, name = self.geometry(), self.kind.replace("_", " ")
         if shape.rectangle is not None and shape.plan is not None:
-            views = of_prism(name, shape.rectangle.sides, shape.rectangle.patch, shape.plan.height)
+            views = outlines.of_prism(name, shape.rectangle.sides, shape.rectangle.patch, shape.plan.height)
             return views if self.clamped else replace(views, held=())
         inspected, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
         normals = [face.normal for face in inspected.faces if struck in face.groups]
@@ -193,17 +182,13 @@ class Drawn(Elastic):
         contact = method.contact_size or 0.4 * size
         return MeshSpec(size, contact, order=method.order, shape=self.mesh.shape, rings=method.rings or 1)
 
-    def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
-        from seatfem.structures.estimates.costs import numbers_of_drawn  # of plans only
-
-        return numbers_of_drawn(self, method, coarser)
+    def numbers(self, method: Method, coarser: float = 1.0) -> estimates.costs.Numbers | None:
+        return estimates.costs.numbers_of_drawn(self, method, coarser)
 
     def measures_inside(self, level: Level) -> float:
         """Return the volume of what is modelled [m^3], or area of a half section [m^2]."""
-        from seatfem.structures.estimates.sizes import body_in_numbers  # of plans only
-
         copies = self.copies.get(level, 1)
-        return body_in_numbers(self.geometry()).inner.total / copies
+        return estimates.sizes.body_in_numbers(self.geometry()).inner.total / copies
 
     def beyond(self, level: AnyLevel) -> GreensFunction | None:
         """Return what a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
@@ -222,15 +207,15 @@ class Drawn(Elastic):
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
-        from seatfem.structures.finite_elements import from_geometry  # plans load no finite elements
+        return structures.finite_elements.from_geometry(self, method, duration, watch, progress, mesh_error=mesh_error)
 
-        return from_geometry(self, method, duration, watch, progress, mesh_error=mesh_error)
-
-    def meshes(self, method: Method, progress: Progress) -> tuple[AnyMesh, AnyMesh | None]:
-        from seatfem.structures.finite_elements import draw_both  # as above
-
+    def meshes(
+        self, method: Method, progress: Progress
+    ) -> tuple[structures.finite_elements.AnyMesh, structures.finite_elements.AnyMesh | None]:
         spec, level = self.mesh_spec(method), self.elements_of(method)
-        return draw_both(self, spec, level, Stopwatch(), progress, method=method, coarser=True)
+        return structures.finite_elements.draw_both(
+            self, spec, level, Stopwatch(), progress, method=method, coarser=True
+        )
 
 
 def struck_as_a_whole(model: str) -> str:

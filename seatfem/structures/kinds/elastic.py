@@ -11,13 +11,11 @@ from pydantic import Field, model_validator
 from impact.greens.base import GreensFunction
 from impact.notices import Progress
 from seatfem.fields import DampingRatio, KeyProblem, default
+from seatfem.structures import lands, reduction
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch, ringing
 from seatfem.structures.inspection.cad import listed
-from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.kinds.parts import AnyMaterial, AnySupport, GreensSettings, Rayleigh
-from seatfem.structures.kinds.structure import Finding, LipFace, Traits
-from seatfem.structures.lands import face_lip
+from seatfem.structures.kinds import motion, parts, structure
 from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
 from seatfem.structures.method import memory as forgotten_after
 
@@ -30,13 +28,13 @@ if TYPE_CHECKING:
     from seatfem.structures.materials import Material, Orthotropic
 
 
-class Reduced(Moving):
+class Reduced(motion.Moving):
     """Base of all bodies that are known by their matrices."""
 
-    traits: ClassVar[Traits] = replace(Moving.traits, is_reduced=True)
+    traits: ClassVar[structure.Traits] = replace(motion.Moving.traits, is_reduced=True)
 
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
-    greens: GreensSettings = default({}, "how the Green's function is computed")
+    greens: parts.GreensSettings = default({}, "how the Green's function is computed")
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
         return (Applicability("3d", True, 0.0, "as the file has it"),)
@@ -61,9 +59,7 @@ class Reduced(Moving):
     def is_convolved(self) -> bool:
         if self.greens.method == AUTO:
             return self.couples
-        from seatfem.structures.reduction.greens import named  # for load time: most scenes name none
-
-        return not named(self.greens.method).oscillators
+        return not reduction.greens.named(self.greens.method).oscillators
 
     def memory(self, method: Method, duration: float) -> float:
         """Return how long its g must be right in a run of ``duration`` [s]: until uniform damping has forgotten the
@@ -75,14 +71,14 @@ class Reduced(Moving):
 class Elastic(Reduced):
     """Base of all bodies made of finite elements."""
 
-    traits: ClassVar[Traits] = replace(Reduced.traits, needs_gmsh=True, is_kept=True, has_rings=True)
+    traits: ClassVar[structure.Traits] = replace(Reduced.traits, needs_gmsh=True, is_kept=True, has_rings=True)
     has_faces: ClassVar[bool] = False
     """Whether what is struck may be flat faces of any outline."""
 
-    material: AnyMaterial = Field(description="the body's material: a table, or a name alone")
-    materials: dict[str, AnyMaterial] = default({}, "other materials, by the name of their region")
-    rayleigh: Rayleigh | None = Field(None, description="Rayleigh damping, instead of damping_ratio")
-    supports: tuple[AnySupport, ...] = default((), "supports in addition to its clamped faces")
+    material: parts.AnyMaterial = Field(description="the body's material: a table, or a name alone")
+    materials: dict[str, parts.AnyMaterial] = default({}, "other materials, by the name of their region")
+    rayleigh: parts.Rayleigh | None = Field(None, description="Rayleigh damping, instead of damping_ratio")
+    supports: tuple[parts.AnySupport, ...] = default((), "supports in addition to its clamped faces")
 
     @model_validator(mode="after")
     def _one_damping(self) -> Self:
@@ -126,15 +122,15 @@ class Elastic(Reduced):
         return None
 
     @property
-    def lip_face(self) -> LipFace:
-        return LipFace() if self.has_faces else super().lip_face
+    def lip_face(self) -> structure.LipFace:
+        return structure.LipFace() if self.has_faces else super().lip_face
 
     def land(self) -> Land:
         """Return the land that is struck. Raises `ModelError` of what is neither flat rings nor flat strips."""
         raise NotImplementedError
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        return None if self.lip_face.no_lip else face_lip(self.land(), arcs, rings)
+        return None if self.lip_face.no_lip else lands.face_lip(self.land(), arcs, rings)
 
     @property
     def copies(self) -> Mapping[AnyLevel, int]:
@@ -208,7 +204,7 @@ class Elastic(Reduced):
         greens = ringing(self.surrogate(duration, face).greens, self.damping_ratio + self.material.loss_factor / 2)
         return freed(greens, self.mass()) if self.velocity is not None and self.loose else greens
 
-    def unknown_names(self, faces: Collection[str], regions: Collection[str]) -> Iterator[Finding]:
+    def unknown_names(self, faces: Collection[str], regions: Collection[str]) -> Iterator[structure.Finding]:
         """Yield supports on faces that are not there, materials of regions that are not there."""
         for number, support in enumerate(self.supports):
             if support.on not in faces:

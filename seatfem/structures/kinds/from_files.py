@@ -13,39 +13,34 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from impact.notices import Progress, silent
+from seatfem import structures
 from seatfem.fields import ExistingFile, Gap, KeyProblem, default
 from seatfem.machine.resources import Stopwatch
+from seatfem.structures import estimates, formats, inspection, outlines
 from seatfem.structures.estimates.surrogate import Column, Patch, of_shape
 from seatfem.structures.inspection.cad import FileState, inspect_geometry, naming, state_of
-from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.kinds import drawn, elastic, structure
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, Direction, FaceSelector, Region
-from seatfem.structures.kinds.structure import Finding, Traits
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved
-from seatfem.structures.outlines import BodyViews
 from seatfem.structures.shapes import CadPart, GeometryError, Group
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface, struck_side_problem
 
 if TYPE_CHECKING:
-    from seatfem.structures.estimates.costs import Numbers
-    from seatfem.structures.finite_elements import AnyMesh
-    from seatfem.structures.inspection.mesh_file import Part
-    from seatfem.structures.lands import Land
     from seatfem.structures.mesh.meshing import SeatMesh
 
 OTHER_NAMES: Final = {"path": "file"}
 """Keys that are called otherwise in the geometry's specification."""
 
 
-class Cad(Drawn):
+class Cad(drawn.Drawn):
     """A solid drawn in a CAD program, read from a STEP or BREP file. `seatfem faces FILE` numbers its faces."""
 
     group: ClassVar[str] = "imported"
     has_faces: ClassVar[bool] = True
-    traits: ClassVar[Traits] = replace(Drawn.traits, face_as_drawn=True)
+    traits: ClassVar[structure.Traits] = replace(drawn.Drawn.traits, face_as_drawn=True)
 
     sample: ClassVar[str] = """
 file = "seat.step"
@@ -93,7 +88,7 @@ file = "seat.step"
     def own_axis(self) -> Vector | None:
         return self.along
 
-    def problems(self) -> Iterator[Finding]:
+    def problems(self) -> Iterator[structure.Finding]:
         try:
             inspected = inspect_geometry(self.geometry())
         except (MeshingError, OSError) as error:
@@ -118,10 +113,8 @@ file = "seat.step"
             if why := struck_side_problem(*sides):
                 yield ("contact",), naming(self.file, why)
 
-    def part(self) -> Part:
-        from seatfem.structures.inspection.mesh_file import of_geometry  # of `seatfem faces` only
-
-        return of_geometry(self.geometry(), self.file.name)
+    def part(self) -> inspection.mesh_file.Part:
+        return inspection.mesh_file.of_geometry(self.geometry(), self.file.name)
 
     def patch(self) -> Patch | None:
         """Return the patch as the faces in the file are; raises `GeometryError` without any."""
@@ -139,7 +132,7 @@ FLAT: Final = 0.01  # of unit normals, by coordinates of few digits: a face is f
 # Readers of meshes take half a second to load: each is imported by the function that needs it.
 
 
-class MeshFile(Elastic):
+class MeshFile(elastic.Elastic):
     """A mesh made elsewhere, with named surface groups."""
 
     group: ClassVar[str] = "imported"
@@ -165,27 +158,22 @@ file = "seat.msh"
 
     def read(self, progress: Progress = silent) -> SeatMesh:
         """Return the mesh in the file; it is read once, as long as the file and all it includes stay."""
-        from seatfem.structures.formats.meshio_files import all_files
-
-        states = tuple(state_of(part) for part in all_files(self.file))
+        states = tuple(state_of(part) for part in formats.meshio_files.all_files(self.file))
         progress("meshing", 0.0)
         mesh = _read(self.file, self.contact, self.fixed or None, METRES[self.unit], self.merge, self.parts, states)
         progress("meshing", 1.0)
         return mesh
 
-    def problems(self) -> Iterator[Finding]:
-        from seatfem.structures.inspection.mesh_file import regions_of
-        from seatfem.structures.mesh.io import MeshError
-
+    def problems(self) -> Iterator[structure.Finding]:
         try:
             mesh = self.read()
-        except MeshError as error:
+        except structures.mesh.io.MeshError as error:
             for field, message in error.problems:
                 yield (field or "file",), naming(self.file, message)
         except (MeshingError, OSError) as error:
             yield ("file",), naming(self.file, str(error))
         else:
-            yield from self.unknown_names(mesh.mesh.boundaries or {}, regions_of(mesh))
+            yield from self.unknown_names(mesh.mesh.boundaries or {}, inspection.mesh_file.regions_of(mesh))
             from seatfem.structures.inspection.mesh_file import shape_of
 
             shape = shape_of(mesh)
@@ -193,48 +181,38 @@ file = "seat.msh"
             if why := struck_side_problem(normals, shape, self.struck_face, self.held, self.bedded):
                 yield ("contact",), naming(self.file, why)
 
-    def part(self) -> Part:
-        from seatfem.structures.inspection.mesh_file import of_mesh
-
-        return of_mesh(self.file.name, self.read(), ())
+    def part(self) -> inspection.mesh_file.Part:
+        return inspection.mesh_file.of_mesh(self.file.name, self.read(), ())
 
     def patch(self) -> Patch | None:
-        from seatfem.structures.inspection.mesh_file import shape_of
+        return of_shape(inspection.mesh_file.shape_of(self.read()), self.supports, self.material.mean)
 
-        return of_shape(shape_of(self.read()), self.supports, self.material.mean)
-
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
-        from seatfem.structures.inspection.mesh_file import faces_of, shape_of
-
-        shape = shape_of(self.read())
+    def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
+        shape = inspection.mesh_file.shape_of(self.read())
         normals = shape.normals[shape.groups[self.struck_face]]
         normal = normals[0] if np.abs(normals - normals[0]).max() < FLAT else None
-        rows = () if coarse else faces_of(shape)[1]
+        rows = () if coarse else inspection.mesh_file.faces_of(shape)[1]
         return of_surface("mesh", Surface(shape, rows, self.struck_face, normal, self.held, self.bedded))
 
-    def land(self) -> Land:
-        from seatfem.structures.inspection.mesh_file import land_of_mesh
-
-        return land_of_mesh(self.read(), self.struck_face)
+    def land(self) -> structures.lands.Land:
+        return inspection.mesh_file.land_of_mesh(self.read(), self.struck_face)
 
     def mass(self) -> float:
         return self.material.density * self.read().quality.volume
 
-    def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
-        from seatfem.structures.estimates.costs import numbers_of_mesh
-
-        return numbers_of_mesh(self.read(), self.slowest, method)
+    def numbers(self, method: Method, coarser: float = 1.0) -> estimates.costs.Numbers | None:
+        return estimates.costs.numbers_of_mesh(self.read(), self.slowest, method)
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
-        from seatfem.structures.finite_elements import from_mesh
-
         with watch("mesh"):
             mesh = self.read(progress)
-        return from_mesh(self, mesh, method, duration, watch, progress)
+        return structures.finite_elements.from_mesh(self, mesh, method, duration, watch, progress)
 
-    def meshes(self, method: Method, progress: Progress) -> tuple[AnyMesh, AnyMesh | None]:
+    def meshes(
+        self, method: Method, progress: Progress
+    ) -> tuple[structures.finite_elements.AnyMesh, structures.finite_elements.AnyMesh | None]:
         return self.read(progress), None
 
 
@@ -248,7 +226,5 @@ def _read(
     parts: int,
     states: tuple[FileState, ...],
 ) -> SeatMesh:
-    from seatfem.structures.formats.mesh_files import read_mesh
-
     del states  # part of the key
-    return read_mesh(file, contact=contact, fixed=fixed, unit=unit, merge=merge, parts=parts)
+    return formats.mesh_files.read_mesh(file, contact=contact, fixed=fixed, unit=unit, merge=merge, parts=parts)

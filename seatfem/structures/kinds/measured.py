@@ -11,26 +11,25 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeVar
 import numpy as np
 from pydantic import Field
 
-from impact.greens.base import GreensFunction, GreensFunctionError
-from impact.greens.modal import ModalGreens
+import impact
+from impact import notices, storage
+from impact.greens import base, modal
 from impact.measured.frf import FrequencyResponseError, read_frf
-from impact.notices import Progress
+from seatfem import structures
 from seatfem.fields import ExistingFile, Tolerance, default
 from seatfem.machine.resources import Stopwatch
+from seatfem.structures import formats, rings
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
 from seatfem.structures.inspection.cad import FileState, opened, state_of
-from seatfem.structures.kinds.elastic import Reduced
+from seatfem.structures.kinds import elastic, structure
 from seatfem.structures.kinds.motion import Moving, ResponseColumns, ResponseUnits, stated_in
-from seatfem.structures.kinds.structure import Finding, Measured, Traits
 from seatfem.structures.method import Method, Solved
-from seatfem.structures.rings import with_fewer_rings
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
     from impact.measured.pole_fit import PoleFit
-    from seatfem.structures.model import SecondOrderModel
 
 UNIVERSAL: Final = (".uff", ".unv")
 Made = TypeVar("Made")
@@ -55,7 +54,7 @@ class GreensFile(Moving):
     """A Green's function computed or measured before."""
 
     group: ClassVar[str] = "imported"
-    traits: ClassVar[Traits] = replace(Moving.traits, has_rings=True)
+    traits: ClassVar[structure.Traits] = replace(Moving.traits, has_rings=True)
 
     sample: ClassVar[str] = """
 file = "seat.h5"
@@ -64,20 +63,18 @@ file = "seat.h5"
     kind: Literal["greens"]
     file: ExistingFile = Field(description="the Green's function file, relative to the scene's folder")
 
-    def problems(self) -> Iterator[Finding]:
+    def problems(self) -> Iterator[structure.Finding]:
         yield from opened(self._read, {"file": self.file})
 
-    def _read(self) -> GreensFunction:
-        from impact.storage.hdf5 import load_greens  # h5py takes long to load
+    def _read(self) -> base.GreensFunction:
+        return storage.hdf5.load_greens(self.file)
 
-        return load_greens(self.file)
-
-    def function(self, duration: float) -> GreensFunction:
+    def function(self, duration: float) -> base.GreensFunction:
         """Return the function in the file; raises `GreensFunctionError` if it is not known for a run of ``duration``
         [s]."""
         greens = self._read()
         if greens.valid_for < duration * (1 - 1e-9):
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 f"seat.file = {self.file.name}: the run lasts {write_quantity(duration, 'time')} (run.duration) but "
                 f"g is known up to "
                 f"{write_quantity(greens.valid_for, 'time', 6)} only: shorten the run to that, or make the file "
@@ -90,10 +87,10 @@ file = "seat.h5"
         return Surrogate(self.function(duration), True, f"the function in {self.file.name}")
 
     def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
     ) -> Solved:
         greens = self.function(duration)
-        combined = greens if method.rings is None else with_fewer_rings(greens, method.rings)
+        combined = greens if method.rings is None else rings.with_fewer_rings(greens, method.rings)
         return Solved(combined, about={"seat_model": f"Green's function from {self.file.name}"})
 
 
@@ -123,11 +120,11 @@ file = "response.csv"
         description="number of averaged hammer blows; with the column of coherence it gives the noise",
     )
 
-    def problems(self) -> Iterator[Finding]:
+    def problems(self) -> Iterator[structure.Finding]:
         yield from opened(self.response, {"file": self.file})
 
     @property
-    def measured(self) -> Measured | None:
+    def measured(self) -> structure.Measured | None:
         return self
 
     def response(self) -> FrequencyResponse:
@@ -148,7 +145,7 @@ file = "response.csv"
         return unknown("poles are fitted to the response by the run", face)
 
     def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("pole fit"):
             return Solved(self.fit().greens, about={"seat_model": f"poles fitted to {self.file.name}"})
@@ -173,10 +170,10 @@ direction = "+z"
     direction: Direction = Field(description="outward normal of the contact")
     system: Literal["SI", "mm-N-s", "inch-lbf-s"] | None = Field(None, description="units, if the file states none")
 
-    def problems(self) -> Iterator[Finding]:
+    def problems(self) -> Iterator[structure.Finding]:
         yield from opened(self.function, {"file": self.file})
 
-    def function(self) -> ModalGreens:
+    def function(self) -> modal.ModalGreens:
         """Return the modes of the file, read once in a process. Raises `UffError`, `OSError`."""
         return read_once(_modes, (self.file, self.node, self.direction, self.system), self.file)
 
@@ -184,12 +181,12 @@ direction = "+z"
         return Surrogate(self.function(), True, f"the modes in {self.file.name}")
 
     def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
     ) -> Solved:
         return Solved(self.function(), about={"seat_model": f"modes from {self.file.name}"})
 
 
-class Matrices(Reduced):
+class Matrices(elastic.Reduced):
     """Mass, stiffness and damping matrices of another finite element program (.mtx, .npz, .npy)."""
 
     group: ClassVar[str] = "imported"
@@ -209,7 +206,7 @@ damping_ratio = 0.02
     first_dof: Literal[0, 1] = Field(1, description="number of the first unknown in the contact file")
     constrained: Literal["refuse", "drop"] = Field("refuse", description="what to do with held unknowns")
 
-    def problems(self) -> Iterator[Finding]:
+    def problems(self) -> Iterator[structure.Finding]:
         files = {"mass": self.mass, "damping": self.damping, "contact": self.contact, "stiffness": self.stiffness}
         yield from opened(self.system_of_equations, files)
 
@@ -220,23 +217,20 @@ damping_ratio = 0.02
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         return unknown("matrices do not contain the size of the struck face", face)
 
-    def system_of_equations(self) -> SecondOrderModel:
+    def system_of_equations(self) -> structures.model.SecondOrderModel:
         """Return the model in the files, read once in a process. Raises `ModelError`, `OSError`."""
         files = (self.mass, self.stiffness, self.damping, self.contact)
         return read_once(_matrices, (*files, self.system, self.first_dof, self.constrained), *filter(None, files))
 
     def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
     ) -> Solved:
-        from seatfem.structures.finite_elements import reduced  # plans load no reduction
-        from seatfem.structures.model import ModelError
-
         with watch("reduction"):
             model = self.system_of_equations()
             try:
-                reduction = reduced(self, model, method, duration, progress)
-            except (ModelError, np.linalg.LinAlgError) as problem:
-                raise ModelError(f"{self.stiffness}, {self.mass}: {problem}") from problem
+                reduction = structures.finite_elements.reduced(self, model, method, duration, progress)
+            except (structures.model.ModelError, np.linalg.LinAlgError) as problem:
+                raise structures.model.ModelError(f"{self.stiffness}, {self.mass}: {problem}") from problem
         about = {"seat_model": f"matrices from {self.stiffness.name}", "seat_dof": model.size}
         return Solved(reduction.greens, model=model, modes=reduction.modes, about=about)
 
@@ -253,12 +247,10 @@ def _record(
 
 
 def _fitted(asked: tuple[Any, ...], tolerance: float, free: bool | None) -> PoleFit:
-    from impact.measured.pole_fit import fit_response
-
     file = asked[0]
     response = read_once(_record, asked, file)
     try:
-        return fit_response(response, tolerance=tolerance, free=free)
+        return impact.measured.pole_fit.fit_response(response, tolerance=tolerance, free=free)
     except FrequencyResponseError as problem:
         raise FrequencyResponseError(f"{file}: {problem}") from problem
     except np.linalg.LinAlgError as problem:
@@ -267,14 +259,12 @@ def _fitted(asked: tuple[Any, ...], tolerance: float, free: bool | None) -> Pole
         ) from problem
 
 
-def _modes(file: Path, node: int, direction: Direction, units: Any) -> ModalGreens:
+def _modes(file: Path, node: int, direction: Direction, units: Any) -> modal.ModalGreens:
     return read_modes_uff(file, ports={"contact": (node, direction)}, units=units)
 
 
 def _matrices(
     mass: Path, stiffness: Path, damping: Path | None, contact: Path, system: Any, first_dof: Any, constrained: Any
-) -> SecondOrderModel:
-    from seatfem.structures.formats.matrices import read_matrices
-
+) -> structures.model.SecondOrderModel:
     how = {"system": system, "first_dof": first_dof, "constrained": constrained}
-    return read_matrices(mass, stiffness, damping, ports={"contact": contact}, **how)
+    return formats.matrices.read_matrices(mass, stiffness, damping, ports={"contact": contact}, **how)

@@ -4,40 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple, Protocol, Self, runtime_checkable
+from typing import Annotated, ClassVar, Literal, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from impact import bodies
 from impact.bodies.body import Body, Load, ModalState
 from impact.bodies.time_series import read_time_series
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
-from seatfem.fields import (
-    Acceleration,
-    Angle,
-    Approach,
-    ExistingFile,
-    Force,
-    KeyProblem,
-    Length,
-    Position,
-    Rpm,
-    SignedPressure,
-    Table,
-)
-from seatfem.structures.kinds.striking import At
-from seatfem.structures.kinds.structure import Structure, Traits
+from seatfem import fields
+from seatfem.structures.kinds import striking, structure
 from seatfem.units import write_quantity
-
-if TYPE_CHECKING:
-    from impact.bodies.time_series import Quantity, TimeSeries
 
 
 class Record(NamedTuple):
     """A course as it was read from a file [SI], and of which quantity."""
 
-    quantity: Quantity
-    course: TimeSeries
+    quantity: bodies.time_series.Quantity
+    course: bodies.time_series.TimeSeries
 
 
 @runtime_checkable
@@ -48,7 +33,7 @@ class Recorded(Protocol):
         """Return the course; ``None`` where no file is named. Raises `TimeSeriesError` or `KeyProblem`."""
 
 
-class Roles(Table):
+class Roles(fields.Table):
     """Text by role."""
 
     def stated(self) -> dict[str, str]:
@@ -117,15 +102,15 @@ class CourseUnits(CourseColumns):
 
 def as_value(given: object) -> object:
     """Read pressure = "0.2 bar" as pressure = { value = "0.2 bar" }."""
-    return given if isinstance(given, Mapping | Table) else {"value": given}
+    return given if isinstance(given, Mapping | fields.Table) else {"value": given}
 
 
-class _Course(Table):
+class _Course(fields.Table):
     """Constant, or in time from a CSV file."""
 
     quantity: ClassVar[Literal["pressure", "force", "acceleration"]]
 
-    file: ExistingFile | None = Field(
+    file: fields.ExistingFile | None = Field(
         None,
         description="CSV file, its header as in `time [ms],pressure [bar]`, beyond its ends their values; with rpm as "
         "in `angle [deg],pressure [bar]`, repeated every 360 deg, of which no more than 90 deg may be left out",
@@ -134,26 +119,28 @@ class _Course(Table):
         None, description="heads of its columns, where they say neither time nor quantity"
     )
     units: CourseUnits | None = Field(None, description="units of its columns, where the header does not say them")
-    rpm: Rpm | None = Field(None, description="speed of the crank (1/min) for a file in crank angle")
-    angle: Angle | None = Field(None, description="crank angle at the start of the run, with rpm; 0 where absent")
+    rpm: fields.Rpm | None = Field(None, description="speed of the crank (1/min) for a file in crank angle")
+    angle: fields.Angle | None = Field(
+        None, description="crank angle at the start of the run, with rpm; 0 where absent"
+    )
 
     value: float | None = None
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.value is None) == (self.file is None):
-            raise KeyProblem("value", "give exactly one of value and file")
+            raise fields.KeyProblem("value", "give exactly one of value and file")
         if self.rpm is not None and self.file is None:
-            raise KeyProblem("rpm", "there is no file in crank angle; remove the key")
+            raise fields.KeyProblem("rpm", "there is no file in crank angle; remove the key")
         if self.file is None and (self.columns is not None or self.units is not None):
-            raise KeyProblem("units" if self.columns is None else "columns", "there is no file; remove the key")
+            raise fields.KeyProblem("units" if self.columns is None else "columns", "there is no file; remove the key")
         if self.angle is not None and self.rpm is None:
-            raise KeyProblem("angle", "there is no rpm; remove the key, or give rpm")
+            raise fields.KeyProblem("angle", "there is no rpm; remove the key, or give rpm")
         if self.file is not None:
             try:
                 self.course  # noqa: B018
             except (ValueError, OSError) as error:
-                raise KeyProblem("file", str(error)) from None
+                raise fields.KeyProblem("file", str(error)) from None
         return self
 
     @property
@@ -185,7 +172,7 @@ class PressureCourse(_Course):
 
     quantity: ClassVar[Literal["pressure", "force", "acceleration"]] = "pressure"
 
-    value: SignedPressure | None = Field(None, description="where it is constant; negative towards the seat")
+    value: fields.SignedPressure | None = Field(None, description="where it is constant; negative towards the seat")
 
 
 class ForceCourse(_Course):
@@ -195,7 +182,7 @@ class ForceCourse(_Course):
 
     quantity: ClassVar[Literal["pressure", "force", "acceleration"]] = "force"
 
-    value: Force | None = Field(None, description="where it is constant; negative towards the seat")
+    value: fields.Force | None = Field(None, description="where it is constant; negative towards the seat")
 
 
 class AccelerationCourse(_Course):
@@ -205,13 +192,13 @@ class AccelerationCourse(_Course):
 
     quantity: ClassVar[Literal["pressure", "force", "acceleration"]] = "acceleration"
 
-    value: Acceleration | None = Field(None, description="where it is constant; negative towards the seat")
+    value: fields.Acceleration | None = Field(None, description="where it is constant; negative towards the seat")
 
 
 class PointForce(ForceCourse):
     """A force at one place of a reed, constant or in time; positive away from the seat."""
 
-    at: Length | None = Field(None, description="distance from the root; the tip where absent, or the middle")
+    at: fields.Length | None = Field(None, description="distance from the root; the tip where absent, or the middle")
 
 
 AnyPressure = Annotated[PressureCourse, BeforeValidator(as_value)]
@@ -220,15 +207,15 @@ AnyAcceleration = Annotated[AccelerationCourse, BeforeValidator(as_value)]
 AnyPointForce = Annotated[PointForce, BeforeValidator(as_value)]
 
 
-class Moving(Structure):
+class Moving(structure.Structure):
     """Base of all bodies that may strike with a motion of their contact alone."""
 
-    traits: ClassVar[Traits] = Traits(is_solved=True, moved_by=("velocity", "deflection", "force"))
+    traits: ClassVar[structure.Traits] = structure.Traits(is_solved=True, moved_by=("velocity", "deflection", "force"))
 
-    velocity: Approach | None = Field(
+    velocity: fields.Approach | None = Field(
         None, description='of a free reed or mass at the start; negative towards the seat, as in "-2 m/s"'
     )
-    deflection: Position | None = Field(
+    deflection: fields.Position | None = Field(
         None, description="of a held reed: released from a static deflection of its contact"
     )
     force: AnyForce | None = Field(None, description="of a reed: force at its contact; a constant one may be text")
@@ -236,7 +223,7 @@ class Moving(Structure):
     def start_at(self, at: float | None) -> float:
         return self.deflection or 0.0
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
         known = self.closed_form() if greens is None else greens
         assert known is not None
         if self.velocity is not None and math.isinf(known.mass()):

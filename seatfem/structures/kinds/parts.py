@@ -10,33 +10,15 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from seatfem.fields import (
-    AreaDamping,
-    Bedding,
-    Delay,
-    Density,
-    Frequency,
-    KeyProblem,
-    Length,
-    LossFactor,
-    PoissonRatio,
-    Position,
-    Pressure,
-    Rate,
-    Table,
-    Tolerance,
-    default,
-    of_same_names,
-)
-from seatfem.structures import materials
+from seatfem import fields, units
+from seatfem.structures import materials, reduction
 from seatfem.structures.materials import NAMED_MATERIALS, named_material
 from seatfem.structures.method import AUTO, Engine
-from seatfem.units import write_quantity
 
 Direction = tuple[float, float, float]
 
 
-class Material(Table):
+class Material(fields.Table):
     """A linear elastic, isotropic material; a name alone may be written as text, `material = "steel"`."""
 
     isotropic: ClassVar[bool] = True
@@ -46,10 +28,12 @@ class Material(Table):
     name: str | None = Field(
         None, exclude=True, description="of the list below; fills in what is not given of the other values"
     )
-    young: Pressure = Field(description="Young's modulus")
-    poisson: PoissonRatio = Field(0.3, description="Poisson's ratio; a beam does not use it")
-    density: Density = Field(description="mass per volume")
-    loss_factor: LossFactor = Field(0.0, description="structural damping of a seat's region, twice the damping ratio")
+    young: fields.Pressure = Field(description="Young's modulus")
+    poisson: fields.PoissonRatio = Field(0.3, description="Poisson's ratio; a beam does not use it")
+    density: fields.Density = Field(description="mass per volume")
+    loss_factor: fields.LossFactor = Field(
+        0.0, description="structural damping of a seat's region, twice the damping ratio"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -62,7 +46,7 @@ class Material(Table):
         try:
             return {**_constants(name), **given}
         except ValueError as problem:
-            raise KeyProblem("name", str(problem)) from None
+            raise fields.KeyProblem("name", str(problem)) from None
 
     @property
     def solid(self) -> materials.Material:
@@ -93,32 +77,32 @@ def _constants(name: str) -> dict[str, object]:
     return {"young": f"{material.young!r} Pa", "poisson": material.poisson, "density": f"{material.density!r} kg/m^3"}
 
 
-class OrthotropicMaterial(Table):
+class OrthotropicMaterial(fields.Table):
     """A linear elastic material with three planes of symmetry, normal to its axes 1, 2, 3."""
 
     isotropic: ClassVar[bool] = False
 
     kind: Literal["orthotropic"]
-    young: tuple[Pressure, Pressure, Pressure] = Field(description="Young's moduli E1, E2, E3")
-    poisson: tuple[PoissonRatio, PoissonRatio, PoissonRatio] = Field(
+    young: tuple[fields.Pressure, fields.Pressure, fields.Pressure] = Field(description="Young's moduli E1, E2, E3")
+    poisson: tuple[fields.PoissonRatio, fields.PoissonRatio, fields.PoissonRatio] = Field(
         description="Poisson's ratios nu12, nu13, nu23", examples=[[0.3, 0.3, 0.3]]
     )
-    shear: tuple[Pressure, Pressure, Pressure] = Field(description="shear moduli G12, G13, G23")
-    density: Density = Field(description="mass per volume")
+    shear: tuple[fields.Pressure, fields.Pressure, fields.Pressure] = Field(description="shear moduli G12, G13, G23")
+    density: fields.Density = Field(description="mass per volume")
     axes: tuple[Direction, Direction, Direction] = Field(
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), description="directions of the axes 1, 2, 3"
     )
-    loss_factor: LossFactor = Field(0.0, description="structural damping of the region, twice the damping ratio")
+    loss_factor: fields.LossFactor = Field(0.0, description="structural damping of the region, twice the damping ratio")
 
     @model_validator(mode="after")
     def _right_angles(self) -> Self:
         axes = np.array(self.axes)
         lengths = np.linalg.norm(axes, axis=1)
         if not np.all((lengths > 1e-150) & (lengths < 1e150)):
-            raise KeyProblem("axes", f"{self.axes}: each direction must have a length")
+            raise fields.KeyProblem("axes", f"{self.axes}: each direction must have a length")
         unit = axes / lengths[:, None]
         if not np.abs(unit @ unit.T - np.eye(3)).max() < 1e-6:
-            raise KeyProblem("axes", f"{self.axes} must be at right angles to each other")
+            raise fields.KeyProblem("axes", f"{self.axes} must be at right angles to each other")
         return self
 
     @property
@@ -127,7 +111,7 @@ class OrthotropicMaterial(Table):
         rows = np.asarray(self.axes, dtype=float)
         unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
         axes = tuple(tuple(float(x) for x in row) for row in unit)
-        return of_same_names(materials.Orthotropic, self, axes=axes, name="seat.material")
+        return fields.of_same_names(materials.Orthotropic, self, axes=axes, name="seat.material")
 
     @property
     def mean(self) -> materials.Material:
@@ -157,16 +141,16 @@ METRES: Final = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
 LengthUnit = Literal["m", "mm", "um", "inch"]
 
 
-class Rayleigh(Table):
+class Rayleigh(fields.Table):
     """Damping C = mass * M + stiffness * K; the ratio of a mode at w is mass / (2 w) + stiffness * w / 2."""
 
     sample: ClassVar[str] = 'stiffness = "10 ns"'
 
-    mass: Rate = default("0 1/s", "factor of the mass matrix")
-    stiffness: Delay = default("0 s", "factor of the stiffness matrix")
+    mass: fields.Rate = fields.default("0 1/s", "factor of the mass matrix")
+    stiffness: fields.Delay = fields.default("0 s", "factor of the stiffness matrix")
 
 
-class Mesh(Table):
+class Mesh(fields.Table):
     """How fine the finite elements are."""
 
     sample: ClassVar[str] = """
@@ -174,8 +158,8 @@ size = "2 mm"
 contact_size = "0.5 mm"
 """
 
-    size: Length | None = Field(None, description="element size in the bulk; from the bandwidth where absent")
-    contact_size: Length | None = Field(
+    size: fields.Length | None = Field(None, description="element size in the bulk; from the bandwidth where absent")
+    contact_size: fields.Length | None = Field(
         None, description="element size at the contact face; finer than the bulk where absent"
     )
     order: Literal[1, 2] = Field(2, description="polynomial order of the elements")
@@ -184,10 +168,10 @@ contact_size = "0.5 mm"
     @model_validator(mode="after")
     def _finer_at_the_contact(self) -> Self:
         if self.size and self.contact_size and self.contact_size > self.size:
-            raise KeyProblem(
+            raise fields.KeyProblem(
                 "contact_size",
-                f"{write_quantity(self.contact_size, 'length')} must be at most the bulk's size, "
-                f"{write_quantity(self.size, 'length')}",
+                f"{units.write_quantity(self.contact_size, 'length')} must be at most the bulk's size, "
+                f"{units.write_quantity(self.size, 'length')}",
             )
         return self
 
@@ -198,9 +182,7 @@ class Registered:
     @property
     def options(self) -> tuple[str, ...]:
         """Return all names there are."""
-        from seatfem.structures.reduction.greens import reducers  # for load time: most scenes name none
-
-        return (AUTO, *reducers())
+        return (AUTO, *reduction.greens.reducers())
 
     def __call__(self, method: str) -> str:
         if method != AUTO and method not in self.options:
@@ -209,7 +191,7 @@ class Registered:
         return method
 
 
-class GreensSettings(Table):
+class GreensSettings(fields.Table):
     """How a body's Green's function is computed from matrices."""
 
     sample: ClassVar[str] = 'bandwidth = "200 kHz"'
@@ -217,8 +199,8 @@ class GreensSettings(Table):
     method: Annotated[str, AfterValidator(Registered())] = Field(
         AUTO, description="the reduction; auto: the cheapest that is suitable, plugins included"
     )
-    bandwidth: Frequency = default("1 MHz", "highest frequency that must be right")
-    tolerance: Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")
+    bandwidth: fields.Frequency = fields.default("1 MHz", "highest frequency that must be right")
+    tolerance: fields.Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")
     max_vectors: int | None = Field(
         None, ge=1, description="most Krylov vectors, or Lanczos steps; absent: the reduction's own limit"
     )
@@ -227,7 +209,7 @@ class GreensSettings(Table):
     )
 
 
-class Support(Table):
+class Support(fields.Table):
     """What all supports have; one without springs and dashpots holds."""
 
     kind: str
@@ -251,8 +233,8 @@ class FoundationSupport(Support):
     """Springs per area between a face and the ground."""
 
     kind: Literal["foundation"]
-    normal: Bedding = Field(description="stiffness per area, normal to the face")
-    tangential: Bedding = default("0 N/m^3", "stiffness per area, along the face")
+    normal: fields.Bedding = Field(description="stiffness per area, normal to the face")
+    tangential: fields.Bedding = fields.default("0 N/m^3", "stiffness per area, along the face")
 
     @property
     def holds(self) -> bool:
@@ -267,8 +249,10 @@ class BoltedSupport(Support):
     """A bolted face: the contact stiffness of the joint, per area."""
 
     kind: Literal["bolted"]
-    normal: Bedding = Field(description="stiffness per area, normal to the face")
-    tangential: Bedding | None = Field(None, description="stiffness per area along the face; 0.82 of normal if absent")
+    normal: fields.Bedding = Field(description="stiffness per area, normal to the face")
+    tangential: fields.Bedding | None = Field(
+        None, description="stiffness per area along the face; 0.82 of normal if absent"
+    )
 
     @property
     def stiffness(self) -> float:
@@ -279,7 +263,7 @@ class AbsorbingSupport(Support):
     """The seat goes on beyond a face: waves leave through it and do not come back."""
 
     kind: Literal["absorbing"]
-    centre: tuple[Position, Position, Position] | None = Field(
+    centre: tuple[fields.Position, fields.Position, fields.Position] | None = Field(
         None,
         examples=[["0 mm", "0 mm", "8 mm"]],
         description="where the waves come from; with it the face holds the seat against slow motion too",
@@ -296,8 +280,8 @@ class DashpotSupport(Support):
     """Dashpots per area between a face and the ground."""
 
     kind: Literal["dashpot"]
-    normal: AreaDamping = Field(description="damping per area, normal to the face")
-    tangential: AreaDamping = default("0 N*s/m^3", "damping per area, along the face")
+    normal: fields.AreaDamping = Field(description="damping per area, normal to the face")
+    tangential: fields.AreaDamping = fields.default("0 N*s/m^3", "damping per area, along the face")
 
     damps: ClassVar[bool] = True
 

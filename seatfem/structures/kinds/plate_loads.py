@@ -7,27 +7,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction
+from seatfem import structures, units
 from seatfem.fields import Acceleration, Approach, ExistingFile, KeyProblem, Length, Position, Table
-from seatfem.structures.errors import ModelError
-from seatfem.structures.kinds.measured import read_once
-from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, as_value
+from seatfem.structures import errors, lip
+from seatfem.structures.kinds import measured, motion, striking, structure, thin_plate
 from seatfem.structures.kinds.record_columns import ColumnsError, between, check_scattered, read_columns
-from seatfem.structures.kinds.striking import At, Push, check_along
-from seatfem.structures.kinds.structure import Traits
-from seatfem.structures.kinds.thin_plate import ThinPlate
-from seatfem.structures.lip import Lip, Patch
-from seatfem.units import write_quantity
-
-if TYPE_CHECKING:
-    from seatfem.structures.sheets import PlateModes
-
 
 HEIGHTS: Final = [["0 mm", "0 um"], ["15 mm", "20 um"], ["30 mm", "60 um"]]
 COLUMNS: Final = {"x": "length", "y": "length", "height": "length"}
@@ -79,7 +70,7 @@ class Curvature(Table):
 
     def _table(self) -> Mapping[str, Array]:
         assert self.file is not None
-        table = read_once(_read_heights, (self.file,), self.file)
+        table = measured.read_once(_read_heights, (self.file,), self.file)
         if "y" not in table and (len(table["x"]) < 2 or np.any(np.diff(table["x"]) <= 0)):
             raise ColumnsError(f"{self.file}: at least two rows are needed, and x must increase from one to the next")
         if "y" in table:
@@ -184,57 +175,57 @@ class PlateRelease(Table):
             return float(np.nan_to_num(self._at("w", np.array([centre]))[0]))
         return self.deflection or 0.0
 
-    def of_field(self, plate: PlateModes) -> ModalState:
+    def of_field(self, plate: structures.sheets.PlateModes) -> ModalState:
         """Return the start by the field. Raises `ModelError` of nodes that it lacks or the modes do not hold."""
         return ModalState(self._projected("w", plate), self._projected("velocity", plate))
 
-    def _projected(self, name: str, plate: PlateModes) -> Array:
+    def _projected(self, name: str, plate: structures.sheets.PlateModes) -> Array:
         values = self._at(name, plate.mesh.points)
         if np.isnan(values).any():
             x, y = 1e3 * plate.mesh.points[np.isnan(values)][0]
-            raise ModelError(
+            raise errors.ModelError(
                 f"reed.release.field = {self.field}: its points do not surround ({x:.4g}, {y:.4g}) mm of the reed; add "
                 "some beyond its outline"
             )
         amplitudes, lost = plate.projected(values)
         if lost > MOST_LOST:
-            raise ModelError(
+            raise errors.ModelError(
                 f"reed.release.field = {self.field}: the {len(amplitudes)} modes below three times "
                 f"reed.greens.bandwidth leave {lost:.2g} of the square of {name} (limit {MOST_LOST:g}); give a "
                 "smoother field, one that vanishes where the reed is clamped, or raise reed.greens.bandwidth"
             )
         return amplitudes
 
-    def static(self, push: Array, plate: PlateModes) -> ModalState:
+    def static(self, push: Array, plate: structures.sheets.PlateModes) -> ModalState:
         """Return a start at rest under a force that moves the modes so, q_k = F s_k/omega_k^2."""
         assert self.deflection is not None
         each = push / plate.modes.omega**2
         return ModalState(self.deflection / float(plate.centre @ each) * each, np.zeros_like(each))
 
-    def of_mode(self, plate: PlateModes, about: str) -> ModalState:
+    def of_mode(self, plate: structures.sheets.PlateModes, about: str) -> ModalState:
         """Return an undeformed start. Raises `ModelError` of a mode that is not there, or leaves the contact where it
         is."""
         centre, omega = plate.centre, plate.modes.omega
         rate = np.zeros_like(omega)
         assert self.velocity is not None
         if (mode := self.mode - 1) >= len(omega):
-            raise ModelError(
+            raise errors.ModelError(
                 f"reed.release.mode = {mode + 1}: there are {len(omega)} modes below three times "
                 "reed.greens.bandwidth; release one of these, or raise it"
             )
         if abs(centre[mode]) < AT_REST * np.abs(centre).max():
-            raise ModelError(f"reed.release.mode = {mode + 1}: it does not move {about}; release another")
+            raise errors.ModelError(f"reed.release.mode = {mode + 1}: it does not move {about}; release another")
         rate[mode] = self.velocity / centre[mode]
         return ModalState(np.zeros_like(omega), rate)
 
 
-class PlateForce(ForceCourse):
+class PlateForce(motion.ForceCourse):
     """A force at one place of a plate, constant or in time; positive away from the seat."""
 
     at: Length | None = Field(None, description="distance from the root, along the axis; absent: the paddle's centre")
 
 
-class ClampedPlate(ThinPlate):
+class ClampedPlate(thin_plate.ThinPlate):
     """Base of all plates that are clamped at their root and strike with their paddle.
 
     Their loads move the modes alone. What the modes left out would yield to them at once is neglected: for a paddle of
@@ -244,22 +235,22 @@ class ClampedPlate(ThinPlate):
     """
 
     group: ClassVar[str] = "reeds"
-    traits: ClassVar[Traits] = replace(
-        ThinPlate.traits, moved_by=("release", "deflection", "force", "pressure", "point_force", "gravity")
+    traits: ClassVar[structure.Traits] = replace(
+        thin_plate.ThinPlate.traits, moved_by=("release", "deflection", "force", "pressure", "point_force", "gravity")
     )
-    _beside_greens: ClassVar[frozenset[str]] = ThinPlate._beside_greens | {
+    _beside_greens: ClassVar[frozenset[str]] = thin_plate.ThinPlate._beside_greens | {
         *("pressure", "pressure_radius", "point_force", "gravity", "curvature")
     }
 
     release: PlateRelease | None = Field(None, description="of a reed: how it starts; absent: at rest")
-    pressure: AnyPressure | None = Field(
+    pressure: motion.AnyPressure | None = Field(
         None, description="on the whole plate, or on a disc; a constant one may be written as text"
     )
     pressure_radius: Length | None = Field(
         None,
         description="radius of the disc about the paddle's centre on which pressure acts; usually that of the port",
     )
-    point_force: Annotated[PlateForce, BeforeValidator(as_value)] | None = Field(
+    point_force: Annotated[PlateForce, BeforeValidator(motion.as_value)] | None = Field(
         None, description="on one place of its axis"
     )
     gravity: Acceleration | None = Field(
@@ -282,8 +273,8 @@ class ClampedPlate(ThinPlate):
         if (wide := self.pressure_radius) is not None and wide > (most := self.geometry().room[1]):
             raise KeyProblem(
                 "pressure_radius",
-                f"{write_quantity(wide, 'length')} must be at most what the plate has about {self.about}, "
-                f"{write_quantity(most, 'length')}",
+                f"{units.write_quantity(wide, 'length')} must be at most what the plate has about {self.about}, "
+                f"{units.write_quantity(most, 'length')}",
             )
         return self
 
@@ -292,16 +283,16 @@ class ClampedPlate(ThinPlate):
             return self.release.start_at(self.geometry().centre)
         return super().start_at(at)
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
         body = super().body(greens, n_modes, at)
         state = body.state if self.release is None else self._state(self.plate(body.greens), self.release)
         return replace(body, state=state, loads=(*body.loads, *self._loads(body)))
 
     def check_place(self, place: float | Array | None, key: str) -> None:
         if not isinstance(place, np.ndarray):
-            check_along(self.kind, self.geometry().length, place, key)
+            striking.check_along(self.kind, self.geometry().length, place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
         if by == "pressure":
             return _on_disc(self.plate(body.greens), self.radius)[0][:, None]
         if isinstance(place, np.ndarray):
@@ -309,7 +300,7 @@ class ClampedPlate(ThinPlate):
         plate = self.plate(body.greens)
         if place is None:
             return plate.centre[:, None]
-        point = Patch(np.array([(place, plate.sheet.shape.centre[1])]), np.ones(1))
+        point = lip.Patch(np.array([(place, plate.sheet.shape.centre[1])]), np.ones(1))
         return plate.at(point, "the point of a force")[:, None]
 
     def heights(self, points: Array) -> Array:
@@ -321,16 +312,14 @@ class ClampedPlate(ThinPlate):
                 return shape.given(places)
             except KeyProblem as problem:
                 raise KeyProblem(f"curvature.{problem.key}", str(problem)) from None
-        from seatfem.structures.sheets import plate_modes  # as above
-
-        plate = plate_modes(self.sheet())
+        plate = structures.sheets.plate_modes(self.sheet())
         push = self._pressed(plate)[0] if shape.shape == "pressure" else plate.centre
         each = push / plate.modes.omega**2
         if shape.shape in (None, "mode"):
             each = np.where(np.arange(len(each)) == 0, plate.centre, 0.0)
         return plate.shape_at(shape.deflection / float(plate.centre @ each) * each, places)
 
-    def _pressed(self, plate: PlateModes) -> tuple[Array, float]:
+    def _pressed(self, plate: structures.sheets.PlateModes) -> tuple[Array, float]:
         """Return the (m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""
         if self.pressure_radius is None:
             return plate.mean, plate.mesh.area
@@ -346,7 +335,7 @@ class ClampedPlate(ThinPlate):
             shape, mass = self.weight(body)
             yield Load(shape, scaled(constant(self.gravity), mass))
 
-    def _state(self, plate: PlateModes, release: PlateRelease) -> ModalState:
+    def _state(self, plate: structures.sheets.PlateModes, release: PlateRelease) -> ModalState:
         if release.field is not None:
             return release.of_field(plate)
         if release.deflection is not None:
@@ -354,9 +343,9 @@ class ClampedPlate(ThinPlate):
         return release.of_mode(plate, self.about)
 
 
-def _on_disc(plate: PlateModes, radius: float) -> tuple[Array, float]:
+def _on_disc(plate: structures.sheets.PlateModes, radius: float) -> tuple[Array, float]:
     """Return the (m,) mean of the modes on a disc about the paddle's centre [1/sqrt(kg)], and its area [m^2]."""
-    (patch,) = Lip.disc(radius).patches(plate.sheet.shape.centre).values()
+    (patch,) = lip.Lip.disc(radius).patches(plate.sheet.shape.centre).values()
     return plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())
 
 

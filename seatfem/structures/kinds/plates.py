@@ -12,8 +12,7 @@ from impact.bodies.body import Body
 from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import Array, GreensFunction
 from seatfem.fields import KeyProblem, Length, of_same_names
-from seatfem.structures.kinds.plate_loads import ClampedPlate
-from seatfem.structures.kinds.striking import Push, is_loaded
+from seatfem.structures.kinds import plate_loads, striking
 from seatfem.structures.kinds.structure import SampleScene
 from seatfem.structures.kinds.thin_plate import FRONTS, ThinPlate
 from seatfem.structures.shapes import Disc as DiscOutline
@@ -104,12 +103,12 @@ contact_width = "1 mm"
         None, description="radial width of the ring that touches; absent: a quarter of the annulus's"
     )
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
         """Return (M, n); a pressure acts over its whole face."""
         return self.plate(body.greens).mean[:, None] if by == "pressure" else super().pushed_at(body, place, by)
 
 
-class Flapper(ClampedPlate):
+class Flapper(plate_loads.ClampedPlate):
     """A flat reed of even thickness: a clamped root that tapers to a neck, and a round paddle; it touches with a disc
     or a ring about the paddle's centre. By Mindlin plate elements: it twists, and its paddle bends across."""
 
@@ -143,7 +142,7 @@ thickness = "0.3 mm"
         is released in: the one of the nearest frequency. ``None`` of other starts, of loads, and where no bending mode
         is near."""
         release = self.release
-        if release is None or release.velocity is None or is_loaded(self):
+        if release is None or release.velocity is None or striking.is_loaded(self):
             return None
         outline, solid = self.geometry(), self.material.solid
         beam = SteppedCantilever(solid.young, solid.density, self.thickness, outline.widths(CHORDS))

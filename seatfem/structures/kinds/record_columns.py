@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+import scipy
 from threadpoolctl import threadpool_limits
 
-from impact.files.csv_table import normal_unit, read_csv
-from impact.files.safe_files import MB
+from impact.files import csv_table, safe_files
 from impact.greens.base import Array
 from seatfem.units import UnitError, parse_quantity
 
 if TYPE_CHECKING:
     from scipy.spatial import Delaunay
 
-LARGEST: Final = 50 * MB
+LARGEST: Final = 50 * safe_files.MB
 
 
 class ColumnsError(ValueError):
@@ -36,7 +36,7 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
     Raises:
         ColumnsError: another column, one that is missing or has no unit, a row that is no row of finite numbers.
     """
-    table = read_csv(path, ColumnsError, most=LARGEST)
+    table = csv_table.read_csv(path, ColumnsError, most=LARGEST)
     wanted = ",".join(f"{name} [unit]" if dimension else name for name, dimension in known.items())
     if table is None or not table.rows:
         raise ColumnsError(f"{path}: no table; a header such as {wanted} and rows of numbers are needed")
@@ -45,7 +45,7 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
         if head.name not in known or head.name in scales or bool(head.unit) != bool(known[head.name]):
             raise ColumnsError(f"{path}:{table.head_line}: column {head.text[:80]!r}; known are {wanted}, once each")
         try:
-            unit = normal_unit(head.unit)
+            unit = csv_table.normal_unit(head.unit)
             scales[head.name] = parse_quantity(f"1 {unit}", known[head.name]) if unit else 1.0
         except UnitError as error:
             raise ColumnsError(f"{path}:{table.head_line}: column {head.text[:80]!r}: {error}") from error
@@ -63,16 +63,12 @@ def check_scattered(path: Path, table: Mapping[str, Array]) -> None:
 
 def between(table: Mapping[str, Array], name: str, points: Array) -> Array:
     """Return (n,) values of a column at points (n, 2), linear between those of a table; nan outside."""
-    from scipy.interpolate import LinearNDInterpolator  # of scattered points only
-
     with threadpool_limits(limits=1, user_api="blas"):  # two unknowns a triangle: threads take 100 times as long
         triangles = _triangulate(np.column_stack([table["x"], table["y"]]).tobytes())
-        return np.asarray(LinearNDInterpolator(triangles, table[name])(points))
+        return np.asarray(scipy.interpolate.LinearNDInterpolator(triangles, table[name])(points))
 
 
 @lru_cache(maxsize=2)
 def _triangulate(points: bytes) -> Delaunay:
     """Return the triangles between points (n, 2)."""
-    from scipy.spatial import Delaunay  # as above
-
-    return Delaunay(np.frombuffer(points).reshape(-1, 2))
+    return scipy.spatial.Delaunay(np.frombuffer(points).reshape(-1, 2))

@@ -4,25 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self
+from typing import Any, ClassVar, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact.beams.euler_bernoulli import Cantilever as CantileverBeam
-from impact.beams.euler_bernoulli import ClampedClamped as ClampedClampedBeam
-from impact.beams.euler_bernoulli import TipMassCantilever
-from impact.beams.stepped import SteppedCantilever
-from impact.beams.timoshenko import TimoshenkoCantilever
+from impact import after
+from impact.beams import euler_bernoulli, stepped, timoshenko
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
 from seatfem.fields import Gap, KeyProblem, Length, Mass, of_same_names
 from seatfem.structures.kinds.beam import Beam, UniformBeam
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import SampleScene, Traits
-
-if TYPE_CHECKING:
-    from impact.after.stresses import ReedStress
 
 PLACES: Final = 17
 """Along a reed, the root and the tip among them, whose fatigue is judged beside that of its largest stresses."""
@@ -42,8 +36,8 @@ thickness = "0.3 mm"
 
     kind: Literal["cantilever"]
 
-    def beam(self) -> CantileverBeam:
-        return of_same_names(CantileverBeam, self, self.material)
+    def beam(self) -> euler_bernoulli.Cantilever:
+        return of_same_names(euler_bernoulli.Cantilever, self, self.material)
 
     def stress(self, force: Array, dt: float, body: Body, at: At) -> BeamStress:
         return BeamStress(self.beam(), force, dt, body, at)
@@ -61,30 +55,26 @@ class BeamStress:
         at: where the contacts lie, from its root [m].
     """
 
-    beam: CantileverBeam
+    beam: euler_bernoulli.Cantilever
     force: Array
     dt: float
     body: Body
     at: At
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
-        from impact.after.stresses import reed_stress  # compiled code, of runs only
-
+    def largest(self, *, coarsely: bool, since: float | None = None) -> after.stresses.ReedStress:
         known = self.force, self.dt, self.body, self.beam
-        return reed_stress(*known, contact_at=self.at, coarsely=coarsely, since=since)
+        return after.stresses.reed_stress(*known, contact_at=self.at, coarsely=coarsely, since=since)
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
         """Yield the bending stress of both faces at `PLACES`, the contacts and ``also``; ``few``: at the root in their
         place."""
-        from impact.after.stresses import bending_stress
-
         beam, at = self.beam, self.at
         contacts = (
             {"contact": at} if isinstance(at, float) else dict(zip(("contact", "stopper"), at or (), strict=False))
         )
         named = {place: name for name, place in {**contacts, "root": 0.0}.items()}
         places = np.unique([*np.linspace(0.0, beam.length, 0 if few else PLACES), *named, *also])
-        bending = bending_stress(self.force, self.dt, self.body, beam, places, contact_at=at)
+        bending = after.stresses.bending_stress(self.force, self.dt, self.body, beam, places, contact_at=at)
         for place, stress in zip(places, bending, strict=True):
             name = named.get(place, f"{1e3 * place:.4g} mm from the root")
             yield f"{name}, face towards the seat", stress
@@ -94,7 +84,7 @@ class BeamStress:
 class ClampedClamped(UniformBeam):
     """A flat leaf, clamped at both ends: an Euler-Bernoulli beam; where nothing is said it strikes with its middle."""
 
-    theory: ClassVar[type[Any]] = ClampedClampedBeam
+    theory: ClassVar[type[Any]] = euler_bernoulli.ClampedClamped
     both_held: ClassVar[bool] = True
     sample: ClassVar[str] = Cantilever.sample.replace("25", "40")
     sample_scene: ClassVar[SampleScene] = SampleScene('release = { mode = 1, velocity = "-2 m/s" }', "annular")
@@ -105,7 +95,7 @@ class ClampedClamped(UniformBeam):
 class Timoshenko(UniformBeam):
     """A reed, clamped at its root, that may be thick: a Timoshenko beam, with shear and rotary inertia."""
 
-    theory: ClassVar[type[Any]] = TimoshenkoCantilever
+    theory: ClassVar[type[Any]] = timoshenko.TimoshenkoCantilever
     sample: ClassVar[str] = Cantilever.sample.replace("0.3", "1")
     sample_scene: ClassVar[SampleScene] = SampleScene('release = { tip_deflection = "0.2 mm" }', "annular")
 
@@ -122,7 +112,7 @@ class Timoshenko(UniformBeam):
 class TipMass(UniformBeam):
     """A flat reed, clamped at its root, with a point mass at its tip: an Euler-Bernoulli beam."""
 
-    theory: ClassVar[type[Any]] = TipMassCantilever
+    theory: ClassVar[type[Any]] = euler_bernoulli.TipMassCantilever
     sample: ClassVar[str] = Cantilever.sample + 'tip_mass = "0.1 g"\n'
     sample_scene: ClassVar[SampleScene] = Cantilever.sample_scene
 
@@ -170,5 +160,5 @@ thickness = "0.3 mm"
     def mean_width(self) -> float:
         return self.beam().mean_width
 
-    def beam(self) -> SteppedCantilever:
-        return of_same_names(SteppedCantilever, self, self.material)
+    def beam(self) -> stepped.SteppedCantilever:
+        return of_same_names(stepped.SteppedCantilever, self, self.material)

@@ -8,37 +8,19 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table
-from seatfem.structures.errors import GeometryError, ModelError
+from seatfem.structures import errors, inspection, lands
 from seatfem.structures.inspection.outline import outline_in, straight_side
+from seatfem.structures.kinds import plate_loads, selectors
 from seatfem.structures.kinds.parts import METRES, LengthUnit
-from seatfem.structures.kinds.plate_loads import ClampedPlate
-from seatfem.structures.kinds.selectors import (
-    AnyOf,
-    ByColour,
-    ByName,
-    ByNumber,
-    ByPlane,
-    ByPoint,
-    Place3,
-    Way,
-    in_scene_words,
-    kind_by_keys,
-)
 from seatfem.structures.kinds.structure import SampleScene, Traits
 from seatfem.structures.kinds.thin_plate import FRONTS
-from seatfem.structures.lands import axes_along
-from seatfem.structures.shapes.cad import STEP_SUFFIXES
-from seatfem.structures.shapes.faces import Frame
-from seatfem.structures.shapes.inspect import triple
+from seatfem.structures.shapes import cad, faces, inspect
 from seatfem.structures.shapes.outlined import Outlined
-
-if TYPE_CHECKING:
-    from seatfem.structures.inspection.outline import DrawnOutline
 
 Place = tuple[Position, Position]
 DIMENSIONS: Final = 3
@@ -75,22 +57,22 @@ _checked = lru_cache(maxsize=8)(Outlined)  # of many corners, the checks take a 
 class SheetFrame(Table):
     """Where the coordinates of a sheet lie in its STEP file, which may then be drawn in any position."""
 
-    origin: Place3 = Field(description="x = y = 0", examples=[["0 mm", "0 mm", "6 mm"]])
-    along: Way = Field(description="direction of x in the file", examples=[[1.0, 0.0, 0.0]])
-    normal: Way = Field(description="of the sheet, away from its seat", examples=[[0.0, 0.0, 1.0]])
+    origin: selectors.Place3 = Field(description="x = y = 0", examples=[["0 mm", "0 mm", "6 mm"]])
+    along: selectors.Way = Field(description="direction of x in the file", examples=[[1.0, 0.0, 0.0]])
+    normal: selectors.Way = Field(description="of the sheet, away from its seat", examples=[[0.0, 0.0, 1.0]])
 
     @model_validator(mode="after")
     def _not_along_the_normal(self) -> Self:
         try:
-            axes_along(self.normal, self.along)
-        except ModelError:
+            lands.axes_along(self.normal, self.along)
+        except errors.ModelError:
             raise KeyProblem("along", "it lies along the normal; give a direction in the plane of the sheet") from None
         return self
 
-    def frame(self) -> Frame:
+    def frame(self) -> faces.Frame:
         """Return the same in numbers."""
-        x, y, _ = axes_along(self.normal, self.along)
-        return Frame(self.origin, triple(x), triple(y))
+        x, y, _ = lands.axes_along(self.normal, self.along)
+        return faces.Frame(self.origin, inspect.triple(x), inspect.triple(y))
 
 
 def _as_clamp(given: object) -> object:
@@ -102,18 +84,24 @@ def _as_clamp(given: object) -> object:
     normal = given.get("normal")
     if "segment" in given or (isinstance(normal, Sequence) and len(normal) < DIMENSIONS):
         return {"kind": "line", **given}
-    meant = kind_by_keys(given)
+    meant = selectors.kind_by_keys(given)
     return meant if isinstance(meant, Mapping) and "kind" in meant else {"kind": "line", **given}
 
 
 AnyClamp = Annotated[
-    Clamp | ByColour | ByPlane | ByPoint | ByName | ByNumber | AnyOf,
+    Clamp
+    | selectors.ByColour
+    | selectors.ByPlane
+    | selectors.ByPoint
+    | selectors.ByName
+    | selectors.ByNumber
+    | selectors.AnyOf,
     Field(discriminator="kind"),
     BeforeValidator(_as_clamp),
 ]
 
 
-class OutlinedSheet(ClampedPlate):
+class OutlinedSheet(plate_loads.ClampedPlate):
     """A flat reed of even thickness and any outline, clamped along a straight part of it or beyond a line; it
     touches with a disc or a ring about a point. By Mindlin plate elements: it twists, and bends across.
 
@@ -124,7 +112,7 @@ class OutlinedSheet(ClampedPlate):
     """
 
     group: ClassVar[str] = "imported"
-    traits: ClassVar[Traits] = replace(ClampedPlate.traits, reed_as_drawn=True)
+    traits: ClassVar[Traits] = replace(plate_loads.ClampedPlate.traits, reed_as_drawn=True)
     about: ClassVar[str] = "contact_at"
     also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({"plate": ("outline", "file")})
 
@@ -181,11 +169,11 @@ thickness = "0.3 mm"
         if "holes" in given and "file" in given:
             raise KeyProblem("holes", "those of a file are its inner loops; remove the key")
         suffix = Path(str(given.get("file", ""))).suffix.lower()
-        if "frame" in given and suffix not in STEP_SUFFIXES:
+        if "frame" in given and suffix not in cad.STEP_SUFFIXES:
             raise KeyProblem("frame", "only a STEP file is drawn in space; remove the key")
-        if "unit" in given and ("file" not in given or suffix in STEP_SUFFIXES):
+        if "unit" in given and ("file" not in given or suffix in cad.STEP_SUFFIXES):
             raise KeyProblem("unit", "only a DXF file has one; lengths in the scene, and a STEP file, state their own")
-        if suffix in STEP_SUFFIXES and "thickness" not in given:
+        if suffix in cad.STEP_SUFFIXES and "thickness" not in given:
             path = ((info.context or {}).get("folder", Path()) / str(given["file"])).resolve()
             if path.is_file() and (thickness := _drawn(path, None, oblique="frame" in given).thickness):
                 return {**given, "thickness": f"{thickness!r} m"}
@@ -203,7 +191,7 @@ thickness = "0.3 mm"
         return self
 
     @property
-    def _from_file(self) -> DrawnOutline:
+    def _from_file(self) -> inspection.outline.DrawnOutline:
         assert self.file is not None
         drawn = _drawn(self.file, None if self.unit is None else METRES[self.unit], oblique=self.frame is not None)
         if self.frame is None or drawn.frame is None:
@@ -232,13 +220,13 @@ thickness = "0.3 mm"
         drawn = self._from_file
         try:
             return _checked(drawn.outline, self.thickness, self.contact_at, segment, side, drawn.holes)
-        except GeometryError as error:
+        except errors.GeometryError as error:
             message = str(error)
             for field in ("outline", "holes"):
                 message = message.replace(f"Outlined.{field} = ", f"Outlined.file = {self.file.name}: {field}, ")
-            raise GeometryError(message) from error
+            raise errors.GeometryError(message) from error
 
 
-def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> DrawnOutline:
+def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> inspection.outline.DrawnOutline:
     """Return what a file holds; raises `KeyProblem`."""
-    return in_scene_words(lambda: outline_in(file, unit, oblique=oblique))
+    return selectors.in_scene_words(lambda: outline_in(file, unit, oblique=oblique))

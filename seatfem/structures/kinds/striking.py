@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from typing import TYPE_CHECKING, Final, Literal, Protocol
+from typing import Final, Literal, Protocol
 
 import numpy as np
 
+from impact import after
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
 from seatfem.fields import KeyProblem, Table
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.units import write_quantity
-
-if TYPE_CHECKING:
-    from impact.after.stresses import ReedStress
 
 At = float | tuple[float, ...] | None
 """Where a body is touched, from its root [m]: once, or at several places; ``None``: where it is by default."""
@@ -29,7 +27,7 @@ LOADS: Final = ("force", "pressure", "point_force", "gravity")
 class KnownStress(Protocol):
     """The stress of a striker under known contact forces."""
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
+    def largest(self, *, coarsely: bool, since: float | None = None) -> after.stresses.ReedStress:
         """Return the largest stresses, before and after the time ``since`` at which a landing begins, too [s]."""
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:

@@ -16,6 +16,7 @@ from pydantic.fields import FieldInfo
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from impact.notices import Progress
+from seatfem import structures
 from seatfem.fields import Angle, Gap, Length, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import Column, Face, Patch, Surrogate, unknown
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.kinds.thin_plate import ThinPlate
-    from seatfem.structures.lip import AnyLip
-    from seatfem.structures.model import SecondOrderModel
 
 NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
@@ -215,7 +214,7 @@ class Structure(Striking):
         """Return what the table says of the face that is struck."""
         return LipFace(no_lip=NO_RING)
 
-    def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
+    def lip(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
         """Return the flat ring-shaped face that is struck, in parts; ``None`` where `lip_face` says why there is none.
 
         Raises:
@@ -300,7 +299,7 @@ class Structure(Striking):
         assert greens is not None
         return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
-    def system_of_equations(self) -> SecondOrderModel | None:
+    def system_of_equations(self) -> structures.model.SecondOrderModel | None:
         """Return the matrices in its files; ``None`` of a body that has none."""
         return None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Final, Self
+from typing import ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -11,22 +11,17 @@ from pydantic import Field, model_validator
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.notices import Advice, Progress
+from seatfem import structures
 from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate
-from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds import motion, selectors, striking, structure
 from seatfem.structures.kinds.parts import Material
-from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.striking import At, Push
-from seatfem.structures.kinds.structure import Inputs, Traits
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews, arc, of_sheet
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
-
-if TYPE_CHECKING:
-    from seatfem.structures.sheets import PlateModes, Sheet, SolvedSheet
 
 SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
 ROUND_OFF: Final = 1e-9  # relative, of a contact that reaches to the edge of its plate
@@ -51,10 +46,10 @@ class PlateGreens(Table):
 FRONTS: Final = "5 us"  # width of the filter: the fronts of a flat landing are shorter than its modes
 
 
-class ThinPlate(Moving):
+class ThinPlate(motion.Moving):
     """Base of all flat plates that touch with a disc or a ring; computed by Mindlin plate elements."""
 
-    traits: ClassVar[Traits] = replace(Moving.traits, needs_gmsh=True, is_kept=True, has_weight=True)
+    traits: ClassVar[structure.Traits] = replace(motion.Moving.traits, needs_gmsh=True, is_kept=True, has_weight=True)
     _beside_greens: ClassVar[frozenset[str]] = frozenset({"velocity", "release", "deflection", "force"})
     shape: ClassVar[type[Flat]]
     """Its outline, whose keys are those of its table."""
@@ -81,7 +76,7 @@ class ThinPlate(Moving):
 
     @model_validator(mode="after")
     def _contact_on_the_plate(self) -> Self:
-        least, most = in_scene_words(self.geometry).room
+        least, most = selectors.in_scene_words(self.geometry).room
         if (width := self.width) is not None and width > 2 * self.radius:
             key = "contact_radius" if self.contact_width is None else "contact_width"
             raise KeyProblem(
@@ -100,7 +95,7 @@ class ThinPlate(Moving):
             raise KeyProblem(key, words)
         return self
 
-    def inputs(self) -> Inputs:
+    def inputs(self) -> structure.Inputs:
         made = super().inputs()
         return replace(made, classes=(*made.classes, type(self.geometry())))
 
@@ -161,16 +156,14 @@ class ThinPlate(Moving):
     def widest_band(self) -> float:
         """Return the highest band up to which its theory holds [Hz], the highest whose waves are six
         thicknesses long."""
-        from seatfem.structures.sheets import CUTOFF  # as in `sheet`
-
         own = self.greens.bandwidth
-        return own * (SHORTEST * self.sheet().bending_wave(own) / self.thickness) ** 2 / CUTOFF
+        return own * (SHORTEST * self.sheet().bending_wave(own) / self.thickness) ** 2 / structures.sheets.CUTOFF
 
-    def sheet(self, band: float | None = None) -> Sheet:
+    def sheet(self, band: float | None = None) -> structures.sheets.Sheet:
         """Return what its modes depend on; ``band``: in place of the table's [Hz]."""
-        from seatfem.structures.sheets import Sheet  # scenes are read without finite elements
-
-        return Sheet(self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size)
+        return structures.sheets.Sheet(
+            self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size
+        )
 
     def lips(self, lip: AnyLip | None, behind: AnyLip | None = None) -> tuple[AnyLip, ...]:
         """Return its own contact, what a stopper meets in parts, and, where it is struck along a lip, that one's arcs;
@@ -189,22 +182,24 @@ class ThinPlate(Moving):
         behind: AnyLip | None = None,
         *,
         mesh_error: bool = True,
-    ) -> SolvedSheet:
+    ) -> structures.sheets.SolvedSheet:
         """Return its modes and its Green's function, computed once in a process.
 
         ``lip``, ``behind``: as of `lips`; ``band``: in place of the table's [Hz].
         """
-        from seatfem.structures.sheets import solved_sheet  # as above
+        return structures.sheets.solved_sheet(
+            self.sheet(band), self.lips(lip, behind), self.damping_ratio, mesh_error=mesh_error
+        )
 
-        return solved_sheet(self.sheet(band), self.lips(lip, behind), self.damping_ratio, mesh_error=mesh_error)
-
-    def plate(self, greens: GreensFunction) -> PlateModes:
+    def plate(self, greens: GreensFunction) -> structures.sheets.PlateModes:
         """Return the modes behind its Green's function, whatever touches it; found once in a process."""
-        from seatfem.structures.sheets import plate_modes  # scenes are read without finite elements
-
         band, coarser = (greens.provenance.get(name) for name in ("bandwidth_Hz", "coarser"))
         sheet = self.sheet(band if isinstance(band, float) else None)
-        return plate_modes(sheet, coarser) if isinstance(coarser, float) else plate_modes(sheet)
+        return (
+            structures.sheets.plate_modes(sheet, coarser)
+            if isinstance(coarser, float)
+            else structures.sheets.plate_modes(sheet)
+        )
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         solved = self.solved()
@@ -240,7 +235,7 @@ class ThinPlate(Moving):
         if not isinstance(place, np.ndarray):
             super().check_place(place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
         if by == "springs" and place is None:
             place = self.spring_points
         if not isinstance(place, np.ndarray):
@@ -253,5 +248,5 @@ class ThinPlate(Moving):
         plate = self.plate(body.greens)
         return plate.mean, plate.mass
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
         return super().body(self.solved().greens if greens is None else greens, n_modes, at)

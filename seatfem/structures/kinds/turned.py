@@ -5,30 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
+from typing import ClassVar, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from impact import after, exact
 from impact.after.histories import Spans
 from impact.bodies.body import Body
 from impact.greens.base import Array
+from seatfem import structures
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
-from seatfem.structures.estimates.samples import section_of
-from seatfem.structures.estimates.surrogate import Column
-from seatfem.structures.kinds.drawn import Drawn, struck_as_a_whole
-from seatfem.structures.kinds.striking import At, Push
-from seatfem.structures.kinds.structure import NO_RING, LipFace, SampleScene, Traits
+from seatfem.structures.estimates import samples, surrogate
+from seatfem.structures.kinds import drawn, striking, structure
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
 from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper, Turning
 from seatfem.structures.shapes import Ball as Sphere
-
-if TYPE_CHECKING:
-    from impact.after.stresses import ReedStress
-    from impact.exact.contact_stress import ShearMaximum
-    from seatfem.structures.lip import AnyLip
 
 MOST_HARMONICS: Final = 1000  # that are taken of a part of a ring (`seatfem.structures.reduction.harmonics`)
 NARROWEST: Final = 2 * math.pi / MOST_HARMONICS
@@ -36,10 +30,10 @@ FLAT: Final = 1e-6  # of a ring's width: by as much its edges may differ in heig
 UNDIVIDED: Final = ("rod", "harmonics", "sector", "3d")  # stated models of a ring that is struck as a whole
 
 
-class Turned(Drawn):
+class Turned(drawn.Drawn):
     """Base of all solids of revolution."""
 
-    traits: ClassVar[Traits] = replace(Drawn.traits, revolved=True)
+    traits: ClassVar[structure.Traits] = replace(drawn.Drawn.traits, revolved=True)
 
     arc: Angle | None = Field(None, description="angular width of the part of the ring that is struck; absent: all")
     fixed: Literal["underside"] = Field("underside", description="the clamped face")
@@ -75,20 +69,20 @@ class Turned(Drawn):
         return self.arc
 
     @property
-    def lip_face(self) -> LipFace:
+    def lip_face(self) -> structure.LipFace:
         if self.arc is not None:
-            return LipFace(no_lip="with arc is struck on that part of its ring alone; remove arc, or the key")
+            return structure.LipFace(no_lip="with arc is struck on that part of its ring alone; remove arc, or the key")
         if self.model in UNDIVIDED:
-            return LipFace(no_lip=struck_as_a_whole(self.model))
+            return structure.LipFace(no_lip=drawn.struck_as_a_whole(self.model))
         if (face := self._flat_face()) is None:
-            return LipFace(no_lip=NO_RING)
-        return LipFace(None if face.inner == 0 else (face.radius, face.width))
+            return structure.LipFace(no_lip=structure.NO_RING)
+        return structure.LipFace(None if face.inner == 0 else (face.radius, face.width))
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         name = self.kind.replace("_", " ")
         return of_profile(name, self.geometry().profile, struck_arc=self.arc, held=self.clamped)
 
-    def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
+    def lip(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
         face = self._flat_face()
         return None if face is None else replace(face, arcs=arcs, rings=rings)
 
@@ -119,7 +113,7 @@ class Turned(Drawn):
 
     def measures_inside(self, level: Level) -> float:
         if level in ("axisymmetric", "harmonics"):
-            return section_of(self.geometry().profile).inner.total
+            return samples.section_of(self.geometry().profile).inner.total
         return super().measures_inside(level)
 
 
@@ -172,7 +166,7 @@ face_width = "2 mm"
         start, end = shape.band
         return self.struck_area, end - start, shape.thickness
 
-    def column(self) -> Column | None:
+    def column(self) -> surrogate.Column | None:
         """Return the column under the band as it is seen along the axis."""
         column = super().column()
         return None if column is None else replace(column, area=column.area * math.sin(self.geometry().half_angle))
@@ -203,13 +197,13 @@ class Ball(Turned):
     a ball on a flat face, whose disc grows with the force, is kind = "rigid_mass" with law = { kind = "hertz", ... }:
     that has the compliance of both bodies, and no waves in the ball."""
 
-    traits: ClassVar[Traits] = replace(Turned.traits, has_stress=True)
+    traits: ClassVar[structure.Traits] = replace(Turned.traits, has_stress=True)
     group: ClassVar[str] = "strikers"
     sample: ClassVar[str] = """
 diameter = "10 mm"
 damping_ratio = 0.005
 """
-    sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-0.5 m/s"', "stopper")
+    sample_scene: ClassVar[structure.SampleScene] = structure.SampleScene('velocity = "-0.5 m/s"', "stopper")
 
     kind: Literal["ball"]
     diameter: Length = Field(description="diameter")
@@ -234,14 +228,14 @@ damping_ratio = 0.005
         diameter = Size("plan", 1, -radius, radius, radius, f"Ø {length_text(self.diameter)}")
         return replace(super().views(at), sizes=(diameter,))
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
         """Return (M, n); springs move its translation alone, as one through its centre does, not its facet, which
         yields."""
         modal, pushed = body.greens.modal, super().pushed_at(body, place, by)
         assert modal is not None
         return np.where(modal.omega[:, None] == 0, pushed, 0.0) if by == "springs" else pushed
 
-    def stress(self, force: Array, dt: float, body: Body, at: At) -> FacetStress:
+    def stress(self, force: Array, dt: float, body: Body, at: striking.At) -> FacetStress:
         return FacetStress(np.abs(force), dt, self.geometry().contact_radius, self.material.mean.poisson)
 
     def struck_part(self) -> tuple[float, float, float]:
@@ -264,7 +258,7 @@ class FacetStress:
     facet: float
     poisson: float
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
+    def largest(self, *, coarsely: bool, since: float | None = None) -> after.stresses.ReedStress:
         """Return the largest von Mises stress on the axis below the facet, and its depth in place of its place.
 
         The facet's pressure is uniform, as its port in the Green's function has it: p = N/(pi a^2). The stress below it
@@ -272,33 +266,27 @@ class FacetStress:
 
         Source: Timoshenko and Goodier, load over part of the boundary of a semi-infinite solid.
         """
-        from impact.after.stresses import NO_STRESS, PeakStress, stress_by_spans
-
         spans, pressed, most = Spans.of_run(self.pressed, self.dt, since), self.pressed, self._most_stressed
         number = spans.of_times(np.arange(len(pressed)))
 
-        def largest(chosen: slice) -> PeakStress:
+        def largest(chosen: slice) -> after.stresses.PeakStress:
             in_spans = np.isin(number, np.arange(spans.count)[chosen])
             if not pressed[in_spans].any():
-                return NO_STRESS
+                return after.stresses.NO_STRESS
             step = int(np.argmax(np.where(in_spans, pressed, 0.0)))
             value = 2 * most.stress * pressed[step] / (math.pi * self.facet**2)
-            return PeakStress(float(value), most.depth * self.facet, self.dt * step)
+            return after.stresses.PeakStress(float(value), most.depth * self.facet, self.dt * step)
 
-        return stress_by_spans(spans, largest)
+        return after.stresses.stress_by_spans(spans, largest)
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
         """Yield the tensors at the depth below the facet where the von Mises stress is largest, as of `largest`."""
-        from impact.exact.contact_stress import disk_axis_stress
-
         facet, depth = self.facet, self._most_stressed.depth
-        across, along = disk_axis_stress(np.array([depth]), poisson=self.poisson)
+        across, along = exact.contact_stress.disk_axis_stress(np.array([depth]), poisson=self.poisson)
         tensors = np.zeros((len(self.pressed), 6))
         tensors[:, :2], tensors[:, 2] = across[0], along[0]
         yield f"{length_text(depth * facet)} below the facet", tensors * self.pressed[:, None] / (math.pi * facet**2)
 
     @property
-    def _most_stressed(self) -> ShearMaximum:
-        from impact.exact.contact_stress import disk_shear_maximum
-
-        return disk_shear_maximum(poisson=self.poisson)
+    def _most_stressed(self) -> exact.contact_stress.ShearMaximum:
+        return exact.contact_stress.disk_shear_maximum(poisson=self.poisson)

@@ -3,8 +3,6 @@
 gmsh runs what it does not recognise as a script (`SystemCall`, `Merge`, `Printf > file`), and FILE.opt beside FILE.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import signal
@@ -20,6 +18,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from impact import files
 from impact.files.safe_files import MB, opened_file
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import GeometryError
@@ -79,9 +78,7 @@ def handed_over(path: Path) -> Iterator[Path]:
                 f"{path}: is no {suffix} file; it begins with {head[:20]!r} instead of {wanted}. Export it again"
             )
         if suffix == ".med":
-            from impact.files.hdf5_structure import check_structure  # here, for h5py takes its time
-
-            check_structure(copy, GeometryError)
+            files.hdf5_structure.check_structure(copy, GeometryError)
         try:
             yield copy
         except Exception as error:

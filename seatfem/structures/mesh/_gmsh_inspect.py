@@ -4,8 +4,6 @@ Findings are data, all of them: faces, groups that can be selected, what is wron
 straight tetrahedra goes with them, for pictures and for predictions; one that gmsh cannot make is left out.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

@@ -5,8 +5,6 @@ edges are curved: det J vanishes there. Such an element is merged with neighbour
 triangles that all meet in one of its vertices and none of which is flat.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

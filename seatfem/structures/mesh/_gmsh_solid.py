@@ -3,8 +3,6 @@
 Colours, names and regions of imported CAD are kept through operations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType

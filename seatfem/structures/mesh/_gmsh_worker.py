@@ -6,8 +6,6 @@ Lengths inside gmsh are those of the geometry's recipe (millimetres); everything
 the parent is in metres. The parent learns of progress and failure from JSON lines on standard output.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -1,7 +1,5 @@
 """How good the elements of a mesh are, and what must hold of it before it is used."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -13,16 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem.quadrature import get_quadrature
 
-from seatfem.structures.mesh.io import (
-    CELL_KINDS,
-    CellKind,
-    Floats,
-    Integers,
-    MeshArrays,
-    MeshError,
-    SolidMesh,
-    distinct,
-)
+from seatfem.structures.mesh import io
 
 FLAT = 1e-9  # of the volume of a box as long as the element's bounding box
 SAME_PLACE = 1e-7  # of the diagonal of the mesh: nodes that were meant to be one
@@ -50,7 +39,7 @@ class MeshQuality:
 
 
 def measure(
-    mesh: SolidMesh, arrays: MeshArrays, cad_volume: float | None, cad_areas: Mapping[str, float]
+    mesh: io.SolidMesh, arrays: io.MeshArrays, cad_volume: float | None, cad_areas: Mapping[str, float]
 ) -> MeshQuality:
     """Return the volume, areas and element quality of a mesh made by `to_skfem`."""
     return MeshQuality(
@@ -64,12 +53,12 @@ def measure(
     )
 
 
-def straight_determinants(arrays: MeshArrays) -> Floats:
+def straight_determinants(arrays: io.MeshArrays) -> io.Floats:
     """Return the mean det J over each straight twin, negative where its vertices are in mirrored order; (m,)."""
-    return _integrals(CELL_KINDS[arrays.kind.corners], arrays.points, arrays.vertices, mean=True)
+    return _integrals(io.CELL_KINDS[arrays.kind.corners], arrays.points, arrays.vertices, mean=True)
 
 
-def scaled_jacobian(arrays: MeshArrays) -> Floats:
+def scaled_jacobian(arrays: io.MeshArrays) -> io.Floats:
     """Return the smallest det J over nodes and centroid of each element over |mean det J| of its straight twin; (m,).
 
     -inf where the straight twin is flat. The sign of the straight twin counts too, so an element with vertices in
@@ -85,7 +74,7 @@ def scaled_jacobian(arrays: MeshArrays) -> Floats:
         return np.where(straight == 0.0, -np.inf, least / np.abs(straight))
 
 
-def _integrals(kind: CellKind, points: Floats, cells: Integers, *, mean: bool = False) -> Floats:
+def _integrals(kind: io.CellKind, points: io.Floats, cells: io.Integers, *, mean: bool = False) -> io.Floats:
     """Return the integral of det J over each element, its volume; or its mean; (m,)."""
     places, weights = get_quadrature(kind.element.refdom, kind.degree)
     if mean:
@@ -96,7 +85,7 @@ def _integrals(kind: CellKind, points: Floats, cells: Integers, *, mean: bool = 
     return total
 
 
-def _determinants(kind: CellKind, points: Floats, cells: Integers, places: Floats) -> Iterator[Floats]:
+def _determinants(kind: io.CellKind, points: io.Floats, cells: io.Integers, places: io.Floats) -> Iterator[io.Floats]:
     """Yield det J of every element, (m,), at one place after the other."""
     nodes = points[cells.T].transpose(0, 2, 1).reshape(cells.shape[1], -1)
     for gradient in kind.gradients(places):
@@ -106,13 +95,15 @@ def _determinants(kind: CellKind, points: Floats, cells: Integers, places: Float
         )
 
 
-def _area(mesh: SolidMesh, facets: Integers) -> float:
+def _area(mesh: io.SolidMesh, facets: io.Integers) -> float:
     """Return the area of facets; a FacetBasis would invert the elements' maps, which fails on coarse curved ones."""
     points, weights = get_quadrature(mesh.brefdom, 6)
     return float(np.sum(np.abs(mesh.mapping().detDG(points, find=facets)) * weights))
 
 
-def check_mesh(arrays: MeshArrays, required: tuple[str, ...] = ("contact", "fixed"), parts: int = 1) -> MeshArrays:
+def check_mesh(
+    arrays: io.MeshArrays, required: tuple[str, ...] = ("contact", "fixed"), parts: int = 1
+) -> io.MeshArrays:
     """Return the mesh, with its elements turned right side out where all of them are mirrored.
 
     Raises `MeshError` for a missing or empty group, coordinates that are not finite, flat, inside-out and folded
@@ -120,7 +111,7 @@ def check_mesh(arrays: MeshArrays, required: tuple[str, ...] = ("contact", "fixe
     """
     check_groups(arrays, required)
     if not np.all(np.isfinite(arrays.points)):
-        raise MeshError(
+        raise io.MeshError(
             f"{arrays.source}: {np.sum(~np.isfinite(arrays.points))} node coordinates must be finite and are not"
         )
     arrays = right_side_out(arrays)
@@ -129,19 +120,19 @@ def check_mesh(arrays: MeshArrays, required: tuple[str, ...] = ("contact", "fixe
     return arrays
 
 
-def check_groups(arrays: MeshArrays, required: tuple[str, ...]) -> None:
+def check_groups(arrays: io.MeshArrays, required: tuple[str, ...]) -> None:
     """Raise `MeshError` unless every required surface group is there and no group is empty."""
     for name in required:
         if name not in arrays.surfaces:
             listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
-            raise MeshError(f"{arrays.source}: no surface group named {name!r}; the mesh has: {listed}")
+            raise io.MeshError(f"{arrays.source}: no surface group named {name!r}; the mesh has: {listed}")
     for kind, groups in (("surface", arrays.surfaces), ("volume", arrays.volumes)):
         for name, members in groups.items():
             if len(members) == 0:
-                raise MeshError(f"{arrays.source}: {kind} group {name!r} is empty; remove it, or fill it")
+                raise io.MeshError(f"{arrays.source}: {kind} group {name!r} is empty; remove it, or fill it")
 
 
-def right_side_out(arrays: MeshArrays) -> MeshArrays:
+def right_side_out(arrays: io.MeshArrays) -> io.MeshArrays:
     """Return a mesh of mirrored elements only, as mirroring a part leaves it, turned; else as it is."""
     if len(arrays.cells) == 0 or not np.all(straight_determinants(arrays) < 0.0):
         return arrays
@@ -151,7 +142,7 @@ def right_side_out(arrays: MeshArrays) -> MeshArrays:
     return dataclasses.replace(arrays, cells=np.ascontiguousarray(arrays.cells[:, columns]))
 
 
-def check_elements(arrays: MeshArrays) -> None:
+def check_elements(arrays: io.MeshArrays) -> None:
     """Raise `MeshError` of a flat element, of one inside out and of one folded by its curvature."""
     straight = straight_determinants(arrays)
     box = np.ptp(arrays.points[arrays.vertices], axis=1).max(axis=1) ** 3
@@ -179,7 +170,7 @@ def check_elements(arrays: MeshArrays) -> None:
     )
 
 
-def check_parts(arrays: MeshArrays, parts: int = 1) -> None:
+def check_parts(arrays: io.MeshArrays, parts: int = 1) -> None:
     """Raise `MeshError` unless the elements make as many parts, which share no node, as expected."""
     label = part_of_element(arrays)
     count = int(label.max(initial=-1)) + 1
@@ -192,13 +183,13 @@ def check_parts(arrays: MeshArrays, parts: int = 1) -> None:
         for k in largest
     )
     more = f"; {count - len(largest)} more" if count > len(largest) else ""
-    raise MeshError(
+    raise io.MeshError(
         f"{arrays.source}: the mesh has {count} parts that share no node, not {parts}: {listed}{more}; "
         f"join them (merge = TOLERANCE where their nodes coincide), drop the loose ones, or accept parts = {count}"
     )
 
 
-def part_of_element(arrays: MeshArrays) -> Integers:
+def part_of_element(arrays: io.MeshArrays) -> io.Integers:
     """Return the number of the connected part that each element belongs to, from 0; (m,)."""
     vertices = arrays.vertices
     n = len(arrays.points)
@@ -209,21 +200,21 @@ def part_of_element(arrays: MeshArrays) -> Integers:
     return np.asarray(part.ravel())
 
 
-def check_coincident(arrays: MeshArrays) -> None:
+def check_coincident(arrays: io.MeshArrays) -> None:
     """Raise `MeshError` of two vertices of elements at the same place: a seam that was never merged, or a slit."""
-    used = distinct(arrays.vertices)
+    used = io.distinct(arrays.vertices)
     places = arrays.points[used]
     diagonal = float(np.linalg.norm(np.ptp(places, axis=0)))
     pairs = near_pairs(places, SAME_PLACE * diagonal, arrays.source)
     if len(pairs):
-        raise MeshError(
+        raise io.MeshError(
             f"{arrays.source}: {len(np.unique(pairs[:, 1]))} nodes stand where another one stands and the elements "
             f"there are not joined; first at {_places(places[pairs[:, 0]])}; merge = {1e-5 * diagonal:.1g} (metres) "
             "joins them, merge = 0 keeps the slit"
         )
 
 
-def near_pairs(points: Floats, within: float, source: str) -> Integers:
+def near_pairs(points: io.Floats, within: float, source: str) -> io.Integers:
     """Return the pairs of rows of points nearer to each other than a distance; (n, 2).
 
     Raises:
@@ -232,27 +223,27 @@ def near_pairs(points: Floats, within: float, source: str) -> Integers:
     tree = cKDTree(points)
     count = (int(tree.count_neighbors(tree, within)) - len(points)) // 2
     if count > MOST_PAIRS * len(points):
-        raise MeshError(
+        raise io.MeshError(
             f"{source}: {count:.3g} pairs of its {len(points)} nodes are nearer to each other than {within:.3g}, must "
             f"be at most {MOST_PAIRS} for each node: its nodes stand on top of each other, export it again"
         )
     return np.asarray(tree.query_pairs(within, output_type="ndarray"))
 
 
-def _none(arrays: MeshArrays, bad: NDArray[np.bool_], measure: Floats, what: str, remedy: str) -> None:
+def _none(arrays: io.MeshArrays, bad: NDArray[np.bool_], measure: io.Floats, what: str, remedy: str) -> None:
     """Raise where an element is bad; the worst come first in the message."""
     rows = np.flatnonzero(bad)
     if len(rows):
         worst = rows[np.argsort(measure[rows], kind="stable")]
         centres = arrays.points[arrays.vertices[worst[:SHOWN]]].mean(axis=1)
-        raise MeshError(f"{arrays.source}: {len(rows)} {what}, near {_places(centres)}; {remedy}")
+        raise io.MeshError(f"{arrays.source}: {len(rows)} {what}, near {_places(centres)}; {remedy}")
 
 
-def _places(points: Floats) -> str:
+def _places(points: io.Floats) -> str:
     more = ", ..." if len(points) > SHOWN else ""
     return ", ".join(map(_place, points[:SHOWN])) + more
 
 
-def _place(point: Floats) -> str:
+def _place(point: io.Floats) -> str:
     x, y, z = 1e3 * point + 0.0
     return f"({x:.4g}, {y:.4g}, {z:.4g}) mm"

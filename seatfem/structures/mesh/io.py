@@ -1,7 +1,5 @@
 """Element shapes in gmsh's and scikit-fem's order of nodes; plain arrays -> scikit-fem mesh with named boundaries."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

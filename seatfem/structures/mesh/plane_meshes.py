@@ -17,10 +17,8 @@ from impact.greens.base import Array
 from impact.notices import Progress, silent
 from impact.quantities import brief, percent
 from seatfem.structures.elements.mindlin import PlateMesh
-from seatfem.structures.mesh.checks import MeshQuality
+from seatfem.structures.mesh import checks, io, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
-from seatfem.structures.mesh.io import MeshError, groups, matched_facets, node_places
-from seatfem.structures.mesh.meshing import MeshProvenance
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Flat, Geometry, GeometryError, Profile, Shape, encode, fingerprint
 from seatfem.structures.shapes.profile import profile_of
@@ -41,8 +39,8 @@ class MeridianMesh:
 
     mesh: PlaneMesh
     order: int
-    quality: MeshQuality
-    provenance: MeshProvenance
+    quality: checks.MeshQuality
+    provenance: meshing.MeshProvenance
 
     __repr__ = brief
 
@@ -59,7 +57,7 @@ def make_meridian(
     section = gmsh({"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}, progress)
     mesh = plane_mesh(section)
     source = f"meridian of {type(geometry).__name__}"
-    provenance = MeshProvenance(
+    provenance = meshing.MeshProvenance(
         source=source,
         content_hash=_content_hash(geometry, spec),
         gmsh_version=str(section["gmsh_version"]),
@@ -87,9 +85,9 @@ def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
     places = flat.doflocs
     if straight is None:  # meshes of order 2 keep the vertices of an element in the given order
         kept = MeshTri(flat.doflocs, t, sort_t=False) if isinstance(flat, MeshTri) else flat
-        places = node_places(kept, kind.elem(), points, cells, range(cells.shape[1]))
-    lines = groups(section, "line")
-    boundaries = {name: matched_facets(flat, number[ends], name, "meridian") for name, ends in lines.items()}
+        places = io.node_places(kept, kind.elem(), points, cells, range(cells.shape[1]))
+    lines = io.groups(section, "line")
+    boundaries = {name: io.matched_facets(flat, number[ends], name, "meridian") for name, ends in lines.items()}
     return kind(places, t, boundaries)
 
 
@@ -98,7 +96,7 @@ def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _measure(mesh: PlaneMesh, profile: Profile) -> MeshQuality:
+def _measure(mesh: PlaneMesh, profile: Profile) -> checks.MeshQuality:
     constant = ElementTriP0() if isinstance(mesh, MeshTri) else ElementQuad0()
     cells = Basis(mesh, constant, intorder=QUADRATURE)
     places, weights = get_quadrature(mesh.brefdom, QUADRATURE)
@@ -109,7 +107,7 @@ def _measure(mesh: PlaneMesh, profile: Profile) -> MeshQuality:
     corners = mesh.elem.doflocs[~np.isnan(mesh.elem.doflocs).any(axis=1)].T
     det = mesh.mapping().detDF(corners)
     mean = det.mean(axis=1)  # of either sign: scikit-fem turns elements over freely
-    return MeshQuality(
+    return checks.MeshQuality(
         nodes=mesh.doflocs.shape[1],
         elements=mesh.nelements,
         min_scaled_jacobian=float(np.min((det * np.sign(mean[:, None])).min(axis=1) / np.abs(mean))),
@@ -149,10 +147,10 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
     if isinstance(shape, Flat) and shape.is_clamped:
         lines[CLAMPED] = np.flatnonzero(shape.clamped(points))
         if not len(lines[CLAMPED]):
-            raise MeshError(f"{shape.source}: no node lies where it is clamped; mesh finer")
+            raise io.MeshError(f"{shape.source}: no node lies where it is clamped; mesh finer")
     mesh, drawn = PlateMesh(points, cells, lines), parts * float(arrays[f"cad:{EVERYWHERE}"])
     if abs(mesh.area / drawn - 1) > AREA_TOLERANCE:
-        raise MeshError(
+        raise io.MeshError(
             f"{shape.source}: the mesh has {percent(mesh.area / drawn - 1, sign=True)} more area than the drawing"
         )
     return mesh

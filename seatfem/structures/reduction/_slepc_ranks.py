@@ -7,8 +7,6 @@ package. FOLDER, which all ranks see, holds the model as .npy files and takes wh
 its standard input and answers each on its standard output, both as lines of JSON; the program ends with its input.
 """
 
-from __future__ import annotations
-
 import ctypes
 import glob
 import itertools

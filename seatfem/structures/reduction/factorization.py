@@ -3,8 +3,6 @@
 PARDISO (Intel MKL through pypardiso) where it can be imported, otherwise a METIS ordering with SciPy's SuperLU.
 """
 
-from __future__ import annotations
-
 import ctypes
 import importlib
 import os

@@ -17,19 +17,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.greens.base import ErrorEstimate
-from impact.greens.modal import ModalGreens, Residual
-from impact.greens.oscillator import error_times
+from impact.greens import base, modal, oscillator
 from impact.notices import Progress, silent
 from seatfem.structures.elements.axisymmetric import Mass, assemble_axisymmetric
 from seatfem.structures.elements.supports import Support
 from seatfem.structures.materials import Solid
 from seatfem.structures.method import AUTO, Aims
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel
-from seatfem.structures.reduction.factorization import Backend, factorize
+from seatfem.structures.reduction import factorization, residual
 from seatfem.structures.reduction.greens import reduced
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.reduction.residual import relaxation
 from seatfem.structures.reduction.ring_patches import RingPatch, check_patches, first_velocities_beyond, mixing, summed
 from seatfem.structures.rings import ring_names
 
@@ -52,10 +49,10 @@ class Tail:
         """Return the next harmonic whose compliance is wanted."""
         return self.last + max(1, int((_STEP - 1) * self.last))
 
-    def add(self, model: SecondOrderModel, backend: Backend) -> None:
+    def add(self, model: SecondOrderModel, backend: factorization.Backend) -> None:
         """Solve the harmonic `next`."""
         self.last = self.next
-        static = model.port_matrix.T @ factorize(model.K, backend=backend).solve(model.port_matrix)
+        static = model.port_matrix.T @ factorization.factorize(model.K, backend=backend).solve(model.port_matrix)
         self._numbers.append(self.last)
         self._scaled.append(self.last * (static + static.T) / 2)
 
@@ -93,11 +90,11 @@ class Tail:
         return np.array([[np.interp(at, known, scaled[:, i, j]) / harmonics for j in rings] for i in rings])
 
 
-def static_lag(greens: ModalGreens, start: Array, damping: Damping, t: Array, width: float) -> float:
+def static_lag(greens: modal.ModalGreens, start: Array, damping: Damping, t: Array, width: float) -> float:
     """Return the largest difference, after the pulse, of a harmonic from the relaxation of its compliance [m/(N s)]."""
     if np.any(greens.omega == 0):
         return math.inf
-    instant = relaxation(greens.static_compliance(), start, damping.beta).filtered(t, width)
+    instant = residual.relaxation(greens.static_compliance(), start, damping.beta).filtered(t, width)
     return float(np.abs(greens.filtered_matrix(t, width) - instant).max())
 
 
@@ -121,11 +118,11 @@ def ring_greens(
     supports: Sequence[Support] = (),
     method: str = AUTO,
     max_vectors: int | None = None,
-    backend: Backend = "auto",
+    backend: factorization.Backend = "auto",
     rings: int = 1,
     max_harmonic: int = 1000,
     progress: Progress = silent,
-) -> ModalGreens:
+) -> modal.ModalGreens:
     """Return the Green's function of ``patches``, one port each, on a solid of revolution meshed in its meridian.
 
     Arguments as `assemble_axisymmetric` and `reduce_model`; see `combine_harmonics`. With ``rings`` > 1 every patch
@@ -166,7 +163,7 @@ def combine_harmonics(
     *,
     max_harmonic: int = 1000,
     progress: Progress = silent,
-) -> ModalGreens:
+) -> modal.ModalGreens:
     """Return one Green's function of all patches from the models ``build(n)``, whose ports are the rings by boundary
     name.
 
@@ -179,7 +176,7 @@ def combine_harmonics(
     """
     check_patches(patches)
     rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
-    total = _Sum(patches, rings, error_times(aims.duration, aims.width), aims.width)
+    total = _Sum(patches, rings, oscillator.error_times(aims.duration, aims.width), aims.width)
     harmonic, lags, limit = 0, [math.inf], math.inf
     while total.touches_from(harmonic):
         if harmonic > max_harmonic:
@@ -202,7 +199,7 @@ def combine_harmonics(
         tail, doubt = _static_tail(build, total, wave_harmonics, aims, max_harmonic)
         impedances = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
         lacking = damping.first_velocity() * first_velocities_beyond(patches, impedances, wave_harmonics)
-        total.close(relaxation(tail.compliance(), lacking, damping.beta), max(lags[-2:]) + doubt)
+        total.close(residual.relaxation(tail.compliance(), lacking, damping.beta), max(lags[-2:]) + doubt)
         last = tail.last
     progress("harmonics", 1.0)
     return total.greens(
@@ -249,7 +246,7 @@ class _Sum:
     rings: list[str]
     t: Array
     width: float
-    parts: list[ModalGreens] = field(default_factory=list)
+    parts: list[modal.ModalGreens] = field(default_factory=list)
     """(p, columns, nt) under the patches that are looked at."""
     response: Array | float = 0.0
     error: float = 0.0
@@ -267,14 +264,14 @@ class _Sum:
         """Return whether a patch sees any harmonic from this one on: whole rings see only n = 0."""
         return harmonic == 0 or any(patch.width < 2 * math.pi * (1 - 1e-12) for patch in self.patches.values())
 
-    def add(self, harmonic: int, greens: ModalGreens) -> None:
+    def add(self, harmonic: int, greens: modal.ModalGreens) -> None:
         """Turn the rings' harmonic into the patches' part of it."""
         parts = [greens.combined(x.T, tuple(self.patches)) for x in mixing(self.patches, self.rings, harmonic)]
         if parts:
             felt = sum(self._append(part) for part in parts)
             self.error += (greens.error.reduction or 0.0) * float(np.abs(felt).max())
 
-    def _append(self, part: ModalGreens) -> Array:
+    def _append(self, part: modal.ModalGreens) -> Array:
         response = part.filtered_matrix(self.t, self.width, self.columns)
         self.response = self.response + response
         self.parts.append(part)
@@ -294,30 +291,30 @@ class _Sum:
         """Return an error of the response, relative to its largest value."""
         return error / float(np.abs(self.response).max())
 
-    def close(self, rest: Residual, error: float) -> None:
+    def close(self, rest: modal.Residual, error: float) -> None:
         """Add what the harmonics that were not reduced do; ``error`` is relative to the whole."""
         p = len(self.patches)
-        part = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, p)), rest, tuple(self.patches))
+        part = modal.ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, p)), rest, tuple(self.patches))
         self._append(part)
         self.error += error * float(np.abs(self.response).max())
 
-    def greens(self, origin: Mapping[str, object], valid_for: float) -> ModalGreens:
+    def greens(self, origin: Mapping[str, object], valid_for: float) -> modal.ModalGreens:
         """Return all parts in one, without the modes and relaxations that no patch sees."""
         modes = np.concatenate([part.shapes for part in self.parts])
         relaxing = np.concatenate([part.residual.shapes for part in self.parts])
         seen, felt = modes.any(axis=1), relaxing.any(axis=1)
-        rest = Residual(
+        rest = modal.Residual(
             relaxing[felt],
             np.concatenate([part.residual.rates for part in self.parts])[felt],
             np.sum([part.residual.compliance for part in self.parts], axis=0),
         )
-        return ModalGreens(
+        return modal.ModalGreens(
             np.concatenate([part.omega for part in self.parts])[seen],
             np.concatenate([part.zeta for part in self.parts])[seen],
             modes[seen],
             rest,
             tuple(self.patches),
-            ErrorEstimate(reduction=self.relative(self.error)),
+            base.ErrorEstimate(reduction=self.relative(self.error)),
             origin,
             valid_for,
         )

@@ -9,23 +9,19 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from impact.greens.base import ErrorEstimate
 from impact.notices import Progress, silent
+from seatfem.structures import reduction
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel
-from seatfem.structures.reduction.eigen_search import rigid_shapes
+from seatfem.structures.reduction import eigen_search, residual
 from seatfem.structures.reduction.factorization import Backend, Factorization, factorize
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, eigen_residuals
 from seatfem.structures.reduction.reducer import USUAL, Cost, Grown, History, Reducer, Reduction, RitzSpace, factorized
-from seatfem.structures.reduction.residual import passivity
 from seatfem.structures.reduction.spectrum import Spectrum
-
-if TYPE_CHECKING:
-    from seatfem.structures.reduction.slepc import Ranks, RanksSpectrum
 
 
 class KrylovBasis:
@@ -139,22 +135,20 @@ class Here:
 
     def basis(self, shift: float, limit: int) -> KrylovBasis:
         """Return a basis that is empty but for the rigid motions, about -``shift``^2."""
-        return KrylovBasis(self.model, self.factorize(shift**2), shift, limit, rigid_shapes(self.model))
+        return KrylovBasis(self.model, self.factorize(shift**2), shift, limit, eigen_search.rigid_shapes(self.model))
 
-    def spectrum(self, progress: Progress) -> Spectrum | RanksSpectrum:
+    def spectrum(self, progress: Progress) -> Spectrum | reduction.slepc.RanksSpectrum:
         """Return a spectrum of which nothing is known yet."""
         return Spectrum(self.model, backend=self.backend, progress=progress)
 
 
 @contextmanager
-def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | Ranks]:
+def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | reduction.slepc.Ranks]:
     """Yield what the aims ask for, while it is needed."""
     if not aims.distributed:
         yield Here(model, aims.backend)
         return
-    from seatfem.structures.reduction.slepc import on_ranks  # of such reductions only
-
-    with on_ranks(model) as ranks:
+    with reduction.slepc.on_ranks(model) as ranks:
         yield ranks
 
 
@@ -201,7 +195,7 @@ class Krylov(Reducer):
             "rigid_modes": basis.rigid,
             "shift_rad_per_s": basis.shift,
             "factorization": basis.factor.backend,
-            "checks": {"reciprocity": basis.reciprocity, **passivity(greens)},
+            "checks": {"reciprocity": basis.reciprocity, **residual.passivity(greens)},
         }
         return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin), modes)
 
@@ -215,7 +209,7 @@ class _Vectors(RitzSpace):
         damping: Damping,
         aims: Aims,
         most: int,
-        backend: Here | Ranks,
+        backend: Here | reduction.slepc.Ranks,
         progress: Progress,
     ) -> None:
         super().__init__(model, damping, aims)

@@ -16,8 +16,6 @@ Linear Algebra Appl. 2 (1995) 205 (without orthogonalisation); Zimmerling, Drusk
 (2025) (block Gauss-Radau).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -28,9 +26,8 @@ from impact.greens.base import ErrorEstimate
 from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel
-from seatfem.structures.reduction.lanczos_recursion import Recursion
+from seatfem.structures.reduction import lanczos_recursion, residual
 from seatfem.structures.reduction.reducer import Cost, Grown, Reducer, Reduction, RitzSpace
-from seatfem.structures.reduction.residual import passivity
 
 _CEILING = 12.0  # bandwidths; nodes above follow the pulse as a spring, to 1/144
 _PRODUCT = 1.2e-9  # s for each entry of K in a product, measured
@@ -72,7 +69,7 @@ class Lanczos(Reducer):
         """
         if not model.mass_is_diagonal:
             return Cost(math.inf, "products with K, and M inverted by conjugate gradients")
-        recursion = Recursion(model)
+        recursion = lanczos_recursion.Recursion(model)
         recursion.extend(20)
         products = (int(1.2 * aims.duration * np.sqrt(recursion.highest()) / 4) + 30) * len(model.ports)
         return Cost(products * (_PRODUCT * model.K.nnz + _ROW * model.size), f"{products} products with K")
@@ -91,7 +88,7 @@ class Lanczos(Reducer):
             "valid_s": 4 * recursion.steps / highest,
             "rigid_modes": recursion.rigid.shape[0],
             "brackets": [recursion.bracket(s) for s in (1 / aims.duration, aims.band)],
-            "checks": {"reciprocity": 0.0, **passivity(greens)},
+            "checks": {"reciprocity": 0.0, **residual.passivity(greens)},
         }
         return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin))
 
@@ -102,7 +99,7 @@ class _Nodes(RitzSpace):
     def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int, progress: Progress) -> None:
         super().__init__(model, damping, aims)
         self.most, self.progress = most, progress
-        self.recursion = Recursion(model)
+        self.recursion = lanczos_recursion.Recursion(model)
         self.recursion.extend(min(30, most))
         self.valid = int(np.ceil(aims.duration * np.sqrt(self.recursion.highest()) / 4))
         self.wanted = min(max(30, self.valid // 2), most)
@@ -122,7 +119,7 @@ class _Nodes(RitzSpace):
         )
 
 
-def nodes(recursion: Recursion, ceiling: float) -> tuple[Array, Array, Array]:
+def nodes(recursion: lanczos_recursion.Recursion, ceiling: float) -> tuple[Array, Array, Array]:
     """Return (omega (m,), shapes (m, p), beyond (p, p)): Gauss nodes up to ``ceiling`` [rad/s], compliance of the rest.
 
     Rigid-body motions come first, at exactly 0.

@@ -1,7 +1,5 @@
 """Block Lanczos on M^-1 K without a factorization: three terms, two blocks of vectors in memory; its Gauss rule."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Final

@@ -22,20 +22,16 @@ from typing import Final
 
 import numpy as np
 
-from impact.greens.base import ErrorEstimate
+from impact.greens import base, oscillator
 from impact.greens.modal import ModalGreens
-from impact.greens.oscillator import error_times
 from impact.notices import Progress, silent
 from seatfem.structures.errors import ModelError
 from seatfem.structures.method import BEYOND, MOST_MODES, Aims
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.eigen_search import CrowdedError, counting_shift
+from seatfem.structures.reduction import eigen_search, harmonics, modal, ring_patches
 from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.reduction.harmonics import Tail
-from seatfem.structures.reduction.modal import modal_error, with_modes
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, solve_modes
 from seatfem.structures.reduction.residual import relaxation, residual, semidefinite
-from seatfem.structures.reduction.ring_patches import RingPatch, check_patches, mixing
 from seatfem.units import write_quantity
 
 FEWEST: Final = 4  # harmonics whose modes are looked for: the lowest frequency first falls, then rises with n
@@ -45,7 +41,7 @@ DOUBT: Final = 0.002  # of the compliance of an arc, that the harmonics not comp
 
 def lip_greens(
     build: Callable[[int], SecondOrderModel],
-    patches: Mapping[str, RingPatch],
+    patches: Mapping[str, ring_patches.RingPatch],
     aims: Aims,
     damping_ratio: float = 0.0,
     *,
@@ -67,7 +63,7 @@ def lip_greens(
         ModelError: overlapping patches. FactorizationError: a body that is free to move. ConvergenceError: arcs so
         narrow that `MOST` harmonics do not sum up to their compliance.
     """
-    check_patches(patches)
+    ring_patches.check_patches(patches)
     rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
     first = build(0)
     damping = first.damping.plus(damping_ratio)
@@ -81,7 +77,7 @@ def lip_greens(
         own = model.damping.plus(damping_ratio)
         zeta = own.ratios(modes.omega, own.losses(modes.shapes))
         of_rings = modes.shapes.T @ np.stack([model.ports[ring].vector for ring in rings], axis=1)
-        for wave in mixing(patches, rings, harmonic):
+        for wave in ring_patches.mixing(patches, rings, harmonic):
             shapes = of_rings @ wave.T
             seen = shapes.any(axis=1)
             parts.append((modes.omega[seen], np.broadcast_to(zeta, modes.omega.shape)[seen], shapes[seen]))
@@ -93,8 +89,8 @@ def lip_greens(
     omega, zetas, all_shapes = (np.concatenate(each) for each in zip(*parts, strict=True))
     rest = relaxation(_left_of(compliance, omega, all_shapes), start, damping.beta)
     greens = ModalGreens(omega, zetas, all_shapes, rest, tuple(patches))
-    cutoff, t = BEYOND * aims.bandwidth, error_times(aims.duration, aims.width)
-    error = modal_error(greens, t, aims.bandwidth, cutoff, [0]) if len(greens.omega) else 0.0
+    cutoff, t = BEYOND * aims.bandwidth, oscillator.error_times(aims.duration, aims.width)
+    error = modal.modal_error(greens, t, aims.bandwidth, cutoff, [0]) if len(greens.omega) else 0.0
     origin = {
         "method": "statics" if static else "modes",
         "harmonics": max(0, harmonic - 1),
@@ -105,13 +101,13 @@ def lip_greens(
         "dof": first.size,
     }
     progress("harmonics", 1.0)
-    return greens.with_error(ErrorEstimate(reduction=error + doubt / float(np.abs(compliance).max())), origin)
+    return greens.with_error(base.ErrorEstimate(reduction=error + doubt / float(np.abs(compliance).max())), origin)
 
 
 def _statics(
     build: Callable[[int], SecondOrderModel],
     first: SecondOrderModel,
-    patches: Mapping[str, RingPatch],
+    patches: Mapping[str, ring_patches.RingPatch],
     rings: list[str],
     aims: Aims,
     progress: Progress,
@@ -120,7 +116,7 @@ def _statics(
     of_rings = first.port_matrix.T @ factorize(first.K, backend=aims.backend, name="K").solve(first.port_matrix)
     places = [first.port_names.index(patch.boundary) for patch in patches.values()]
     whole = (of_rings + of_rings.T)[np.ix_(places, places)] / 2
-    tail, largest = Tail(patches, rings, 0), 0.0
+    tail, largest = harmonics.Tail(patches, rings, 0), 0.0
     while (doubt := tail.doubt()) > DOUBT * largest:
         if tail.last >= MOST:
             raise ConvergenceError(
@@ -166,9 +162,9 @@ def face_greens(
         none = np.zeros(0)
         rest = residual(compliance, model, damping)
         greens = ModalGreens(none, none, np.zeros((0, len(model.ports))), rest, model.port_names)
-        return greens.with_error(ErrorEstimate(reduction=0.0), {"method": "statics", **origin}), modes
+        return greens.with_error(base.ErrorEstimate(reduction=0.0), {"method": "statics", **origin}), modes
     pushed = range(0, len(model.ports), max(1, len(model.ports) // PUSHED))
-    greens = with_modes(model, damping, modes, BEYOND * aims.bandwidth, aims, pushed)
+    greens = modal.with_modes(model, damping, modes, BEYOND * aims.bandwidth, aims, pushed)
     return greens.with_error(greens.error, {**greens.origin, "method": "modes", **origin}), modes
 
 
@@ -176,11 +172,11 @@ def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
     """Return all up to `BEYOND` times the band; `ConvergenceError` of too many names a band with few enough."""
     try:
         return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, limit=MOST_MODES, backend=aims.backend)
-    except CrowdedError as crowded:
+    except eigen_search.CrowdedError as crowded:
         count, lower = crowded.count, aims.bandwidth
         while count > MOST_MODES:
             lower *= 0.95 * (MOST_MODES / count) ** (1 / 3)
-            count = counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
+            count = eigen_search.counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
         raise ConvergenceError(
             f"contact.ports: the seat has {crowded.count} modes below {BEYOND:g} times seat.greens.bandwidth = "
             f"{write_quantity(aims.bandwidth, 'frequency', 3)} (limit {MOST_MODES}): lower it to "

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from impact.greens.base import ErrorEstimate
-from impact.greens.modal import ModalGreens, Residual
+from impact.greens import base, modal
 from impact.greens.oscillator import error_times
 from impact.notices import Progress, silent
+from seatfem.structures import reduction
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, SecondOrderModel
-from seatfem.structures.reduction.eigen_search import ConvergenceError, CountError, default_shift
-from seatfem.structures.reduction.krylov import Here, backend_of
+from seatfem.structures.reduction import eigen_search, krylov, residual
 from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_of
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
-from seatfem.structures.reduction.residual import passivity, semidefinite, truncate
-
-if TYPE_CHECKING:
-    from seatfem.structures.reduction.slepc import Ranks
 
 ALL_MODES: Final = 200  # unknowns up to which all modes cost less than a Krylov space (measured)
 _FREE: Final = 0.03  # s over the last mode of a free body: what the others add to g is 0.1 % off
@@ -63,9 +58,9 @@ class Modal(Reducer):
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """Reduce as `Reducer.reduce`; the modes found are all up to the cutoff."""
-        scale = default_shift(model)
+        scale = eigen_search.default_shift(model)
         small = dense_modes(model, scale) if model.size <= DENSE and not aims.distributed else None
-        with backend_of(model, aims) as backend:
+        with krylov.backend_of(model, aims) as backend:
             spectrum = backend.spectrum(progress)
             static: tuple[float, Array, bool] | None = None
             cutoff, count, error = 3.0 * aims.bandwidth, 0, np.inf
@@ -75,10 +70,10 @@ class Modal(Reducer):
                     try:
                         spectrum.below(square, self.most)
                         spectrum.first(1)  # a band below the lowest mode knows that one
-                    except CountError as problem:
-                        raise CountError(f"{problem}: use method='krylov'") from problem
-                    except ConvergenceError as problem:
-                        raise ConvergenceError(
+                    except eigen_search.CountError as problem:
+                        raise eigen_search.CountError(f"{problem}: use method='krylov'") from problem
+                    except eigen_search.ConvergenceError as problem:
+                        raise eigen_search.ConvergenceError(
                             f"{problem}, and {count} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): "
                             "use method='krylov'"
                         ) from problem
@@ -96,12 +91,12 @@ class Modal(Reducer):
 
 def with_modes(
     model: SecondOrderModel, damping: Damping, modes: Modes, cutoff: float, aims: Aims, pushed: Sequence[int]
-) -> ModalGreens:
+) -> modal.ModalGreens:
     """Return the Green's function of a model's ports by known ``modes``, all up to ``cutoff`` [Hz]; see `Modal`.
 
     ``pushed``: numbers of the ports under whose impulses its error is judged.
     """
-    static = _static(model, modes, Here(model, aims.backend), deflated=True)
+    static = _static(model, modes, krylov.Here(model, aims.backend), deflated=True)
     greens, error = _of_modes(model, damping, modes, cutoff, aims, static, pushed)
     return _told(greens, error, len(modes.omega), cutoff)
 
@@ -114,28 +109,28 @@ def _of_modes(
     aims: Aims,
     static: tuple[float, Array, bool],
     pushed: Sequence[int] | None = None,
-) -> tuple[ModalGreens, float]:
+) -> tuple[modal.ModalGreens, float]:
     """Return the function and its error."""
     shapes = modes.shapes.T @ model.port_matrix
     extra = _left_out(model, modes, shapes, *static)
     zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
-    greens = truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
+    greens = residual.truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
     return greens, modal_error(greens, error_times(aims.duration, aims.width), aims.bandwidth, cutoff, pushed)
 
 
-def _told(greens: ModalGreens, error: float, found: int, cutoff: float) -> ModalGreens:
+def _told(greens: modal.ModalGreens, error: float, found: int, cutoff: float) -> modal.ModalGreens:
     """Return the function with its error and where it came from."""
-    checks = {"reciprocity": 0.0, **passivity(greens)}
+    checks = {"reciprocity": 0.0, **residual.passivity(greens)}
     origin = {"modes": found, "cutoff_Hz": cutoff, "counted": True, "checks": checks}
-    return greens.with_error(ErrorEstimate(reduction=error), origin)
+    return greens.with_error(base.ErrorEstimate(reduction=error), origin)
 
 
 def modal_error(
-    greens: ModalGreens, t: Array, bandwidth: float, cutoff: float, pushed: Sequence[int] | None = None
+    greens: modal.ModalGreens, t: Array, bandwidth: float, cutoff: float, pushed: Sequence[int] | None = None
 ) -> float:
     """Return the error of a modal Green's function with modes up to ``cutoff`` [Hz], see `Modal`."""
     left_out = greens.residual.static()
-    spring = replace(greens, residual=Residual.spring(left_out))
+    spring = replace(greens, residual=modal.Residual.spring(left_out))
     top = greens.omega > 0.7 * 2 * np.pi * cutoff
     dropped = greens.shapes[top] / greens.omega[top, None]
     lower = replace(
@@ -143,7 +138,7 @@ def modal_error(
         omega=greens.omega[~top],
         zeta=greens.zeta[~top],
         shapes=greens.shapes[~top],
-        residual=Residual.spring(left_out + dropped.T @ dropped),
+        residual=modal.Residual.spring(left_out + dropped.T @ dropped),
     )
     full, bare, less = (each.filtered_matrix(t, 1 / bandwidth, pushed) for each in (greens, spring, lower))
     bound = float(np.abs(left_out).max()) * 2 * bandwidth / ((cutoff / bandwidth) ** 2 - 1)
@@ -153,7 +148,7 @@ def modal_error(
 
 
 def _static(
-    model: SecondOrderModel, modes: Modes, backend: Here | Ranks, *, deflated: bool = False
+    model: SecondOrderModel, modes: Modes, backend: krylov.Here | reduction.slepc.Ranks, *, deflated: bool = False
 ) -> tuple[float, Array, bool]:
     """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s below the modes left out, P = 1 - M R R' of rigid modes R.
 
@@ -161,9 +156,9 @@ def _static(
     place of R, so that only those left out yield, and no digits are lost in a difference.
     """
     loads, last, rigid = model.port_matrix, float(modes.omega[-1]), modes.shapes[:, modes.omega == 0]
-    shift = min(default_shift(model), 1e-3 * last)
+    shift = min(eigen_search.default_shift(model), 1e-3 * last)
     if rigid.shape[1]:  # round-off of K moves it by eps max(K/M)/s^2
-        shift = _FREE * (last or default_shift(model))
+        shift = _FREE * (last or eigen_search.default_shift(model))
     known = modes.shapes if deflated else rigid
     if known.shape[1]:
         loads = loads - model.M @ (known @ (known.T @ loads))
@@ -179,4 +174,4 @@ def _left_out(
     elastic = (modes.omega > 0) & (not deflated)
     known = shapes[elastic]
     rest = static - (known / (modes.omega[elastic] ** 2 + square)[:, None]).T @ known
-    return semidefinite(rest, 1e-6 * float(np.abs(static).max()))
+    return residual.semidefinite(rest, 1e-6 * float(np.abs(static).max()))

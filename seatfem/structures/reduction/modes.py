@@ -8,17 +8,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import scipy.linalg
 
+from impact import notices, quantities
 from impact.names import frame_of
-from impact.notices import Progress, silent
-from impact.quantities import brief
 from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
-from seatfem.structures.reduction.eigen_search import (
-    ConvergenceError,
-    CountError,
-    default_shift,
-    null_limit,
-    rigid_shapes,
-)
+from seatfem.structures.reduction import eigen_search
+from seatfem.structures.reduction.eigen_search import ConvergenceError
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.spectrum import Spectrum, uncounted
 
@@ -55,7 +49,7 @@ class Modes:
     backend: str
     solves: int = 0
 
-    __repr__ = brief
+    __repr__ = quantities.brief
 
     def __str__(self) -> str:
         f = self.frequencies_hz
@@ -83,7 +77,7 @@ def solve_modes(
     check: bool = True,
     limit: int | None = None,
     backend: Backend = "auto",
-    progress: Progress = silent,
+    progress: notices.Progress = notices.silent,
 ) -> Modes:
     """Return the ``n`` lowest undamped modes, or all up to a frequency; free bodies include their rigid modes at
     exactly 0 Hz.
@@ -113,8 +107,8 @@ def solve_modes(
         raise ModelError(f"shift_hz = {shift_hz} must be positive and finite")
     most = 20 if n is None and up_to_hz is None else n
     highest = np.inf if up_to_hz is None else (2 * np.pi * up_to_hz) ** 2
-    scale = default_shift(model) if shift_hz is None else 2 * np.pi * shift_hz
-    flat = null_limit(model) > _SURE * scale**2  # elements: round-off of K hides the lowest from LAPACK
+    scale = eigen_search.default_shift(model) if shift_hz is None else 2 * np.pi * shift_hz
+    flat = eigen_search.null_limit(model) > _SURE * scale**2  # elements: round-off of K hides the lowest from LAPACK
     if model.size <= (most or 0) + 2 or (model.size <= DENSE and not flat):
         return _lowest(dense_modes(model, scale), most, highest)
     spectrum = Spectrum(model, backend=backend, lowest=None if shift_hz is None else scale**2, progress=progress)
@@ -123,7 +117,7 @@ def solve_modes(
             spectrum.first(most, check=check and up_to_hz is None)
         if up_to_hz is not None and (most is None or spectrum.top < highest):
             spectrum.below(highest, limit)
-    except CountError:
+    except eigen_search.CountError:
         return _lowest(_without_count(model, most, highest, scale, backend), most, highest)
     return _lowest(modes_of(spectrum, scale), most, highest)
 
@@ -136,7 +130,7 @@ def modes_of(spectrum: Spectrum | RanksSpectrum, scale: float) -> Modes:
     """
     backend = f"block Lanczos, {spectrum.factorization}"
     modes = _modes(spectrum.model, spectrum.values, spectrum.shapes, scale, spectrum.counted, backend)
-    allowed = _LARGEST_RESIDUAL + _ROUND_OFF * null_limit(spectrum.model) / (modes.omega**2 + scale**2)
+    allowed = _LARGEST_RESIDUAL + _ROUND_OFF * eigen_search.null_limit(spectrum.model) / (modes.omega**2 + scale**2)
     if np.any(modes.residuals > allowed):
         worst = int(np.argmax(modes.residuals / allowed))
         raise ConvergenceError(
@@ -175,11 +169,11 @@ def _lowest(modes: Modes, most: int | None, highest: float) -> Modes:
 
 
 def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, complete: bool, backend: str) -> Modes:
-    limit = null_limit(model)
+    limit = eigen_search.null_limit(model)
     if len(values) and values[0] < -limit:
         raise ModelError(f"K is indefinite, check its constraints: eigenvalue {values[0]:.2e} 1/s^2 relative to M")
     zero = values < limit
-    rigid = rigid_shapes(model) if zero.any() else shapes[:, :0]
+    rigid = eigen_search.rigid_shapes(model) if zero.any() else shapes[:, :0]
     if known := min(rigid.shape[1], len(values)):  # exact ones for the computed; they span the same null space
         shapes = np.concatenate([rigid[:, :known], shapes[:, known:]], axis=1)
         zero = np.arange(len(values)) < known

@@ -12,9 +12,8 @@ from typing import ClassVar, Final, Generic, TypeVar
 
 import numpy as np
 
+from impact.greens import modal, oscillator
 from impact.greens.base import GreensFunction, StatedGreens
-from impact.greens.modal import ModalGreens
-from impact.greens.oscillator import combine, error_times, hann, mode_responses
 from impact.notices import Progress, silent
 from impact.quantities import brief
 from seatfem.structures.method import Aims
@@ -193,7 +192,7 @@ class Space(ABC, Generic[G]):
     def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> None:
         self.model, self.damping, self.aims = model, damping, aims
         self.history = History(aims.tolerance)
-        self.t = error_times(aims.duration, aims.width)
+        self.t = oscillator.error_times(aims.duration, aims.width)
 
     @abstractmethod
     def grow(self) -> Grown:
@@ -241,7 +240,7 @@ class Space(ABC, Generic[G]):
         return best, lowest
 
 
-class RitzSpace(Space[ModalGreens]):
+class RitzSpace(Space[modal.ModalGreens]):
     """A space whose Ritz pairs damping does not couple."""
 
     def see(self, omega: Array, shapes: Array, *, loss: Array | None = None, beyond: Array | None = None) -> Array:
@@ -256,15 +255,15 @@ class RitzSpace(Space[ModalGreens]):
         self.omega, self._shapes = omega, shapes
         self._beyond = np.zeros((p, p)) if beyond is None else beyond
         self._zeta = self.damping.ratios(omega, loss)
-        self._each = mode_responses(omega, self._zeta, t, width)
-        self._spring = self._beyond[:, :, None] * hann(t, width)
-        self._response = combine(shapes, self._each) + self._spring
+        self._each = oscillator.mode_responses(omega, self._zeta, t, width)
+        self._spring = self._beyond[:, :, None] * oscillator.hann(t, width)
+        self._response = oscillator.combine(shapes, self._each) + self._spring
         return self._response
 
-    def truncated(self, above: float) -> tuple[ModalGreens, float]:
+    def truncated(self, above: float) -> tuple[modal.ModalGreens, float]:
         """Truncate as `Space.truncated`: high pairs stand for no mode; kept, they would ring in the contact."""
         greens = truncate(self.omega, self._zeta, self._shapes, above, self._beyond, self.model, self.damping)
         dropped = self.omega > above
         stand_in = greens.residual.filtered(self.t, self.aims.width)
-        lost = stand_in - self._spring - combine(self._shapes[dropped], self._each[dropped])
+        lost = stand_in - self._spring - oscillator.combine(self._shapes[dropped], self._each[dropped])
         return greens, float(np.abs(lost).max()) / float(np.abs(self._response).max())

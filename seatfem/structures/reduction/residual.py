@@ -1,11 +1,8 @@
 """The passive residual that stands for the modes left out, and what is checked of every Green's function."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from impact.greens.modal import ModalGreens, Residual
-from impact.greens.poles import PoleGreens
+from impact.greens import modal, poles
 from impact.measured.vector_fitting import pole_passivity
 from seatfem.structures.model import Array, Damping, SecondOrderModel
 from seatfem.structures.reduction.eigen_search import ConvergenceError
@@ -17,7 +14,7 @@ def reciprocity(matrix: Array) -> float:
     return float(np.abs(matrix - np.swapaxes(matrix, 0, 1)).max()) / largest if largest else 0.0
 
 
-def passivity(greens: ModalGreens) -> dict[str, object]:
+def passivity(greens: modal.ModalGreens) -> dict[str, object]:
     """Return whether it is passive, and by what margin.
 
     Modes with zeta >= 0 beside relaxations with positive rates and a positive semidefinite compliance cannot gain
@@ -32,7 +29,7 @@ def passivity(greens: ModalGreens) -> dict[str, object]:
     }
 
 
-def passivity_of_poles(greens: PoleGreens) -> dict[str, object]:
+def passivity_of_poles(greens: poles.PoleGreens) -> dict[str, object]:
     """Return the same of complex poles: the mobility's real part is searched over all frequencies."""
     verdict = pole_passivity(greens)
     return {"passive": verdict.passive, "margin": verdict.margin, "margin_at_Hz": verdict.frequency}
@@ -49,7 +46,7 @@ def feeding(model: SecondOrderModel, damping: Damping) -> str:
 _LEAST = 1e-9  # of the largest first velocity: what round-off leaves of the smallest
 
 
-def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Residual:
+def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> modal.Residual:
     """Return a passive stand-in for modes above the band, of static compliance R0 = ``left_out`` (p, p) [m/N].
 
     The `relaxation` that starts with g(0+) of the continuum, 1/Z times `Damping.first_velocity`. If a port's impedance
@@ -58,7 +55,7 @@ def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Resi
     impedances = [port.impedance for port in model.ports.values()]
     if any(z is None for z in impedances):
         if damping.beta == 0:
-            return Residual.spring(left_out)
+            return modal.Residual.spring(left_out)
         impedances = [1e-9 * damping.beta / max(r, 1e-300) for r in np.diag(left_out)]
     start = np.diag(damping.first_velocity() / np.array(impedances, dtype=float))
     return relaxation((left_out + left_out.T) / 2, start, damping.beta)
@@ -75,7 +72,7 @@ def semidefinite(rest: Array, allowed: float) -> Array:
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
 
-def relaxation(compliance: Array, start: Array, beta: float) -> Residual:
+def relaxation(compliance: Array, start: Array, beta: float) -> modal.Residual:
     """Return the exponential of integral R0 = ``compliance`` (p, p) [m/N] and g(0+) = ``start`` (p, p) [m/(N s)].
 
     tau = R0/g(0+) for one port. Stiffness-proportional damping slows it to tau + ``beta``: modes far above 2/beta are
@@ -87,12 +84,12 @@ def relaxation(compliance: Array, start: Array, beta: float) -> Residual:
     taus, turn = np.linalg.eigh(back @ compliance @ back)
     taus = np.maximum(taus, 0.0)  # round-off
     slowed = np.where(taus > 0, taus / (np.where(taus > 0, taus, 1.0) + beta), 1.0)
-    return Residual.exponential(root @ (turn * taus) @ turn.T @ root, root @ (turn * slowed) @ turn.T @ root)
+    return modal.Residual.exponential(root @ (turn * taus) @ turn.T @ root, root @ (turn * slowed) @ turn.T @ root)
 
 
 def truncate(
     omega: Array, zeta: Array, shapes: Array, above: float, extra: Array, model: SecondOrderModel, damping: Damping
-) -> ModalGreens:
+) -> modal.ModalGreens:
     """Return modes up to the angular frequency ``above``; the others' compliance, plus ``extra``, as residual.
 
     Args:
@@ -109,4 +106,4 @@ def truncate(
         lost = (zeta - damping.ratios(omega))[elastic]
         tail = damping.plus(float(share @ lost / share.sum()))
     rest = residual(dropped.T @ dropped + extra, model, tail)
-    return ModalGreens(omega[kept], zeta[kept], shapes[kept], rest, model.port_names)
+    return modal.ModalGreens(omega[kept], zeta[kept], shapes[kept], rest, model.port_names)

@@ -27,9 +27,7 @@ from impact.greens.poles import PoleGreens
 from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, SecondOrderModel, as_csr
-from seatfem.structures.reduction.eigen_search import rigid_shapes
-from seatfem.structures.reduction.factorization import Factorization, factorize
-from seatfem.structures.reduction.krylov import ritz_pairs
+from seatfem.structures.reduction import eigen_search, factorization, krylov
 from seatfem.structures.reduction.reducer import USUAL, Cost, Grown, Reducer, Reduction, Space, factorized
 from seatfem.structures.reduction.residual import feeding, passivity_of_poles, reciprocity, residual
 
@@ -152,7 +150,7 @@ class SecondOrderBasis:
         self,
         model: SecondOrderModel,
         C: sparse.csr_array,
-        factor: Factorization,
+        factor: factorization.Factorization,
         shift: float,
         limit: int,
         rigid: Array,
@@ -186,7 +184,7 @@ class SecondOrderBasis:
     def coupled(self, damping: Damping) -> Coupled:
         """Return the small model, its K diagonal, with 2 zeta w, zeta = ratio + phi' H phi/(2 w^2), added to its C."""
         k = self.size
-        omega, vectors = ritz_pairs(self._k[:k, :k], self.rigid, self.shift)
+        omega, vectors = krylov.ritz_pairs(self._k[:k, :k], self.rigid, self.shift)
         rotated = vectors.T @ self._c[:k, :k] @ vectors
         loss = None if damping.loss is None else self.Q.T @ (damping.loss @ self.Q)
         lost = None if loss is None else np.einsum("ji,jk,ki->i", vectors, loss, vectors)
@@ -296,8 +294,8 @@ class _Coupled(Space[PoleGreens]):
     def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int) -> None:
         super().__init__(model, replace(damping, alpha=0.0, beta=0.0), aims)  # both are in C
         s, C = aims.band, as_csr((model.size, model.size)) if model.C is None else model.C
-        factor = factorize(model.K + s * C + s**2 * model.M, backend=aims.backend, name="K + s C + s^2 M")
-        self.basis = SecondOrderBasis(model, C, factor, s, min(most, model.size), rigid_shapes(model))
+        factor = factorization.factorize(model.K + s * C + s**2 * model.M, backend=aims.backend, name="K + s C + s^2 M")
+        self.basis = SecondOrderBasis(model, C, factor, s, min(most, model.size), eigen_search.rigid_shapes(model))
 
     def grow(self) -> Grown:
         basis = self.basis

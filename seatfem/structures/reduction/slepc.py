@@ -23,13 +23,11 @@ from typing import Any, Final
 import numpy as np
 
 from impact.notices import Progress
-from seatfem.jobs.folders import private_folder
-from seatfem.jobs.processes import LineWorker
+from seatfem.jobs import folders, processes
 from seatfem.machine.libraries import SCRIPT, PetscSetting, petsc_setting
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.eigen_search import ConvergenceError, rigid_shapes
+from seatfem.structures.reduction import eigen_search, krylov
 from seatfem.structures.reduction.factorization import Factorization, FactorizationError
-from seatfem.structures.reduction.krylov import KrylovBasis
 from seatfem.units import write_quantity
 
 TAIL: Final = 12  # lines of what the ranks wrote, in messages
@@ -61,7 +59,7 @@ class Ranks:
 
     model: SecondOrderModel
     folder: Path
-    worker: LineWorker
+    worker: processes.LineWorker
     log: Path
     setting: PetscSetting
 
@@ -120,7 +118,7 @@ class Ranks:
         self.ask("solve")
         return self.take("left", columns.shape).reshape(right.shape)
 
-    def basis(self, shift: float, limit: int) -> KrylovBasis:
+    def basis(self, shift: float, limit: int) -> krylov.KrylovBasis:
         """Return a basis like `KrylovBasis`, its vectors on the ranks."""
         return _Basis(self, shift, limit)
 
@@ -143,12 +141,12 @@ def on_ranks(model: SecondOrderModel) -> Iterator[Ranks]:
     gap, remedy = setting.gap()
     if gap:
         raise RanksError(f"slepc: {gap}; {remedy}")
-    with private_folder("slepc") as folder:
+    with folders.private_folder("slepc") as folder:
         size = _write(model, folder)
         log = folder / "log.txt"
         command = [*setting.launch, setting.python, str(SCRIPT), str(folder)]
         try:
-            worker = LineWorker(
+            worker = processes.LineWorker(
                 "seatfem.jobs.program",
                 *command,
                 log=log,
@@ -167,7 +165,7 @@ def on_ranks(model: SecondOrderModel) -> Iterator[Ranks]:
 
 def _write(model: SecondOrderModel, folder: Path) -> int:
     """Write K, M, ports and rigid motions; return how many bytes. Raises `RanksError` where they do not fit."""
-    arrays: dict[str, Any] = {"ports": model.port_matrix, "rigid": rigid_shapes(model)}
+    arrays: dict[str, Any] = {"ports": model.port_matrix, "rigid": eigen_search.rigid_shapes(model)}
     for name, matrix in (("K", model.K), ("M", model.M)):
         arrays |= {f"{name}_p": matrix.indptr, f"{name}_i": matrix.indices, f"{name}_x": matrix.data}
     size, room = sum(int(array.nbytes) for array in arrays.values()), shutil.disk_usage(folder).free
@@ -181,7 +179,7 @@ def _write(model: SecondOrderModel, folder: Path) -> int:
     return size
 
 
-def _ended(worker: LineWorker, log: Path) -> RanksError:
+def _ended(worker: processes.LineWorker, log: Path) -> RanksError:
     code = worker.code()
     said = [line for line in log.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip("- \t")]
     how = "" if code is None else f" by signal {-code}" if code < 0 else f" with exit code {code}"
@@ -191,7 +189,7 @@ def _ended(worker: LineWorker, log: Path) -> RanksError:
     )
 
 
-class _Basis(KrylovBasis):
+class _Basis(krylov.KrylovBasis):
     """A `KrylovBasis` whose vectors stay on the ranks."""
 
     def __init__(self, ranks: Ranks, shift: float, limit: int) -> None:
@@ -199,7 +197,7 @@ class _Basis(KrylovBasis):
         self.factor = ranks.factorize(shift**2)
         compliance = np.array(ranks.ask("start", limit=limit)["compliance"])
         self.reciprocity = float(np.abs(compliance - compliance.T).max() / np.abs(compliance).max())
-        self.rigid = self.size = rigid_shapes(self.model).shape[1]
+        self.rigid = self.size = eigen_search.rigid_shapes(self.model).shape[1]
         self._complete = False
 
     @property
@@ -245,7 +243,7 @@ class RanksSpectrum:
         self.progress("factorization", 1.0)
         assert total is not None
         if most is not None and total > most:
-            raise ConvergenceError(
+            raise eigen_search.ConvergenceError(
                 f"{total} modes lie below {write_quantity(np.sqrt(value) / (2 * np.pi), 'frequency', 3)} (limit "
                 f"{most}); lower the bandwidth"
             )
@@ -253,7 +251,7 @@ class RanksSpectrum:
         if more := total - len(self.values):
             count = self.ranks.ask("eigen", low=low, high=value, tolerance=EIGEN_TOLERANCE)["count"]
             if count != more:
-                raise ConvergenceError(
+                raise eigen_search.ConvergenceError(
                     f"slepc: {count} eigenvalues are found where inertia counts {more}; use backend='auto'"
                 )
             values, shapes = self.ranks.take("values", (count,)), self.ranks.take("vectors", (self.model.size, count))

@@ -7,8 +7,6 @@ shift below the spectrum would; just above the last it takes half as many again,
 factorization costs more than that, the cheaper place.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

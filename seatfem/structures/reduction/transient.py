@@ -11,22 +11,18 @@ matrix: they quench the frequencies that h cannot resolve and the order stays tw
 Numer. Math. 43 (1984).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from impact.greens.base import ErrorEstimate
-from impact.greens.oscillator import error_times
+from impact.greens import base, oscillator
 from impact.greens.sampled import SampledGreens
 from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel, as_csr
-from seatfem.structures.reduction.eigen_search import default_shift
+from seatfem.structures.reduction import eigen_search, modes
 from seatfem.structures.reduction.factorization import Backend, FactorizationError, factorize
-from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
 from seatfem.structures.reduction.residual import feeding, reciprocity
 
@@ -96,9 +92,9 @@ class Transient(Reducer):
         duration, width, tolerance = aims.duration, aims.width, aims.tolerance
         h = min(np.sqrt(12 * tolerance / (aims.band**3 * duration)), width / 20)
         n = 2 * int(np.ceil(duration / h / 2))
-        t = error_times(duration, width)
+        t = oscillator.error_times(duration, width)
         if n > self.most:
-            raise ConvergenceError(
+            raise modes.ConvergenceError(
                 f"{n} steps would be needed (limit {self.most}): lower the bandwidth or duration, or use "
                 "method='krylov'"
             )
@@ -111,12 +107,12 @@ class Transient(Reducer):
                 break
             n, coarse = 2 * n, fine
             if n > self.most:
-                raise ConvergenceError(
+                raise modes.ConvergenceError(
                     f"{n // 2} steps leave an error of {error:.1e} (tolerance {tolerance:.1e}), over {self.most} "
                     "would be needed: lower the bandwidth or the duration, or use method='krylov'"
                 )
         progress("stepping", 1.0)
-        static, known = _static(model, aims.backend), ErrorEstimate(reduction=error)
+        static, known = _static(model, aims.backend), base.ErrorEstimate(reduction=error)
         origin = {"steps": n, "step_s": duration / n, **fine.origin}
         return Reduction(SampledGreens(fine.values, fine.dt, "forbid", model.port_names, static, known, origin))
 
@@ -131,7 +127,7 @@ def _run(model: SecondOrderModel, duration: float, n: int, backend: Backend, pro
 def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
     """Raise `ModelError` of an indefinite K: of a body that is merely free, K + s^2 M is positive definite."""
     try:
-        factorize(model.K + 1e-6 * default_shift(model) ** 2 * model.M, backend=backend, name="K + s^2 M")
+        factorize(model.K + 1e-6 * eigen_search.default_shift(model) ** 2 * model.M, backend=backend, name="K + s^2 M")
     except FactorizationError as error:
         raise ModelError("K is indefinite, the body would gain energy; check its constraints") from error
 

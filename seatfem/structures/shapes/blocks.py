@@ -10,27 +10,12 @@ import numpy as np
 
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes.profile import Point
+from seatfem.structures.shapes import profile, shape
 from seatfem.structures.shapes.selectors import DOWN, UP, Patches, PlaneFace, PointFace, Selector
-from seatfem.structures.shapes.shape import (
-    EVERYWHERE,
-    Plan,
-    PlanSamples,
-    Rectangle,
-    Shape,
-    check_quarters,
-    circle_points,
-    key,
-    require_above,
-    require_below,
-    require_positive,
-    side_points,
-    squares,
-)
 
 
 @dataclass(frozen=True)
-class Bar(Shape):
+class Bar(shape.Shape):
     """Rectangular bar along z, centred on the z axis (metres): ``width`` along x, ``height`` along y.
 
     Groups: "fixed" is z = 0, "contact" is z = length, "sides_x" and "sides_y" are the side faces with normals
@@ -39,12 +24,12 @@ class Bar(Shape):
 
     family: ClassVar[str] = "bar"
 
-    length: float = key("length along the impact")
-    width: float = key("side of the cross-section")
-    height: float = key("other side of the cross-section")
+    length: float = shape.key("length along the impact")
+    width: float = shape.key("side of the cross-section")
+    height: float = shape.key("other side of the cross-section")
 
     def __post_init__(self) -> None:
-        require_positive(self, "length", "width", "height")
+        shape.require_positive(self, "length", "width", "height")
 
     @property
     def patches(self) -> Patches:
@@ -62,15 +47,15 @@ class Bar(Shape):
         }
 
     @property
-    def plan(self) -> Plan:
-        return Plan(self.length, {"contact": (EVERYWHERE,)}, {"fixed": (EVERYWHERE,)})
+    def plan(self) -> shape.Plan:
+        return shape.Plan(self.length, {"contact": (shape.EVERYWHERE,)}, {"fixed": (shape.EVERYWHERE,)})
 
     @property
-    def rectangle(self) -> Rectangle:
-        return Rectangle((self.width / 2, self.height / 2))
+    def rectangle(self) -> shape.Rectangle:
+        return shape.Rectangle((self.width / 2, self.height / 2))
 
     def check_sectors(self, sectors: int) -> None:
-        check_quarters(self, sectors)
+        shape.check_quarters(self, sectors)
 
     def build(self, occ: Any) -> None:
         """Add the box (millimetres) to the given gmsh OpenCASCADE model."""
@@ -79,7 +64,7 @@ class Bar(Shape):
 
 
 @dataclass(frozen=True)
-class Block(Shape):
+class Block(shape.Shape):
     """Block centred on the z axis, underside at z = 0 (metres): ``width`` along x, ``depth`` along y.
 
     The group "contact" is the patch ``patch_width`` x ``patch_depth`` centred on the top, "fixed" the underside.
@@ -87,16 +72,16 @@ class Block(Shape):
 
     family: ClassVar[str] = "block"
 
-    width: float = key("side of the block")
-    depth: float = key("other side of the block")
-    thickness: float = key("height of the block")
-    patch_width: float = key("side of the contact face, along width")
-    patch_depth: float = key("other side of the contact face, along depth")
+    width: float = shape.key("side of the block")
+    depth: float = shape.key("other side of the block")
+    thickness: float = shape.key("height of the block")
+    patch_width: float = shape.key("side of the contact face, along width")
+    patch_depth: float = shape.key("other side of the contact face, along depth")
 
     def __post_init__(self) -> None:
-        require_positive(self, "width", "depth", "thickness", "patch_width", "patch_depth")
-        require_below(self, "patch_width", self.width, "the width", inclusive=True)
-        require_below(self, "patch_depth", self.depth, "the depth", inclusive=True)
+        shape.require_positive(self, "width", "depth", "thickness", "patch_width", "patch_depth")
+        shape.require_below(self, "patch_width", self.width, "the width", inclusive=True)
+        shape.require_below(self, "patch_depth", self.depth, "the depth", inclusive=True)
 
     @property
     def patches(self) -> Patches:
@@ -105,15 +90,15 @@ class Block(Shape):
         return {"contact": (patch,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
 
     @property
-    def plan(self) -> Plan:
-        return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
+    def plan(self) -> shape.Plan:
+        return shape.Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (shape.EVERYWHERE,)})
 
     @property
-    def rectangle(self) -> Rectangle:
-        return Rectangle((self.width / 2, self.depth / 2), (self.patch_width / 2, self.patch_depth / 2))
+    def rectangle(self) -> shape.Rectangle:
+        return shape.Rectangle((self.width / 2, self.depth / 2), (self.patch_width / 2, self.patch_depth / 2))
 
     def check_sectors(self, sectors: int) -> None:
-        check_quarters(self, sectors)
+        shape.check_quarters(self, sectors)
 
     def build(self, occ: Any) -> None:
         """Add the box (millimetres) with the patch imprinted on its top to the given gmsh OpenCASCADE model."""
@@ -125,7 +110,7 @@ class Block(Shape):
 
 
 @dataclass(frozen=True)
-class ValvePlate(Shape):
+class ValvePlate(shape.Shape):
     """Plate with its underside at z = 0 and its centre on the z axis (metres).
 
     ``ports`` holes: on a circle in a round plate (``layout`` "circle", the first on the x axis) or along x in a
@@ -136,25 +121,25 @@ class ValvePlate(Shape):
     family: ClassVar[str] = "valve_plate"
 
     ports: int = 6
-    port_radius: float = key("radius of each port", 3e-3)
-    pitch: float = key("distance of neighbouring ports, centre to centre", 10e-3)
-    margin: float = key("from the outer ports to the plate's edge", 5e-3)
-    thickness: float = key("thickness of the plate", 6e-3)
-    land_width: float = key("width of the land around each port", 1e-3)
-    clamp_width: float = key("width of the clamped rim of the underside", 2e-3)
+    port_radius: float = shape.key("radius of each port", 3e-3)
+    pitch: float = shape.key("distance of neighbouring ports, centre to centre", 10e-3)
+    margin: float = shape.key("from the outer ports to the plate's edge", 5e-3)
+    thickness: float = shape.key("thickness of the plate", 6e-3)
+    land_width: float = shape.key("width of the land around each port", 1e-3)
+    clamp_width: float = shape.key("width of the clamped rim of the underside", 2e-3)
     layout: Literal["circle", "row"] = "circle"
 
     def __post_init__(self) -> None:
-        require_positive(self, "port_radius", "pitch", "margin", "thickness", "land_width", "clamp_width")
+        shape.require_positive(self, "port_radius", "pitch", "margin", "thickness", "land_width", "clamp_width")
         if self.ports < 1:
             raise GeometryError(f"ValvePlate.ports = {self.ports}: must be >= 1")
         if self.layout not in ("circle", "row"):
             raise GeometryError(f"ValvePlate.layout = {self.layout!r}: must be 'circle' or 'row'")
         apart = 2 * (self.port_radius + self.land_width)
         if self.ports > 1:
-            require_above(self, "pitch", apart, "two ports with lands")
-        require_below(self, "land_width", self.margin, "the margin")
-        require_below(self, "clamp_width", self.margin, "the margin")
+            shape.require_above(self, "pitch", apart, "two ports with lands")
+        shape.require_below(self, "land_width", self.margin, "the margin")
+        shape.require_below(self, "clamp_width", self.margin, "the margin")
 
     @property
     def centres(self) -> tuple[tuple[float, float], ...]:
@@ -209,10 +194,10 @@ class ValvePlate(Shape):
         return self.patches_in(1)
 
     @property
-    def plan(self) -> Plan:
+    def plan(self) -> shape.Plan:
         lands = tuple(f"land_{number}" for number in range(1, self.ports + 1))
         top = {"contact": lands} | {name: (name,) for name in lands}
-        return Plan(self.thickness, top, {"fixed": ("rim",)})
+        return shape.Plan(self.thickness, top, {"fixed": ("rim",)})
 
     def check_sectors(self, sectors: int) -> None:
         row = self.layout == "row"
@@ -246,7 +231,7 @@ class ValvePlate(Shape):
         holes = [(2, occ.addDisk(1e3 * x, 1e3 * y, 0.0, radius, radius)) for x, y in self.centres]
         return [occ.cut([self._outline(occ, 0.0)], holes)[0][0]]
 
-    def _land(self, occ: Any, centre: Point, z: float) -> tuple[int, int]:
+    def _land(self, occ: Any, centre: profile.Point, z: float) -> tuple[int, int]:
         x, y = 1e3 * centre[0], 1e3 * centre[1]
         radii = 1e3 * (self.port_radius + self.land_width), 1e3 * self.port_radius
         outer, inner = ((2, occ.addDisk(x, y, z, radius, radius)) for radius in radii)
@@ -258,7 +243,7 @@ class ValvePlate(Shape):
         rim: tuple[int, int] = occ.cut([self._outline(occ, 0.0)], [inner])[0][0]
         return rim
 
-    def plan_samples(self) -> PlanSamples:
+    def plan_samples(self) -> shape.PlanSamples:
         centres = np.array(self.centres)
         inner, outer = self.port_radius, self.port_radius + self.land_width
 
@@ -269,12 +254,12 @@ class ValvePlate(Shape):
             return from_centres(points) - outer
 
         x, y = self.half_sides if self.layout == "row" else (self.outer_radius, self.outer_radius)
-        points, areas = squares((-x, -y), (x, y), distance)
+        points, areas = shape.squares((-x, -y), (x, y), distance)
         kept = from_centres(points) > inner
-        rim = side_points((x, y))
+        rim = shape.side_points((x, y))
         if self.layout == "circle":
             kept &= np.hypot(points[:, 0], points[:, 1]) < x
-            rim = circle_points(np.zeros((1, 2)), x)
-        holes = circle_points(centres, inner)
+            rim = shape.circle_points(np.zeros((1, 2)), x)
+        holes = shape.circle_points(centres, inner)
         outline, lengths = (np.concatenate([rim[k], holes[k]]) for k in range(2))
         return points[kept], areas[kept], outline, lengths, distance

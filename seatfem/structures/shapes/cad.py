@@ -11,9 +11,8 @@ from typing import Any, ClassVar, Final
 
 from impact.files.safe_files import MB, read_text
 from seatfem.structures.errors import GeometryError
+from seatfem.structures.shapes import selectors, shape
 from seatfem.structures.shapes.faces import Colour
-from seatfem.structures.shapes.selectors import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, Patches, Selector
-from seatfem.structures.shapes.shape import Shape
 
 STEP_SUFFIXES = (".step", ".stp")
 BREP_SUFFIXES = (".brep",)
@@ -31,10 +30,10 @@ _LENGTH_UNIT = re.compile(r"\bLENGTH_UNIT\s*\(\s*\)")
 _NAMED_UNIT = re.compile(r"CONVERSION_BASED_UNIT\s*\(\s*'(\w+)'")
 _SI_UNIT = re.compile(r"SI_UNIT\s*\(\s*(\$|\.\w+\.)\s*,\s*\.METRE\.")
 
-Selection = Selector | tuple[Selector, ...]
+Selection = selectors.Selector | tuple[selectors.Selector, ...]
 
-RED_FACES = ColourFace(CONTACT_COLOUR)
-BLUE_FACES = ColourFace(FIXED_COLOUR)
+RED_FACES = selectors.ColourFace(selectors.CONTACT_COLOUR)
+BLUE_FACES = selectors.ColourFace(selectors.FIXED_COLOUR)
 LIMIT: Final = 512 * MB
 _COMMENT: Final = r"/\*(?:[^*]++|\*(?!/))*+\*/"
 _STATEMENT: Final = re.compile(
@@ -80,7 +79,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class CadPart(Shape):
+class CadPart(shape.Shape):
     """The solids of a STEP or BREP file, conformal where they touch.
 
     ``unit``: metres per length unit of the file. None takes the unit that a STEP file states; a BREP file states
@@ -115,7 +114,7 @@ class CadPart(Shape):
             raise GeometryError(f"CadPart.groups: each name must stand once, 'contact' and 'fixed' too; found {names}")
 
     @property
-    def patches(self) -> Patches:
+    def patches(self) -> selectors.Patches:
         groups = {"contact": self.contact, "fixed": self.fixed} | {group.name: group.faces for group in self.groups}
         chosen = {name: faces if isinstance(faces, tuple) else (faces,) for name, faces in groups.items()}
         return chosen if chosen["fixed"] else {name: faces for name, faces in chosen.items() if name != "fixed"}

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes import loops
-from seatfem.structures.shapes.selectors import Patches, PlaneFace
+from seatfem.structures.shapes import loops, selectors
 from seatfem.structures.shapes.shape import Plan, Shape, key, require_above, require_below, require_positive
 
 THINNER: Final = 'a sheet is thinner than it is wide; a solid reed is kind = "cad" or "mesh"'
@@ -86,8 +85,8 @@ class Flat(Shape):
         return int(occ.addPlaneSurface([loops.curve_loop(occ, loop) for loop in self.around]))
 
     @property
-    def patches(self) -> Patches:
-        return {"contact": (PlaneFace((0.0, 0.0, 1.0), self.thickness),)}
+    def patches(self) -> selectors.Patches:
+        return {"contact": (selectors.PlaneFace((0.0, 0.0, 1.0), self.thickness),)}
 
     @property
     def plan(self) -> Plan:
@@ -280,8 +279,8 @@ class Flapper(Flat):
         return np.array(["root", "neck", "paddle"])[np.searchsorted(ends, points[:, 0])]
 
     @property
-    def patches(self) -> Patches:
-        return {**super().patches, "fixed": (PlaneFace((-1.0, 0.0, 0.0), 0.0),)}
+    def patches(self) -> selectors.Patches:
+        return {**super().patches, "fixed": (selectors.PlaneFace((-1.0, 0.0, 0.0), 0.0),)}
 
     @property
     def around(self) -> tuple[Array, ...]:

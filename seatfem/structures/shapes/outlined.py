@@ -14,10 +14,7 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 from impact.quantities import percent
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes import loops
-from seatfem.structures.shapes.flat import THINNER, Flat
-from seatfem.structures.shapes.selectors import Patches, PlaneFace
-from seatfem.structures.shapes.shape import require_below, require_positive
+from seatfem.structures.shapes import flat, loops, selectors, shape
 
 Place = tuple[float, float]
 Corner = tuple[float, ...]
@@ -29,7 +26,7 @@ ROUND_OFF: Final = 1e-9  # of the outline's size, in coordinates of a file
 
 
 @dataclass(frozen=True)
-class Outlined(Flat):
+class Outlined(flat.Flat):
     """Sheet with its underside at z = 0 (metres), of straight edges and circular arcs.
 
     The group "contact" is the upper side.
@@ -53,7 +50,7 @@ class Outlined(Flat):
     holes: tuple[tuple[Corner, ...], ...] = ()
 
     def __post_init__(self) -> None:
-        require_positive(self, "thickness")
+        shape.require_positive(self, "thickness")
         self._check_chords()
         self._check_loop(self.outline, "outline", f"{len(self.outline)} points", MOST_POINTS - self._holed)
         for number, hole in enumerate(self.holes, 1):
@@ -74,7 +71,7 @@ class Outlined(Flat):
         if not loops.holds(self.corners, self.touched):
             x, y = self.touched
             raise GeometryError(f"Outlined.contact_at = ({x:g}, {y:g}) m: this point must lie on the part that bends")
-        require_below(self, "thickness", self.narrowest, f"its narrowest part: {THINNER}")
+        shape.require_below(self, "thickness", self.narrowest, f"its narrowest part: {flat.THINNER}")
 
     @property
     def _holed(self) -> int:
@@ -239,12 +236,12 @@ class Outlined(Flat):
         return min(width, math.sqrt(self.area))
 
     @property
-    def patches(self) -> Patches:
+    def patches(self) -> selectors.Patches:
         corners, held = self.loop[:, :2], self._held
         edge = (np.roll(corners, -1, axis=0) - corners)[held][0]
         normal = np.array([edge[1], -edge[0]]) / np.linalg.norm(edge)
         x, y = float(normal[0]), float(normal[1])
-        return {**super().patches, "fixed": (PlaneFace((x, y, 0.0), float(corners[held][0] @ normal)),)}
+        return {**super().patches, "fixed": (selectors.PlaneFace((x, y, 0.0), float(corners[held][0] @ normal)),)}
 
     @property
     def around(self) -> tuple[Array, ...]:

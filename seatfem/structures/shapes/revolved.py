@@ -13,23 +13,11 @@ import numpy as np
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.rings import ring_borders
+from seatfem.structures.shapes import selectors, shape
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon, rounded
-from seatfem.structures.shapes.selectors import ConeFace, Patches, PlaneFace, PointFace
-from seatfem.structures.shapes.shape import (
-    EVERYWHERE,
-    Plan,
-    PlanSamples,
-    Shape,
-    circle_points,
-    key,
-    require_above,
-    require_below,
-    require_positive,
-    squares,
-)
 
 
-class Turning(Shape):
+class Turning(shape.Shape):
     """A solid of revolution about z: its ``profile`` is its recipe."""
 
     @property
@@ -95,40 +83,42 @@ class AnnularSeat(Turning):
 
     family: ClassVar[str] = "annular"
 
-    bore_radius: float = key("radius of the port", 4e-3)
-    lip_width: float = key("radial width of the lip, its rounded edges included", 1e-3)
-    lip_height: float = key("height of the lip above the plate; 0 mm for a flat seat", "0.5 mm", "gap")
-    lip_edge_radius: float = key("radius of the lip's upper edges; 0 mm for sharp ones", "0.1 mm", "gap")
-    lip_fillet: float = key(
+    bore_radius: float = shape.key("radius of the port", 4e-3)
+    lip_width: float = shape.key("radial width of the lip, its rounded edges included", 1e-3)
+    lip_height: float = shape.key("height of the lip above the plate; 0 mm for a flat seat", "0.5 mm", "gap")
+    lip_edge_radius: float = shape.key("radius of the lip's upper edges; 0 mm for sharp ones", "0.1 mm", "gap")
+    lip_fillet: float = shape.key(
         "radius of the fillet at the lip's foot; 0 mm for a sharp corner, where elastic stress has no limit",
         "0 mm",
         "gap",
     )
-    outer_radius: float = key("radius of the plate", "12 mm")
-    thickness: float = key("thickness of the plate", "8 mm")
+    outer_radius: float = shape.key("radius of the plate", "12 mm")
+    thickness: float = shape.key("thickness of the plate", "8 mm")
 
     def __post_init__(self) -> None:
-        require_positive(self, "bore_radius", "lip_width", "outer_radius", "thickness")
+        shape.require_positive(self, "bore_radius", "lip_width", "outer_radius", "thickness")
         if self.lip_height != 0.0:
-            require_positive(self, "lip_height")
+            shape.require_positive(self, "lip_height")
         if self.lip_edge_radius != 0.0:
-            require_positive(self, "lip_edge_radius")
-            require_below(self, "lip_edge_radius", self.lip_width / 2, "half the lip_width: the lip needs a flat top")
-            require_below(self, "lip_edge_radius", self.lip_height, "the lip_height")
-        require_above(self, "outer_radius", self.bore_radius + self.lip_width, "bore_radius + lip_width")
+            shape.require_positive(self, "lip_edge_radius")
+            shape.require_below(
+                self, "lip_edge_radius", self.lip_width / 2, "half the lip_width: the lip needs a flat top"
+            )
+            shape.require_below(self, "lip_edge_radius", self.lip_height, "the lip_height")
+        shape.require_above(self, "outer_radius", self.bore_radius + self.lip_width, "bore_radius + lip_width")
         if self.lip_fillet != 0.0:
-            require_positive(self, "lip_fillet")
+            shape.require_positive(self, "lip_fillet")
             room = self.lip_height - self.lip_edge_radius
-            require_below(self, "lip_fillet", room, "lip_height less lip_edge_radius: the side's flat part")
+            shape.require_below(self, "lip_fillet", room, "lip_height less lip_edge_radius: the side's flat part")
             room = self.outer_radius - self.bore_radius - self.lip_width
-            require_below(self, "lip_fillet", room, "the plate's width beside the lip")
+            shape.require_below(self, "lip_fillet", room, "the plate's width beside the lip")
 
     @property
-    def patches(self) -> Patches:
+    def patches(self) -> selectors.Patches:
         top, edge = self.thickness + self.lip_height, self.lip_edge_radius
         inner, outer = self.bore_radius + edge, self.bore_radius + self.lip_width - edge
-        contact = PlaneFace((0.0, 0.0, 1.0), top, radius_min=inner, radius_max=outer)
-        return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+        contact = selectors.PlaneFace((0.0, 0.0, 1.0), top, radius_min=inner, radius_max=outer)
+        return {"contact": (contact,), "fixed": (selectors.PlaneFace((0.0, 0.0, -1.0), 0.0),)}
 
     @property
     def profile(self) -> Profile:
@@ -153,22 +143,22 @@ class ConicalSeat(Turning):
 
     family: ClassVar[str] = "conical"
 
-    bore_radius: float = key("radius of the port", 4e-3)
-    half_angle: float = key("between the cone's generators and the axis", "45 deg", "angle")
-    face_width: float = key("width of the cone along its generators", 2e-3)
-    contact_width: float | None = key("width of the band that is struck; all of the cone if absent", None)
-    outer_radius: float = key("radius of the ring", "12 mm")
-    thickness: float = key("thickness of the ring", "8 mm")
+    bore_radius: float = shape.key("radius of the port", 4e-3)
+    half_angle: float = shape.key("between the cone's generators and the axis", "45 deg", "angle")
+    face_width: float = shape.key("width of the cone along its generators", 2e-3)
+    contact_width: float | None = shape.key("width of the band that is struck; all of the cone if absent", None)
+    outer_radius: float = shape.key("radius of the ring", "12 mm")
+    thickness: float = shape.key("thickness of the ring", "8 mm")
 
     def __post_init__(self) -> None:
-        require_positive(self, "bore_radius", "face_width", "outer_radius", "thickness")
+        shape.require_positive(self, "bore_radius", "face_width", "outer_radius", "thickness")
         if not 0.0 < self.half_angle < math.pi / 2:
             raise GeometryError(f"ConicalSeat.half_angle = {self.half_angle:g}: must be between 0 and pi/2 (radians)")
         if self.contact_width is not None:
-            require_positive(self, "contact_width")
-            require_below(self, "contact_width", self.face_width, "the face_width", inclusive=True)
-        require_above(self, "thickness", self.face_width * math.cos(self.half_angle), "the cone's depth")
-        require_above(self, "outer_radius", self._along(self.face_width)[0], "cone's top")
+            shape.require_positive(self, "contact_width")
+            shape.require_below(self, "contact_width", self.face_width, "the face_width", inclusive=True)
+        shape.require_above(self, "thickness", self.face_width * math.cos(self.half_angle), "the cone's depth")
+        shape.require_above(self, "outer_radius", self._along(self.face_width)[0], "cone's top")
 
     @property
     def band(self) -> tuple[float, float]:
@@ -177,10 +167,10 @@ class ConicalSeat(Turning):
         return (self.face_width - width) / 2, (self.face_width + width) / 2
 
     @property
-    def patches(self) -> Patches:
+    def patches(self) -> selectors.Patches:
         low, high = (self._along(s)[0] for s in self.band)
-        contact = ConeFace(self.half_angle, radius_min=low, radius_max=high)
-        return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+        contact = selectors.ConeFace(self.half_angle, radius_min=low, radius_max=high)
+        return {"contact": (contact,), "fixed": (selectors.PlaneFace((0.0, 0.0, -1.0), 0.0),)}
 
     @property
     def profile(self) -> Profile:
@@ -213,8 +203,8 @@ class Ball(Turning):
     contact_radius: float
 
     def __post_init__(self) -> None:
-        require_positive(self, "diameter", "contact_radius")
-        require_below(self, "contact_radius", self.diameter / 4, "half of the ball's radius: a facet is small")
+        shape.require_positive(self, "diameter", "contact_radius")
+        shape.require_below(self, "contact_radius", self.diameter / 4, "half of the ball's radius: a facet is small")
 
     @property
     def top(self) -> float:
@@ -223,8 +213,8 @@ class Ball(Turning):
         return radius + math.sqrt(radius**2 - self.contact_radius**2)
 
     @property
-    def patches(self) -> Patches:
-        return {"contact": (PlaneFace((0.0, 0.0, 1.0), self.top),)}
+    def patches(self) -> selectors.Patches:
+        return {"contact": (selectors.PlaneFace((0.0, 0.0, 1.0), self.top),)}
 
     @property
     def profile(self) -> Profile:
@@ -247,19 +237,19 @@ class Stopper(Turning):
 
     family: ClassVar[str] = "stopper"
 
-    radius: float = key("radius of the disc", 6e-3)
-    thickness: float = key("thickness of the disc, at its axis", 5e-3)
-    contact_radius: float = key("radius of the contact face", 2e-3)
-    dome_radius: float | None = key("radius of the spherical top; a flat one if absent", None)
+    radius: float = shape.key("radius of the disc", 6e-3)
+    thickness: float = shape.key("thickness of the disc, at its axis", 5e-3)
+    contact_radius: float = shape.key("radius of the contact face", 2e-3)
+    dome_radius: float | None = shape.key("radius of the spherical top; a flat one if absent", None)
 
     def __post_init__(self) -> None:
-        require_positive(self, "radius", "thickness", "contact_radius")
-        require_below(self, "contact_radius", self.radius, "the radius", inclusive=True)
+        shape.require_positive(self, "radius", "thickness", "contact_radius")
+        shape.require_below(self, "contact_radius", self.radius, "the radius", inclusive=True)
         if self.dome_radius is None:
             return
-        require_positive(self, "dome_radius")
-        require_above(self, "dome_radius", self.radius, "the radius")
-        require_above(self, "thickness", self.thickness - self.top(self.radius), "the dome's height")
+        shape.require_positive(self, "dome_radius")
+        shape.require_above(self, "dome_radius", self.radius, "the radius")
+        shape.require_above(self, "thickness", self.thickness - self.top(self.radius), "the dome's height")
 
     def top(self, r: float) -> float:
         """Return the height of the upper side at the radius r."""
@@ -268,15 +258,15 @@ class Stopper(Turning):
         return self.thickness - self.dome_radius + math.sqrt(self.dome_radius**2 - r * r)
 
     @property
-    def patches(self) -> Patches:
+    def patches(self) -> selectors.Patches:
         r = self.contact_radius / 2
         beside_the_axis = r * math.cos(INSIDE), r * math.sin(INSIDE), self.top(r)  # within every sector
         contact = (
-            PlaneFace((0.0, 0.0, 1.0), self.thickness, radius_max=self.contact_radius)
+            selectors.PlaneFace((0.0, 0.0, 1.0), self.thickness, radius_max=self.contact_radius)
             if self.dome_radius is None
-            else PointFace(beside_the_axis)
+            else selectors.PointFace(beside_the_axis)
         )
-        return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+        return {"contact": (contact,), "fixed": (selectors.PlaneFace((0.0, 0.0, -1.0), 0.0),)}
 
     @property
     def profile(self) -> Profile:
@@ -293,8 +283,8 @@ class Stopper(Turning):
         return Profile((*edges[:2], *domed, edges[-1]))
 
     @property
-    def plan(self) -> Plan:
-        return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
+    def plan(self) -> shape.Plan:
+        return shape.Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (shape.EVERYWHERE,)})
 
     @property
     def dome(self) -> Callable[[Array], Array] | None:
@@ -309,12 +299,12 @@ class Stopper(Turning):
         _, pieces = occ.fragment([(2, disc)], [(2, patch)])
         return {"patch": [tag for _, tag in pieces[1]]}
 
-    def plan_samples(self) -> PlanSamples:
+    def plan_samples(self) -> shape.PlanSamples:
         radius, patch = self.radius, self.contact_radius
 
         def distance(points: Array) -> Array:
             return np.asarray(np.hypot(points[:, 0], points[:, 1]) - patch)
 
-        points, areas = squares((-radius, -radius), (radius, radius), distance)
+        points, areas = shape.squares((-radius, -radius), (radius, radius), distance)
         kept = np.hypot(points[:, 0], points[:, 1]) < radius
-        return points[kept], areas[kept], *circle_points(np.zeros((1, 2)), radius), distance
+        return points[kept], areas[kept], *shape.circle_points(np.zeros((1, 2)), radius), distance

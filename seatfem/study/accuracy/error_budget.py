@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, get_args
+from typing import Final, get_args
 
 import impact
 from impact.after.landings import Landing
@@ -13,24 +13,12 @@ from impact.after.stresses import ReedStress
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
-from impact.runs.variations import (
-    Budget,
-    Terms,
-    Values,
-    budget_of,
-    changes,
-    times,
-    total,
-)
-from seatfem.machine.compiling import threads
-from seatfem.machine.resources import available_memory
+from impact.runs import variations
+from seatfem import structures
+from seatfem.machine import compiling, resources
+from seatfem.study import impacts, safety
 from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock
-from seatfem.study.impacts.contact import (
-    STEP_BYTES,
-    in_flight,
-    problem_of,
-    record_of,
-)
+from seatfem.study.impacts import contact
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import (
     LIP,
@@ -45,35 +33,17 @@ from seatfem.study.impacts.touches import (
     landing_name,
     values_of_record,
 )
+from seatfem.study.ladders import march, table
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.ladders.march import left_by_half_step, step_of_waves
-from seatfem.study.ladders.table import ladders
 from seatfem.study.method import RunMethod
-from seatfem.study.safety import (
-    FLOOR_OF_SPRING,
-    FLOORS,
-    WITHIN_PARTS,
-)
-from seatfem.study.scene import Scene
-from seatfem.study.scene.measures import (
-    ContactDuration,
-    ContactRecord,
-    FilteredPeak,
-    Impulse,
-    all_measures,
-    judged_landings,
-)
-
-if TYPE_CHECKING:
-    from seatfem.structures.method import Solved
-    from seatfem.study.impacts.plate_stress import PlateLook
+from seatfem.study.scene import Scene, measures
 
 CUT: Final = ("impulse_Ns", "duration_s")
 """Numbers of a landing that its end takes part in."""
 KEYS_OF_MEASURES: Final[Mapping[str, tuple[str, ...]]] = {
-    FilteredPeak.name: ("filtered_peak_force_N", "excess_peak_force_N"),
-    Impulse.name: ("impulse_Ns",),
-    ContactDuration.name: ("duration_s",),
+    measures.FilteredPeak.name: ("filtered_peak_force_N", "excess_peak_force_N"),
+    measures.Impulse.name: ("impulse_Ns",),
+    measures.ContactDuration.name: ("duration_s",),
 }
 """Numbers in the record of a landing that measures of a landing are, too, or follow."""
 
@@ -81,14 +51,14 @@ KEYS_OF_MEASURES: Final[Mapping[str, tuple[str, ...]]] = {
 def error_budget(
     scene: Scene,
     method: RunMethod,
-    seat: Solved,
+    seat: structures.method.Solved,
     striker: impact.Body,
     touches: Touches,
     stress: ReedStress | None = None,
-    reed: Solved | None = None,
-    look: PlateLook | None = None,
+    reed: structures.method.Solved | None = None,
+    look: impacts.plate_stress.PlateLook | None = None,
     progress: Progress = silent,
-) -> Budget:
+) -> variations.Budget:
     """Return what is left in the measures of a run: each key made coarser, or finer, on its own.
 
     The keys, and the neighbours that tell of each, are those of `seatfem.study.ladders.table`; the march repeats the
@@ -103,7 +73,7 @@ def error_budget(
     each run.
     """
     result = touches.seat
-    problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
+    problem, width = contact.problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
     computed = ComputedRun(scene, method, seat, problem, reed)
     sources, unknown = sources_of(computed)
 
@@ -111,46 +81,48 @@ def error_budget(
 
     def flight(body: impact.Body, dt: float) -> Discrete:
         if (id(body), dt) not in known:
-            known[id(body), dt] = body, in_flight(body, dt, scene.run.duration)
+            known[id(body), dt] = body, contact.in_flight(body, dt, scene.run.duration)
         return known[id(body), dt][1]
 
     blow = contact_record_of(touches, width, stress, scene.accuracy.landing)
     last, like = LastTouch.from_record(blow), touches.landings
     own = RunRecord(blow, like, touches.stopper_force)
 
-    def values_with_clock(record: RunRecord) -> Values:
+    def values_with_clock(record: RunRecord) -> variations.Values:
         return {**values_of_record(record, like), CLOCK: last.time(record.blow)}
 
     runs, count = 2 + sum(len(term) for terms in sources.values() for term in terms or ()), 0
 
-    def run(varied: ContactProblem, dt: float) -> Values:
+    def run(varied: ContactProblem, dt: float) -> variations.Values:
         nonlocal count
         count += 1
         progress("error budget", min(count / runs, 1.0))
-        return values_with_clock(record_of(scene, varied, dt, flight, like, look=look))
+        return values_with_clock(contact.record_of(scene, varied, dt, flight, like, look=look))
 
-    finer = left_by_half_step(computed, touches, look)
+    finer = march.left_by_half_step(computed, touches, look)
     if finer is None:
-        finer = times(2.0, changes(values_of_record(own, like), run(problem, result.dt / 2)))
-    if shorter := step_of_waves(problem, result.dt, scene.run.duration):
-        apart = changes(values_of_record(own, like), run(problem, shorter))
+        finer = variations.times(2.0, variations.changes(values_of_record(own, like), run(problem, result.dt / 2)))
+    if shorter := march.step_of_waves(problem, result.dt, scene.run.duration):
+        apart = variations.changes(values_of_record(own, like), run(problem, shorter))
         finer = {name: max(value, finer.get(name, 0.0)) for name, value in apart.items()}
     at_once = _at_once(len(result.force) * len(problem.contacts))
     values = values_with_clock(own)
-    budget = budget_of(run, problem, values, result.dt, sources, filter_width=width, finer=finer, threads=at_once)
+    budget = variations.budget_of(
+        run, problem, values, result.dt, sources, filter_width=width, finer=finer, threads=at_once
+    )
     budget = _with_end(scene, problem, budget, result.dt, like)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP, RECORD) if name in sources))
     known_parts = {str(s): budget.parts[s] for s in names if s in budget.parts}
-    floors = {source: least for source, least in FLOORS.items() if sources.get(source)}
+    floors = {source: least for source, least in safety.FLOORS.items() if sources.get(source)}
     if method.seat.level == "spring":
-        floors["model"] = FLOOR_OF_SPRING
-    budget = with_floors(Budget(budget.values, known_parts, (*names, *unknown)), floors)
+        floors["model"] = safety.FLOOR_OF_SPRING
+    budget = with_floors(variations.Budget(budget.values, known_parts, (*names, *unknown)), floors)
     if scene.reed.thin_plate is not None and computed.division.arcs > 1:
-        budget = with_share(budget, "model", WITHIN_PARTS)  # no number of parts makes it smaller
+        budget = with_share(budget, "model", safety.WITHIN_PARTS)  # no number of parts makes it smaller
     return with_cut_landings(with_jumps(budget, blow), like)
 
 
-def with_cut_landings(left: Budget, landings: Landings | None) -> Budget:
+def with_cut_landings(left: variations.Budget, landings: Landings | None) -> variations.Budget:
     """Return the budget with nothing known of how long the landings last that the end of the record cuts, nor of their
     whole impulse, nor of the peak of one that has hardly passed it."""
     if landings is None or not left.parts:
@@ -162,17 +134,17 @@ def with_cut_landings(left: Budget, landings: Landings | None) -> Budget:
         for key in CUT
         if landing.cut_off
     ]
-    for prefix, judged in judged_landings(landings.seat).items():
+    for prefix, judged in measures.judged_landings(landings.seat).items():
         if judged.cut_off:
-            cut += [prefix + Impulse.name, prefix + ContactDuration.name]
+            cut += [prefix + measures.Impulse.name, prefix + measures.ContactDuration.name]
             rises = judged.end - judged.peak_time < judged.duration / 10
-            cut += [prefix + FilteredPeak.name] if rises else []
+            cut += [prefix + measures.FilteredPeak.name] if rises else []
     source = left.dominant("impulse")
     unknown = {name: math.inf for name in cut if name in left.values}
     return replace(left, parts={**left.parts, source: {**left.parts[source], **unknown}})
 
 
-def with_bars_of_measures(left: Budget, landings: Sequence[Landing]) -> Budget:
+def with_bars_of_measures(left: variations.Budget, landings: Sequence[Landing]) -> variations.Budget:
     """Return the budget with no smaller parts in the record of a landing than in the measures of the same landing.
 
     Half the step is marched through the judged landing alone, measures jump, and plans know more of them: the record of
@@ -180,7 +152,7 @@ def with_bars_of_measures(left: Budget, landings: Sequence[Landing]) -> Budget:
     """
     pairs = (
         (landing_name("seat", landings.index(landing), key), prefix + measure)
-        for prefix, landing in judged_landings(landings).items()
+        for prefix, landing in measures.judged_landings(landings).items()
         for measure, keys in KEYS_OF_MEASURES.items()
         for key in keys
     )
@@ -192,7 +164,7 @@ def with_bars_of_measures(left: Budget, landings: Sequence[Landing]) -> Budget:
     return replace(left, parts=parts)
 
 
-def with_floors(left: Budget, floors: Mapping[str, float]) -> Budget:
+def with_floors(left: variations.Budget, floors: Mapping[str, float]) -> variations.Budget:
     """Return the budget with no part of a source below what its model can know, relative to the measure, as
     `seatfem.study.safety` has it; but for the time at which a landing begins, of which a share of the time before it
     says nothing."""
@@ -206,56 +178,58 @@ def with_floors(left: Budget, floors: Mapping[str, float]) -> Budget:
     return replace(left, parts=raised)
 
 
-def with_share(left: Budget, source: str, share: float) -> Budget:
+def with_share(left: variations.Budget, source: str, share: float) -> variations.Budget:
     """Return the budget with more of a known source: a ``share`` of each value, but of when landings begin."""
     if source not in left.parts:
         return left
     more = {name: 0.0 if is_time(name) else share * abs(value) for name, value in left.values.items()}
-    return replace(left, parts={**left.parts, source: total(left.parts[source], more)})
+    return replace(left, parts={**left.parts, source: variations.total(left.parts[source], more)})
 
 
-def _with_end(scene: Scene, problem: ContactProblem, left: Budget, dt: float, like: Landings | None) -> Budget:
+def _with_end(
+    scene: Scene, problem: ContactProblem, left: variations.Budget, dt: float, like: Landings | None
+) -> variations.Budget:
     """Return the budget with what the end of the record cuts off; where g is unknown beyond it, of earlier touches."""
     duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
     off = min(clock_off(left), duration / 2)
     if off > 0:
         dt = 2 * dt if 4 * dt <= scene.run.filter_width else dt
         longest = max(duration, min(duration + off, known))
-        record = record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
+        record = contact.record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
         left = with_end(left, record.blow, duration, off)
     return without_clock(left)
 
 
-def with_jumps(left: Budget, blow: ContactRecord) -> Budget:
+def with_jumps(left: variations.Budget, blow: measures.ContactRecord) -> variations.Budget:
     """Return the budget with what measures may jump by while the impulse is within its bar, in its main source."""
     if not left.parts or not (0 < (share := left.relative("impulse")) < math.inf):
         return left
     source, jumps = left.dominant("impulse"), dict.fromkeys(left.values, 0.0)
-    for name, measure in all_measures().items():
+    for name, measure in measures.all_measures().items():
         if name in jumps:
             jumps[name] = measure.jump(blow, share)
-        for prefix, landing in judged_landings(blow.landings).items():
+        for prefix, landing in measures.judged_landings(blow.landings).items():
             if prefix + name in jumps:
                 jumps[prefix + name] = measure.jump_of_landing(blow, landing, share)
-    lasting = ContactDuration()
+    lasting = measures.ContactDuration()
     for number, landing in enumerate(blow.landings):
         if (name := landing_name("seat", number, "duration_s")) in jumps:
             jumps[name] = lasting.jump_of_landing(blow, landing, share)
-    return replace(left, parts={**left.parts, source: total(left.parts[source], jumps)})
+    return replace(left, parts={**left.parts, source: variations.total(left.parts[source], jumps)})
 
 
 def _at_once(steps: int) -> int:
     """Return how many runs go at once: one a core, if memory holds the histories of so many ``steps``."""
-    room = available_memory() / (STEP_BYTES * steps)
-    return max(1, int(min(threads(), room)))
+    room = resources.available_memory() / (contact.STEP_BYTES * steps)
+    return max(1, int(min(compiling.threads(), room)))
 
 
-def sources_of(run: ComputedRun) -> tuple[dict[str, Terms | None], tuple[str, ...]]:
+def sources_of(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], tuple[str, ...]]:
     """Return the variations behind `error_budget` by source, and what is not known of striker and stopper: what the
     neighbours of a run on each of its ladders change."""
-    sources: dict[str, Terms | None] = {source: () for source in SOURCES if source != "time_step"}
+    sources: dict[str, variations.Terms | None] = {source: () for source in SOURCES if source != "time_step"}
     unknown = []
-    for ladder in ladders():
+    for ladder in table.ladders():
         if not ladder.applies(run):
             continue
         terms, known = ladder.neighbours(run), sources.get(ladder.source, ())

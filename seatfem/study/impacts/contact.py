@@ -12,8 +12,7 @@ from impact.after.landings import Landing
 from impact.after.loads import without_springs
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
-from impact.march.history import Engine
-from impact.march.motion import Discrete
+from impact.march import history, motion
 from impact.march.prepared import step_count
 from impact.march.stepper import FOLLOW, with_recorded_loads
 from impact.notices import Progress, silent
@@ -24,25 +23,10 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import in_role, in_words_of
 from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.drives import check_base, check_start, loaded, on_its_base
+from seatfem.study.impacts import drives, touches
 from seatfem.study.impacts.landings import Landings, landings_of_march
-from seatfem.study.impacts.touches import (
-    RunRecord,
-    Touches,
-    displacement_of,
-    facing,
-    film_of,
-    force_of,
-    parts_of,
-    pushes,
-    stopper_force_of,
-    taken_apart,
-    values_of_record,
-)
 from seatfem.study.method import stated_method
-from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import STOPPER, films_of, gaps_of, line_of, stopper_gaps, stopper_lip
-from seatfem.study.scene.measures import ContactRecord, judged_landing
+from seatfem.study.scene import Scene, lips, measures
 from seatfem.units import write_quantity
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
@@ -91,7 +75,7 @@ def striker_of(
     if greens is None and (solved := solved_striker(scene, method=method)) is not None:
         greens = solved.greens
     with in_role("reed", scene.reed):
-        return loaded(scene, scene.reed.body(greens, n_modes, scene.contact_at))
+        return drives.loaded(scene, scene.reed.body(greens, n_modes, scene.contact_at))
 
 
 def solved_striker(
@@ -122,8 +106,8 @@ def stopper_of(scene: Scene) -> impact.Body | None:
     assert greens is not None
     if scene.stopper.parts != Division() and _is_spring(greens):
         greens = bed(scene.stopper.parts, 1 / float(greens.static_compliance()[0, 0]))
-    check_base(scene, "stopper", greens)
-    return on_its_base(scene, "stopper", impact.Body(greens))
+    drives.check_base(scene, "stopper", greens)
+    return drives.on_its_base(scene, "stopper", impact.Body(greens))
 
 
 def solved_stopper(scene: Scene) -> Solved | None:
@@ -132,7 +116,7 @@ def solved_stopper(scene: Scene) -> Solved | None:
         return None
     stopper = scene.stopper.body
     with in_role("stopper", stopper):
-        lip = None if stopper.lip_face.no_lip else stopper_lip(scene)
+        lip = None if stopper.lip_face.no_lip else lips.stopper_lip(scene)
         how = None if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
         return _computed(stopper, scene.run.duration, method=how)
 
@@ -192,7 +176,7 @@ def stress_of(
     them. ``since``: the time at which a landing begins, before and after which they are distinguished, too [s]."""
     if not scene.reed.traits.has_stress:
         return None
-    pushed = pushes(striker, force, stopper)
+    pushed = touches.pushes(striker, force, stopper)
     marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
     stress = scene.reed.stress(pushed, dt, marched, scene.contact_at)
     return None if stress is None else stress.largest(coarsely=coarsely, since=since)
@@ -204,8 +188,8 @@ def bending_look(scene: Scene) -> StressLook | None:
         return None
 
     def look(stepper: impact.ContactStepper, since: float | None) -> ReedStress | None:
-        striker, dt, force = stepper.prepared.problem.striker, stepper.prepared.dt, force_of(stepper)
-        stopper, opening = stopper_force_of(stepper), stepper.opening
+        striker, dt, force = stepper.prepared.problem.striker, stepper.prepared.dt, touches.force_of(stepper)
+        stopper, opening = touches.stopper_force_of(stepper), stepper.opening
         return stress_of(scene, striker, force, dt, opening, coarsely=True, stopper=stopper, since=since)
 
     return look
@@ -218,13 +202,13 @@ def run_contacts(
     dt: float,
     progress: Progress = silent,
     *,
-    engine: Engine = "auto",
-) -> Touches:
+    engine: history.Engine = "auto",
+) -> touches.Touches:
     """Run the scene once: contact between striker and seat, and with a stopper, by the scene's laws."""
-    check_base(scene, "seat", seat)
+    drives.check_base(scene, "seat", seat)
     problem = problem_of(scene, striker, impact.Body(seat))
     result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
-    return taken_apart(scene, problem, result)
+    return touches.taken_apart(scene, problem, result)
 
 
 def problem_of(
@@ -233,27 +217,27 @@ def problem_of(
     """Return striker and seat in contact by the scene's law: one contact, or one for each part of the patch; a striker
     whose ports are other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own,
     where it has one."""
-    law, division, seat = scene.contact.law, Division.from_greens(seat.greens), on_its_base(scene, "seat", seat)
-    gaps, films = gaps_of(scene, division), films_of(scene, division)
+    law, division, seat = scene.contact.law, Division.from_greens(seat.greens), drives.on_its_base(scene, "seat", seat)
+    gaps, films = lips.gaps_of(scene, division), lips.films_of(scene, division)
     contacts = [
         impact.Contact(
             seat,
             port=k,
             gap=float(gap),
             law=law.law(float(share)),
-            striker_port=facing(scene, striker.greens, division.names[k]),
+            striker_port=touches.facing(scene, striker.greens, division.names[k]),
             film=films[k],
         )
         for k, (gap, share) in enumerate(zip(gaps, division.shares, strict=True))
     ]
     if scene.stopper is not None:
-        above = stopper_gaps(scene)
+        above = lips.stopper_gaps(scene)
         target = stopper or stopper_of(scene)
         assert target is not None
-        target, parts = on_its_base(scene, "stopper", target), scene.stopper.parts
+        target, parts = drives.on_its_base(scene, "stopper", target), scene.stopper.parts
         beyond = len(striker.greens.ports) - 1 if scene.has_two_places else 0
         for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
-            port = STOPPER + name
+            port = lips.STOPPER + name
             contacts.append(
                 impact.Contact(
                     target,
@@ -264,7 +248,7 @@ def problem_of(
                     striker_port=port if port in striker.greens.ports else beyond,
                 )
             )
-    check_start(scene, striker, contacts)
+    drives.check_start(scene, striker, contacts)
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 
@@ -272,7 +256,7 @@ def marched(
     scene: Scene,
     problem: impact.ContactProblem,
     dt: float,
-    flight: Callable[[impact.Body, float], Discrete] | None = None,
+    flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
     duration: float | None = None,
 ) -> impact.ContactStepper:
     """March a problem of a scene for its forces alone, a fraction of the cost of a run with energies.
@@ -285,7 +269,7 @@ def marched(
         if not body.loads:
             problem = with_body(problem, body, impact.Body(body.greens.forces_only(), base=body.base))
     flown = in_flight(striker, dt, duration) if flight is None else flight(striker, dt)
-    targets = (Discrete.from_body(body, dt, flown.loads.shape[1]) for body in problem.targets)
+    targets = (motion.Discrete.from_body(body, dt, flown.loads.shape[1]) for body in problem.targets)
     prepared = impact.prepare(problem, dt, duration, bodies=(flown, *targets))
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
@@ -296,27 +280,27 @@ def measures_of(
     scene: Scene,
     problem: impact.ContactProblem,
     dt: float,
-    flight: Callable[[impact.Body, float], Discrete] | None = None,
+    flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
     like: Landings | None = None,
 ) -> Values:
     """Return the measures of a run alone, from its `marched` forces and its stopper; stress, coarsely, if asked for.
 
     ``like``: the landings of a neighbouring run, each of which is looked for; ``None``: of the run's own.
     """
-    return values_of_record(record_of(scene, problem, dt, flight, like), like)
+    return touches.values_of_record(record_of(scene, problem, dt, flight, like), like)
 
 
 def record_of(
     scene: Scene,
     problem: impact.ContactProblem,
     dt: float,
-    flight: Callable[[impact.Body, float], Discrete] | None = None,
+    flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
     like: Landings | None = None,
     duration: float | None = None,
     *,
     stresses: bool = True,
     look: StressLook | None = None,
-) -> RunRecord:
+) -> touches.RunRecord:
     """Return what the measures of a run are taken from, of its forces as `marched`.
 
     ``stresses``: whether with those that are asked for; ``look``: at them, in place of `bending_look`.
@@ -326,7 +310,7 @@ def record_of(
     others = None if like is None else like.seat
     stress_look = (look or bending_look(scene)) if stresses and scene.needs_stress else None
     blow = blow_of_march(scene, stepper, landings.seat, others, stress=stress_look)
-    return RunRecord(blow, landings, stopper_force_of(stepper))
+    return touches.RunRecord(blow, landings, touches.stopper_force_of(stepper))
 
 
 def blow_of_march(
@@ -337,7 +321,7 @@ def blow_of_march(
     *,
     displacement: bool = True,
     stress: StressLook | None = None,
-) -> ContactRecord:
+) -> measures.ContactRecord:
     """Return what the measures of a march without energies are taken from.
 
     Args:
@@ -348,27 +332,27 @@ def blow_of_march(
         displacement: whether with that of the seat.
         stress: the look at the reed's; ``None``: it is not looked at.
     """
-    prepared, choice, force = stepper.prepared, scene.accuracy.landing, force_of(stepper)
-    judged = judged_landing(landings, choice, like)
+    prepared, choice, force = stepper.prepared, scene.accuracy.landing, touches.force_of(stepper)
+    judged = measures.judged_landing(landings, choice, like)
     since = None if judged is None or stress is None else judged.start
     stresses = None if stress is None else stress(stepper, since)
-    return ContactRecord(
+    return measures.ContactRecord(
         force=force,
         dt=prepared.dt,
         filter_width=scene.run.filter_width,
-        displacement=displacement_of(stepper) if displacement else None,
+        displacement=touches.displacement_of(stepper) if displacement else None,
         stress=stresses,
-        line=line_of(scene, prepared.problem, parts_of(stepper)),
-        film=film_of(stepper),
+        line=lips.line_of(scene, prepared.problem, touches.parts_of(stepper)),
+        film=touches.film_of(stepper),
         landings=landings,
         asked=choice,
         stress_since=since,
     )
 
 
-def in_flight(striker: impact.Body, dt: float, duration: float) -> Discrete:
+def in_flight(striker: impact.Body, dt: float, duration: float) -> motion.Discrete:
     """Return a striker over ``duration`` [s], its motion without contact known."""
-    discrete = Discrete.from_body(striker, dt, step_count(dt, duration))
+    discrete = motion.Discrete.from_body(striker, dt, step_count(dt, duration))
     return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 

@@ -19,9 +19,7 @@ from seatfem.structures.kinds.plate_loads import constant, scaled
 from seatfem.structures.kinds.structure import in_role
 from seatfem.study.impacts.gas import gas_loads, lift_of
 from seatfem.study.impacts.touches import Touches, on_the_ports
-from seatfem.study.scene import Scene, SceneError
-from seatfem.study.scene.drives import ExternalLoad, ValveSpring
-from seatfem.study.scene.problems import Problem
+from seatfem.study.scene import Scene, SceneError, drives, problems
 from seatfem.units import write_quantity
 
 STRAYS: Final = 0.01
@@ -147,12 +145,12 @@ def valve_spring_keys(scene: Scene, striker: Body, seat: GreensFunction, touches
     }
 
 
-def _undeformed(scene: Scene, spring: ValveSpring) -> float:
+def _undeformed(scene: Scene, spring: drives.ValveSpring) -> float:
     """Return the force on the undeformed reed, towards the seat [N]."""
     return spring.preload + spring.stiffness * scene.contact.gap
 
 
-def _shapes(scene: Scene, spring: ValveSpring, body: Body) -> Array:
+def _shapes(scene: Scene, spring: drives.ValveSpring, body: Body) -> Array:
     """Return the (M, S) shapes of the body's modes at the springs of a table [1/sqrt(kg)]."""
     return scene.reed.pushed_at(body, spring.places if spring.at is None else spring.at, by="springs")
 
@@ -188,7 +186,7 @@ def _loads(scene: Scene, body: Body) -> Iterator[Load]:
                 yield Load(shape, scaled(load.base_motion.course, -mass))
 
 
-def _blown(scene: Scene, load: ExternalLoad, body: Body) -> Load:
+def _blown(scene: Scene, load: drives.ExternalLoad, body: Body) -> Load:
     """Return the load of a pressure, p(t) A(0), and its change with the lift, A/A(0): 1 for a constant area."""
     assert load.pressure is not None
     assert load.area is not None
@@ -219,4 +217,4 @@ def check_start(scene: Scene, striker: impact.Body, contacts: Sequence[impact.Co
         f"towards the {'seat' if seat else 'stopper'}, so that it would begin inside it: add "
         f"{-1e6 * (contact.gap + start):.4g} um or more to {key}, or release the reed from another shape"
     )
-    raise SceneError((Problem(None, 0, key, words, tuple(key.split("."))),))
+    raise SceneError((problems.Problem(None, 0, key, words, tuple(key.split("."))),))

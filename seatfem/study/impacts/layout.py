@@ -1,7 +1,5 @@
 """The drawing of a scene: its layout, bodies in their places, loads and motions in words, and the file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -12,17 +10,13 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.quantities import percent
+from seatfem.pictures import rendering, scene_drawing
 from seatfem.pictures.layout import Action, Layout, Placed, Way
-from seatfem.pictures.rendering import Picture
-from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
-from seatfem.study.scene import Scene
-from seatfem.study.scene.drives import ValveSpring
-from seatfem.study.scene.files import check_files
-from seatfem.study.scene.lips import stopper_lip
+from seatfem.study.scene import Scene, drives, files, lips
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
@@ -135,7 +129,7 @@ def _springs(scene: Scene, at: float | None) -> Array:
     return np.concatenate([np.zeros((0, 2)), *places])
 
 
-def _of_springs(scene: Scene, spring: ValveSpring, at: float | None) -> Array:
+def _of_springs(scene: Scene, spring: drives.ValveSpring, at: float | None) -> Array:
     if spring.at is not None:
         return np.array([(_along(spring.at, at), 0.0)])
     points, plate = spring.places, scene.reed.thin_plate
@@ -271,7 +265,7 @@ def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planne
         yield "starts pressed on its seat (preload)"
     if (stopper := scene.stopper) is not None and stopper.parts != Division():
         try:
-            known = stopper_lip(scene) is not None
+            known = lips.stopper_lip(scene) is not None
         except ModelError:
             known = False
         if known:
@@ -295,12 +289,12 @@ def draw_scene(scene: Scene, path: Path, division: Division | None = None) -> La
         PictureError: matplotlib is missing, or cannot write this format.
         Also what `layout_of` raises.
     """
-    check_files(scene)
+    files.check_files(scene)
     layout = layout_of(scene, division)
-    draw_layout(layout, path)
+    scene_drawing.draw_layout(layout, path)
     return layout
 
 
-def drawing_picture(scene: Scene, division: Division) -> Picture:
+def drawing_picture(scene: Scene, division: Division) -> rendering.Picture:
     """Return the drawing as a picture of a run, whose lip is divided so."""
-    return DRAWING, lambda path: draw_layout(layout_of(scene, division), path)
+    return DRAWING, lambda path: scene_drawing.draw_layout(layout_of(scene, division), path)

@@ -8,14 +8,11 @@ from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 import impact
-from impact.after.loads import without_springs
-from impact.after.measures import largest_impact_velocity
-from impact.after.stresses import ReedStress
+from impact.after import loads, measures, stresses
 from impact.greens.base import Array
-from impact.life.damage import Life
+from impact.life import damage, strength
 from impact.life.multiaxial import hertz_path
 from impact.life.places import Judged, judged, margin_error, on_planes
-from impact.life.strength import SpeedMargin, Strength, speed_margin
 from impact.march.stepper import with_recorded_loads
 from impact.notices import Advice
 from seatfem.study.impacts.gas import lift_of
@@ -39,18 +36,18 @@ class LifeResult:
         speed: allowed and largest speed of closing; ``None`` where no limit is stated, or nothing closed.
     """
 
-    bodies: tuple[tuple[Judged, Strength], ...] = ()
-    below: tuple[Judged, Strength] | None = None
-    speed: SpeedMargin | None = None
+    bodies: tuple[tuple[Judged, strength.Strength], ...] = ()
+    below: tuple[Judged, strength.Strength] | None = None
+    speed: strength.SpeedMargin | None = None
 
     @property
-    def of_one_axis(self) -> tuple[Judged, Strength] | None:
+    def of_one_axis(self) -> tuple[Judged, strength.Strength] | None:
         """Return the judgement of the body with the least margin over the design life."""
         candidates = [each for each in self.bodies if each[0].life is not None]
         return min(candidates, key=lambda each: each[0].life.margin if each[0].life else math.inf, default=None)
 
     @property
-    def of_several_axes(self) -> tuple[Judged, Strength] | None:
+    def of_several_axes(self) -> tuple[Judged, strength.Strength] | None:
         """Return the judgement of the body with the least margin by the criterion of several axes."""
         candidates = [each for each in self.bodies if each[0].tensor_at is not None]
         return min(candidates, key=lambda each: each[0].tensor_margin or 0.0, default=None)
@@ -62,8 +59,8 @@ def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = (
     life = scene.life
     if life is None:
         return LifeResult()
-    allowed, closing = life.allowed_speed(), largest_impact_velocity(touches.seat)
-    speed = None if allowed is None or math.isnan(closing) else speed_margin(closing, allowed)
+    allowed, closing = life.allowed_speed(), measures.largest_impact_velocity(touches.seat)
+    speed = None if allowed is None or math.isnan(closing) else strength.speed_margin(closing, allowed)
     first, bodies = block_from(scene, touches), []
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
         if demand is not None and life.of_bending:
@@ -76,7 +73,7 @@ def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = (
 
 
 def of_beam(
-    scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None
+    scene: Scene, striker: impact.Body, touches: Touches, stress: stresses.ReedStress | None
 ) -> Iterator[tuple[str, Array]]:
     """Yield the histories of a reed whose bending is known while it strikes, where its life is asked for."""
     if scene.life is not None and scene.life.demand() is not None:
@@ -85,14 +82,14 @@ def of_beam(
 
 
 def beam_histories(
-    scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None, *, few: bool = False
+    scene: Scene, striker: impact.Body, touches: Touches, stress: stresses.ReedStress | None, *, few: bool = False
 ) -> Iterator[tuple[str, Array]]:
     """Yield histories as `seatfem.structures.kinds.striking.KnownStress.histories` does. ``stress``: the largest ones,
     whose places are among them."""
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     also = {peak.at for peak in peaks if peak is not None}
-    marched = without_springs(with_recorded_loads(striker, lift_of(touches), dt), force, dt)
+    marched = loads.without_springs(with_recorded_loads(striker, lift_of(touches), dt), force, dt)
     if (known := scene.reed.stress(force, dt, marched, scene.contact_at)) is not None:
         yield from known.histories(also, few=few)
 
@@ -216,12 +213,12 @@ def from_json(scene: Scene, numbers: Mapping[str, Any]) -> LifeResult:
     return LifeResult(
         bodies,
         None if below is None or contact is None else (_judged(below), contact.strength),
-        None if speed is None else SpeedMargin(**speed),
+        None if speed is None else strength.SpeedMargin(**speed),
     )
 
 
 def _judged(numbers: Mapping[str, Any]) -> Judged:
     life = numbers["life"]
     if life is not None:
-        life = Life(**{**life, "advice": tuple(Advice(**each) for each in life["advice"])})
+        life = damage.Life(**{**life, "advice": tuple(Advice(**each) for each in life["advice"])})
     return Judged(**{**numbers, "life": life})

@@ -16,17 +16,14 @@ from impact.after.stresses import PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
 from impact.march.stepper import with_recorded_loads
+from seatfem.structures import lip, rings, sheets
 from seatfem.structures.elements.mindlin import PlateMesh
-from seatfem.structures.fields.corners import near, sharp_nodes
-from seatfem.structures.fields.peaks import Integers
+from seatfem.structures.fields import corners, peaks
 from seatfem.structures.fields.recovery import Largest, LargestStress, StressField, largest
 from seatfem.structures.fields.sites import plate_nodes, plate_stress
 from seatfem.structures.kinds.thin_plate import ThinPlate
-from seatfem.structures.lip import AnyLip
 from seatfem.structures.mesh.plane_meshes import CLAMPED
 from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.rings import Division, ring_borders
-from seatfem.structures.sheets import PlateModes, patches_of
 from seatfem.study.impacts.touches import parts_of, stopper_force_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of, on_the_reed
@@ -51,7 +48,7 @@ class _Columns:
     points: Array
     static: Array
     modal: Array
-    few: Integers
+    few: peaks.Integers
 
 
 def has_plate_stress(scene: Scene, striker: Body) -> bool:
@@ -65,28 +62,28 @@ def reed_of(scene: Scene) -> ThinPlate:
     return scene.reed.thin_plate
 
 
-def lips_of_plate(scene: Scene, division: Division) -> tuple[AnyLip, ...]:
+def lips_of_plate(scene: Scene, division: rings.Division) -> tuple[lip.AnyLip, ...]:
     """Return what touches the plate that strikes: its own face first, then the seat's lip in these parts."""
     return reed_of(scene).lips(on_the_reed(scene, lip_of(scene, division.arcs, division.rings)))
 
 
-def touching_lips(scene: Scene, division: Division) -> tuple[AnyLip, ...]:
+def touching_lips(scene: Scene, division: rings.Division) -> tuple[lip.AnyLip, ...]:
     """Return those of `lips_of_plate` that really touch: the seat's, else its own; a stopper meets its own, too."""
     lips = lips_of_plate(scene, division)
     return lips if scene.stopper is not None else lips[-1:]
 
 
-def touched_points(scene: Scene, greens: GreensFunction, division: Division) -> Array:
+def touched_points(scene: Scene, greens: GreensFunction, division: rings.Division) -> Array:
     """Return (k, 2) points of the patches with which a plate touches [m]."""
     return _points_of(reed_of(scene).plate(greens), touching_lips(scene, division))
 
 
-def singular_points(scene: Scene, greens: GreensFunction, division: Division) -> Array:
+def singular_points(scene: Scene, greens: GreensFunction, division: rings.Division) -> Array:
     """Return (k, 2) points of a plate that strikes beside which its theory knows no stress [m]."""
     return _singular(reed_of(scene).plate(greens), touching_lips(scene, division))
 
 
-def plate_field(scene: Scene, striker: Body, division: Division, *, few: bool = False) -> StressField:
+def plate_field(scene: Scene, striker: Body, division: rings.Division, *, few: bool = False) -> StressField:
     """Return the stress in the face z = h/2 of the plate that strikes.
 
     It is known at the nodes away from what has no stress in plate theory: within one thickness of sharp corners, of the
@@ -106,9 +103,9 @@ def plate_field(scene: Scene, striker: Body, division: Division, *, few: bool = 
 class _Plate:
     """A plate and what touches it, equal to another where its modes, lips and ports are."""
 
-    plate: PlateModes
-    lips: tuple[AnyLip, ...]
-    touched: tuple[AnyLip, ...]
+    plate: sheets.PlateModes
+    lips: tuple[lip.AnyLip, ...]
+    touched: tuple[lip.AnyLip, ...]
     ports: tuple[str, ...]
 
     def __hash__(self) -> int:
@@ -137,12 +134,12 @@ def _columns(asked: _Plate) -> _Columns:
     functional = plate_stress(plate.mesh, sheet.material, thickness, model, sites)
     solutions = factorize(stiffness, tolerance=tolerance, name="K").solve(loads), shapes[:, ~rigid]
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in solutions)
-    away = ~near(sites.points, _singular(plate, asked.touched), thickness)
+    away = ~corners.near(sites.points, _singular(plate, asked.touched), thickness)
     points, static, modal = sites.points[away], static[away], modal[away]
     return _Columns(points, static, modal, _most_stressed(static, modal))
 
 
-def _most_stressed(static: Array, modal: Array) -> Integers:
+def _most_stressed(static: Array, modal: Array) -> peaks.Integers:
     """Return the numbers of the points most stressed by each of the lowest modes and by all ports together."""
     by_mode = np.linalg.norm(modal[:, :, :MODES_LOOKED_AT], axis=1)
     by_ports = np.linalg.norm(static.sum(axis=2), axis=1)[:, None]
@@ -201,10 +198,10 @@ class PlateLook:
 
     scene: Scene
     field: StressField
-    division: Division
+    division: rings.Division
 
     @classmethod
-    def at_few_places(cls, scene: Scene, striker: Body, division: Division) -> PlateLook | None:
+    def at_few_places(cls, scene: Scene, striker: Body, division: rings.Division) -> PlateLook | None:
         """Return the look at the places that modes and ports stress most; ``None`` of strikers that are no plates."""
         if not has_plate_stress(scene, striker):
             return None
@@ -232,7 +229,7 @@ class Forces:
     """
 
     parts: Array
-    division: Division
+    division: rings.Division
     stopper: Array | None
     dt: float
 
@@ -240,15 +237,15 @@ class Forces:
     def from_march(stepper: impact.ContactStepper) -> Forces:
         """Return those of a run that is over."""
         problem, parts = stepper.prepared.problem, parts_of(stepper)
-        division = Division.from_greens(problem.target.greens) if parts.shape[1] > 1 else Division()
+        division = rings.Division.from_greens(problem.target.greens) if parts.shape[1] > 1 else rings.Division()
         return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)
 
-    def by(self, wanted: Division) -> Array:
+    def by(self, wanted: rings.Division) -> Array:
         """Return (n + 1, parts) forces on the parts of another division, of a uniform pressure in each part [N]."""
         have = self.division
         if have == wanted:
             return self.parts
-        across = overlaps(ring_borders(have.rings), ring_borders(wanted.rings))
+        across = overlaps(rings.ring_borders(have.rings), rings.ring_borders(wanted.rings))
         along = overlaps(np.linspace(0, 1, have.arcs + 1), np.linspace(0, 1, wanted.arcs + 1))
         parts = self.parts.reshape(-1, have.arcs, have.rings)
         return np.asarray(np.einsum("nar,ab,rc->nbc", parts, along, across, optimize=True)).reshape(len(parts), -1)
@@ -261,7 +258,7 @@ def overlaps(have: Array, wanted: Array) -> Array:
     return np.asarray(np.maximum(high - low, 0.0) / np.diff(have)[:, None])
 
 
-def pushes_of(greens: GreensFunction, parts: Array, division: Division, stopper: Array | None) -> Array:
+def pushes_of(greens: GreensFunction, parts: Array, division: rings.Division, stopper: Array | None) -> Array:
     """Return (n + 1, ports) forces on the ports of a striker, away from the seat [N].
 
     Args:
@@ -278,14 +275,14 @@ def pushes_of(greens: GreensFunction, parts: Array, division: Division, stopper:
     return force
 
 
-def _singular(plate: PlateModes, touched: tuple[AnyLip, ...]) -> Array:
+def _singular(plate: sheets.PlateModes, touched: tuple[lip.AnyLip, ...]) -> Array:
     """Return (k, 2) points that are touched, ends of the clamp and sharp corners [m]."""
-    return np.concatenate([_points_of(plate, touched), _ends_of_clamp(plate.mesh), sharp_nodes(plate.mesh)])
+    return np.concatenate([_points_of(plate, touched), _ends_of_clamp(plate.mesh), corners.sharp_nodes(plate.mesh)])
 
 
-def _points_of(plate: PlateModes, lips: tuple[AnyLip, ...]) -> Array:
+def _points_of(plate: sheets.PlateModes, lips: tuple[lip.AnyLip, ...]) -> Array:
     """Return (k, 2) points of the patches of some lips [m]."""
-    return np.concatenate([patch.points for patch in patches_of(plate.sheet, lips).values()])
+    return np.concatenate([patch.points for patch in sheets.patches_of(plate.sheet, lips).values()])
 
 
 def _ends_of_clamp(mesh: PlateMesh) -> Array:

@@ -11,19 +11,16 @@ import numpy as np
 
 import impact
 from impact import measures
-from impact.after.histories import largest_average
+from impact.after import histories, stresses
 from impact.after.landings import pair_landings
 from impact.after.result import ImpactResult, as_one, of_contacts
-from impact.after.stresses import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.march.motion import mean_displacement
 from impact.runs.variations import Budget, Values
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.landings import Face, Landings, landings_of_result
-from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import STOPPER as STOPPER_PREFIX
-from seatfem.study.scene.lips import line_of
+from seatfem.study.scene import Scene, lips
 from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, judged_landing, key_of, values_of
 
 
@@ -67,7 +64,7 @@ def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResu
     if of_seat == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=above, landings=landings)
     parts = of_contacts(result, slice(of_seat))
-    line = line_of(scene, problem, parts.force, parts.film)
+    line = lips.line_of(scene, problem, parts.force, parts.film)
     seat = as_one(parts, shares)
     mass = _mass_that_moves(problem, np.asarray(parts.force.sum(axis=0)), shares)
     return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, above, landings)
@@ -150,7 +147,7 @@ def on_the_ports(scene: Scene, striker: GreensFunction, seat: GreensFunction, to
 
     add(touches.parts, touches.seat, Division.from_greens(seat).names, 0, 1)
     if touches.stopper is not None and scene.stopper is not None:
-        names = tuple(STOPPER_PREFIX + name for name in scene.stopper.parts.names)
+        names = tuple(lips.STOPPER + name for name in scene.stopper.parts.names)
         add(touches.stopper_parts, touches.stopper, names, len(striker.ports) - 1 if scene.has_two_places else 0, -1)
     return force
 
@@ -176,14 +173,14 @@ RECORD: Final = "record"
 
 
 def measured(
-    touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
+    touches: Touches, filter_width: float, stress: stresses.ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> Values:
     """Return the measures of a run, SI, by name; ``stress``: the reed's, if wanted; ``asked``: of which landing."""
     return values_of(contact_record_of(touches, filter_width, stress, asked))
 
 
 def contact_record_of(
-    touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
+    touches: Touches, filter_width: float, stress: stresses.ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> ContactRecord:
     """Return what the measures of a run are taken from."""
     result, landings = touches.seat, () if touches.landings is None else touches.landings.seat
@@ -254,7 +251,7 @@ def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[
     if force is None:
         return {}
     return {
-        "stopper_filtered_peak_force_N": largest_average(force[1:], dt, filter_width),
+        "stopper_filtered_peak_force_N": histories.largest_average(force[1:], dt, filter_width),
         "stopper_impulse_Ns": float(np.sum(force[1:])) * dt,
     }
 

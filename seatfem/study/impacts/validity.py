@@ -10,12 +10,10 @@ from typing import Final
 import numpy as np
 
 import impact
-from impact import measures
+from impact import measured, measures, notices, quantities
 from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
-from impact.notices import Advice
-from impact.quantities import percent, text
 from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.contact import run_contacts
@@ -32,7 +30,7 @@ THICKEST_GAS: Final = 1e-4
 
 def validity_advice(
     scene: Scene, seat: GreensFunction | None = None, reed: GreensFunction | None = None
-) -> tuple[Advice, ...]:
+) -> tuple[notices.Advice, ...]:
     """Return advice on what the run answers beyond the limits of its theory or of its data."""
     flat = scene.reed.slender or scene.reed.thin_plate
     advice = [*(() if flat is None else flat.limits()), *_misfits(scene, seat, reed)]
@@ -41,7 +39,7 @@ def validity_advice(
         if band is None or scene.run.filter_width >= 1 / band:
             continue
         advice.append(
-            Advice(
+            notices.Advice(
                 "1/run.filter_width over the measured band",
                 1 / (scene.run.filter_width * band),
                 1.0,
@@ -82,7 +80,7 @@ def covered_notes(scene: Scene) -> tuple[str, ...]:
         return ()
     outer, place = write_quantity(2 * ring[0] + ring[1], "length", 3), write_quantity(at, "length")
     return (
-        f"the reed covers {percent(share, 2)} of the lip, {outer} wide, at contact.at = {place}; "
+        f"the reed covers {quantities.percent(share, 2)} of the lip, {outer} wide, at contact.at = {place}; "
         "this model presses all of it. A reed that closes a port reaches beyond its lip all around: make contact.at "
         "smaller, or the reed wider",
     )
@@ -104,7 +102,7 @@ def dishing_notes(scene: Scene) -> tuple[str, ...]:
         return ()
     radius = min(float(np.hypot(*loop.T).max()) for loop in loops)
     unit = closing * (radius / thickness) ** 2
-    clamped, turning = (text(share * unit, "Pa", 2) for share in (3 / 4, 3 * (3 + material.poisson) / 8))
+    clamped, turning = (quantities.text(share * unit, "Pa", 2) for share in (3 / 4, 3 * (3 + material.poisson) / 8))
     port, pressure = write_quantity(2 * radius, "length", 3), write_quantity(closing, "pressure", 2)
     return (
         f"closed under {pressure} over a port of {port} the reed also dishes: about {clamped} to {turning} (round "
@@ -155,23 +153,27 @@ def fit_of(greens: GreensFunction) -> Fit:
     return Fit(highest, missed, allowed, lines, worst)
 
 
-def _misfits(scene: Scene, seat: GreensFunction | None, reed: GreensFunction | None) -> Iterator[Advice]:
+def _misfits(scene: Scene, seat: GreensFunction | None, reed: GreensFunction | None) -> Iterator[notices.Advice]:
     """Yield that the fit to a record misses more of it than its noise explains, with the lines."""
     for role, body, greens in (("seat", scene.seat, seat), ("reed", scene.reed, reed)):
         if greens is None or body.measured is None:
             continue
-        from impact.measured.pole_fit import BLOCK_LIMIT, in_words  # of measured bodies only
-
         fit = fit_of(greens)
         remedy = f"leave these lines out, state {role}.free = true for a free body, or measure a wider band"
         reason = "it is not the response of a linear, passive body with all its modes within the band"
         if fit.unexplained > fit.allowed:
             what = f"part of the {role}'s record that its poles miss beyond the noise"
-            where = f", most of it {words}" if (words := in_words(list(fit.ranges))) else ""
-            yield Advice(what, fit.unexplained, fit.allowed, f"{reason}{where}", remedy)
+            where = f", most of it {words}" if (words := measured.pole_fit.in_words(list(fit.ranges))) else ""
+            yield notices.Advice(what, fit.unexplained, fit.allowed, f"{reason}{where}", remedy)
         elif fit.ranges:
             what = f"largest misfit of the {role}'s poles over the noise of the record"
-            yield Advice(what, fit.worst, math.sqrt(BLOCK_LIMIT), f"{reason} {in_words(list(fit.ranges))}", remedy)
+            yield notices.Advice(
+                what,
+                fit.worst,
+                math.sqrt(measured.pole_fit.BLOCK_LIMIT),
+                f"{reason} {measured.pole_fit.in_words(list(fit.ranges))}",
+                remedy,
+            )
 
 
 ONE_PORT: Final = "one_port"

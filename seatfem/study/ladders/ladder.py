@@ -20,8 +20,7 @@ from impact.runs.variations import Terms, Variation, of_g, with_body
 from seatfem.structures.estimates.costs import SeatModel
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import problem_of, solved_stopper, striker_of
-from seatfem.study.impacts.touches import Source, stopper_in
+from seatfem.study.impacts import contact, touches
 from seatfem.study.method import RunMethod
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.sensitivity import Changes
@@ -60,13 +59,13 @@ class ComputedRun:
             return self.seat
         if role == "reed":
             return self.reed
-        return None if self.body("stopper") is None else solved_stopper(self.scene)
+        return None if self.body("stopper") is None else contact.solved_stopper(self.scene)
 
     def body(self, role: Role) -> impact.Body | None:
         """Return a body of the march; ``None`` for a stopper that is not there."""
         if role == "seat":
             return self.problem.target
-        return self.problem.striker if role == "reed" else stopper_in(self.problem)
+        return self.problem.striker if role == "reed" else touches.stopper_in(self.problem)
 
     @property
     def division(self) -> Division:
@@ -77,9 +76,9 @@ class ComputedRun:
         """Return the run with another Green's function of one of its bodies."""
         stopper = self.body("stopper")
         if role == "seat":
-            return Variation(problem_of(self.scene, self.problem.striker, impact.Body(greens), stopper), weight)
+            return Variation(contact.problem_of(self.scene, self.problem.striker, impact.Body(greens), stopper), weight)
         if role == "reed":
-            return self.with_body("reed", striker_of(self.scene, greens=greens), weight)
+            return self.with_body("reed", contact.striker_of(self.scene, greens=greens), weight)
         assert stopper is not None
         return self.with_body("stopper", replace(stopper, greens=greens), weight)
 
@@ -178,7 +177,7 @@ class Ladder:
     """
 
     key: str
-    source: Source
+    source: touches.Source
     part: str = ""
     also: tuple[str, ...] = ()
     falls: bool = False

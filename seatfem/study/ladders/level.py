@@ -1,7 +1,5 @@
 """The ladder of models: a spring, a closed form, or finite elements with waves, each with what it leaves out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
@@ -10,8 +8,7 @@ from impact.greens.base import GreensFunction
 from impact.quantities import percent
 from impact.runs.variations import Terms, safety, times
 from seatfem.structures.cache import Cache
-from seatfem.structures.estimates.costs import seat_seconds
-from seatfem.structures.estimates.surrogate import ERRORS
+from seatfem.structures.estimates import costs, surrogate
 from seatfem.structures.method import Method, with_start
 from seatfem.study.impacts.contact import seat_beside, seat_of
 from seatfem.study.ladders.ladder import BodyLadder, ComputedRun, Option
@@ -195,7 +192,7 @@ def without_waves(context: PlanningContext) -> WithoutWaves:
 
 def coarse_method(context: PlanningContext) -> Method:
     """Return the coarsest method whose seat in arcs shows its waves: up to its first resonances."""
-    coarse = context.elements(context.lowest_band, COARSE_TOLERANCE, ERRORS[0])
+    coarse = context.elements(context.lowest_band, COARSE_TOLERANCE, surrogate.ERRORS[0])
     return replace(coarse, level=context.waves.level)
 
 
@@ -203,7 +200,7 @@ def _seconds(context: PlanningContext, method: Method) -> float:
     """Return the predicted time to make a seat [s]."""
     model = finite_elements(context.scene, replace(context.stated, seat=method))
     assert model is not None
-    return sum(seat_seconds(model, context.machine).values())
+    return sum(costs.seat_seconds(model, context.machine).values())
 
 
 def changes_on(context: PlanningContext, seat: GreensFunction) -> Changes:

@@ -1,7 +1,5 @@
 """Ladders of the meshes: element sizes in the bulk and at the contact, and the order of the elements."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final

@@ -1,14 +1,11 @@
 """Ladders of the struck patch: its rings, the arcs of a lip, one port in their place, and the parts of a stopper."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
 import impact
-from impact.greens.base import GreensFunction
-from impact.greens.modal import ModalGreens
+from impact.greens import base, modal
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, with_body
 from seatfem.structures.estimates.costs import PORTS_POWER
@@ -28,16 +25,15 @@ from seatfem.structures.rings import (
     parts_joined,
     with_fewer_rings,
 )
+from seatfem.study import method, safety
 from seatfem.study.impacts.contact import problem_of, solved_striker, striker_of
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
-from seatfem.study.method import PORTS, RINGS, RunMethod, chooses_one_port
 from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
-from seatfem.study.safety import ONE_PORT_BAR
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import across_of, arcs_behind_rings, behind_the_reed, lip_of
 
-PORTS_IN_A_TRADE: Final = (16, 64)  # of a lip, beside the centre's
+PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # of a lip, beside the centre's
 
 
 @dataclass(frozen=True)
@@ -74,13 +70,13 @@ class Rings(Ladder):
         for rings, changes in context.left_by_rings.items():
             more = rings**PORTS_POWER
             costs = {"seconds": option.seconds * more, "poles": option.poles * rings * more}
-            yield option.with_seat({RINGS: changes}, {"rings": rings}, **costs)
+            yield option.with_seat({method.RINGS: changes}, {"rings": rings}, **costs)
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, scene: Scene, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield the rings that a plan has chosen, where the centre has one."""
         rings = centre.seat.rings or 1
         if rings > 1:
-            yield Neighbour(f"{rings} rings", "rings", {RINGS: rings})
+            yield Neighbour(f"{rings} rings", "rings", {method.RINGS: rings})
 
 
 def of_rings_across(run: ComputedRun) -> Terms | None:
@@ -139,15 +135,15 @@ class Arcs(Ladder):
         if arcs is None:
             yield option
             return
-        across = {RINGS: arcs.across} if arcs.across else {}
-        yield replace(option, changes={**option.changes, PORTS: arcs.left, **across})
+        across = {method.RINGS: arcs.across} if arcs.across else {}
+        yield replace(option, changes={**option.changes, method.PORTS: arcs.left, **across})
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, scene: Scene, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield other numbers of arcs of a lip that a plate lands on."""
         if centre.ports is not None and centre.reed.bandwidth is not None:
             for ports in PORTS_IN_A_TRADE:
                 if ports != centre.ports:
-                    yield Neighbour(f"{ports} ports", "ports", {PORTS: ports})
+                    yield Neighbour(f"{ports} ports", "ports", {method.PORTS: ports})
 
 
 @dataclass(frozen=True)
@@ -156,7 +152,7 @@ class OnePort(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a plan has chosen it."""
-        return chooses_one_port(run.scene, run.method)
+        return method.chooses_one_port(run.scene, run.method)
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return `ONE_PORT_BAR` times what as many arcs as a scene has by default, each with rings across, change,
@@ -170,20 +166,20 @@ class OnePort(Ladder):
         as_before = problem_of(scene, run.problem.striker, one, run.body("stopper"))
         striker = striker_of(scene, greens=_greens_along(run, lip.division))
         varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))
-        return ((Variation(varied, ONE_PORT_BAR, as_before), Variation(varied, ONE_PORT_BAR)),)
+        return ((Variation(varied, safety.ONE_PORT_BAR, as_before), Variation(varied, safety.ONE_PORT_BAR)),)
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
         """Yield the option with what one port leaves, where the pre-runs chose it."""
         left = {} if context.one_port is None else {ONE_PORT: context.one_port}
         yield replace(option, changes={**option.changes, **left})
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, scene: Scene, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield one port in place of several."""
         if centre.reed.bandwidth is not None and (centre.ports or 1) > 1:
             yield Neighbour("one port", "one port", in_place=ONE_PORT)
 
 
-def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> ModalGreens | None:
+def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens | None:
     """Return the seat as a whole, with a half-space under the parts of a lip; ``None`` where either is not known."""
     surrogate = run.scene.seat.surrogate(run.scene.run.duration, run.scene.reed.face)
     whole = as_a_whole(run.seat.greens).modal or surrogate.greens.modal
@@ -192,7 +188,7 @@ def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> ModalGreens | None
     return on_its_patch(whole, lip, surrogate.patch)
 
 
-def _greens_along(run: ComputedRun, parts: Division) -> GreensFunction | None:
+def _greens_along(run: ComputedRun, parts: Division) -> base.GreensFunction | None:
     """Return the Green's function of the plate with the lip in these parts."""
     along = run.method.along(run.scene, parts.arcs, parts.rings)
     solved = solved_striker(run.scene, method=along.reed, mesh_error=False)
@@ -247,7 +243,7 @@ def _beside(division: Division) -> tuple[Division, float]:
     return (Division(division.arcs // 2, division.rings), OF_TWICE - 1) if other == division else (other, OF_TWICE)
 
 
-def _holds(greens: GreensFunction, division: Division) -> bool:
+def _holds(greens: base.GreensFunction, division: Division) -> bool:
     """Return whether the parts of a patch make those of a coarser division."""
     known = Division.from_greens(greens)
     return known.arcs % division.arcs == 0 and known.rings % division.rings == 0

@@ -1,7 +1,5 @@
 """Ladders of the reductions: bands, tolerances, the modes of a plate that strikes, the record of a measured seat."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -16,23 +14,11 @@ from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_o
 from seatfem.structures.estimates.costs import TOLERANCE_POWER, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.estimates.surrogate import ERRORS
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.impacts.validity import BEAM, fit_of, simpler_bodies
-from seatfem.study.ladders.ladder import (
-    RATIO,
-    BodyLadder,
-    ComputedRun,
-    Elements,
-    Ladder,
-    Neighbour,
-    Option,
-    large_percent,
-)
-from seatfem.study.ladders.mesh import too_many_modes
+from seatfem.study.impacts import contact, validity
+from seatfem.study.ladders import ladder, mesh
 from seatfem.study.method import BAND, REED_BAND, TOLERANCE, RunMethod, stated_method
+from seatfem.study.prerun import look, sensitivity
 from seatfem.study.prerun.context import PlanningContext
-from seatfem.study.prerun.look import BANDS
-from seatfem.study.prerun.sensitivity import Changes, with_other_modes
 from seatfem.study.safety import FEWER_POLES, LEAST_FINER, OF_DRAWS
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
@@ -42,14 +28,14 @@ LOOSER_AND_STRICTER: Final = (0.1, 0.003)  # tolerances of a trade
 OF_A_BEAM: Final = 20e3  # Hz: of the plate in whose place a beam stands, which starts as it does
 
 
-def measured_draws(run: ComputedRun) -> tuple[GreensFunction, ...]:
+def measured_draws(run: ladder.ComputedRun) -> tuple[GreensFunction, ...]:
     """Return the draws of a seat that is a fit to a record, which take the place of a reduction's error."""
     measured = run.scene.seat.measured
     return () if measured is None else tuple(measured.fit().draws)
 
 
 @dataclass(frozen=True)
-class Bandwidth(BodyLadder):
+class Bandwidth(ladder.BodyLadder):
     """The band of a body's reduction; the highest modes that it keeps are left out, or tell how the next go on."""
 
     def describe(self, value: float) -> str:
@@ -61,9 +47,9 @@ class Bandwidth(BodyLadder):
         if self.role == "reed":
             plate = scene.reed.thin_plate
             return float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.widest_band)))
-        return next((edge for edge in BANDS if edge > value * (1 + 1e-9)), float(LEAST_FINER * value))
+        return next((edge for edge in look.BANDS if edge > value * (1 + 1e-9)), float(LEAST_FINER * value))
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run without the highest modes of the body, as moved into its residual.
 
         A Krylov space keeps modes far beyond the band: of the seat those down to 1.6 below the last are left out.
@@ -84,9 +70,9 @@ class Bandwidth(BodyLadder):
         struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
         if struck is None:
             return ()
-        return (tuple(run.with_body(self.role, other, share) for other, share in with_other_modes(body)),)
+        return (tuple(run.with_body(self.role, other, share) for other, share in sensitivity.with_other_modes(body)),)
 
-    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
+    def extend(self, context: PlanningContext, option: ladder.Option) -> Iterable[ladder.Option]:
         """Yield the bands up to one above which nothing counts, or in which modes are too many; of statics the
         narrowest; of a plate that strikes the one that its pre-runs chose."""
         if self.role != "seat":
@@ -102,45 +88,45 @@ class Bandwidth(BodyLadder):
         for band in context.bands:
             if band > context.bands[0]:
                 seat = replace(context.elements(band, context.tolerances[0], ERRORS[0]), level=option.seat.level)
-                if too_many_modes(context, replace(option.method, seat=seat)):
+                if mesh.too_many_modes(context, replace(option.method, seat=seat)):
                     return
             yield option.with_seat({}, {"bandwidth": band})
             if context.sensitivity.worst(context.sensitivity.above(band)) <= context.sensitivity.finest:
                 return
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[ladder.Neighbour]:
         """Yield narrower and wider bands; beside a plate's also the beam in its place."""
         name, value = ("band", centre.seat.bandwidth) if self.role == "seat" else ("reed band", centre.reed.bandwidth)
         if value is None or (self.role != "seat" and centre.ports is None) or self.role == "stopper":
             return
         if self.role == "reed" and has_a_beam(scene):
-            yield Neighbour("beam", "beam", {self.key: min(OF_A_BEAM, value)}, in_place=BEAM)
+            yield ladder.Neighbour("beam", "beam", {self.key: min(OF_A_BEAM, value)}, in_place=validity.BEAM)
         for k in (-1, 1):
-            yield Neighbour(f"{name} x {RATIO**k:.2f}", name, {self.key: value * RATIO**k})
+            yield ladder.Neighbour(f"{name} x {ladder.RATIO**k:.2f}", name, {self.key: value * ladder.RATIO**k})
 
 
 def has_a_beam(scene: Scene) -> bool:
     """Return whether a beam is known that could stand in place of the scene's plate."""
     method = stated_method(scene).replaced({REED_BAND: OF_A_BEAM}).along(scene, 1)
-    striker = striker_of(scene, method=method.reed)
-    return BEAM in dict(simpler_bodies(scene, striker, Division()))
+    striker = contact.striker_of(scene, method=method.reed)
+    return validity.BEAM in dict(validity.simpler_bodies(scene, striker, Division()))
 
 
 @dataclass(frozen=True)
-class Tolerance(BodyLadder):
+class Tolerance(ladder.BodyLadder):
     """The tolerance of a body's reduction; g is larger by the error that the reduction states."""
 
     falls: bool = True
 
     def describe(self, value: float) -> str:
         """Return a tolerance in percent."""
-        return large_percent(value)
+        return ladder.large_percent(value)
 
     def finer(self, value: float, factor: float, scene: Scene) -> float | None:
         """Return a stricter tolerance."""
         return value / factor if self.role == "seat" else None
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run with g larger by the reduction's error; that of a fit to a record is among its draws."""
         solved = run.solved(self.role)
         assert solved is not None
@@ -148,29 +134,29 @@ class Tolerance(BodyLadder):
             return ()
         return run.with_larger_g(self.role, solved.greens.error_estimate.reduction)
 
-    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
+    def extend(self, context: PlanningContext, option: ladder.Option) -> Iterable[ladder.Option]:
         """Yield the tolerances, with the cost of the seat; a stricter one keeps modes farther beyond the band."""
         elements, band = option.elements, option.seat.bandwidth or 0.0
         if self.role != "seat" or elements is None:
             yield option
             return
         for tolerance in context.tolerances[:1] if option.seat.static else context.tolerances:
-            errors: dict[str, Changes] = {}
+            errors: dict[str, sensitivity.Changes] = {}
             if not option.seat.static:
                 reach = band * max(1.0, FEWER_POLES * highest_pole(elements.model, tolerance))
                 errors = {BAND: context.sensitivity.above(reach), TOLERANCE: context.per_g(tolerance)}
             costs = _costs(context, elements, tolerance, band, static=option.seat.static)
             yield option.with_seat(errors, {"tolerance": tolerance}, **costs)
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[ladder.Neighbour]:
         """Yield a looser and a stricter one; arcs of a lip take modes alone."""
         if self.role == "seat" and centre.seat.bandwidth is not None and (centre.ports or 1) == 1:
             for tolerance in LOOSER_AND_STRICTER:
-                yield Neighbour(f"tolerance {tolerance:g}", "tolerance", {TOLERANCE: tolerance})
+                yield ladder.Neighbour(f"tolerance {tolerance:g}", "tolerance", {TOLERANCE: tolerance})
 
 
 def _costs(
-    context: PlanningContext, elements: Elements, tolerance: float, band: float, *, static: bool
+    context: PlanningContext, elements: ladder.Elements, tolerance: float, band: float, *, static: bool
 ) -> Mapping[str, float]:
     """Return the predicted seconds, bytes and poles of a seat reduced to a tolerance."""
     over_band, model = UNCOUNTED * band, elements.model
@@ -185,17 +171,17 @@ def _costs(
 
 
 @dataclass(frozen=True)
-class MeasuredRecord(Ladder):
+class MeasuredRecord(ladder.Ladder):
     """The record of a measured seat, which only a better measurement makes finer."""
 
-    def applies(self, run: ComputedRun) -> bool:
+    def applies(self, run: ladder.ComputedRun) -> bool:
         """Return whether the seat is a fit to a record, with draws."""
         return bool(measured_draws(run))
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run on each draw, with what lies above the band ringing at its end, and with g larger by a misfit
         beyond the noise."""
-        fit = fit_of(run.seat.greens)
+        fit = validity.fit_of(run.seat.greens)
         terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in measured_draws(run))]
         if fit.highest is not None and (ringing := _ringing_from(run.seat.greens, 2 * math.pi * fit.highest)):
             terms.append((run.with_greens("seat", ringing),))

@@ -4,20 +4,14 @@ A key that is declared here is in the error budget, in plans, in further rounds 
 in a reference; a way in which bodies are computed that is in no table here fails a test.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, Final
 
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
 from seatfem.study.impacts.validity import ONE_PORT
+from seatfem.study.ladders import level, march, mesh, patch, reduction
 from seatfem.study.ladders.ladder import Ladder
-from seatfem.study.ladders.level import Level
-from seatfem.study.ladders.march import ModeCount, TimeStep
-from seatfem.study.ladders.mesh import ElementOrder, ElementSize
-from seatfem.study.ladders.patch import Arcs, OnePort, Rings, StopperParts
-from seatfem.study.ladders.reduction import Bandwidth, MeasuredRecord, Tolerance
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
@@ -37,26 +31,26 @@ from seatfem.study.method import (
 )
 
 DECLARED: list[Ladder] = [
-    Level(MODEL, "model"),
-    Bandwidth(BAND, "reduction"),
-    ElementSize(SIZE, "mesh"),
-    ElementSize(CONTACT_SIZE, "mesh"),
-    ElementOrder(ORDER, "mesh"),
-    Tolerance(TOLERANCE, "reduction"),
-    Arcs(PORTS, "patch"),
-    OnePort(ONE_PORT, LIP),
-    Rings(RINGS, "patch"),
-    ModeCount(SEAT_MODES, "model"),
-    MeasuredRecord("seat.file", RECORD),
-    TimeStep(STEP, "time_step"),
-    ModeCount(MODES, "model", of_seat=False, role="reed"),
-    ElementSize(
+    level.Level(MODEL, "model"),
+    reduction.Bandwidth(BAND, "reduction"),
+    mesh.ElementSize(SIZE, "mesh"),
+    mesh.ElementSize(CONTACT_SIZE, "mesh"),
+    mesh.ElementOrder(ORDER, "mesh"),
+    reduction.Tolerance(TOLERANCE, "reduction"),
+    patch.Arcs(PORTS, "patch"),
+    patch.OnePort(ONE_PORT, LIP),
+    patch.Rings(RINGS, "patch"),
+    march.ModeCount(SEAT_MODES, "model"),
+    reduction.MeasuredRecord("seat.file", RECORD),
+    march.TimeStep(STEP, "time_step"),
+    march.ModeCount(MODES, "model", of_seat=False, role="reed"),
+    mesh.ElementSize(
         "reed.mesh.size", STRIKER, "mesh", ("reed.mesh.contact_size", "reed.mesh.order"), of_seat=False, role="reed"
     ),
-    Tolerance("reed.greens.tolerance", STRIKER, "reduction", of_seat=False, role="reed"),
-    Bandwidth(REED_BAND, STRIKER, of_seat=False, role="reed"),
-    Level("reed.model", STRIKER, "level", of_seat=False, role="reed"),
-    ElementSize(
+    reduction.Tolerance("reed.greens.tolerance", STRIKER, "reduction", of_seat=False, role="reed"),
+    reduction.Bandwidth(REED_BAND, STRIKER, of_seat=False, role="reed"),
+    level.Level("reed.model", STRIKER, "level", of_seat=False, role="reed"),
+    mesh.ElementSize(
         "stopper.mesh.size",
         STOPPER,
         "mesh",
@@ -64,11 +58,11 @@ DECLARED: list[Ladder] = [
         of_seat=False,
         role="stopper",
     ),
-    Tolerance("stopper.greens.tolerance", STOPPER, "reduction", of_seat=False, role="stopper"),
-    Bandwidth("stopper.greens.bandwidth", STOPPER, of_seat=False, role="stopper"),
-    Level("stopper.model", STOPPER, "level", of_seat=False, role="stopper"),
-    StopperParts("stopper.arcs", STOPPER, "patch", ("stopper.rings",), of_seat=False),
-    ModeCount("stopper.n_modes", STOPPER, of_seat=False, role="stopper"),
+    reduction.Tolerance("stopper.greens.tolerance", STOPPER, "reduction", of_seat=False, role="stopper"),
+    reduction.Bandwidth("stopper.greens.bandwidth", STOPPER, of_seat=False, role="stopper"),
+    level.Level("stopper.model", STOPPER, "level", of_seat=False, role="stopper"),
+    patch.StopperParts("stopper.arcs", STOPPER, "patch", ("stopper.rings",), of_seat=False),
+    march.ModeCount("stopper.n_modes", STOPPER, of_seat=False, role="stopper"),
 ]
 """Those of a seat in the order in which a plan decides them."""
 SAME_ANSWER: Final = "another way to the same g, to within its tolerance"

@@ -1,7 +1,5 @@
 """Costs of a run: time by stage and peak memory, predicted without meshing or assembling anything."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,8 +13,7 @@ from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.ladders.level import method_beside
 from seatfem.study.method import RunMethod
 from seatfem.study.planning.plan import Cost
-from seatfem.study.prerun.bench import surrogate_striker
-from seatfem.study.prerun.context import coarser_elements, finite_elements
+from seatfem.study.prerun import bench, context
 from seatfem.study.scene import Scene
 
 __all__ = ["Cost", "predict_cost"]
@@ -72,7 +69,7 @@ def further_seconds(
     return parts
 
 
-OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error")
+OF_THE_SEAT: Final[tuple[str, ...]] = ("mesh", "assembly", "reduction", "mesh error")
 """Stages that a seat computed before does without."""
 PROGRAM: Final = 190e6  # bytes of the program while it makes the seat
 CURVES: Final = 320e6  # the same when it has drawn curves
@@ -109,7 +106,7 @@ def predict_cost(
         GeometryError: a CAD file whose size cannot be read.
     """
     rates, static = machine or Machine.known(), method.seat.static
-    seat, coarser = finite_elements(scene, method), coarser_elements(scene, method)
+    seat, coarser = context.finite_elements(scene, method), context.coarser_elements(scene, method)
     parts = {"program start": rates.start, "plan": max(planning, PLAN * rates.start)}
     if (
         scene.seat.drawn is not None and scene.seat.files() and not planning
@@ -208,7 +205,7 @@ def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> Contact
         model = ContactModel(steps, seat.poles, 1.0, seat.poles, BUDGET_RUNS)
     else:
         model = contact_model(steps, dt, closed)
-    return with_striker(model, scene, method, dt, surrogate_striker(scene))
+    return with_striker(model, scene, method, dt, bench.surrogate_striker(scene))
 
 
 def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> ContactModel:
@@ -240,7 +237,7 @@ def _weights(steps: float) -> float:
 
 def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: GreensFunction | None) -> float:
     reed, elements = (
-        striker_of(scene, method.reed.n_modes, surrogate_striker(scene)).greens,
+        striker_of(scene, method.reed.n_modes, bench.surrogate_striker(scene)).greens,
         striker_elements(scene, method),
     )
     dt = time_step(scene, reed, reed if closed is None else closed)

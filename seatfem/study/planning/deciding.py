@@ -1,7 +1,5 @@
 """The cheapest way to meet a target, among all combinations of seat model, time step and number of modes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,14 +15,7 @@ from seatfem.study.impacts.touches import Source
 from seatfem.study.ladders.ladder import Option
 from seatfem.study.ladders.table import ladders, source_of
 from seatfem.study.method import MODEL, RunMethod
-from seatfem.study.planning.costs import (
-    BUDGET_RUNS,
-    ContactModel,
-    closed_form,
-    contact_model,
-    contact_seconds,
-    with_striker,
-)
+from seatfem.study.planning import costs
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SIMPLER, SPARE
@@ -50,17 +41,17 @@ def _priced(context: PlanningContext, option: Option, *, closed: bool) -> Option
     dt, scene = option.method.time_step or 0.0, context.scene
     if closed:
         run = scene.run.duration / dt
-        model = contact_model(run, dt, closed_form(scene, context.stated))
-        model = with_striker(model, scene, option.method, dt, context.sensitivity.bench.striker)
-        return replace(option, seconds=sum(contact_seconds(model, context.machine).values()))
+        model = costs.contact_model(run, dt, costs.closed_form(scene, context.stated))
+        model = costs.with_striker(model, scene, option.method, dt, context.sensitivity.bench.striker)
+        return replace(option, seconds=sum(costs.contact_seconds(model, context.machine).values()))
     bare, one = (_seconds(context, option.method, dt, poles) for poles in (0.0, 1.0))
     return replace(option, seconds=bare, per_pole=one - bare)
 
 
 def _seconds(context: PlanningContext, method: RunMethod, dt: float, poles: float) -> float:
-    model = ContactModel(max(1.0, context.scene.run.duration / dt), poles, 1.0, poles, BUDGET_RUNS)
-    model = with_striker(model, context.scene, method, dt, context.sensitivity.bench.striker)
-    return sum(contact_seconds(model, context.machine).values())
+    model = costs.ContactModel(max(1.0, context.scene.run.duration / dt), poles, 1.0, poles, costs.BUDGET_RUNS)
+    model = costs.with_striker(model, context.scene, method, dt, context.sensitivity.bench.striker)
+    return sum(costs.contact_seconds(model, context.machine).values())
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """The planner, from a scene to a plan: the cheapest model that meets the accuracy asked for."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -16,15 +14,13 @@ from seatfem.machine.resources import Machine
 from seatfem.structures import cache
 from seatfem.structures.estimates.surrogate import ERRORS
 from seatfem.structures.store import Store
-from seatfem.study.impacts.contact import check_length, check_step
-from seatfem.study.impacts.validity import ONE_PORT, covered_notes, dishing_notes, stopper_notes, validity_advice
+from seatfem.study.impacts import contact, validity
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Alternative, Plan
 from seatfem.study.planning.reasons import WORDS, choices_of
-from seatfem.study.prerun.context import TOLERANCES, PlanningContext
-from seatfem.study.prerun.look import BANDS
+from seatfem.study.prerun import context, look
 from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
@@ -59,20 +55,20 @@ def plan_scene(
         SceneError: a file that cannot be read, or has no such face, group or region.
     """
     start = time.perf_counter()
-    check_step(scene)
+    contact.check_step(scene)
     check_files(scene)
     machine, target = machine or Machine.known(), scene.accuracy.target
     compiling = compilation(machine)  # before the plan itself marches
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
     store = Store.default() if store is None else store
-    choices = Choices(PlanningContext.from_scene(scene, surrogate, machine, progress, without, store))
+    choices = Choices(context.PlanningContext.from_scene(scene, surrogate, machine, progress, without, store))
     wanted = decision = choices.cheapest(target)
     method, at_hand = _at_hand(wanted, folder, store)
     if not at_hand:
         decision = choices.within_means(wanted, target)
         method = decision.method
-    check_length(scene, method.time_step or 0.0, method.seat.division.count)
+    contact.check_length(scene, method.time_step or 0.0, method.seat.division.count)
     progress("planning", 0.9)
     planning = max(time.perf_counter() - start - compiling, 0.0)
     cost = predict_cost(scene, method, machine, kept=bool(at_hand), planning=planning)
@@ -88,7 +84,7 @@ def plan_scene(
         kept=bool(at_hand),
         without=without,
     )
-    return replace(plan, notes=(*_notes(plan, wanted, decision), *map(str, validity_advice(scene))))
+    return replace(plan, notes=(*_notes(plan, wanted, decision), *map(str, validity.validity_advice(scene))))
 
 
 def _alternatives(choices: Choices, decision: Decision, compiling: float, planning: float) -> tuple[Alternative, ...]:
@@ -126,8 +122,8 @@ def _as_fine(decision: Decision) -> Iterator[RunMethod]:
     """Yield methods with the seat wanted and those as fine in band, mesh and tolerance, the nearest of each first."""
     seen, seat, elements = decision.context, decision.seat.seat, decision.seat.elements
     band, mesh, tolerance = seat.bandwidth or 0.0, 0.0 if elements is None else elements.error, seat.tolerance
-    bands = () if is_given(seen.scene, BAND) else BANDS
-    tolerances = () if is_given(seen.scene, TOLERANCE) else TOLERANCES
+    bands = () if is_given(seen.scene, BAND) else look.BANDS
+    tolerances = () if is_given(seen.scene, TOLERANCE) else context.TOLERANCES
     for wider in _nearest(band, [b for b in bands if b > band]):
         for denser in _nearest(mesh, [e for e in ERRORS if e < mesh] if seen.drawn else []):
             for stricter in _nearest(tolerance, [t for t in tolerances if t < tolerance]):
@@ -176,9 +172,9 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
             f"the error of the mesh in {seat.files()[0].name} is not known and not part of the uncertainty; "
             "compare with a finer mesh of the seat"
         )
-    notes.extend(stopper_notes(plan.scene))
-    notes.extend(dishing_notes(plan.scene))
-    notes.extend(covered_notes(plan.scene))
+    notes.extend(validity.stopper_notes(plan.scene))
+    notes.extend(validity.dishing_notes(plan.scene))
+    notes.extend(validity.covered_notes(plan.scene))
     if seen.band is not None:
         notes.append("mesh error of the reed: known after the run")
     elif plan.scene.reed.traits.is_solved:
@@ -186,7 +182,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
             "errors of the reed's mesh, reduction and model, which are as [reed] states them: known after the run"
         )
     for model, changes in seen.simpler.items():
-        if model == ONE_PORT and not is_given(plan.scene, PORTS):  # chosen, or not
+        if model == validity.ONE_PORT and not is_given(plan.scene, PORTS):  # chosen, or not
             continue
         errors = {name: safety(name) * changes[name] for name in plan.scene.accuracy.judged if name in changes}
         if len(errors) == len(plan.scene.accuracy.judged) and max(errors.values()) <= target:

@@ -1,14 +1,11 @@
 """A decision in words: every key, its value, and the reason with its number."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Final
 
 import numpy as np
 
-from impact.greens.base import StepKernel
-from impact.greens.modal import ModalGreens, Residual
+from impact.greens import base, modal
 from impact.march import history
 from impact.quantities import percent
 from seatfem.structures.estimates.costs import ALL_MODES
@@ -39,9 +36,7 @@ from seatfem.study.method import (
 from seatfem.study.planning.costs import closed_form, striker_poles
 from seatfem.study.planning.deciding import Decision
 from seatfem.study.planning.plan import Choice
-from seatfem.study.prerun.context import finite_elements
-from seatfem.study.prerun.lips import several_needed
-from seatfem.study.prerun.sensitivity import Changes
+from seatfem.study.prerun import context, lips, sensitivity
 from seatfem.study.safety import FEW, FEWER, LIP_SHARE, MANY
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import short_words
@@ -111,7 +106,7 @@ def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tu
     scene, surrogate = decision.context.scene, decision.context.surrogate
     convolved = scene.seat.is_convolved
     if decision.level not in ("rod", "closed form"):
-        elements = None if decision.level == "spring" else finite_elements(scene, method)
+        elements = None if decision.level == "spring" else context.finite_elements(scene, method)
         return (None, COUPLED) if convolved else (round(0.0 if elements is None else elements.poles), "")
     greens = surrogate.greens if surrogate.exact else closed_form(scene, method) if decision.level == "rod" else None
     if greens is None:
@@ -119,21 +114,21 @@ def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tu
     return greens.marched_poles(dt, steps), "general method, because the seat has no uncoupled modes"
 
 
-def _stand_in(poles: int | None) -> StepKernel:
+def _stand_in(poles: int | None) -> base.StepKernel:
     """Return what the choice of an engine looks at: the number of poles, or that there are step weights."""
     if poles is None:
-        return StepKernel(None, np.zeros((1, 1, 1)), "step weights")
+        return base.StepKernel(None, np.zeros((1, 1, 1)), "step weights")
     zeros = np.zeros(poles)
-    return StepKernel(ModalGreens(zeros, zeros, np.zeros((poles, 1)), Residual.none()), None, "poles")
+    return base.StepKernel(modal.ModalGreens(zeros, zeros, np.zeros((poles, 1)), modal.Residual.none()), None, "poles")
 
 
-def _of(decision: Decision, key: str) -> Changes:
+def _of(decision: Decision, key: str) -> sensitivity.Changes:
     """Return what a key changes in the measures asked for."""
     errors = decision.changes.get(key, {})
     return {name: errors[name] for name in decision.context.scene.accuracy.judged if name in errors}
 
 
-def _most(changes: Changes) -> str:
+def _most(changes: sensitivity.Changes) -> str:
     """Return by how much the measure changes that changes most; "" where nothing is known."""
     if not changes:
         return ""
@@ -163,7 +158,7 @@ def _tolerance(decision: Decision, method: RunMethod) -> str:
 def _reduction(decision: Decision, method: RunMethod) -> str:
     if decision.level == "spring":
         return "one static solution" + (" for each segment of the lip" if method.seat.in_arcs else "")
-    model = finite_elements(decision.context.scene, method)
+    model = context.finite_elements(decision.context.scene, method)
     if model is None:
         return "chosen once the matrices are known"
     n = model.sizes.counts.dof
@@ -219,7 +214,7 @@ def _ports(decision: Decision, method: RunMethod) -> str:
         change = {name: decision.context.simpler[ONE_PORT][name] for name in decision.context.scene.accuracy.judged}
         within = f"within {percent(LIP_SHARE)} of the target, margins included"
         return f"a single contact point instead of lip segments: {_most(change)}, {within}"
-    why = several_needed(decision.context.scene)
+    why = lips.several_needed(decision.context.scene)
     against = f" ({why})" if why and not is_given(decision.context.scene, PORTS) else ""
     return f"segments of the lip; error estimated with twice as many{_simpler(decision, ONE_PORT)}{against}"
 

@@ -1,7 +1,5 @@
 """A plan made finer where its run missed the target, and how many rounds of that a plan expects."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Final
@@ -10,18 +8,16 @@ from impact.quantities import in_digits
 from impact.runs.variations import safety, times
 from seatfem.machine.resources import Machine
 from seatfem.structures.rings import ACROSS, MOST_PORTS, Division
-from seatfem.study.impacts.touches import LIP
-from seatfem.study.impacts.validity import ONE_PORT
+from seatfem.study.impacts import touches, validity
 from seatfem.study.ladders.table import described, ladders
 from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, PORTS, REED_BAND, RINGS, SIZE, chooses_one_port
-from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
+from seatfem.study.planning import costs, planner
 from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.lips import rings_refused
 from seatfem.study.safety import LEAST_FINER, LONGEST, MOST_FINER, MOST_ROUNDS, in_words
 
 LEAST_WIDER: Final = 1.1  # factor by which the band of a plate must still have room
-AGAIN: Final = (*OF_THE_SEAT, "contact", "reed stress", "error budget")
+AGAIN: Final = (*costs.OF_THE_SEAT, "contact", "reed stress", "error budget")
 """Stages of every round; the others are the run's."""
 
 
@@ -39,10 +35,10 @@ def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None
     Returns:
         ``None`` where the file states what is behind the source, or nothing is.
     """
-    if source in (LIP, "patch") and chooses_one_port(plan.scene, plan.method):
-        return plan_scene(plan.scene, machine, without=(*plan.without, ONE_PORT))
+    if source in (touches.LIP, "patch") and chooses_one_port(plan.scene, plan.method):
+        return planner.plan_scene(plan.scene, machine, without=(*plan.without, validity.ONE_PORT))
     if source == "model" and plan.level in ("spring", "rod") and not plan.is_given(MODEL):
-        return plan_scene(plan.scene, machine, without=(*plan.without, plan.level))
+        return planner.plan_scene(plan.scene, machine, without=(*plan.without, plan.level))
     return _finer_keys(plan, source, factor, machine)
 
 
@@ -87,7 +83,7 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     reduced = {name: sum(share.get(name, 0.0) for share in shares.values()) for name in plan.error}
     error = {name: bar * reduced[name] / whole[name] if whole[name] else bar for name, bar in plan.error.items()}
     kept = source in ("time_step", "model")  # the seat is there from the round before
-    cost = predict_cost(plan.scene, method, machine, kept=kept)
+    cost = costs.predict_cost(plan.scene, method, machine, kept=kept)
     return replace(plan, method=method, choices=choices, shares=shares, error=error, cost=cost, kept=kept)
 
 
@@ -119,7 +115,7 @@ def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan |
     if key in plan.parts:
         gain = {name: (1 - smaller) * value for name, value in plan.parts[key].items()}
         patch = {name: max(value - gain.get(name, 0.0), 0.0) for name, value in plan.shares["patch"].items()}
-    cost = predict_cost(plan.scene, method, machine)
+    cost = costs.predict_cost(plan.scene, method, machine)
     shares = {**plan.shares, "patch": patch}
     return replace(plan, method=method, choices=choices, shares=shares, parts=parts, cost=cost, kept=False)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -27,15 +27,8 @@ from impact.notices import Progress, silent
 from impact.runs.variations import Values
 from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.rings import Division, divided_less, parts_joined
-from seatfem.study.impacts.contact import (
-    StressLook,
-    bending_look,
-    blow_of_march,
-    problem_of,
-    solved_striker,
-    striker_of,
-)
-from seatfem.study.impacts.drives import on_its_base
+from seatfem.study import impacts
+from seatfem.study.impacts import contact, drives
 from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
 from seatfem.study.impacts.touches import force_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
@@ -49,9 +42,6 @@ from seatfem.study.scene.measures import (
     judged_landing,
     values_of,
 )
-
-if TYPE_CHECKING:
-    from seatfem.study.impacts.plate_stress import PlateLook
 
 FEW: Final = 16  # reed modes of the first look
 LOOK: Final = 20_000  # steps of the first look ...
@@ -88,14 +78,17 @@ def surrogate_striker(scene: Scene, progress: Progress = silent) -> GreensFuncti
     else describes it; ``None`` for a closed form."""
     if not scene.reed.traits.is_solved:
         return None
-    if scene.reed.thin_plate is not None and (solved := solved_striker(scene, progress, mesh_error=False)) is not None:
+    if (
+        scene.reed.thin_plate is not None
+        and (solved := contact.solved_striker(scene, progress, mesh_error=False)) is not None
+    ):
         return solved.greens
     with in_role("reed", scene.reed):
         if scene.reed.elastic is not None:
             return scene.reed.elastic.stand_in(scene.run.duration, scene.seat.face)
         surrogate = scene.reed.surrogate(scene.run.duration, scene.seat.face)
     greens = surrogate.greens if surrogate.exact else None
-    if greens is None and (solved := solved_striker(scene, progress)) is not None:
+    if greens is None and (solved := contact.solved_striker(scene, progress)) is not None:
         return solved.greens
     return greens
 
@@ -107,13 +100,15 @@ def locate_contact_window(
 
     ``striker``: what stands for one that has to be computed.
     """
-    few = striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None, striker)
+    few = contact.striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None, striker)
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
     if few.is_deflected and (g := few.greens.modal) is not None and np.any(g.omega):
         dt = min(dt, 1 / float(g.omega[g.omega > 0].min()))  # it may swing back as fast as that
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
-    looked = _marched(impact.prepare(problem_of(scene, few, Body(seat.forces_only()), stopper), dt, scene.run.duration))
+    looked = _marched(
+        impact.prepare(contact.problem_of(scene, few, Body(seat.forces_only()), stopper), dt, scene.run.duration)
+    )
     landings = landings_of_march(looked, width, rebound=False).seat
     return window_of(scene, few, force_of(looked)[1:], dt, stopper_force_of(looked), landings)
 
@@ -181,14 +176,16 @@ class Bench:
     striker: GreensFunction | None = None
     stopper: Body | None = None
     other: Body | None = None
-    look: PlateLook | None = None
+    look: impacts.plate_stress.PlateLook | None = None
     _strikers: dict[tuple[float, int | None], Discrete] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
     _seats: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
     _stoppers: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
     _loads: list[StaticLoad] = field(default_factory=list, init=False, repr=False, compare=False)
-    _plates: list[PlateLook | None] = field(default_factory=list, init=False, repr=False, compare=False)
+    _plates: list[impacts.plate_stress.PlateLook | None] = field(
+        default_factory=list, init=False, repr=False, compare=False
+    )
 
     def divided(self, division: Division) -> Bench:
         """Return the bench with the lip of both bodies in fewer parts."""
@@ -210,11 +207,11 @@ class Bench:
         wanted, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
         stoppers = self._beyond(dt)
-        problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
+        problem = contact.problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
         prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
         stepper = _marched(prepared)
         values = values_of(
-            blow_of_march(
+            contact.blow_of_march(
                 self.scene,
                 stepper,
                 self._landings(stepper),
@@ -238,17 +235,17 @@ class Bench:
         begins = self.window.landing - self.window.start
         return (min(landings, key=lambda landing: abs(landing.start - begins)),)
 
-    def _look(self, dt: float) -> StressLook | None:
+    def _look(self, dt: float) -> contact.StressLook | None:
         """Return the look at the reed's stress: a beam's, or a plate's at a few places."""
-        if (look := bending_look(self.scene)) is not None:
+        if (look := contact.bending_look(self.scene)) is not None:
             return look
         if self.scene.reed.thin_plate is None:
             return None
         if not self._plates:
-            from seatfem.study.impacts.plate_stress import PlateLook  # with finite elements, of plates alone
-
-            striker, division = striker_of(self.scene, None, self.striker), Division.from_greens(self.seat)
-            self._plates.append(self.look or PlateLook.at_few_places(self.scene, striker, division))
+            striker, division = contact.striker_of(self.scene, None, self.striker), Division.from_greens(self.seat)
+            self._plates.append(
+                self.look or impacts.plate_stress.PlateLook.at_few_places(self.scene, striker, division)
+            )
         if (plate := self._plates[0]) is None:
             return None
         start = dt * math.floor(self.window.start / dt)
@@ -258,7 +255,7 @@ class Bench:
         """Return the striker with its free motion, which all runs of this step share."""
         if (dt, n_modes) not in self._strikers:
             start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
-            body = advanced(self.other or striker_of(self.scene, n_modes, self.striker), start)
+            body = advanced(self.other or contact.striker_of(self.scene, n_modes, self.striker), start)
             discrete = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
             self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
         return self._strikers[dt, n_modes]
@@ -267,7 +264,7 @@ class Bench:
         """Return the seat without energies; the bench's own is kept, as its step weights take longer than the march."""
         known = self._seats if seat is self.seat else {}
         if dt not in known:
-            body = on_its_base(self.scene, "seat", Body(seat.forces_only()))
+            body = drives.on_its_base(self.scene, "seat", Body(seat.forces_only()))
             known[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
         return known[dt]
 
@@ -276,7 +273,7 @@ class Bench:
         if self.stopper is None:
             return ()
         if dt not in self._stoppers:
-            body = on_its_base(self.scene, "stopper", self.stopper)
+            body = drives.on_its_base(self.scene, "stopper", self.stopper)
             self._stoppers[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
         return (self._stoppers[dt],)
 

@@ -19,17 +19,8 @@ from seatfem.structures.rings import Division, share_left
 from seatfem.structures.store import Store
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given, stated_method
+from seatfem.study.prerun import lips
 from seatfem.study.prerun.bench import Bench, locate_contact_window, surrogate_striker
-from seatfem.study.prerun.lips import (
-    Arcs,
-    PlateBand,
-    choose_arc_count,
-    choose_more_arcs,
-    choose_plate_bandwidth,
-    errors_of_simpler_models,
-    one_port_in_place,
-    with_parts,
-)
 from seatfem.study.prerun.look import BANDS, element_sizes, look_at, lowest_band
 from seatfem.study.prerun.sensitivity import Changes, Sensitivity
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
@@ -64,8 +55,8 @@ class PlanningContext:
     surrogate: Surrogate
     sensitivity: Sensitivity
     machine: Machine
-    arcs: Arcs | None = None
-    band: PlateBand | None = None
+    arcs: lips.Arcs | None = None
+    band: lips.PlateBand | None = None
     simpler: Mapping[str, Changes] = field(default_factory=dict)
     one_port: Changes | None = None
     store: Store = field(default_factory=Store.default)
@@ -93,21 +84,21 @@ class PlanningContext:
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
             stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
-        arcs = choose_arc_count(scene, surrogate, stopper, progress)
+        arcs = lips.choose_arc_count(scene, surrogate, stopper, progress)
         whole = surrogate
         looked_at, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
-        band = choose_plate_bandwidth(looked_at, surrogate.greens, stopper, progress)
+        band = lips.choose_plate_bandwidth(looked_at, surrogate.greens, stopper, progress)
         if band is not None:
             looked_at = band.scene
             if arcs is not None and not is_given(scene, PORTS):
-                arcs = choose_more_arcs(looked_at, whole, arcs, band.left)
+                arcs = lips.choose_more_arcs(looked_at, whole, arcs, band.left)
                 looked_at, surrogate = arcs.scene, arcs.surrogate
         bench = _bench(looked_at, surrogate, stopper, progress)
-        simpler, one_port = errors_of_simpler_models(bench), None
+        simpler, one_port = lips.errors_of_simpler_models(bench), None
         if arcs is not None and band is not None and ONE_PORT not in without:
-            one_port = one_port_in_place(scene, arcs, simpler, band.left)
+            one_port = lips.one_port_in_place(scene, arcs, simpler, band.left)
         if one_port is not None:
-            arcs, looked_at, surrogate = None, with_parts(looked_at, Division(1, scene.contact.rings)), whole
+            arcs, looked_at, surrogate = None, lips.with_parts(looked_at, Division(1, scene.contact.rings)), whole
             bench = _bench(looked_at, surrogate, stopper, progress)
         known = math.inf if surrogate.band is None else surrogate.band
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=known)

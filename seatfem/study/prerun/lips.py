@@ -1,7 +1,5 @@
 """Numbers that pre-runs choose: arcs and rings of a lip, and modes of a plate that strikes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final

@@ -1,7 +1,5 @@
 """A look at the seat before anything is chosen: its real geometry on a coarse mesh, assembled and reduced."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Final

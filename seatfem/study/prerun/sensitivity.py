@@ -20,22 +20,8 @@ from impact.bodies.body import Body
 from impact.runs.variations import NARROWER, Values, larger, left_by_step, narrowed, narrower, ringing_on, times
 from seatfem.structures.method import at_once, bed
 from seatfem.structures.rings import Division, face_compliance
-from seatfem.study.method import MODES as REED_MODES
-from seatfem.study.method import has_key, is_given, value_of
+from seatfem.study import method, safety
 from seatfem.study.prerun.bench import Bench, relative_changes
-from seatfem.study.safety import (
-    BEYOND,
-    FEW,
-    FEWER,
-    HALF,
-    MANY,
-    MUCH_SHORTER,
-    OF_MODES,
-    OFF,
-    REED_MARGIN,
-    STIFFER,
-    UNEVEN,
-)
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
 MODES: Final = 40  # reed modes of the pre-runs that compare seats, and the fewest of those that compare steps
@@ -91,7 +77,7 @@ class Sensitivity:
     @property
     def n_modes(self) -> int | None:
         """Return the number of reed modes of the pre-runs that compare seats; ``None`` for a rigid mass."""
-        if not has_key(self.bench.scene, REED_MODES):
+        if not method.has_key(self.bench.scene, method.MODES):
             return None
         return self.reed_modes if self._stated_modes is None else min(self.reed_modes, self._stated_modes)
 
@@ -99,7 +85,7 @@ class Sensitivity:
     def _stated_modes(self) -> int | None:
         """Return the number of modes of the reed, where the file states it."""
         scene = self.bench.scene
-        return int(value_of(scene, REED_MODES)) if is_given(scene, REED_MODES) else None
+        return int(method.value_of(scene, method.MODES)) if method.is_given(scene, method.MODES) else None
 
     @cached_property
     def step_modes(self) -> int | None:
@@ -130,9 +116,9 @@ class Sensitivity:
     def modes(self) -> tuple[Rung, ...]:
         """Return the numbers of reed modes from few to many, up to where they change nothing any more."""
         rungs: list[Rung] = []
-        numbers = [max(1, round(FEWEST / FEWER)), FEWEST]
+        numbers = [max(1, round(FEWEST / safety.FEWER)), FEWEST]
         while numbers[-1] < MOST and not self._settled(rungs):
-            numbers.append(min(MOST, round(numbers[-1] * FEWER)))
+            numbers.append(min(MOST, round(numbers[-1] * safety.FEWER)))
             half, some, n = numbers[-3:]  # two ratios of 1.4 are two
             change = larger(self._between_modes(some, n), times(1 / 2, self._between_modes(half, n)))
             rungs.append(Rung(n, change))
@@ -141,12 +127,12 @@ class Sensitivity:
     def _between_modes(self, other: int, n_modes: int) -> Changes:
         """Return the change by other modes, with the seat and with one that yields less: both decide what a mode
         does."""
-        seats = [1.0] if self.exact else [1.0, STIFFER]
+        seats = [1.0] if self.exact else [1.0, safety.STIFFER]
         change: Changes = dict.fromkeys(self.base, 0.0)
         for factor in seats:
             runs = (self._with_modes(n, factor) for n in (n_modes, other))
             change = larger(change, relative_changes(*runs))
-        return times(1.0 if self.exact else REED_MARGIN, change)
+        return times(1.0 if self.exact else safety.REED_MARGIN, change)
 
     def _with_modes(self, n_modes: int, factor: float) -> Values:
         if (n_modes, factor) not in self._runs:
@@ -170,7 +156,7 @@ class Sensitivity:
 
         Where waves cross the seat within a step, it and all longer ones agree with each other, not with the truth.
         """
-        shorter = self.bench.affordable(dt / MUCH_SHORTER)
+        shorter = self.bench.affordable(dt / safety.MUCH_SHORTER)
         if shorter > dt / 2:
             return self.of_step(dt)
         share = dt / (dt - shorter)  # the march is of first order
@@ -235,9 +221,10 @@ class Sensitivity:
     def of_g(self) -> Changes:
         """Return the relative change of each measure per relative change of g."""
         runs = [
-            relative_changes(self.base, self._with(self.bench.seat.scaled(factor))) for factor in (1 - OFF, 1 + OFF)
+            relative_changes(self.base, self._with(self.bench.seat.scaled(factor)))
+            for factor in (1 - safety.OFF, 1 + safety.OFF)
         ]
-        return {name: change / OFF for name, change in larger(*runs).items()}
+        return {name: change / safety.OFF for name, change in larger(*runs).items()}
 
     @cached_property
     def spring(self) -> Changes:
@@ -312,18 +299,18 @@ def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
     """
     modal = body.greens.modal
     beyond, with_highest = (0.0 if modal is None else float(np.trace(modal.residual.static()))), 0.0
-    for ratio, share in OF_MODES:
+    for ratio, share in safety.OF_MODES:
         if (fewer := narrower(body, ratio)) is not None and fewer.greens.modal is not None:
             with_highest = float(np.trace(fewer.greens.modal.residual.static()))
             yield fewer, share
-    if beyond > UNEVEN * (with_highest - beyond):
-        for ratio in BEYOND:
+    if beyond > safety.UNEVEN * (with_highest - beyond):
+        for ratio in safety.BEYOND:
             if (ringing := ringing_on(body, ratio)) is not None:
                 yield ringing, 1.0 if with_highest else 2.0
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
     """Return the numbers of reed modes to compare ``n_modes`` with, and how much of each change is left in it."""
-    less = ((max(1, round(n_modes / FEWER)), 1.0), (max(1, round(n_modes / HALF)), 1 / 2))
-    more = ((MANY, 1.0),) if n_modes < FEW else ()
+    less = ((max(1, round(n_modes / safety.FEWER)), 1.0), (max(1, round(n_modes / safety.HALF)), 1 / 2))
+    more = ((safety.MANY, 1.0),) if n_modes < safety.FEW else ()
     return tuple((number, weight) for number, weight in less + more if number != n_modes)

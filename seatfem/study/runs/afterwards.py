@@ -22,21 +22,16 @@ from impact.notices import Progress, Tell
 from impact.quantities import finite_or_none, percent
 from impact.runs.variations import SAFETY, Budget, Values, Variation, budget_of
 from seatfem.machine.resources import Stopwatch
-from seatfem.pictures.cell_grid import skin_of, skin_of_plate, skin_of_section
-from seatfem.pictures.frame_pictures import plot_margin_map
-from seatfem.pictures.frames import Frames, margin_frames
-from seatfem.pictures.moving import write_surface
-from seatfem.pictures.rendering import Picture
+from seatfem.pictures import cell_grid, frame_pictures, frames, moving, rendering
+from seatfem.structures import method, rings
 from seatfem.structures.fields.recovery import mises_range, tensor_histories
 from seatfem.structures.fields.solids import AnyField, RingField, elements_of
-from seatfem.structures.method import bed
-from seatfem.structures.rings import Division, face_compliance
+from seatfem.study.impacts import gas, validity
 from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, stress_of
-from seatfem.study.impacts.gas import cycle_masses, gas_notes, gas_of, lift_of
 from seatfem.study.impacts.life import LifeResult, block_from, life_notes
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
-from seatfem.study.impacts.validity import simpler_models
 from seatfem.study.planning.plan import Plan
+from seatfem.study.runs import reed_stress, seat_fields, stress_spots, stress_wave, summary
 from seatfem.study.runs.lives import (
     MarginCurve,
     Stressed,
@@ -47,14 +42,9 @@ from seatfem.study.runs.lives import (
     run_keys,
     write_curves,
 )
-from seatfem.study.runs.reed_stress import PlateReedStress, plate_pushes, stress_on_another_seat
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures
-from seatfem.study.runs.stress_spots import Spots, spot_keys, spot_pictures, write_spots
-from seatfem.study.runs.stress_wave import after_touch, raising, rows_of, wave_pictures
 from seatfem.study.runs.stresses import contact_margin_bar, error_bars_of, stress_notes, stresses
-from seatfem.study.runs.summary import front_of, reed_stress_keys
 from seatfem.study.safety import OF_DRAWS
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import LifeMargin
@@ -64,7 +54,7 @@ SHARE: Final = 0.3
 """Of the largest range of von Mises stress: points below it, with some three times the least margin, are not judged."""
 
 
-def margin_pictures(done: Round, stressed: Stressed | None) -> list[Picture]:
+def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Picture]:
     """Return margin_map.png, seat_margin.vtu and reed_margin.vtu, of what has a strength and stress in finite elements,
     where [stress] is asked for, too."""
     life = done.plan.scene.life
@@ -73,15 +63,15 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[Picture]:
     try:
         maps = [one for one in (_of_seat(done, stressed), _of_reed(done, stressed)) if one is not None]
     except Exception as problem:  # numbers are known already, as in `gap_of`
-        return [(PICTURE, partial(raising, problem))]
+        return [(PICTURE, partial(stress_wave.raising, problem))]
     if not maps:
         return []
     several = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
     title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{several}\n"
-    files: list[Picture] = [
-        (f"{each.title}_margin.vtu", partial(write_surface, each, {"margin": each.colours[0]})) for each in maps
+    files: list[rendering.Picture] = [
+        (f"{each.title}_margin.vtu", partial(moving.write_surface, each, {"margin": each.colours[0]})) for each in maps
     ]
-    return [(PICTURE, partial(plot_margin_map, maps, title=title)), *files]
+    return [(PICTURE, partial(frame_pictures.plot_margin_map, maps, title=title)), *files]
 
 
 def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False) -> Array:
@@ -114,46 +104,46 @@ def _margin(blocks: Iterable[Array], demand: Demand) -> float:
     return math.inf if life is None else life.margin
 
 
-def _of_seat(done: Round, stressed: Stressed) -> Frames | None:
+def _of_seat(done: Round, stressed: Stressed) -> frames.Frames | None:
     life, seat = done.plan.scene.life, stressed.seat
     demand = None if life is None else life.demand("seat")
     if seat is None or demand is None:
         return None
-    first, force = block_from(done.plan.scene, done.touches), force_by_port(done, done.touches)
+    first, force = block_from(done.plan.scene, done.touches), seat_fields.force_by_port(done, done.touches)
     factors = margins(seat.field, force, done.result.dt, demand, since=first)
     nodes = elements_of(seat.mesh).nodes
     if isinstance(seat.field, RingField):
         return _of_ring(seat.field, factors, seat.mesh, nodes)
     assert seat.model is not None
-    skin = skin_of(seat.model)
+    skin = cell_grid.skin_of(seat.model)
     values = np.full(len(skin.nodes), np.nan)
-    values[rows_of(seat.field.points, nodes.T[skin.nodes])] = factors
-    return margin_frames("seat", skin, values)
+    values[stress_wave.rows_of(seat.field.points, nodes.T[skin.nodes])] = factors
+    return frames.margin_frames("seat", skin, values)
 
 
-def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> Frames:
+def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> frames.Frames:
     """Return the map of margins (P,) at a field's points: all around, as what fails first may be anywhere."""
     around = field.angles[0]
-    skin = skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
+    skin = cell_grid.skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
     assert skin.angles is not None
     values = np.full((nodes.shape[1], len(around)), np.nan)
-    values[rows_of(field.section, nodes.T)] = found.reshape(field.angles.shape)
+    values[stress_wave.rows_of(field.section, nodes.T)] = found.reshape(field.angles.shape)
     turns = np.round((skin.angles - around[0]) / (2 * np.pi) * len(around)).astype(np.int64) % len(around)
-    return margin_frames("seat", skin, values[skin.nodes, turns])
+    return frames.margin_frames("seat", skin, values[skin.nodes, turns])
 
 
-def _of_reed(done: Round, stressed: Stressed) -> Frames | None:
+def _of_reed(done: Round, stressed: Stressed) -> frames.Frames | None:
     life, field, reed = done.plan.scene.life, stressed.reed, done.plan.scene.reed.thin_plate
     demand = None if life is None else life.demand()
     if field is None or demand is None or reed is None:
         return None
     mesh, first = reed.plate(done.striker.greens).mesh, block_from(done.plan.scene, done.touches)
-    force = plate_pushes(done, done.touches)
+    force = reed_stress.plate_pushes(done, done.touches)
     factors = margins(field, force, done.result.dt, demand, since=first, faces=True)
-    skin = skin_of_plate(mesh)
+    skin = cell_grid.skin_of_plate(mesh)
     values = np.full(len(skin.nodes), np.nan)
-    values[rows_of(field.points, mesh.points[skin.nodes])] = factors
-    return margin_frames("reed", skin, values)
+    values[stress_wave.rows_of(field.points, mesh.points[skin.nodes])] = factors
+    return frames.margin_frames("reed", skin, values)
 
 
 def gas_bars(done: Round) -> dict[str, list[float | None]]:
@@ -162,11 +152,11 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
     scene = done.plan.scene
     if scene.gas is None:
         return {}
-    drive = gas_of(scene)
+    drive = gas.gas_of(scene)
 
     def look(stepper: impact.ContactStepper) -> Values:
         history = gas_history(drive, stepper.opening, stepper.prepared.dt)
-        masses = cycle_masses(scene, history, of_other=isinstance(drive, Compressor))
+        masses = gas.cycle_masses(scene, history, of_other=isinstance(drive, Compressor))
         return {f"{key} {cycle}": mass for key, each in masses.items() for cycle, mass in enumerate(each)}
 
     bars: dict[str, list[float | None]] = {}
@@ -199,23 +189,23 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     """Return the baseline of a round. Raises as `static_stiffness`."""
     stiffness, scene = static_stiffness(done.seat.greens), done.plan.scene
     with watch("spring baseline"):
-        division = Division.from_greens(done.seat.greens)
-        spring = bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
+        division = rings.Division.from_greens(done.seat.greens)
+        spring = method.bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
         touches = run_contacts(scene, done.striker, spring, done.result.dt)
     stress = None
     if done.plate is not None:
         with watch("reed stress"):
-            stress = stress_on_another_seat(done, touches)
+            stress = reed_stress.stress_on_another_seat(done, touches)
     elif done.stress is not None:
         with watch("reed stress"):
             coarsely = not scene.needs_stress
-            force, dt, lift, met = touches.seat.force, touches.seat.dt, lift_of(touches), touches.stopper_force
+            force, dt, lift, met = touches.seat.force, touches.seat.dt, gas.lift_of(touches), touches.stopper_force
             since = stress_since(touches, scene.accuracy.landing)
             stress = stress_of(scene, done.striker, force, dt, lift, coarsely=coarsely, stopper=met, since=since)
     simpler: Mapping[str, Touches] = {}
     if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):
-            simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
+            simpler = validity.simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
     errors, bar = None, None
     if (measured := scene.seat.measured) is not None and (fit := measured.fit()).draws:
         with watch("spring baseline"):
@@ -246,7 +236,7 @@ def _left_by_record(
 
 def static_stiffness(greens: GreensFunction) -> float:
     """Return the static stiffness of the struck patch [N/m]. Raises `RunError` for a seat that is free to move."""
-    compliance = face_compliance(greens)
+    compliance = rings.face_compliance(greens)
     if not np.isfinite(compliance) or compliance <= 0:
         raise RunError(
             "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "
@@ -269,18 +259,18 @@ class Afterwards:
 
     keys: Mapping[str, object] = field(default_factory=dict)
     stress: SeatStress | None = None
-    spots: Spots = field(default_factory=Spots)
+    spots: stress_spots.Spots = field(default_factory=stress_spots.Spots)
     stressed: Stressed | None = None
     life: LifeResult = field(default_factory=LifeResult)
     curves: tuple[MarginCurve, ...] = ()
     files: tuple[Path, ...] = ()
 
-    def pictures(self, done: Round) -> list[Picture]:
+    def pictures(self, done: Round) -> list[rendering.Picture]:
         """Return the pictures of all of it."""
         return [
-            *stress_pictures(self.stress, done.plan.scene.title or "Stress in the seat", after_touch(done)),
-            *spot_pictures(done, self.spots),
-            *wave_pictures(done, self.stress),
+            *stress_pictures(self.stress, done.plan.scene.title or "Stress in the seat", stress_wave.after_touch(done)),
+            *stress_spots.spot_pictures(done, self.spots),
+            *stress_wave.wave_pictures(done, self.stress),
             *margin_pictures(done, self.stressed),
             *curve_pictures(self.curves),
         ]
@@ -291,7 +281,7 @@ class Afterwards:
         return (
             *self.margin_missed(scene),
             *stress_notes(plan, self.stress),
-            *gas_notes(scene),
+            *gas.gas_notes(scene),
             *life_notes(scene, self.life),
         )
 
@@ -342,9 +332,9 @@ def afterwards(
     keys |= reed_front_keys(done, done.stress if of_reed is None else of_reed.found)
     plate = None if of_reed is None else of_reed.peaks
     with watch("hot spots"):
-        spots = Spots.from_round(done, stress, plate)
-        files = write_spots(spots, folder, courses=histories)
-    keys |= spot_keys(spots)
+        spots = stress_spots.Spots.from_round(done, stress, plate)
+        files = stress_spots.write_spots(spots, folder, courses=histories)
+    keys |= stress_spots.spot_keys(spots)
     keep(keys)
     if scene.life is None:
         return Afterwards(keys, stress, spots, files=files)
@@ -372,11 +362,11 @@ def reed_front_keys(done: Round, found: ReedStress | None) -> dict[str, object]:
     if found is None or found.after_contact is None:
         return {}
     face = done.plan.scene.reed.face
-    front = front_of(done.result, face.young, face.density)
+    front = summary.front_of(done.result, face.young, face.density)
     return {"peak_reed_stress_over_rho_c0_v": None if math.isnan(front) else found.after_contact.value / front}
 
 
-def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
+def plate_stress_keys(stress: reed_stress.PlateReedStress | None) -> dict[str, object]:
     """Return for summary.json the keys that a beam's stress has, and the error bar."""
     if stress is None:
         return {}
@@ -384,4 +374,4 @@ def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
     landing = stress.found.after_landing
     of_landing = {} if landing is None else {"landing_peak_reed_stress_Pa": landing.value}
     bars = {f"error_bar_{key}": bar for key in ("peak_reed_stress_after_contact_Pa", *of_landing)}
-    return {**reed_stress_keys(stress.found), **of_landing, **bars}
+    return {**summary.reed_stress_keys(stress.found), **of_landing, **bars}

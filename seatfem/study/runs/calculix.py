@@ -1,7 +1,5 @@
 """The seat of a scene as decks for CalculiX, with our own answers on the same mesh beside them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
@@ -17,17 +15,7 @@ from seatfem.structures.model import ModelError
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.study.planning.plan import Plan
-from seatfem.study.runs.calculix_contact import (
-    MOST_STEPS,
-    TOLERANCE,
-    DeckError,
-    DeckSeat,
-    check_landing,
-    deck_seat,
-    of_mass,
-    of_plate,
-    whole_seat,
-)
+from seatfem.study.runs import calculix_contact
 
 MODES: Final = 20
 PER_PULSE: Final = 40  # steps of direct dynamics
@@ -64,13 +52,17 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     """
     width = plan.scene.run.filter_width
     dt = width / PER_PULSE
-    seat = deck_seat(plan, progress)
+    seat = calculix_contact.deck_seat(plan, progress)
     deck = seat.deck
     frequencies = solve_modes(seat.model, min(MODES, seat.model.size), progress=progress).frequencies_hz
     times = dt * np.arange(1, PULSES * PER_PULSE + 1)
     band = max(seat.method.bandwidth or 0.0, 2 / width)
     greens = greens_function(
-        seat.model, bandwidth=band, duration=MOST_STEPS * dt, tolerance=TOLERANCE, progress=progress
+        seat.model,
+        bandwidth=band,
+        duration=calculix_contact.MOST_STEPS * dt,
+        tolerance=calculix_contact.TOLERANCE,
+        progress=progress,
     )
     yield _lines(folder / "mesh.inp", deck.lines)
     yield _deck(folder / "frequency.inp", deck.frequency(len(frequencies)))
@@ -82,7 +74,7 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     try:
         words, files = _contact(plan, seat, greens, dt, folder, progress)
         yield from files
-    except (DeckError, ModelError, MeshingError, ConvergenceError) as reason:
+    except (calculix_contact.DeckError, ModelError, MeshingError, ConvergenceError) as reason:
         words = f"contact.inp      is not written: {reason}\n"
         yield f"no contact.inp: {reason}"
     share = "" if deck.share == 1 else f"\n{17 * ' '}The model carries {deck.share:g} of the whole load."
@@ -93,19 +85,19 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
 
 
 def _contact(
-    plan: Plan, seat: DeckSeat, greens: GreensFunction, dt: float, folder: Path, progress: Progress
+    plan: Plan, seat: calculix_contact.DeckSeat, greens: GreensFunction, dt: float, folder: Path, progress: Progress
 ) -> tuple[str, Sequence[Path]]:
     """Write contact.inp; return the words about it, and its files. Raises `DeckError`, `ModelError` if it cannot."""
     mesh, files = "mesh.inp", list[Path]()
     if plan.scene.reed.thin_plate is not None:
-        check_landing(plan.scene)
-        whole = whole_seat(plan, progress)
+        calculix_contact.check_landing(plan.scene)
+        whole = calculix_contact.whole_seat(plan, progress)
         if seat.deck.plane or seat.deck.share != 1:
             mesh = "whole.inp"
             files.append(_lines(folder / mesh, whole.deck.lines))
-        contact = of_plate(plan, whole, dt, mesh)
+        contact = calculix_contact.of_plate(plan, whole, dt, mesh)
     else:
-        contact = of_mass(plan.scene, seat, greens, dt)
+        contact = calculix_contact.of_mass(plan.scene, seat, greens, dt)
     rows = zip(*(column.tolist() for column in contact.answer.values()), strict=True)
     files.append(_deck(folder / "contact.inp", contact.lines, mesh))
     return contact.told, [*files, write_csv(folder / "contact.csv", list(contact.answer), rows)]

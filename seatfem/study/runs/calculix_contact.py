@@ -16,20 +16,18 @@ from impact.bodies.body import ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction
 from impact.notices import Progress
+from seatfem.structures import lands, sheets
 from seatfem.structures.finite_elements import AnyMesh, matrices, supports_of
 from seatfem.structures.formats.calculix_contact import PlateStriker, check_patch, mass_contact, plate_contact
 from seatfem.structures.formats.calculix_deck import CalculixBody, Integers, calculix_body
 from seatfem.structures.inspection.mesh_file import regions_of
-from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.striking import is_curved, is_loaded
-from seatfem.structures.lands import FaceLip, face_lip, land_of
+from seatfem.structures.kinds import elastic, striking
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.mesh.plane_meshes import CLAMPED
 from seatfem.structures.method import Aims, Method
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.lip_modes import face_greens
 from seatfem.structures.rings import Division
-from seatfem.structures.sheets import CUTOFF, plate_modes
 from seatfem.study.impacts.contact import problem_of
 from seatfem.study.planning.plan import Plan
 from seatfem.study.scene import Scene
@@ -56,7 +54,7 @@ class DeckSeat:
     deck: CalculixBody
     model: SecondOrderModel
     method: Method
-    lip: FaceLip | None = None
+    lip: lands.FaceLip | None = None
 
     @property
     def area(self) -> float:
@@ -94,17 +92,17 @@ def whole_seat(plan: Plan, progress: Progress) -> DeckSeat:
     return _of_mesh(body, mesh, method, _as_face(body.lip(division.arcs, division.rings)), progress)
 
 
-def _as_face(lip: AnyLip | None) -> FaceLip:
+def _as_face(lip: AnyLip | None) -> lands.FaceLip:
     """Return a ring of a body of revolution as any other face."""
     assert lip is not None
-    if isinstance(lip, FaceLip):
+    if isinstance(lip, lands.FaceLip):
         return lip
     edges = np.concatenate(lip.edge_lines(CHORDS))
-    land = land_of(np.concatenate([edges, np.zeros((*edges.shape[:2], 1))], axis=2), (0.0, 0.0, 1.0))
-    return face_lip(land, lip.arcs, lip.rings)
+    land = lands.land_of(np.concatenate([edges, np.zeros((*edges.shape[:2], 1))], axis=2), (0.0, 0.0, 1.0))
+    return lands.face_lip(land, lip.arcs, lip.rings)
 
 
-def _body(plan: Plan) -> Elastic:
+def _body(plan: Plan) -> elastic.Elastic:
     body = plan.scene.seat.elastic
     if body is None:
         raise DeckError(
@@ -119,7 +117,7 @@ def _body(plan: Plan) -> Elastic:
 
 
 def _of_mesh(
-    body: Elastic, mesh: AnyMesh, method: Method, lip: FaceLip | None, progress: Progress, rings: int = 1
+    body: elastic.Elastic, mesh: AnyMesh, method: Method, lip: lands.FaceLip | None, progress: Progress, rings: int = 1
 ) -> DeckSeat:
     level = body.elements_of(method)
     model = matrices(body, mesh, level, progress, rings=rings, lip=lip)
@@ -187,8 +185,8 @@ def of_mass(scene: Scene, seat: DeckSeat, greens: GreensFunction, dt: float) -> 
 
 def check_landing(scene: Scene) -> None:
     """Raise `DeckError` of a scene of a plate that no deck can hold."""
-    _refuse(scene, {"contact.waviness": scene.contact.waviness, "reed.curvature": is_curved(scene.reed)})
-    if is_loaded(scene.reed):
+    _refuse(scene, {"contact.waviness": scene.contact.waviness, "reed.curvature": striking.is_curved(scene.reed)})
+    if striking.is_loaded(scene.reed):
         raise DeckError("reed: a deck holds none of its loads; remove pressure, gravity and forces from [reed]")
 
 
@@ -197,7 +195,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     scene, reed, lip = plan.scene, plan.scene.reed.thin_plate, seat.lip
     assert reed is not None
     check_patch(seat.deck)
-    plate = plate_modes(reed.sheet(plan.method.reed.bandwidth))
+    plate = sheets.plate_modes(reed.sheet(plan.method.reed.bandwidth))
     width, offset = scene.run.filter_width, scene.contact.offset
     lips = reed.lips(None if lip is None else replace(lip, offset=offset))
     greens = plate.greens(lips, 0.0)
@@ -238,7 +236,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     }
     words = PLATE.format(
         mesh=mesh, cells=len(plate.mesh.cells), stiffness=stiffness, why=why, start=dt * first,
-        ports=len(problem.contacts), modes=len(omega), band=CUTOFF * plate.sheet.bandwidth,
+        ports=len(problem.contacts), modes=len(omega), band=sheets.CUTOFF * plate.sheet.bandwidth,
     )  # fmt: skip
     return ContactDeck(list(plate_contact(seat.deck, layer, stiffness, duration, dt)), answer, words)
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from impact.files.safe_files import read_text, write_whole
 from impact.names import frame_of
 from impact.quantities import as_html, brief
+from seatfem import structures
 from seatfem.machine.code import cache_folder, code_version
 from seatfem.readings import Measured, measured
 from seatfem.structures.method import AnyLevel
@@ -30,8 +31,6 @@ from seatfem.study.scene.parcel import by_content
 
 if TYPE_CHECKING:
     import pandas
-
-    from seatfem.structures.natural_modes import Mode
 
 
 MOST_BYTES: Final = 100_000  # of a file
@@ -175,7 +174,7 @@ class RunOutcome:
     files: tuple[Path, ...]
     stages: Mapping[str, float] = field(default_factory=dict)
     met: bool | None = True
-    modes: tuple[Mode, ...] = ()
+    modes: tuple[structures.natural_modes.Mode, ...] = ()
     plan: Plan | None = None
 
     __repr__ = brief

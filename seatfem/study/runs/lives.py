@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from impact.after.stresses import ReedStress
@@ -20,11 +21,9 @@ from impact.files.csv_table import write_csv
 from impact.life.places import margin_error
 from impact.notices import Progress, Tell, silent
 from impact.quantities import finite_or_none, in_time
-from seatfem.pictures.rendering import Picture
-from seatfem.pictures.stress_plot import plot_margins
+from seatfem.pictures import rendering, stress_plot
 from seatfem.structures.fields.recovery import StressField, hottest, mises_range, tensor_histories
-from seatfem.study.impacts.contact import run_contacts, stress_of, striker_of
-from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts import contact, gas
 from seatfem.study.impacts.life import (
     STRESS,
     Histories,
@@ -39,10 +38,9 @@ from seatfem.study.impacts.life import (
     of_beam,
 )
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.kept import UNSOUND, cached_numbers
+from seatfem.study.runs import kept, seat_fields
 from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, struck_in
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.scene.life import OF_A_CURVE, UNITS, varied
 
@@ -93,8 +91,8 @@ def lives(
     def judge() -> Mapping[str, Any]:
         return as_json(_judged(done, stressed, touches, stress, progress, with_seat=with_seat))
 
-    numbers = cached_numbers(done, touches, what, judge)
-    with suppress(*UNSOUND):
+    numbers = kept.cached_numbers(done, touches, what, judge)
+    with suppress(*kept.UNSOUND):
         return from_json(done.plan.scene, numbers)
     return _judged(done, stressed, touches, stress, progress, with_seat=with_seat)
 
@@ -151,7 +149,7 @@ def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
 
 def _of_seat(done: Round, seat: SeatStress, touches: Touches) -> Histories:
     """Yield the histories where stress changes most on the surface, and at the points that the scene names."""
-    force, dt = force_by_port(done, touches), touches.seat.dt
+    force, dt = seat_fields.force_by_port(done, touches), touches.seat.dt
     ranges = mises_range(seat.field, force, dt, since=block_from(done.plan.scene, touches))
     surface = seat.field.at(hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
     for field in (surface, seat.of_points):
@@ -213,8 +211,6 @@ def traced(
     Args:
         run: margin and error bar at a value.
     """
-    from scipy.optimize import brentq  # takes long to load, and few runs trace a curve
-
     known: dict[float, tuple[float, float | None]] = {}
 
     def excess(value: float) -> float:
@@ -227,7 +223,7 @@ def traced(
     for low, high in pairwise(values):
         if excess(low) * excess(high) < 0:
             near = NEAR * max(abs(low), abs(high)) / 2
-            brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False)
+            scipy.optimize.brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False)
             break
     points = sorted(known)
     margins, bars = zip(*(known[value] for value in points), strict=True)
@@ -271,10 +267,10 @@ def again(done: Round, name: str, value: float) -> Round:
     """
     scene = varied(done.plan.scene, name, value)
     reed = None if done.reed is None else done.reed.greens
-    striker = striker_of(scene, done.plan.method.reed.n_modes, reed)
-    touches = run_contacts(scene, striker, done.seat.greens, done.result.dt)
+    striker = contact.striker_of(scene, done.plan.method.reed.n_modes, reed)
+    touches = contact.run_contacts(scene, striker, done.seat.greens, done.result.dt)
     force, met = touches.seat.force, touches.stopper_force
-    stress = stress_of(scene, striker, force, touches.seat.dt, lift_of(touches), coarsely=True, stopper=met)
+    stress = contact.stress_of(scene, striker, force, touches.seat.dt, gas.lift_of(touches), coarsely=True, stopper=met)
     return replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches, stress=stress)
 
 
@@ -303,7 +299,7 @@ def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...
     return tuple(write_curve(curve, folder / f"margin_over_{curve.key}.csv") for curve in curves)
 
 
-def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
+def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[rendering.Picture]:
     """Yield margin_over_speed.png, ..."""
     for curve in curves:
         draw = partial(_draw, curve)
@@ -311,7 +307,7 @@ def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
 
 
 def _draw(curve: MarginCurve, path: Path) -> None:
-    plot_margins(
+    stress_plot.plot_margins(
         curve.values,
         curve.margins,
         curve.bars,

@@ -1,7 +1,5 @@
 """The next round after one that misses its target: a finer plan within the limits, and its price."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -12,9 +10,8 @@ from impact.runs.variations import safety
 from seatfem.machine.resources import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
 from seatfem.study.impacts.touches import RECORD, STOPPER, STRIKER
-from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
+from seatfem.study.planning import costs, refining
 from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.refining import refine
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import (
     LEAST_FINER,
@@ -31,7 +28,7 @@ from seatfem.study.scene.measures import key_of
 from seatfem.units import write_quantity
 
 STAGES: Final[Mapping[str, tuple[str, ...]]] = {
-    "seat": OF_THE_SEAT,
+    "seat": costs.OF_THE_SEAT,
     "contact": ("contact", "reed stress", "error budget"),
 }
 """Stages of a round whose predicted times are off alike."""
@@ -153,7 +150,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     if plan == done.plan:
         return None, _stuck(done, remaining, allowed)
     kept = plan.method.seat == done.plan.method.seat
-    plan = replace(plan, cost=predict_cost(plan.scene, plan.method, kept=kept), kept=kept)
+    plan = replace(plan, cost=costs.predict_cost(plan.scene, plan.method, kept=kept), kept=kept)
     why = _too_much(done, plan, time_left)
     return (None, why) if why else (plan, "")
 
@@ -161,7 +158,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
 def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
     """Return why nothing is made finer: one source that alone is too large and is at its end, or all that count."""
     order = sorted((source for source in left if left[source] > RESERVE * allowed), key=lambda s: -left[s])
-    alone = [source for source in order if left[source] > allowed and refine(done.plan, source) is None]
+    alone = [source for source in order if left[source] > allowed and refining.refine(done.plan, source) is None]
     if alone:
         why = AT_ITS_END.get(alone[0], STATED)
         return f"{in_words(alone[0])}: this error alone is above the target and cannot be reduced ({why})"
@@ -189,7 +186,7 @@ def _steps(
         most = MOST_FINER * left[source] / before[source]
         if most < LEAST_FINER:
             continue
-        finer = refine(plan, source, min(max(left[source] / room, LEAST_FINER), most))
+        finer = refining.refine(plan, source, min(max(left[source] / room, LEAST_FINER), most))
         if finer is not None:
             steps.append(_Step(source, finer, left[source] * _smaller(plan, finer, source, measure)))
         elif left[source] > allowed:

@@ -19,22 +19,13 @@ from impact.pictures.greens_plots import plot_greens
 from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_motion
 from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
-from seatfem.pictures.cell_grid import CellGrid, revolve, skin_of
-from seatfem.pictures.fit_plots import plot_fit, plot_stabilisation
-from seatfem.pictures.frames import mode_frames
-from seatfem.pictures.moving import save_moving
-from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes, plot_section, write_vtu
-from seatfem.pictures.rendering import Painter, Picture, drawing_apart
-from seatfem.structures.cache import key_of
-from seatfem.structures.mesh.meshing import SeatMesh
-from seatfem.structures.mesh.plane_meshes import MeridianMesh
+from seatfem.pictures import cell_grid, fit_plots, frames, moving, plots, rendering
+from seatfem.structures import cache, natural_modes, rings
+from seatfem.structures.mesh import meshing, plane_meshes
 from seatfem.structures.method import Solved
 from seatfem.structures.model import Array
-from seatfem.structures.natural_modes import Mode
-from seatfem.structures.rings import as_a_whole
 from seatfem.structures.store import Store, StoreError
-from seatfem.study.impacts.drives import crank_of
-from seatfem.study.impacts.gas import GasRun
+from seatfem.study.impacts import drives, gas
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.runs.stress_wave import raising
@@ -67,8 +58,8 @@ def draw_run(
     baseline: ImpactResult,
     folder: Path,
     progress: Progress,
-    more: Sequence[Picture] = (),
-    painter: Painter | None = None,
+    more: Sequence[rendering.Picture] = (),
+    painter: rendering.Painter | None = None,
     landings: Sequence[Mapping[str, object]] = (),
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Draw force, motion, energy, Green's function, ``more``, mesh and modes; (files written, gaps in words).
@@ -79,9 +70,9 @@ def draw_run(
     title, width = scene.title or "Impact", scene.run.filter_width
     marked: dict[str, Any] = {"filter_width": width, "title": title, "landings": landings}
     struck = "seat" if scene.stopper is None else "seat and stopper"
-    pictures: list[Picture] = [
+    pictures: list[rendering.Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, **marked)),
-        ("motion.png", lambda path: plot_motion(result, baseline, path, crank=crank_of(scene), **marked)),
+        ("motion.png", lambda path: plot_motion(result, baseline, path, crank=drives.crank_of(scene), **marked)),
         ("energy.png", lambda path: plot_energy(result, path, title=title, targets=struck)),
         _greens_picture(scene, method, seat),
         *more,
@@ -90,7 +81,7 @@ def draw_run(
     files, gaps = draw_all(pictures + of_seat, folder, progress, painter)
     if scene.seat.elastic is None:
         return files, gaps
-    names, key = [name for name, _ in of_seat], key_of(scene.seat, method.seat)
+    names, key = [name for name, _ in of_seat], cache.key_of(scene.seat, method.seat)
     try:
         store = Store.default()
         for file in (file for file in files if file.name in names):
@@ -101,47 +92,49 @@ def draw_run(
     return (*files, *copies), gaps
 
 
-def ahead(scene: Scene, method: RunMethod, seat: Solved, painter: Painter) -> None:
+def ahead(scene: Scene, method: RunMethod, seat: Solved, painter: rendering.Painter) -> None:
     """Have that drawn which needs the seat alone, while the run goes on; nothing where it has no bodies to draw."""
     bodies = [picture for picture in _seat_pictures(scene, seat) if picture[0] in BODIES]
     if bodies and not picture_library_gap():
         painter.take([*bodies, _greens_picture(scene, method, seat)])
 
 
-def _greens_picture(scene: Scene, method: RunMethod, seat: Solved) -> Picture:
+def _greens_picture(scene: Scene, method: RunMethod, seat: Solved) -> rendering.Picture:
     """Return greens.png."""
     known = method.seat.bandwidth
     band, periods = (1 / scene.run.filter_width, 200) if known is None else (known, 40)
-    whole = as_a_whole(seat.greens)  # p parts have p^2 responses
+    whole = rings.as_a_whole(seat.greens)  # p parts have p^2 responses
     draw = partial(plot_greens, whole, duration=min(scene.run.duration, periods / band), width=1 / band)
     return "greens.png", draw
 
 
-def gas_pictures(scene: Scene, touches: Touches) -> list[Picture]:
+def gas_pictures(scene: Scene, touches: Touches) -> list[rendering.Picture]:
     """Return gas.png of a scene with gas."""
     if scene.gas is None:
         return []
     stop = None if scene.stopper is None else scene.stopper_gap + scene.contact.gap
 
     def draw(path: Path) -> None:
-        run = GasRun.from_run(scene, touches)
+        run = gas.GasRun.from_run(scene, touches)
         plot_gas(run.drive, run.history, run.angle, run.volume, path, stop=stop, title=scene.title or "Reed valve")
 
     return [("gas.png", draw)]
 
 
-def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
+def _seat_pictures(scene: Scene, seat: Solved) -> list[rendering.Picture]:
     measured, fitted = scene.seat.measured, seat.greens.modal or seat.greens.pole_sum
     if measured is not None and fitted is not None:
         response, fit = measured.response(), measured.fit()
         width = scene.run.filter_width
-        drawn: list[Picture] = [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
+        drawn: list[rendering.Picture] = [
+            ("fit.png", lambda path: fit_plots.plot_fit(response, fitted, path, width=width))
+        ]
         if len(fit.tried) > 1:
-            drawn.append(("stabilisation.png", partial(plot_stabilisation, response, fit.tried)))
+            drawn.append(("stabilisation.png", partial(fit_plots.plot_stabilisation, response, fit.tried)))
         return drawn
     if seat.model is None or seat.mesh is None:
         return []
-    pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
+    pictures: list[rendering.Picture] = [("mesh.png", mesh_picture(seat.mesh))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
     # all there are: counted, and of the whole body instead of a section or sector
@@ -152,7 +145,7 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     return [*pictures, *drawn, *([(MODES_FILE, partial(_save_modes, kept, title))] if len(drawn) > 1 else [])]
 
 
-def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, cut: bool) -> list[Picture]:
+def _mode_pictures(numbered: list[tuple[int, natural_modes.Mode]], title: str, *, cut: bool) -> list[rendering.Picture]:
     """Return modes.png and mode_1.gif; in their place what keeps the modes from being shown in space."""
     frequencies = [mode.frequency_hz for _, mode in numbered]
     try:
@@ -160,43 +153,43 @@ def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, cut: bool) -
     except Exception as problem:  # numbers are known already, as in `gap_of`
         return [("modes.png", partial(raising, problem))]
     names = [_name(k, mode) for k, mode in numbered]
-    sheet = partial(plot_modes, grid, shapes, frequencies, title=title, cut=cut, names=names)
-    return [("modes.png", sheet), ("mode_1.gif", partial(animate_mode, grid, shapes[0], frequencies[0], cut=cut))]
+    sheet = partial(plots.plot_modes, grid, shapes, frequencies, title=title, cut=cut, names=names)
+    return [("modes.png", sheet), ("mode_1.gif", partial(plots.animate_mode, grid, shapes[0], frequencies[0], cut=cut))]
 
 
-def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
+def _kept_modes(seat: Solved) -> list[tuple[int, natural_modes.Mode]]:
     """Return the first modes behind a Green's function, numbered."""
     # a run whose seat is known loads no elements
 
     assert seat.modes is not None
-    diameters = 0 if isinstance(seat.mesh, MeridianMesh) else None
+    diameters = 0 if isinstance(seat.mesh, plane_meshes.MeridianMesh) else None
     triples = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)
     return [
-        (number, Mode(float(frequency), float(residual), None, diameters, "", seat.model, shape))
+        (number, natural_modes.Mode(float(frequency), float(residual), None, diameters, "", seat.model, shape))
         for number, (frequency, residual, shape) in enumerate(triples, start=1)
     ]
 
 
-def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> None:
+def _save_modes(numbered: list[tuple[int, natural_modes.Mode]], title: str, path: Path) -> None:
     """Write modes of one mesh, as `seatfem.pictures.moving` keeps them: those of a body of revolution go around."""
     first = numbered[0][1].model
     assert first is not None
-    skin = skin_of(first)
+    skin = cell_grid.skin_of(first)
     shapes = [skin.moved(_amplitudes(mode)[:, skin.nodes].T, mode.diameters or 0) for _, mode in numbered]
     labels = [f"{_name(k, mode)}: {text(mode.frequency_hz, 'Hz', 4)}" for k, mode in numbered]
     frequency = np.array([mode.frequency_hz for _, mode in numbered])
-    save_moving(mode_frames(skin, shapes, labels, title, frequency), path)
+    moving.save_moving(frames.mode_frames(skin, shapes, labels, title, frequency), path)
 
 
-def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
+def mesh_picture(mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None) -> Callable[..., None]:
     """Return the function that draws this kind of mesh."""
-    if isinstance(mesh, MeridianMesh):
-        return partial(plot_section, mesh.mesh)
-    return partial(plot_mesh, None if mesh is None else mesh.mesh)
+    if isinstance(mesh, plane_meshes.MeridianMesh):
+        return partial(plots.plot_section, mesh.mesh)
+    return partial(plots.plot_mesh, None if mesh is None else mesh.mesh)
 
 
 def draw_all(
-    pictures: list[Picture], folder: Path, progress: Progress, painter: Painter | None = None
+    pictures: list[rendering.Picture], folder: Path, progress: Progress, painter: rendering.Painter | None = None
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Draw them, curves here, bodies in another process at the same time; (files written, gaps in words).
 
@@ -204,7 +197,7 @@ def draw_all(
     """
     files, gaps = [], []
     bodies = [] if picture_library_gap() else [picture for picture in pictures if picture[0] in BODIES]
-    with nullcontext(painter) if painter is not None else drawing_apart() as drawing:
+    with nullcontext(painter) if painter is not None else rendering.drawing_apart() as drawing:
         drawing.take([picture for picture in bodies if picture[0] not in drawing])
         for number, (name, draw) in enumerate(sorted(pictures, key=lambda p: p[0] in drawing), start=1):
             if gap := drawing.wait(name, folder) if name in drawing else gap_of(_by_name(draw), folder / name):
@@ -236,9 +229,9 @@ def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[t
     title = "Modes of the seat" if found.complete else "Modes of the seat, not counted"
 
     def paraview(path: Path) -> None:
-        write_vtu(*in_space([mode for _, mode in numbered]), [mode.frequency_hz for _, mode in numbered], path)
+        plots.write_vtu(*in_space([mode for _, mode in numbered]), [mode.frequency_hz for _, mode in numbered], path)
 
-    pictures: list[Picture] = [("mesh.png", mesh_picture(found.mesh))]
+    pictures: list[rendering.Picture] = [("mesh.png", mesh_picture(found.mesh))]
     if elastic:
         pictures += [*_mode_pictures(elastic, title, cut=cut), ("modes.vtu", paraview)]
         pictures.append((MODES_FILE, partial(_save_modes, elastic, title)))
@@ -246,13 +239,13 @@ def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[t
     return (table, *files), gaps
 
 
-def in_space(modes: list[Mode]) -> tuple[CellGrid, list[Array]]:
+def in_space(modes: list[natural_modes.Mode]) -> tuple[cell_grid.CellGrid, list[Array]]:
     """Return the body and the displacements of modes, whatever they were computed on."""
     model = modes[0].model
     assert model is not None
     if modes[0].diameters is None:
-        return CellGrid.of_model(model), [_amplitudes(mode) for mode in modes]
-    body = revolve(model)
+        return cell_grid.CellGrid.of_model(model), [_amplitudes(mode) for mode in modes]
+    body = cell_grid.revolve(model)
     shapes = []
     for mode in modes:
         turned = math.pi / (2 * mode.diameters) if mode.repeats and mode.diameters else 0.0
@@ -268,13 +261,13 @@ def write_table(found: NaturalModes, path: Path) -> None:
     write_csv(path, heads, rows, digits=9)
 
 
-def _amplitudes(mode: Mode) -> Array:
+def _amplitudes(mode: natural_modes.Mode) -> Array:
     assert mode.model is not None
     assert mode.shape is not None
     return mode.model.expand(mode.shape)
 
 
-def _name(number: int, mode: Mode) -> str:
+def _name(number: int, mode: natural_modes.Mode) -> str:
     """Return the words before the frequency."""
     if mode.diameters is None:
         return f"{number}"

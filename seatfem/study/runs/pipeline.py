@@ -11,32 +11,26 @@ from pathlib import Path
 from typing import Any, Final
 
 from impact.after.stresses import ReedStress
-from impact.files.csv_table import write_csv
-from impact.files.safe_files import check_writable
+from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures.rendering import Painter
 from seatfem.results import LANDINGS_FILE
-from seatfem.structures.cache import Cache
+from seatfem.structures import cache, rings
 from seatfem.structures.natural_modes import Wanted, modes_of
-from seatfem.structures.rings import as_a_whole
+from seatfem.study.impacts import drives, layout, validity
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
-from seatfem.study.impacts.drives import valve_spring_keys
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
-from seatfem.study.impacts.layout import drawing_picture
 from seatfem.study.impacts.touches import Touches, bar_keys
-from seatfem.study.impacts.validity import simpler_keys
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs import lives, seat_fields, stress_wave
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
 from seatfem.study.runs.kept import RunOutcome, cached_plan, save_plan
-from seatfem.study.runs.lives import MARGIN, MarginCurve, traced, write_curve
 from seatfem.study.runs.pictures import ahead, draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
-from seatfem.study.runs.seat_fields import check_stress
-from seatfem.study.runs.stress_wave import lip_pictures
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -98,13 +92,13 @@ def run_scene(
     """
     start, watch = time.perf_counter(), Stopwatch()
     check_step(scene)
-    check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
+    safe_files.check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
         plan = plan or cached_plan(scene)
         if plan is None and painter is not None and scene.seat.elastic is not None:  # the seat is likely to be new
             painter.begin()
         plan = plan or plan_scene(scene, progress=progress, folder=folder)
-        check_stress(plan, progress)
+        seat_fields.check_stress(plan, progress)
     baseline: Baseline | None = None
     for latest in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if painter is not None:
@@ -142,8 +136,8 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            of_lip = lip_pictures(latest, baseline.touches, summary["landings"])
-            drawing = drawing_picture(scene, latest.plan.method.seat.division)
+            of_lip = stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
+            drawing = layout.drawing_picture(scene, latest.plan.method.seat.division)
             more = [drawing, *of_lip, *gas_pictures(scene, latest.touches), *later.pictures(latest)]
             results = (latest.result, baseline.result)
             drawn, gaps = draw_run(
@@ -176,7 +170,7 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
         "title": scene.title,
         **measured,
         **{f"spring_{k}": v for k, v in _measured(scene, baseline.touches, baseline.stress).items()},
-        **simpler_keys(baseline.simpler, width),
+        **validity.simpler_keys(baseline.simpler, width),
         **({} if done.touches.line is None else {"tilt_deg": math.degrees(scene.contact.tilt)}),
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
@@ -194,16 +188,16 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
         "seat_kind": scene.seat.kind,
         **({} if scene.gas is None else gas_keys(scene, done.touches, GasRun.from_run(scene, done.touches))),
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
-        **valve_spring_keys(scene, done.striker, done.seat.greens, done.touches),
+        **drives.valve_spring_keys(scene, done.striker, done.seat.greens, done.touches),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
-        **regime_keys(done.striker, as_a_whole(done.seat.greens), done.result),
+        **regime_keys(done.striker, rings.as_a_whole(done.seat.greens), done.result),
     }
 
 
 def write_landings(path: Path, landings: Sequence[Mapping[str, object]]) -> None:
     """Write the records of landings, a column for each of their keys; of none the first ones."""
     heads = list(dict.fromkeys(key for record in landings for key in record)) or ["body", "number", "time_s"]
-    write_csv(path, heads, ([record.get(key) for key in heads] for record in landings))
+    csv_table.write_csv(path, heads, ([record.get(key) for key in heads] for record in landings))
 
 
 def _measured(scene: Scene, touches: Touches, stress: ReedStress | None) -> dict[str, object]:
@@ -215,10 +209,10 @@ def _measured(scene: Scene, touches: Touches, stress: ReedStress | None) -> dict
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
     """Compute only the seat's Green's function, as a run of the scene would plan it, and write it to ``path``."""
     watch = Stopwatch()
-    check_writable(path)
+    safe_files.check_writable(path)
     with watch("plan"):
         plan = plan_scene(scene, progress=progress)
-    seat = seat_of(scene, Cache(path), method=plan.method.seat, watch=watch, progress=progress)
+    seat = seat_of(scene, cache.Cache(path), method=plan.method.seat, watch=watch, progress=progress)
     summary = {
         "seat_static_stiffness_N_per_m": static_stiffness(seat.greens),
         **greens_error_keys(seat.greens),
@@ -239,7 +233,7 @@ def write_modes(
     """Compute all modes of the seat [the 20 lowest]; write modes.csv, pictures, an animation, modes.vtu (ParaView)."""
     # of no run
 
-    check_writable(folder / "modes.csv")
+    safe_files.check_writable(folder / "modes.csv")
     watch = Stopwatch()
     check_files(scene)
     natural = modes_of(scene.seat, Wanted.from_limits(count, up_to_hz), watch, progress)
@@ -266,9 +260,9 @@ def margin_curve(
     values: Sequence[str | float],
     folder: Path | str,
     *,
-    margin: str = MARGIN,
+    margin: str = lives.MARGIN,
     tell: Tell = ignore,
-) -> MarginCurve:
+) -> lives.MarginCurve:
     """Run a scene over values of one key, and where two of them enclose a margin of 1, look for the value there.
 
     Each run is a whole one, with its error bars and without pictures, in a folder of its own; those that look for the
@@ -294,8 +288,8 @@ def margin_curve(
         tell(f"{key} = {written}: {margin} {result[0]:.4g}")
         return result
 
-    curve = traced(key, unit, numbers, run, margin=margin)
-    write_curve(curve, Path(folder) / "margin.csv")
+    curve = lives.traced(key, unit, numbers, run, margin=margin)
+    lives.write_curve(curve, Path(folder) / "margin.csv")
     return curve
 
 

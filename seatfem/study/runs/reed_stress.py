@@ -12,15 +12,11 @@ from numpy.typing import NDArray
 from impact.after.stresses import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array
+from seatfem.structures import method, rings, sheets
 from seatfem.structures.fields.corners import near, peak_mesh_error
 from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.recovery import LargestStress, StressField, largest
-from seatfem.structures.method import COARSENING
-from seatfem.structures.rings import Division
-from seatfem.structures.sheets import ORDER, plate_modes, refinement
-from seatfem.study.impacts import plate_stress
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts import contact, gas, plate_stress
 from seatfem.study.impacts.plate_stress import has_plate_stress, in_some_modes, lips_of_plate, pushes_of, struck_by
 from seatfem.study.impacts.touches import Touches, stress_since
 from seatfem.study.runs.round import Round
@@ -89,11 +85,11 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     lowest = np.arange(modes) < max(1, round(FEWER * modes))
     of_lowest = StressField(worst.points, worst.static, worst.modal[..., lowest], in_some_modes(worst.body, lowest))
     fewer = largest(of_lowest, force, dt)
-    coarser = plate_modes(plate.sheet, COARSENING)
+    coarser = sheets.plate_modes(plate.sheet, method.COARSENING)
     lips = lips_of_plate(scene, _division(done))
-    on_coarser_mesh = plate_field(done, striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
+    on_coarser_mesh = plate_field(done, contact.striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
     on_coarser = largest(on_coarser_mesh, force, dt).after_contact.von_mises
-    weight = 1 / (refinement(plate, coarser) ** ORDER - 1)
+    weight = 1 / (sheets.refinement(plate, coarser) ** sheets.ORDER - 1)
     of_mesh = peak_mesh_error(field.points, of_run.after_contact.von_mises, on_coarser_mesh.points, on_coarser, weight)
     peak = _value(of_run)
     bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + LITTLE * peak
@@ -104,14 +100,14 @@ def plate_field(done: Round, striker: Body | None = None) -> StressField:
     """Return the stress in a face of the plate in a round; ``striker``: the same on another mesh."""
     striker, touches = striker or done.striker, done.touches
     field = plate_stress.plate_field(done.plan.scene, striker, _division(done))
-    return struck_by(field, striker, lift_of(touches), plate_pushes(done, touches), touches.seat.dt)
+    return struck_by(field, striker, gas.lift_of(touches), plate_pushes(done, touches), touches.seat.dt)
 
 
 def struck_in(field: StressField, done: Round, touches: Touches) -> tuple[StressField, Array]:
     """Return the field of a plate as one run of a round has it, the round's own or one on another seat, and the forces
     that `plate_pushes` returns."""
     pushes = plate_pushes(done, touches)
-    return struck_by(field, done.striker, lift_of(touches), pushes, touches.seat.dt), pushes
+    return struck_by(field, done.striker, gas.lift_of(touches), pushes, touches.seat.dt), pushes
 
 
 def stress_on_another_seat(done: Round, touches: Touches) -> ReedStress | None:
@@ -124,8 +120,8 @@ def stress_on_another_seat(done: Round, touches: Touches) -> ReedStress | None:
     return plate_stress.stresses_of_plate(done.plan.scene, field, stresses)
 
 
-def _division(done: Round) -> Division:
-    return Division.from_greens(done.seat.greens)
+def _division(done: Round) -> rings.Division:
+    return rings.Division.from_greens(done.seat.greens)
 
 
 def _value(found: LargestStress) -> float:
@@ -148,5 +144,5 @@ def parts_of_plate(done: Round, points: Array) -> NDArray[np.str_]:
 def plate_pushes(done: Round, touches: Touches) -> Array:
     """Return (n + 1, ports) forces on the ports of the striker of a round, in its own run or on another seat [N]."""
     if touches.parts is None:
-        return pushes_of(done.striker.greens, touches.seat.force[:, None], Division(), touches.stopper_force)
+        return pushes_of(done.striker.greens, touches.seat.force[:, None], rings.Division(), touches.stopper_force)
     return pushes_of(done.striker.greens, touches.parts.force, _division(done), touches.stopper_force)

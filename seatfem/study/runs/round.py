@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -17,9 +17,9 @@ from impact.quantities import in_time, percent
 from impact.runs.variations import Budget
 from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.plate_stress import PlateLook
+from seatfem.study import runs
+from seatfem.study.impacts import plate_stress, validity
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches, is_of_a_landing
-from seatfem.study.impacts.validity import covered_notes, dishing_notes, film_notes, stopper_notes, validity_advice
 from seatfem.study.ladders.level import tells_waves
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
 from seatfem.study.planning.plan import Plan
@@ -27,9 +27,6 @@ from seatfem.study.safety import in_words as source_in_words
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.units import write_quantity
-
-if TYPE_CHECKING:
-    from seatfem.study.runs.reed_stress import PlateReedStress
 
 REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",
@@ -75,14 +72,14 @@ class Round:
     spent: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
     time_ratios: Mapping[str, float] = field(default_factory=dict)
-    plate: PlateReedStress | None = None
+    plate: runs.reed_stress.PlateReedStress | None = None
 
     @property
-    def look(self) -> PlateLook | None:
+    def look(self) -> plate_stress.PlateLook | None:
         """Return the look at the stress of a plate in other runs, where it is largest; ``None``: the usual one."""
         if self.plate is None:
             return None
-        return PlateLook(
+        return plate_stress.PlateLook(
             self.plan.scene, replace(self.plate.largest_at, body=self.striker), Division.from_greens(self.seat.greens)
         )
 
@@ -183,12 +180,12 @@ def remarks(done: Round) -> tuple[str, ...]:
     return (
         *([f"asked for, but without a value: {', '.join(map(spoken, empty))}: {NO_VALUE}"] if empty else []),
         *([f"not given, taken from the paper's reed: {', '.join(assumed)}"] if assumed else []),
-        *map(str, validity_advice(scene, done.seat.greens, done.striker.greens)),
+        *map(str, validity.validity_advice(scene, done.seat.greens, done.striker.greens)),
         *_advice(done),
-        *film_notes(scene, done.result),
-        *stopper_notes(scene),
-        *dishing_notes(scene),
-        *covered_notes(scene),
+        *validity.film_notes(scene, done.result),
+        *validity.stopper_notes(scene),
+        *validity.dishing_notes(scene),
+        *validity.covered_notes(scene),
         *_no_bar(done),
     )
 

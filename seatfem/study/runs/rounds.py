@@ -1,7 +1,5 @@
 """A plan carried out, its error measured, and the plan refined until the target is met or cannot be."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -17,18 +15,8 @@ from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.cache import Cache, key_of
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget, with_bars_of_measures
-from seatfem.study.impacts.contact import (
-    check_length,
-    run_contacts,
-    seat_of,
-    solved_striker,
-    stopper_of,
-    stress_of,
-    striker_of,
-    time_step,
-)
-from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.plate_stress import has_plate_stress
+from seatfem.study.impacts import contact, gas, plate_stress
+from seatfem.study.impacts.contact import run_contacts, seat_of
 from seatfem.study.impacts.touches import LIP, STRIKER, Source, stress_since
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
@@ -181,24 +169,24 @@ def _round(
     reed = None if before is None or before.plan.method.reed != method.reed else before.reed
     if reed is None and scene.reed.traits.is_solved:
         with watch(STRIKER):
-            reed = solved_striker(scene, progress, method.reed)
-    striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
+            reed = contact.solved_striker(scene, progress, method.reed)
+    striker = contact.striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     bodies = [striker.greens, seat.greens]
     if scene.stopper is not None:
         with watch("stopper"):  # once for all runs of this process
-            bodies += [body.greens for body in (stopper_of(scene),) if body is not None]
-    dt = method.time_step or time_step(scene, *bodies)
-    check_length(scene, dt, method.seat.division.count)
+            bodies += [body.greens for body in (contact.stopper_of(scene),) if body is not None]
+    dt = method.time_step or contact.time_step(scene, *bodies)
+    contact.check_length(scene, dt, method.seat.division.count)
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, dt, progress)
-        result, met, lift = touches.seat, touches.stopper_force, lift_of(touches)
+        result, met, lift = touches.seat, touches.stopper_force, gas.lift_of(touches)
     stress = None
     if limits.stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
         with watch("reed stress"):
             since = stress_since(touches, scene.accuracy.landing)
-            stress = stress_of(scene, striker, result.force, result.dt, lift, stopper=met, since=since)
+            stress = contact.stress_of(scene, striker, result.force, result.dt, lift, stopper=met, since=since)
     computed = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed)
-    if any_needs_stress(scene.accuracy.measures) and has_plate_stress(scene, striker):
+    if any_needs_stress(scene.accuracy.measures) and plate_stress.has_plate_stress(scene, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
             plate = plate_reed_stress(computed, stress_since(touches, scene.accuracy.landing))

@@ -1,7 +1,5 @@
 """Stress in the seat of a run: its largest on the surface with an error bar, and histories at named points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,11 +9,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from impact import notices, quantities
 from impact.greens.base import Array
-from impact.notices import Progress, silent
-from impact.quantities import finite_or_none
-from seatfem.pictures.rendering import Picture
-from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
+from seatfem.pictures import rendering, stress_plot
 from seatfem.structures.fields.corners import edge_distances, local_maxima, near, peak_mesh_error
 from seatfem.structures.fields.peaks import Largest
 from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
@@ -23,9 +19,8 @@ from seatfem.structures.fields.solids import AnyField, RingField, elements_of
 from seatfem.structures.finite_elements import MESH_SAFETY, refinement_of
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.rings import Division
+from seatfem.study.runs import seat_fields, summary
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_fields import SeatMesh, Waves, force_by_port
-from seatfem.study.runs.summary import front_of
 
 FEWER_HARMONICS: Final = 0.75  # for the error bar
 MOST_SPOTS: Final = 20
@@ -61,8 +56,8 @@ class SeatStress:
     """
 
     mesh: Any
-    drawn: SeatMesh
-    waves: Waves | None
+    drawn: seat_fields.SeatMesh
+    waves: seat_fields.Waves | None
     model: SecondOrderModel | None
     sites: Array
     section: NDArray[np.bool_]
@@ -100,7 +95,7 @@ class SeatStress:
         return int(self.peak.von_mises.argmax())
 
 
-def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
+def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> SeatStress | None:
     """Return the stress in the seat of a round, on a mesh that is drawn again; ``None`` where the scene asks for none.
 
     Its bar is `MESH_SAFETY` times the change by a coarser mesh at any place over r - 1, plus the changes by fewer
@@ -115,9 +110,9 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
         return None
     assert body is not None
     drawn, coarser = body.meshes(done.plan.method.seat, progress)
-    fine = SeatMesh(done.plan, drawn)
-    dt, force = done.result.dt, force_by_port(done, done.touches)
-    waves = Waves.from_forces(fine, force)
+    fine = seat_fields.SeatMesh(done.plan, drawn)
+    dt, force = done.result.dt, seat_fields.force_by_port(done, done.touches)
+    waves = seat_fields.Waves.from_forces(fine, force)
     points = np.array(scene.stress.points).reshape(-1, 3)
     named = [(fine.named(), np.arctan2(points[:, 1], points[:, 0])[:, None])] if len(points) else []
     where = (fine.surface(), np.zeros(1) if waves is None else waves.angles) if scene.stress.surface else named[0]
@@ -133,7 +128,7 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     if coarser is None:
         bars = bars * math.nan
     else:
-        coarse = SeatMesh(done.plan, coarser)
+        coarse = seat_fields.SeatMesh(done.plan, coarser)
         places = coarse.surface() if scene.stress.surface else coarse.named()
         ((coarse_field, _),) = coarse.fields(done, [(places, where[1])], waves)
         weight = MESH_SAFETY / (refinement_of(fine.mesh, coarse.mesh) - 1)
@@ -186,8 +181,8 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
         "peak_seat_stress_at_m": place,
         "peak_seat_stress_time_s": float(peak.von_mises_time[k]),
         "peak_seat_principal_stress_Pa": float(peak.principal.max()),
-        "error_bar_peak_seat_stress_Pa": finite_or_none(stress.bar),
-        "error_bar_peak_seat_principal_stress_Pa": finite_or_none(stress.tension_bar),
+        "error_bar_peak_seat_stress_Pa": quantities.finite_or_none(stress.bar),
+        "error_bar_peak_seat_principal_stress_Pa": quantities.finite_or_none(stress.tension_bar),
         "peak_seat_stress_over_rho_c0_v": None if math.isnan(stress.front) else value / stress.front,
     }
 
@@ -205,7 +200,7 @@ def place_words(place: Sequence[float] | Array, body: str) -> str:
 
 def stress_pictures(
     stress: SeatStress | None, title: str, unsure: tuple[float, float] = (math.nan, math.nan)
-) -> list[Picture]:
+) -> list[rendering.Picture]:
     """Return seat_stress.png and seat_stress.vtu; none if no stress is known. ``unsure``: as in `plot_stress`."""
     if stress is None:
         return []
@@ -215,7 +210,7 @@ def stress_pictures(
     if stress.mesh.dim() == 2:
         sites = np.column_stack([np.hypot(*sites[:, :-1].T), sites[:, -1]]) if sites.shape[1] == 3 else sites
     draw = partial(
-        plot_stress,
+        stress_plot.plot_stress,
         stress.mesh,
         sites,
         von_mises(stress.snapshot[stress.section]),
@@ -226,7 +221,7 @@ def stress_pictures(
         title=title,
         unsure=unsure,
     )
-    write = partial(write_stress_vtu, stress.sites, peak.von_mises, peak.von_mises_time)
+    write = partial(stress_plot.write_stress_vtu, stress.sites, peak.von_mises, peak.von_mises_time)
     return [("seat_stress.png", draw), ("seat_stress.vtu", write)]
 
 
@@ -235,4 +230,4 @@ def _front(done: Round) -> float:
     body = done.plan.scene.seat.elastic
     assert body is not None
     solid = body.material.solid
-    return front_of(done.result, float(np.max(solid.young)), solid.density)
+    return summary.front_of(done.result, float(np.max(solid.young)), solid.density)

@@ -21,10 +21,9 @@ from seatfem.pictures.stress_plot import plot_stress_histories
 from seatfem.structures.fields.corners import edge_distances
 from seatfem.structures.fields.recovery import at_own_times, histories, von_mises
 from seatfem.study.impacts.life import beam_histories
-from seatfem.study.runs.reed_stress import PlatePeaks, parts_of_plate, plate_pushes, singular_of_plate
+from seatfem.study.runs import reed_stress, seat_stress
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_fields import force_by_port
-from seatfem.study.runs.seat_stress import SeatStress, axes_of, place_words
 from seatfem.study.runs.stress_wave import touch_of
 
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
@@ -71,7 +70,7 @@ class Spot:
     @property
     def name(self) -> str:
         """Return its body, part and place in words."""
-        return f"{self.body}, {self.part}, {place_words(self.at, self.body)}"
+        return f"{self.body}, {self.part}, {seat_stress.place_words(self.at, self.body)}"
 
 
 @dataclass(frozen=True)
@@ -102,7 +101,7 @@ class Spots:
     time: Array = field(default_factory=lambda: np.zeros(0))
 
     @staticmethod
-    def from_round(done: Round, seat: SeatStress | None, plate: PlatePeaks | None) -> Spots:
+    def from_round(done: Round, seat: seat_stress.SeatStress | None, plate: reed_stress.PlatePeaks | None) -> Spots:
         """Return the spots of a round whose stress is known; of a beam it always is."""
         named = 0 if seat is None else len(seat.points)
         stride = math.ceil(6 * (MOST_SHOWN + named) * len(done.result.time) / MOST_NUMBERS)
@@ -139,7 +138,7 @@ def write_spots(spots: Spots, folder: Path, *, courses: bool = True) -> tuple[Pa
     for body, file in _FILES.items():
         if not (own := [spot for spot in spots.all if spot.body == body]):
             continue
-        places = [f"{axis}_m" for axis in axes_of(own[0].at, body)]
+        places = [f"{axis}_m" for axis in seat_stress.axes_of(own[0].at, body)]
         heads = ("von_mises_Pa", "time_s", *places, "edge_distance_m", "part", "component", "component_Pa")
         rows = ((p.value, p.time, *p.at, p.edge, p.part, p.component, p.leading) for p in own)
         files.append(write_csv(folder / file, heads, rows, digits=9))
@@ -202,14 +201,14 @@ def _of_beam(done: Round, stride: int) -> list[History]:
     return _foremost(kept)
 
 
-def _of_plate(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
+def _of_plate(done: Round, plate: reed_stress.PlatePeaks, stride: int) -> list[History]:
     """Return the histories of the largest von Mises stress in each part of a plate, in the face away from the seat."""
-    parts = parts_of_plate(done, plate.field.points)
+    parts = reed_stress.parts_of_plate(done, plate.field.points)
     peak = plate.found.after_contact if math.isfinite(plate.found.spans.touch) else plate.found.initial
     own = [np.flatnonzero(parts == part) for part in np.unique(parts)]
     chosen = np.array([which[peak.von_mises[which].argmax()] for which in own])
-    some, force, dt = plate.field.at(chosen), plate_pushes(done, done.touches), done.result.dt
-    times, edges = peak.von_mises_time[chosen], edge_distances(some.points, singular_of_plate(done))
+    some, force, dt = plate.field.at(chosen), reed_stress.plate_pushes(done, done.touches), done.result.dt
+    times, edges = peak.von_mises_time[chosen], edge_distances(some.points, reed_stress.singular_of_plate(done))
     states, kept = at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
     for k, course in enumerate(histories(some, force, dt, stride)):
         part, edge, time = str(parts[chosen[k]]), float(edges[k]), float(times[k])
@@ -218,7 +217,7 @@ def _of_plate(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
     return _foremost(kept)
 
 
-def _of_seat(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
+def _of_seat(done: Round, seat: seat_stress.SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
     """Return all hot spots; the largest on the lip and elsewhere, and the named points, with histories."""
     force, dt, names = force_by_port(done, done.touches), done.result.dt, AROUND if seat.is_around else COMPONENTS
     times, own = seat.peak.von_mises_time[seat.spots], seat.field.at(seat.spots)

@@ -2,8 +2,6 @@
 ParaView.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,29 +11,22 @@ from typing import Final
 
 import numpy as np
 
-from impact.after import measures
-from impact.after.histories import MOVING_AVERAGE, averaged, per_length
-from impact.after.result import ImpactResult
+from impact.after import histories, measures, result
 from impact.bodies.loads import own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
 from impact.pictures.lip_plots import landing_marks, plot_lip
-from seatfem.pictures.cell_grid import Skin, skin_of, skin_of_plate, skin_of_section
-from seatfem.pictures.frame_pictures import animate_frames, plot_frames
+from seatfem.pictures import cell_grid, frame_pictures, moving
 from seatfem.pictures.frames import Frames, landing_frames, wave_frames
-from seatfem.pictures.moving import save_moving, write_moving
 from seatfem.pictures.rendering import Picture
 from seatfem.structures.elements.mindlin import PlateMesh
-from seatfem.structures.fields.corners import near
+from seatfem.structures.fields import corners, solids
 from seatfem.structures.fields.recovery import Response, in_frames, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
-from seatfem.structures.fields.solids import elements_of, turned
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.touches import Touches, on_the_ports
-from seatfem.study.runs.reed_stress import plate_field, plate_pushes
+from seatfem.study.runs import reed_stress, seat_fields, seat_stress
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_fields import force_by_port
-from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.scene.lips import closed_line
 
 LANDING: Final = "landing.gif"
@@ -74,8 +65,8 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
     except Exception as problem:  # numbers are known already, as in `gap_of`
         return [*pictures, (LANDING, partial(raising, problem))]
     if landing is not None:
-        pictures.append((LANDING, partial(animate_frames, landing, title=title)))
-        pictures.append(("landing.h5", partial(save_moving, landing)))
+        pictures.append((LANDING, partial(frame_pictures.animate_frames, landing, title=title)))
+        pictures.append(("landing.h5", partial(moving.save_moving, landing)))
     return pictures
 
 
@@ -84,7 +75,7 @@ def raising(problem: Exception, path: Path) -> None:
     raise problem
 
 
-def by_arc(parts: ImpactResult, division: Division) -> ImpactResult:
+def by_arc(parts: result.ImpactResult, division: Division) -> result.ImpactResult:
     """Return a lip's parts with the rings of each arc as one: sums of forces, means of displacements and gaps."""
     shares = division.shares.reshape(division.arcs, division.rings) * division.arcs
 
@@ -100,7 +91,7 @@ def by_arc(parts: ImpactResult, division: Division) -> ImpactResult:
     )
 
 
-def landing_of(done: Round, lip: ImpactResult, landings: Sequence[Mapping[str, object]] = ()) -> Frames | None:
+def landing_of(done: Round, lip: result.ImpactResult, landings: Sequence[Mapping[str, object]] = ()) -> Frames | None:
     """Return the plate over the lip during its hardest landing, without ``landings`` during its hardest contact.
 
     ``None`` of what is no plate with its modes, of loads that the march alone knows, under a preload, and without
@@ -130,14 +121,14 @@ def landing_of(done: Round, lip: ImpactResult, landings: Sequence[Mapping[str, o
     centre = np.asarray(plate_reed.geometry().centre) + scene.contact.offset
     inner, outer = shape.edge_lines(shape.arcs * math.ceil(AROUND / shape.arcs))
     steps, width = stride * np.arange(begin, begin + len(deflection)), scene.run.filter_width
-    total = averaged(touches.seat.force[1:], dt, width, MOVING_AVERAGE)
+    total = histories.averaged(touches.seat.force[1:], dt, width, histories.MOVING_AVERAGE)
     return landing_frames(
         dofs.mesh,
         deflection,
         touches.seat.time[steps],
         (centre + inner, centre + outer),
         -lip.gap[0],
-        per_length(lip.force, dt, width, shape.lengths)[steps],
+        histories.per_length(lip.force, dt, width, shape.lengths)[steps],
         total[steps],
         averaged=f"forces mean over {1e6 * width:g} µs and each of {lip.force.shape[1]} lip segments",
         pieces=shape.pieces,
@@ -148,7 +139,7 @@ PASSES: Final = 2  # of shear waves along the seat, that are shown
 UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
 
 
-def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
+def wave_pictures(done: Round, stress: seat_stress.SeatStress | None) -> list[Picture]:
     """Return stress_wave.gif, .png and .h5, seat_stress.pvd, and the same of a plate that strikes; none where no frames
     are asked for, or nothing touches and no time is stated."""
     settings, title = done.plan.scene.stress, done.plan.scene.title or "Stress wave"
@@ -165,14 +156,14 @@ def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
             pictures.append((f"{stem}.gif", partial(raising, problem)))
             continue
         if wave is not None:
-            pictures.append((f"{stem}.gif", partial(animate_frames, wave, title=title)))
-            pictures.append((f"{stem}.png", partial(plot_frames, wave, title=title)))
-            pictures.append((f"{file}.pvd", partial(write_moving, wave)))
-            pictures.append((f"{stem}.h5", partial(save_moving, wave)))
+            pictures.append((f"{stem}.gif", partial(frame_pictures.animate_frames, wave, title=title)))
+            pictures.append((f"{stem}.png", partial(frame_pictures.plot_frames, wave, title=title)))
+            pictures.append((f"{file}.pvd", partial(moving.write_moving, wave)))
+            pictures.append((f"{stem}.h5", partial(moving.save_moving, wave)))
     return pictures
 
 
-def seat_wave(done: Round, stress: SeatStress) -> Frames | None:
+def seat_wave(done: Round, stress: seat_stress.SeatStress) -> Frames | None:
     """Return the stress wave in the seat, on the mesh of its stress."""
     scene, body, model = done.plan.scene, done.plan.scene.seat.elastic, stress.model
     assert body is not None
@@ -182,18 +173,18 @@ def seat_wave(done: Round, stress: SeatStress) -> Frames | None:
     if not steps:
         return None
     force, dt, elements, time = (
-        force_by_port(done, done.touches),
+        seat_fields.force_by_port(done, done.touches),
         done.result.dt,
-        elements_of(stress.mesh),
+        solids.elements_of(stress.mesh),
         done.result.time,
     )
     if model is None:
-        skin = skin_of_section(elements.mesh, *elements.nodes).spread()
+        skin = cell_grid.skin_of_section(elements.mesh, *elements.nodes).spread()
         mises, moved = _around(done, stress, skin, force, steps)
         points = elements.nodes.T[skin.nodes]
-        known = ~near(points, stress.drawn.singular, scene.stress.distance)
+        known = ~corners.near(points, stress.drawn.singular, scene.stress.distance)
         return wave_frames("Stress wave in the seat", skin, mises, moved, time[list(steps)], touch, known)
-    skin = skin_of(model)
+    skin = cell_grid.skin_of(model)
     sites = at_nodes(elements, skin.nodes)
     bandwidth = done.plan.method.seat.bandwidth or 1 / scene.run.filter_width
     unknowns = response_in_frames(
@@ -201,18 +192,20 @@ def seat_wave(done: Round, stress: SeatStress) -> Frames | None:
     )
     functional = stress.drawn.stress_of(model, sites)
     mises = von_mises(np.moveaxis((functional @ unknowns.T).reshape(len(sites), 6, -1), 2, 0))
-    known = ~near(sites.points, stress.drawn.singular, scene.stress.distance)
+    known = ~corners.near(sites.points, stress.drawn.singular, scene.stress.distance)
     moved = np.array([model.expand(each)[:, skin.nodes].T for each in unknowns])
     return wave_frames("Stress wave in the seat", skin, mises, moved, time[list(steps)], touch, known)
 
 
-def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: range) -> tuple[Array, Array]:
+def _around(
+    done: Round, stress: seat_stress.SeatStress, skin: cell_grid.Skin, force: Array, steps: range
+) -> tuple[Array, Array]:
     """Return von Mises stress (F, S) and displacements (F, S, 3) u_r, u_th, u_z of a body of revolution that is struck
     in arcs, at each point of its skin: harmonic by harmonic, so that memory holds their sums at the times shown."""
     assert stress.waves is not None
     assert skin.angles is not None
     nodes, which = np.unique(skin.nodes, return_inverse=True)
-    sites = at_nodes(elements_of(stress.mesh), nodes)
+    sites = at_nodes(solids.elements_of(stress.mesh), nodes)
     tensors, moved = np.zeros((len(steps), len(skin.nodes), 6)), np.zeros((len(steps), len(skin.nodes), 3))
     for n, model, response, mixing in stress.drawn.harmonics(done, stress.waves):
         functional = stress.drawn.stress_of(model, sites, n)
@@ -221,9 +214,9 @@ def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: ra
             frames = response_in_frames(response, pushes, done.result.dt, steps)
             stressed = np.asarray(functional @ frames.T).reshape(len(sites), 6, -1)
             for frame, unknowns in enumerate(frames):
-                tensors[frame] += turned(stressed[which, :, frame], skin.angles, n, by_sin=by_sin)
+                tensors[frame] += solids.turned(stressed[which, :, frame], skin.angles, n, by_sin=by_sin)
                 shape = model.expand(unknowns)[:, skin.nodes].T
-                moved[frame] += turned(shape, skin.angles, n, by_sin=by_sin)
+                moved[frame] += solids.turned(shape, skin.angles, n, by_sin=by_sin)
     return np.asarray(von_mises(tensors)), moved
 
 
@@ -239,8 +232,8 @@ def reed_wave(done: Round) -> Frames | None:
     dofs, shapes = plate.model.dofs, plate.modes.shapes
     if not steps or dofs is None or not isinstance(dofs.mesh, PlateMesh):
         return None
-    field, skin = plate_field(done), skin_of_plate(dofs.mesh)
-    force, dt = plate_pushes(done, done.touches), done.result.dt
+    field, skin = reed_stress.plate_field(done), cell_grid.skin_of_plate(dofs.mesh)
+    force, dt = reed_stress.plate_pushes(done, done.touches), done.result.dt
     mises = np.full((len(steps), len(skin.nodes)), np.nan)
     mises[:, rows_of(field.points, dofs.mesh.points[skin.nodes])] = von_mises(in_frames(field, force, dt, steps))
     rows = modal_coordinates(done.striker, force[1 : steps[-1] + 1].T, dt, steps.step)[steps.start // steps.step :]

@@ -26,8 +26,7 @@ from seatfem.study.impacts.plate_stress import Forces, pushes_of
 from seatfem.study.impacts.touches import force_of, stress_since
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.planning.plan import Plan
-from seatfem.study.runs.kept import cached_numbers
-from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress
+from seatfem.study.runs import kept, reed_stress
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
 
@@ -73,7 +72,7 @@ RAW: Final = 0.1
 REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
 
 
-def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, PlateReedStress | None]:
+def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, reed_stress.PlateReedStress | None]:
     """Return the stress in the seat, and in a plate that strikes, if the scene needs them. Raises as `seat_stress`.
 
     What mesh and modes leave in the recovery is in their bars, and what is left in the force: its error budget again,
@@ -83,7 +82,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     since = stress_since(done.touches, done.plan.scene.accuracy.landing)
     seat, reed = seat_stress(done, progress), done.plate
     if reed is None:
-        reed = plate_reed_stress(done, since)
+        reed = reed_stress.plate_reed_stress(done, since)
     elif REED in done.left.values:  # a measure of the round, which has its bar there
         bar = done.left.bar(REED)
         reed = replace(reed, bar=bar if math.isfinite(bar) else math.nan)
@@ -109,10 +108,10 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
 
     own, finer = _peaks_of(seat), _peaks_of(None)
     if of_seat is not None:
-        finer = cached_numbers(done, done.touches, "stress in the seat at half the step", peaks_at_half_the_step)
+        finer = kept.cached_numbers(done, done.touches, "stress in the seat at half the step", peaks_at_half_the_step)
     judged = {REED: of_reed, SEAT: of_seat}
     what = f"errors left in {', '.join(sorted(name for name, each in judged.items() if each is not None))}"
-    errors = cached_numbers(done, done.touches, what, lambda: error_bars_of(done, look, finer, progress))
+    errors = kept.cached_numbers(done, done.touches, what, lambda: error_bars_of(done, look, finer, progress))
     if seat is not None and of_seat is not None:
         raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else errors[name] for name in (SEAT, TENSION)]
         seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])

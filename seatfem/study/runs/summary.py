@@ -1,7 +1,5 @@
 """The flat keys of summary.json, units in their names."""
 
-from __future__ import annotations
-
 import json
 import math
 import time
@@ -24,8 +22,7 @@ from impact.greens.base import GreensFunction
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures.method import Solved
-from seatfem.structures.rings import Division
+from seatfem.structures import method, rings
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import OF_A_LANDING, Touches, is_of_a_landing, landing_name, measured, stopper_values
 from seatfem.study.planning.plan import Plan
@@ -238,7 +235,7 @@ def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:
 def stopper_face_keys(stopper: Stopper) -> dict[str, object]:
     """Return which face of the stopper is met, and in how many arcs, where it is divided."""
     keys: dict[str, object] = {"stopper_kind": stopper.body.kind}
-    if stopper.parts == Division():
+    if stopper.parts == rings.Division():
         return keys
     return keys | {"stopper_arcs": stopper.parts.arcs, "stopper_tilt_deg": math.degrees(stopper.tilt)}
 
@@ -296,7 +293,7 @@ def greens_error_keys(greens: GreensFunction) -> dict[str, object]:
     return {"greens_error_reduction": error.reduction, "greens_error_mesh": error.mesh, "greens_error": error.total}
 
 
-def reed_keys(kind: str, striker: Body, reed: Solved | None) -> dict[str, object]:
+def reed_keys(kind: str, striker: Body, reed: method.Solved | None) -> dict[str, object]:
     """Return what strikes, and its lowest natural frequencies where its modes are all there (Ritz pairs are not); of
     one that was computed, whether it was there before, and the stated error of its g."""
     modal = striker.greens.modal if reed is None or reed.greens.provenance.get("method") == "modes" else None

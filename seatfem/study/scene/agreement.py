@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from seatfem.fields import Contradictions, keys_of, within
-from seatfem.structures.kinds.striking import check_along, is_curved
-from seatfem.structures.kinds.structure import motion_key
+from seatfem.structures.kinds import striking, structure
 from seatfem.structures.rings import Division
 from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
@@ -51,12 +50,12 @@ def _of_gas(gas: CompressorGas, duration: float) -> Contradictions:
 
 def _of_roles(scene: Scene) -> Contradictions:
     """Yield where what is struck is not at rest, or what strikes does not move."""
-    if key := motion_key(scene.seat):
+    if key := structure.motion_key(scene.seat):
         yield f"seat.{key}", "the struck body is at rest; remove the key, or use the body as the reed"
     reed, moved_by = scene.reed, scene.reed.traits.moved_by
     if not moved_by:
         yield "reed.kind", f"a body of kind {reed.kind!r} cannot move; take a kind that can"
-    if not motion_key(reed) and not (scene.load or scene.base or scene.spring) and scene.gas is None:
+    if not structure.motion_key(reed) and not (scene.load or scene.base or scene.spring) and scene.gas is None:
         others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
         words = type(reed).model_fields[moved_by[0]].description or ""
         yield f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}"
@@ -96,7 +95,7 @@ def _of_bases(scene: Scene) -> Contradictions:
 
 
 def _of_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> Contradictions:
-    check_along(reed.kind, None if reed.slender is None else reed.slender.span, at, "contact.at")
+    striking.check_along(reed.kind, None if reed.slender is None else reed.slender.span, at, "contact.at")
     if ring is None or reed.slender is None or at is None:
         return
     if at < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
@@ -110,7 +109,7 @@ def contradictions_of_start(scene: Scene) -> Contradictions:
     if (stopper := scene.stopper) is None:
         return
     beam = scene.reed.slender
-    check_along(scene.reed.kind, None if beam is None else beam.span, stopper.at, "stopper.at")
+    striking.check_along(scene.reed.kind, None if beam is None else beam.span, stopper.at, "stopper.at")
     if stopper.parts != Division() and scene.reed.thin_plate is None:
         key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
         words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face"
@@ -133,11 +132,11 @@ def contradictions_of_start(scene: Scene) -> Contradictions:
 def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradictions:
     if (key := contact.along_a_lip) and (why := seat.lip_face.no_lip):
         yield f"contact.{key}", f"a seat of kind {seat.kind!r}, {why}"
-    if is_curved(seat):
+    if striking.is_curved(seat):
         yield "seat.curvature", "only the reed may be curved; remove the key"
-    if is_curved(reed) and (why := seat.lip_face.no_lip):
+    if striking.is_curved(reed) and (why := seat.lip_face.no_lip):
         yield "reed.curvature", f"a seat of kind {seat.kind!r}, {why}"
-    if is_curved(reed) and contact.ports == 1:
+    if striking.is_curved(reed) and contact.ports == 1:
         yield "contact.ports", "a single contact point has only a mean gap, reed.curvature needs several: remove it"
     if any(contact.offset) and reed.thin_plate is None:
         yield "contact.offset", f"a body of kind {reed.kind!r} touches with one rigid face; remove the key"

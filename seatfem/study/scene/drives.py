@@ -9,23 +9,9 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self, get
 import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from impact.bodies.loads import BaseMotion, Kind
-from impact.bodies.time_series import TimeSeriesError, read_time_series
+from impact.bodies import loads, time_series
 from impact.greens.base import Array
-from seatfem.fields import (
-    Acceleration,
-    Contradictions,
-    ExistingFile,
-    Length,
-    Position,
-    ReadQuantity,
-    SignedArea,
-    Stiffness,
-    Table,
-    absent,
-    default,
-    problem_of,
-)
+from seatfem import fields
 from seatfem.structures.kinds.motion import (
     AnyAcceleration,
     AnyForce,
@@ -40,7 +26,7 @@ if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Structure
 
 
-class Base(Table):
+class Base(fields.Table):
     """The clamp of the reed, or what the seat or the stopper stands on, moves along the normal, away from the seat
     positive, by the course of a CSV file that covers the run. Gaps follow it, and the body feels its own inertia: in
     full a reed, and a seat or stopper that is a beam or a plate; of others only the rigid motion is known, and courses
@@ -54,42 +40,42 @@ displacement = "base.csv"
 """
 
     of: Literal["reed", "seat", "stopper"] = Field(description="whose base")
-    displacement: ExistingFile | None = absent(
+    displacement: fields.ExistingFile | None = fields.absent(
         "CSV file, its header as in `time [ms],displacement [um]`; in between a cubic spline"
     )
-    velocity: ExistingFile | None = absent(
+    velocity: fields.ExistingFile | None = fields.absent(
         "or `time [ms],velocity [m/s]`, in between linear; the body moves along at the start"
     )
-    acceleration: ExistingFile | None = absent(
+    acceleration: fields.ExistingFile | None = fields.absent(
         "or `time [ms],acceleration [m/s^2]`, in between linear, from rest at the start"
     )
 
-    columns: CourseColumns | None = absent("heads of its columns, where they say neither time nor quantity")
-    units: CourseUnits | None = absent("units of its columns, where the header does not say them")
+    columns: CourseColumns | None = fields.absent("heads of its columns, where they say neither time nor quantity")
+    units: CourseUnits | None = fields.absent("units of its columns, where the header does not say them")
 
     @model_validator(mode="after")
     def _one_of_three(self, info: ValidationInfo) -> Self:
         self.check_one_of(KINDS, "nothing says how it moves")
         if not (info.context or {}).get("unread"):
-            with problem_of(self._kind, TimeSeriesError):
+            with fields.problem_of(self._kind, time_series.TimeSeriesError):
                 self.record()
         return self
 
     @property
-    def _kind(self) -> Kind:
+    def _kind(self) -> loads.Kind:
         return next(kind for kind in KINDS if getattr(self, kind) is not None)
 
     def record(self) -> Record:
         """Return the course of its file. Raises `TimeSeriesError`."""
         kind, columns, units = self._kind, stated_in(self.columns), stated_in(self.units)
-        return Record(kind, read_time_series(getattr(self, kind), kind, columns=columns, units=units))
+        return Record(kind, time_series.read_time_series(getattr(self, kind), kind, columns=columns, units=units))
 
-    def motion(self) -> BaseMotion:
+    def motion(self) -> loads.BaseMotion:
         """Return the base's motion as its file has it. Raises `TimeSeriesError`."""
-        return BaseMotion.from_series(self.record().course, self._kind)
+        return loads.BaseMotion.from_series(self.record().course, self._kind)
 
 
-KINDS: tuple[Kind, ...] = get_args(Kind)
+KINDS: tuple[loads.Kind, ...] = get_args(loads.Kind)
 
 
 ACTING = ("pressure", "force", "gravity", "base_motion")
@@ -97,7 +83,7 @@ ACTING = ("pressure", "force", "gravity", "base_motion")
 
 def _as_table(given: object) -> object:
     """Return area = "80 mm^2" and area = [["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]] as the two columns of a table."""
-    if isinstance(given, Mapping | Table):
+    if isinstance(given, Mapping | fields.Table):
         return given
     if not isinstance(given, list):
         return {"lift": ["0 mm"], "area": [given]}
@@ -106,16 +92,16 @@ def _as_table(given: object) -> object:
     return {"lift": [row[0] for row in given], "area": [row[1] for row in given]}
 
 
-class AreaByLift(Table):
+class AreaByLift(fields.Table):
     """The area by which a pressure acts, by how far the reed is off its seat; a line between the lifts, held beyond.
 
     Written as one area, or as a list of pairs of lift and area.
     """
 
-    lift: tuple[Position, ...] = Field(min_length=1, description="opening at the contact, increasing")
-    area: tuple[SignedArea, ...] = Field(min_length=1, description="area at each of them")
+    lift: tuple[fields.Position, ...] = Field(min_length=1, description="opening at the contact, increasing")
+    area: tuple[fields.SignedArea, ...] = Field(min_length=1, description="area at each of them")
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         if len(self.lift) != len(self.area):
             yield "area", f"{len(self.area)} areas at {len(self.lift)} lifts: give one for each"
         if self.lift[0] < 0:
@@ -131,7 +117,7 @@ class AreaByLift(Table):
         return float(np.interp(lift, self.lift, self.area))
 
 
-class ExternalLoad(Table):
+class ExternalLoad(fields.Table):
     """One load on the reed: a pressure on an effective area at the contact (of a plate, spread over the disc that the
     contact covers or encloses, of a ring plate over its whole face), a force, gravity, or the acceleration of the frame
     that holds it (the reed alone feels it: its mass times the acceleration, the other way round)."""
@@ -141,25 +127,25 @@ pressure = "-0.2 bar"
 area = "80 mm^2"
 """
 
-    pressure: AnyPressure | None = absent(
+    pressure: AnyPressure | None = fields.absent(
         "over the reed, on area, at its contact, positive off the seat; a constant one may be text"
     )
-    area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = absent(
+    area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = fields.absent(
         'effective area of the pressure: one, or by the lift as in `[["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]`'
     )
-    force: AnyForce | None = absent("at one place, positive off the seat; a constant one may be written as text")
-    at: Length | None = absent("of the force, from the root; where absent: at the contact")
-    point: tuple[Position, Position] | None = absent(
+    force: AnyForce | None = fields.absent("at one place, positive off the seat; a constant one may be written as text")
+    at: fields.Length | None = fields.absent("of the force, from the root; where absent: at the contact")
+    point: tuple[fields.Position, fields.Position] | None = fields.absent(
         "of the force on a plate, along and across it, from the centre of its contact"
     )
-    gravity: Acceleration | None = absent(
+    gravity: fields.Acceleration | None = fields.absent(
         "component of the acceleration along the normal; negative presses the reed on the seat"
     )
-    base_motion: AnyAcceleration | None = absent(
+    base_motion: AnyAcceleration | None = fields.absent(
         "acceleration of the frame along the normal; a constant one may be written as text"
     )
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         self.check_one_of(ACTING, "nothing acts")
         if self.area is None and self.pressure is not None:
             yield "area", "required key is missing: effective area"
@@ -178,10 +164,10 @@ area = "80 mm^2"
 
 MOST: Final = 64
 """Springs of one table."""
-Preload = Annotated[float, BeforeValidator(ReadQuantity("force")), Field(ge=0)]
+Preload = Annotated[float, BeforeValidator(fields.ReadQuantity("force")), Field(ge=0)]
 
 
-class ValveSpring(Table):
+class ValveSpring(fields.Table):
     """Springs between the reed and a guard at rest, which press the reed on its seat. Each is linear, without mass and
     damping, and acts all the time. They are part of the reed: of its modes, of its energy, and of every error bar. What
     they do to the motions that its modes leave out is neglected, as it is of loads."""
@@ -191,25 +177,27 @@ stiffness = "2 N/mm"
 preload = "5 N"
 """
 
-    stiffness: Stiffness = Field(description="of all springs of the table together")
-    preload: Preload = default(
+    stiffness: fields.Stiffness = Field(description="of all springs of the table together")
+    preload: Preload = fields.default(
         "0 N",
         "force of all of them together on the closed reed, which lies contact.gap below its undeformed "
         "place; towards the seat",
     )
-    at: Length | None = absent(
+    at: fields.Length | None = fields.absent(
         "where they press, from the root; where no place is given: at the contact, of a ring plate or a "
         "disc spread around its mean circle, of a ball through its centre"
     )
-    points: tuple[tuple[Position, Position], ...] | None = absent(
+    points: tuple[tuple[fields.Position, fields.Position], ...] | None = fields.absent(
         "of a plate, a spring each: places along and across it, from the centre of its contact",
         min_length=1,
         max_length=MOST,
     )
-    number: int | None = absent("of a plate: springs on a circle, the first on the x axis", strict=True, ge=1, le=MOST)
-    radius: Length | None = absent("of that circle, about the centre of the plate's contact")
+    number: int | None = fields.absent(
+        "of a plate: springs on a circle, the first on the x axis", strict=True, ge=1, le=MOST
+    )
+    radius: fields.Length | None = fields.absent("of that circle, about the centre of the plate's contact")
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         if (self.number is None) != (self.radius is None):
             missing = "number" if self.number is None else "radius"
             yield missing, "required key is missing: springs on a circle have number and radius"

@@ -10,18 +10,13 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.quantities import in_digits, percent
-from seatfem.structures.errors import ModelError
+from seatfem.structures import errors, inspection, outlines, rings
 from seatfem.structures.inspection.cad import naming
-from seatfem.structures.outlines import covered_share
-from seatfem.structures.rings import Division
 from seatfem.structures.shapes import GeometryError
-from seatfem.study.scene.lips import NO_ANGLES
-from seatfem.study.scene.load import load_scene
-from seatfem.study.scene.models import Scene
+from seatfem.study.scene import lips, load, models
 from seatfem.study.scene.problems import Problem, SceneError
 
 if TYPE_CHECKING:
-    from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.kinds.structure import Finding, Structure
     from seatfem.study.scene.contact import Contact
 
@@ -33,7 +28,7 @@ BEAM: Final = 0.1
 over the middle of a lip a beam covers a half or a third; less than a tenth of a ring is not over the port."""
 
 
-def misplaced(scene: Scene) -> Iterator[Finding]:
+def misplaced(scene: models.Scene) -> Iterator[Finding]:
     """Yield that the reed lies beside the face that it is to strike, in plan, or does not reach across it."""
     contact, reed, seat = scene.contact, scene.reed, scene.seat
     if reed.slender is None and reed.thin_plate is None:  # solids strike with a face of their own, as it is stated
@@ -41,10 +36,10 @@ def misplaced(scene: Scene) -> Iterator[Finding]:
     at = scene.own_place
     try:
         over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
-    except ModelError:  # of faces that cannot be found, which are told where they are needed
+    except errors.ModelError:  # of faces that cannot be found, which are told where they are needed
         return
     by_the_lip = (plate := reed.thin_plate) is not None and (bool(contact.along_a_lip) or not plate.states_contact)
-    share, least = covered_share(face, over, contact.offset), PLATE if by_the_lip else BEAM
+    share, least = outlines.covered_share(face, over, contact.offset), PLATE if by_the_lip else BEAM
     if share is None or share >= least:
         return
     part = f"{percent(share)} of the seat's struck face"
@@ -86,7 +81,7 @@ def _fine(loop: Array) -> Array:
     return np.asarray((loop[:, None] + shares * (np.roll(loop, -1, axis=0) - loop)[:, None]).reshape(-1, 2))
 
 
-def check_files(scene: Scene) -> None:
+def check_files(scene: models.Scene) -> None:
     """Open what the scene names, and look for the faces, groups and regions that it speaks of.
 
     Raises `SceneError`: all that is wrong, by key; `seatfem.study.scene.located` adds the scene's file and its lines.
@@ -95,10 +90,10 @@ def check_files(scene: Scene) -> None:
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
     if not findings and (key := contact.along_a_lip or ("ports" if contact.ports else "")):
         findings += _of_lip(contact, scene.seat, key)
-    if not findings and stopper is not None and stopper.parts != Division():
+    if not findings and stopper is not None and stopper.parts != rings.Division():
         try:
             stopper.body.lip()
-        except ModelError as error:
+        except errors.ModelError as error:
             findings.append((("stopper", "arcs"), _naming_file(stopper.body, error)))
     if not findings:
         findings += misplaced(scene)
@@ -110,23 +105,23 @@ def _of_lip(contact: Contact, seat: Structure, key: str) -> Iterator[Finding]:
     """Yield what of [contact], in which a ``key`` asks for a lip, does not fit the seat."""
     try:
         lip, arcs = seat.lip(1, contact.rings), contact.ports or 1
-    except ModelError as error:
+    except errors.ModelError as error:
         yield ("contact", key), _naming_file(seat, error)
         return
     if lip is not None and arcs > 1 and (whole := lip.whole(arcs)) != arcs:
         text = f"of {arcs} segments of equal areas some would lie on two of the seat's faces; take {whole}"
         yield ("contact", "ports"), text
     if lip is not None and contact.waviness and lip.edges is None:
-        yield ("contact", "waviness"), NO_ANGLES
+        yield ("contact", "waviness"), lips.NO_ANGLES
 
 
-def _naming_file(body: Structure, error: ModelError) -> str:
+def _naming_file(body: Structure, error: errors.ModelError) -> str:
     return next((naming(file, str(error)) for file in body.files()), str(error))
 
 
-def part_of_scene(path: Path) -> Part:
+def part_of_scene(path: Path) -> inspection.mesh_file.Part:
     """Return the faces of a scene's seat. Raises `GeometryError` for a seat that has none, `SceneError`."""
-    seat = load_scene(path).seat
+    seat = load.load_scene(path).seat
     if seat.elastic is None:
         raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; take a cad, mesh or drawn seat")
     return seat.elastic.part()

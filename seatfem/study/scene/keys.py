@@ -15,15 +15,11 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from seatfem.fields import ReadQuantity, kind_of, kinds_in_words, read_number, read_temperature
+from seatfem import fields, units
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.parts import Registered
-from seatfem.study.scene.contact import Stopper, laws
-from seatfem.study.scene.load import scene_of
-from seatfem.study.scene.measures import all_measures
-from seatfem.study.scene.models import Scene
+from seatfem.study.scene import contact, load, measures, models
 from seatfem.study.scene.problems import did_you_mean, leaves, notes_of, own_keys, reader_of, tables_in
-from seatfem.units import DIMENSIONS
 
 _PLAIN: Final = {bool: "`true` or `false`", str: "text", int: "whole number", float: "number", Path: "file name"}
 _NUMBERS: Final = {2: "two", 3: "three", 4: "four"}
@@ -51,16 +47,16 @@ def holds(field: FieldInfo) -> str:
 def dimension_of(field: FieldInfo) -> str:
     """Return the dimension of a quantity, or of a list of them: a name in `DIMENSIONS`, or "temperature"; else ""."""
     readers = [reader_of(notes) for notes in (notes_of(field), *(get_args(kind)[1:] for kind in _elements(field)))]
-    names = ("temperature" if each is read_temperature else getattr(each, "dimension", "") for each in readers)
+    names = ("temperature" if each is fields.read_temperature else getattr(each, "dimension", "") for each in readers)
     return next(filter(None, names), "")
 
 
 def _measured(notes: Iterable[object]) -> str | None:
     """Return a quantity with its unit, or a number: what the reader among a key's notes takes."""
     reader = reader_of(notes)
-    if isinstance(reader, ReadQuantity):
-        return f'{reader.dimension}, `"{DIMENSIONS[reader.dimension].example}"`'
-    return None if reader is None else 'temperature, `"20 degC"`' if reader is read_temperature else "number"
+    if isinstance(reader, fields.ReadQuantity):
+        return f'{reader.dimension}, `"{units.DIMENSIONS[reader.dimension].example}"`'
+    return None if reader is None else 'temperature, `"20 degC"`' if reader is fields.read_temperature else "number"
 
 
 def _elements(field: FieldInfo) -> tuple[Any, ...]:
@@ -87,10 +83,10 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
     if get_origin(first) is Literal:
         return f"list of {_listed(inner)}"
     dimension = _dimension(first)
-    if any_number and dimension not in DIMENSIONS:
+    if any_number and dimension not in units.DIMENSIONS:
         return f"list of {_PLAIN[next(iter(leaves(first)))]}s"
     count, usual = ("", 2) if any_number else (f"{_NUMBERS[len(elements)]} ", len(elements))
-    value = example if field.examples and not any_number else [DIMENSIONS[dimension].example] * usual
+    value = example if field.examples and not any_number else [units.DIMENSIONS[dimension].example] * usual
     return f"list of {count}{dimension}s, `{as_toml(value)}`"
 
 
@@ -137,11 +133,11 @@ class _AsWritten(GenerateJsonSchema):
 
     def function_before_schema(self, schema: core_schema.BeforeValidatorFunctionSchema) -> JsonSchemaValue:
         function: Any = schema["function"]["function"]
-        if isinstance(function, ReadQuantity):
-            return {"type": "string", "examples": [DIMENSIONS[function.dimension].example]}
-        if function is read_temperature:
+        if isinstance(function, fields.ReadQuantity):
+            return {"type": "string", "examples": [units.DIMENSIONS[function.dimension].example]}
+        if function is fields.read_temperature:
             return {"type": "string", "examples": ["20 degC"]}
-        if function is read_number:
+        if function is fields.read_number:
             return {"type": ["number", "string"], "examples": [0.1, "10 %"]}
         inner = super().function_before_schema(schema)
         if inner.get("type") in ("object", ["object", "string"]) and "allOf" not in inner:
@@ -153,7 +149,7 @@ class _AsWritten(GenerateJsonSchema):
         kinds = {str(name): self.generate_inner(each) for name, each in schema["choices"].items()}
         if not isinstance(schema["discriminator"], str):
             return {"anyOf": list(kinds.values())}
-        also = {kind_of(each): each.also for each in kinds_of()}
+        also = {fields.kind_of(each): each.also for each in kinds_of()}
         rules = []
         for name in kinds:
             meant = [kinds[name], *(kinds[other] for other in kinds if name in also.get(other, ()))]
@@ -168,12 +164,12 @@ def scene_schema() -> dict[str, Any]:
     Editors check the names of keys, options and kinds of values by it; what is missing, units, ranges and what depends
     on several keys are checked by the program alone. A [stopper] is checked for nothing: its keys are those of a body.
     """
-    schema = schema_of(Scene, "seatfem scene")
+    schema = schema_of(models.Scene, "seatfem scene")
     for name, table in schema["$defs"].items():
-        schema["$defs"][name] = {**table, "additionalProperties": True} if name == Stopper.__name__ else table
+        schema["$defs"][name] = {**table, "additionalProperties": True} if name == contact.Stopper.__name__ else table
     for table in kinds_of():
         if table.also and table.__name__ in schema["$defs"]:
-            schema["$defs"][table.__name__]["properties"]["kind"] = {"enum": [kind_of(table), *table.also]}
+            schema["$defs"][table.__name__]["properties"]["kind"] = {"enum": [fields.kind_of(table), *table.also]}
     return schema
 
 
@@ -232,19 +228,19 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
 
     Raises `NoTemplate`: there is no such kind.
     """
-    kinds = {kind_of(each): each for each in kinds_of()}
+    kinds = {fields.kind_of(each): each for each in kinds_of()}
     if name not in kinds:
         hint = did_you_mean(name, kinds)
-        raise NoTemplate(f"kind: {name!r} is no kind; choose: {kinds_in_words(kinds_of())}{hint}")
+        raise NoTemplate(f"kind: {name!r} is no kind; choose: {fields.kinds_in_words(kinds_of())}{hint}")
     kind, other = kinds[name], kinds[kinds[name].sample_scene.opposite]
     seat, reed = (other, kind) if kind.sample_scene.motion else (kind, other)
-    title = f"{kind_of(reed)} on {kind_of(seat)}".replace("_", " ")
+    title = f"{fields.kind_of(reed)} on {fields.kind_of(seat)}".replace("_", " ")
     around = reed.sample_scene
     width = {"filter_width": around.filter_width} if around.filter_width else {}
     stated: Stated = {"seat": _begun(seat), "reed": _begun(reed, around.motion), "contact": {}}
     stated |= {"run": {"duration": DURATION} | width, "accuracy": {"target": TARGET}}
     lines = [_HEAD.format(file=file), f"title = {as_toml(title)}", ""]
-    for key, field in Scene.model_fields.items():
+    for key, field in models.Scene.model_fields.items():
         if key in ("seat", "reed"):
             lines += _body(key, seat if key == "seat" else reed, stated)
         elif key in stated:
@@ -256,14 +252,14 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
 
 def _begun(kind: type[Structure], motion: str = "") -> Mapping[str, Any]:
     usual = STEEL if "material" in kind.model_fields else {}
-    return {"kind": kind_of(kind), **usual, **tomllib.loads(kind.sample + motion)}
+    return {"kind": fields.kind_of(kind), **usual, **tomllib.loads(kind.sample + motion)}
 
 
 def _body(role: str, kind: type[Structure], stated: Stated) -> list[str]:
     words = textwrap.wrap((kind.__doc__ or "").replace("`", ""), WIDE - 2)
     values = {key: value for key, value in stated[role].items() if key != "kind"}
     moving = kind.traits.moved_by if role == "seat" else ()
-    head = [f"[{role}]", *(f"# {line}" for line in words), f'kind = "{kind_of(kind)}"']
+    head = [f"[{role}]", *(f"# {line}" for line in words), f'kind = "{fields.kind_of(kind)}"']
     return [*head, *table_lines(kind, values, leave=("kind", *moving), of=role, beside=stated), ""]
 
 
@@ -313,7 +309,7 @@ def _is_scene(stated: Stated, name: str, table: object) -> bool:
     """Return whether the scene may have this table, if its files are there."""
     # with what is defined by now
 
-    model, key = scene_of(kinds_of(), laws(), tuple(all_measures())), name.partition(".")
+    model, key = load.scene_of(kinds_of(), contact.laws(), tuple(measures.all_measures())), name.partition(".")
     part = {**stated[key[0]], key[2]: table} if key[2] else table
     data: dict[str, Any] = {**stated, key[0]: part}
     try:

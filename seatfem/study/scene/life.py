@@ -6,29 +6,12 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
-from seatfem.fields import (
-    Angle,
-    Contradictions,
-    ExistingFile,
-    Fraction,
-    Gap,
-    KeyProblem,
-    PoissonRatio,
-    Pressure,
-    Rpm,
-    Speed,
-    Table,
-    absent,
-    default,
-    within,
-)
+from impact import life
+from seatfem import fields, study, units
 from seatfem.study.scene.agreement import contradictions_of_start
 from seatfem.study.scene.contact import STEEPEST
-from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
-    from impact.life.places import Demand
-    from impact.life.strength import Strength
     from seatfem.study.scene.models import Scene
 
 
@@ -40,16 +23,16 @@ OF_A_CURVE: Final = 4
 """Runs beside the values that the scene names, which look for the value with a margin of 1."""
 
 
-class Curves(Table):
+class Curves(fields.Table):
     """Margins over other values of a key: for each value the contact is run again, at the same method; every other key
     stays. Files margin_over_speed.csv and .png, ...; in summary.json life_allowed_speed_m_per_s, ... is the value with
     a margin of 1, where the curve reaches it."""
 
-    speed: tuple[Speed, ...] = default((), "of the reed at its start, towards the seat, as [1, 2, 4] m/s")
-    tilt: tuple[Angle, ...] = default((), "of the reed on the seat's lip: contact.tilt")
-    lift: tuple[Gap, ...] = default((), "to the stopper: its gap, or its lift where that is stated")
+    speed: tuple[fields.Speed, ...] = fields.default((), "of the reed at its start, towards the seat, as [1, 2, 4] m/s")
+    tilt: tuple[fields.Angle, ...] = fields.default((), "of the reed on the seat's lip: contact.tilt")
+    lift: tuple[fields.Gap, ...] = fields.default((), "to the stopper: its gap, or its lift where that is stated")
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         curves = {name: getattr(self, name) for name in UNITS if getattr(self, name)}
         if not curves:
             yield "speed", "no curve is asked for: give speed, tilt or lift, or remove the table"
@@ -68,13 +51,13 @@ class Curves(Table):
         least = sum(map(len, curves.values()))
         return least, least + OF_A_CURVE * len(curves)
 
-    def check(self, scene: Scene) -> Contradictions:
+    def check(self, scene: Scene) -> fields.Contradictions:
         """Yield the values that the scene cannot have."""
         for name, value in ((name, value) for name, values in self.asked() for value in values):
             unit, factor = UNITS[name]
             try:
                 problems = [words for _, words in contradictions_of_start(varied(scene, name, value))]
-            except KeyProblem as problem:
+            except fields.KeyProblem as problem:
                 problems = [str(problem)]
             yield from ((name, f"{value * factor:g} {unit}: {words}") for words in problems)
 
@@ -83,16 +66,20 @@ def varied(scene: Scene, name: str, value: float) -> Scene:
     """Return the scene with another speed [m/s], tilt [rad] or lift [m]. Raises `KeyProblem` if it has no such key."""
     reed, contact, stopper = scene.reed, scene.contact, scene.stopper
     if name == "tilt":
-        from seatfem.study.scene.lips import usual_ports  # it reads whole scenes
-
-        if scene.seat.lip_face.no_lip or reed.thin_plate is None or (contact.ports or usual_ports(scene)) == 1:
-            raise KeyProblem("tilt", "contact is not along a lip: state contact.ports, 16 or more, or contact.tilt")
+        if (
+            scene.seat.lip_face.no_lip
+            or reed.thin_plate is None
+            or (contact.ports or study.scene.lips.usual_ports(scene)) == 1
+        ):
+            raise fields.KeyProblem(
+                "tilt", "contact is not along a lip: state contact.ports, 16 or more, or contact.tilt"
+            )
         if abs(value) > STEEPEST:
-            raise KeyProblem("tilt", f"it must be at most {math.degrees(STEEPEST):g} deg")
+            raise fields.KeyProblem("tilt", f"it must be at most {math.degrees(STEEPEST):g} deg")
         return scene.model_copy(update={"contact": contact.model_copy(update={"tilt": value})})
     if name == "lift":
         if stopper is None:
-            raise KeyProblem("lift", "the scene has no [stopper]; add one")
+            raise fields.KeyProblem("lift", "the scene has no [stopper]; add one")
         key = "gap" if stopper.lift is None else "lift"
         return scene.model_copy(update={"stopper": stopper.model_copy(update={key: value})})
     release = getattr(reed, "release", None)
@@ -101,7 +88,7 @@ def varied(scene: Scene, name: str, value: float) -> Scene:
     if getattr(release, "velocity", None) is not None:
         thrown = release.model_copy(update={"velocity": -abs(value)})  # type: ignore[union-attr]
         return scene.model_copy(update={"reed": reed.model_copy(update={"release": thrown})})
-    raise KeyProblem("speed", "the reed does not start with a velocity: state one, or run over loads instead")
+    raise fields.KeyProblem("speed", "the reed does not start with a velocity: state one, or run over loads instead")
 
 
 OF_SPEED: Final = frozenset({"impact_speed_limit", "source"})
@@ -110,7 +97,7 @@ Of = Literal["reed", "seat", "contact"]
 TURNS: Final = 2  # of the crank at least, for the last one to be none of the start
 
 
-class LifeTable(Table):
+class LifeTable(fields.Table):
     """Fatigue of the reed under its bending stress, and of the seat's surface (`seat_strength`). Stress tensors, of
     plates and finite elements, are judged on their critical planes. One run is one block of stress that repeats: closed
     upon itself, so that whatever bends the reed at the start, as its release, comes again with every block. Where loads
@@ -125,31 +112,35 @@ impact_speed_limit = "6 m/s"
 source = "report, page"
 """
 
-    strength: ExistingFile | None = absent("file of measured strength of the reed's material")
-    seat_strength: ExistingFile | None = absent("the same of the seat's, whose surface is judged, too; needs [stress]")
-    criterion: str = default("goodman", "for mean stress: goodman, gerber, morrow, walker or swt")
-    multiaxial: str = default(
+    strength: fields.ExistingFile | None = fields.absent("file of measured strength of the reed's material")
+    seat_strength: fields.ExistingFile | None = fields.absent(
+        "the same of the seat's, whose surface is judged, too; needs [stress]"
+    )
+    criterion: str = fields.default("goodman", "for mean stress: goodman, gerber, morrow, walker or swt")
+    multiaxial: str = fields.default(
         "", "in addition, for stress tensors of plates and seats: crossland, dang_van, papadopoulos"
     )
-    survival: Fraction | None = absent("share of parts that survive, as 0.999; that of the S-N curve where absent")
-    cycles: float | None = absent("blocks to be survived; or give hours and rpm", gt=0)
-    hours: float | None = absent("of running to be survived, with rpm", gt=0)
-    rpm: Rpm | None = absent("blocks a minute, with hours: a number (1/min), or with its unit")
-    block: Literal["run", "last cycle"] = default("run", "what repeats: the run, or the crank's last turn")
-    contact_criterion: str = default(
+    survival: fields.Fraction | None = fields.absent(
+        "share of parts that survive, as 0.999; that of the S-N curve where absent"
+    )
+    cycles: float | None = fields.absent("blocks to be survived; or give hours and rpm", gt=0)
+    hours: float | None = fields.absent("of running to be survived, with rpm", gt=0)
+    rpm: fields.Rpm | None = fields.absent("blocks a minute, with hours: a number (1/min), or with its unit")
+    block: Literal["run", "last cycle"] = fields.default("run", "what repeats: the run, or the crank's last turn")
+    contact_criterion: str = fields.default(
         "", "for the stress below a contact of Hertz: crossland, dang_van, papadopoulos; cycles may be absent"
     )
-    contact_modulus: Pressure | None = absent(
+    contact_modulus: fields.Pressure | None = fields.absent(
         "E* of both bodies, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, with contact_criterion"
     )
-    contact_poisson: PoissonRatio = default(0.3, "of the body whose strength it is")
-    curves: Curves | None = absent("margins over other speeds, tilts and lifts")
-    impact_speed_limit: Speed | None = absent(
+    contact_poisson: fields.PoissonRatio = fields.default(0.3, "of the body whose strength it is")
+    curves: Curves | None = fields.absent("margins over other speeds, tilts and lifts")
+    impact_speed_limit: fields.Speed | None = fields.absent(
         "largest speed of closing that experience allows; that of the strength file where absent"
     )
-    source: str = default("", "citation of impact_speed_limit")
+    source: str = fields.default("", "citation of impact_speed_limit")
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         if self.impact_speed_limit is not None and not self.source.strip():
             yield "source", "required key is missing: citation of impact_speed_limit"
         if self.source and self.impact_speed_limit is None:
@@ -185,28 +176,20 @@ source = "report, page"
         """Return the design number of repetitions."""
         return self.cycles or 60 * (self.hours or 0.0) * (self.rpm or 0.0)
 
-    def measured(self, key: str = "strength") -> Strength | None:
+    def measured(self, key: str = "strength") -> life.strength.Strength | None:
         """Return the strength as a key's file has it; ``None`` without one. Raises `KeyProblem` for what is wrong."""
-        from seatfem.study.scene.problems import SceneError
-        from seatfem.study.scene.strength import load_strength  # it reads tables as scenes are read
-
         if (path := getattr(self, key)) is None:
             return None
         try:
-            return load_strength(path)
-        except SceneError as problem:
-            raise KeyProblem(key, str(problem).replace("\n", "; ")) from None
+            return study.scene.strength.load_strength(path)
+        except study.scene.problems.SceneError as problem:
+            raise fields.KeyProblem(key, str(problem).replace("\n", "; ")) from None
 
-    def demand(self, of: Of = "reed") -> Demand | None:
+    def demand(self, of: Of = "reed") -> life.places.Demand | None:
         """Return what a body or the contact has to endure; ``None`` where no strength is given, or nobody asks.
 
         Raises `KeyProblem`: a file of strength that is wrong, or lacks what the criterion or the survival needs.
         """
-        from impact.life.damage import mean_stress
-        from impact.life.multiaxial import multiaxial
-        from impact.life.places import Demand
-        from impact.life.strength import LifeError  # of scenes with a life only
-
         file = "seat_strength" if of == "seat" else "strength"
         bends, criterion_key = of != "contact", "contact_criterion" if of == "contact" else "multiaxial"
         if not (self.of_bending if bends else self.contact_criterion) or (strength := self.measured(file)) is None:
@@ -216,26 +199,24 @@ source = "report, page"
             if bends:
                 [curve] = strength.needed("a life", "curve")
                 key = "criterion"
-                judge = mean_stress(self.criterion, strength)
+                judge = life.damage.mean_stress(self.criterion, strength)
                 key = "survival"
                 curve.stress(self.blocks, self.survival)
             if criterion := getattr(self, criterion_key):
                 key = criterion_key
-                axes = multiaxial(criterion, strength)
-        except LifeError as problem:
-            raise KeyProblem(key, f"{problem} ({file}: {getattr(self, file).name})") from None
-        return Demand(strength, judge, self.blocks, self.survival, axes)
+                axes = life.multiaxial.multiaxial(criterion, strength)
+        except life.strength.LifeError as problem:
+            raise fields.KeyProblem(key, f"{problem} ({file}: {getattr(self, file).name})") from None
+        return life.places.Demand(strength, judge, self.blocks, self.survival, axes)
 
-    def allowed_speed(self) -> Strength | None:
+    def allowed_speed(self) -> life.strength.Strength | None:
         """Return the largest speed of closing allowed, as strength with its source; ``None`` where none is stated."""
-        from impact.life.strength import Strength
-
         if self.impact_speed_limit is not None:
-            return Strength(self.source, impact_velocity=self.impact_speed_limit)
+            return life.strength.Strength(self.source, impact_velocity=self.impact_speed_limit)
         strength = self.measured()
         return strength if strength is not None and strength.impact_velocity is not None else None
 
-    def check(self, scene: Scene) -> Contradictions:
+    def check(self, scene: Scene) -> fields.Contradictions:
         """Yield where the scene gives no stress to judge, or no turn of the crank."""
         if self.contact_criterion and (scene.contact.law.of_a_sphere is None or scene.contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings"
@@ -251,12 +232,12 @@ source = "report, page"
             words = f"a body of kind {scene.reed.kind!r} has no stress of several axes"
             yield "multiaxial", f"{words}: remove it, or give seat_strength"
         if self.curves is not None:
-            yield from within("curves", self.curves.check(scene))
+            yield from fields.within("curves", self.curves.check(scene))
         if self.block == "last cycle":
             if (turn := turn_of(scene)) is None:
                 yield "block", "no load of one rpm repeats in this scene; take the run as the block"
             elif scene.run.duration < TURNS * turn * (1 - 1e-9):
-                duration, each = (write_quantity(time, "time") for time in (scene.run.duration, turn))
+                duration, each = (units.write_quantity(time, "time") for time in (scene.run.duration, turn))
                 words = f"run.duration = {duration} holds fewer than {TURNS} turns of {each}, so that the last one"
                 yield "block", f"{words} would hold the start: watch longer, or take the run as the block"
 

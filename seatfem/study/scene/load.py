@@ -15,6 +15,7 @@ from pydantic import ValidationError, create_model
 
 from impact.files.safe_files import MB, read_text
 from seatfem.fields import AnyTable, one_of
+from seatfem.structures import formats
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.contact import Contact, ContactLaw, laws, stopper_of
 from seatfem.study.scene.measures import all_measures
@@ -57,14 +58,11 @@ def no_scene(path: Path) -> str:
     if (known := _ALIKE.get(suffix, suffix)) in _OTHERS:
         what, remedy = _OTHERS[known]
         return f"is {what}, no scene (TOML); {remedy.format(file=path.name)}"
-    from seatfem.structures.formats.mesh_files import BY_GMSH, CAD, READERS  # of mistakes only
-    from seatfem.structures.formats.meshio_files import SURFACES_ONLY
-
-    if suffix in CAD:
+    if suffix in formats.mesh_files.CAD:
         return f"is a CAD part, no scene (TOML); {_PARTS.format(file=path.name, kind='cad')}"
-    if suffix in (*BY_GMSH, *READERS):
+    if suffix in (*formats.mesh_files.BY_GMSH, *formats.mesh_files.READERS):
         return f"is a mesh, no scene (TOML); {_PARTS.format(file=path.name, kind='mesh')}"
-    if suffix in SURFACES_ONLY:
+    if suffix in formats.meshio_files.SURFACES_ONLY:
         return "is a surface, no scene (TOML); a solid is needed: a STEP file (`seatfem init cad`), or a mesh of one"
     return ""
 

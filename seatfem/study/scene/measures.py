@@ -11,9 +11,8 @@ from typing import ClassVar, Final, Literal
 import numpy as np
 
 from impact import measures
-from impact.after.histories import Pieces, largest_average, lengths_of, line_force_peak, line_impulse_peak
+from impact.after import histories, stresses
 from impact.after.landings import Landing, hardest, pair_landings
-from impact.after.stresses import ReedStress
 from impact.greens.base import Array
 from seatfem.results import ResultSource
 from seatfem.study.safety import OF_IMPULSE, OPENING
@@ -44,12 +43,12 @@ class Line:
     share: float
     edges: Array | None = None
     film: Array | None = None
-    pieces: Pieces = ()
+    pieces: histories.Pieces = ()
 
     @property
     def lengths(self) -> Array:
         """Return the lengths of the arcs (arcs,) [m]."""
-        return lengths_of(self.length, self.force.shape[1])
+        return histories.lengths_of(self.length, self.force.shape[1])
 
     def degrees_at(self, place: float) -> float | None:
         """Return the angle at a share of the line from the first arc's beginning; ``None`` without angles."""
@@ -80,7 +79,7 @@ class ContactRecord:
     dt: float
     filter_width: float
     displacement: Array | None = None
-    stress: ReedStress | None = None
+    stress: stresses.ReedStress | None = None
     line: Line | None = None
     film: Array | None = None
     landings: tuple[Landing, ...] = ()
@@ -154,7 +153,7 @@ class FilteredPeak(Measure):
     landing_key = "landing_filtered_peak_force_N"
 
     def evaluate(self, blow: ContactRecord) -> float:
-        return largest_average(blow.force[1:], blow.dt, blow.filter_width)
+        return histories.largest_average(blow.force[1:], blow.dt, blow.filter_width)
 
     def of_landing(self, blow: ContactRecord, landing: Landing) -> float:
         """Return the filtered peak with the quasi-static load."""
@@ -298,7 +297,7 @@ class LineForce(Measure):
     def _peak(blow: ContactRecord, force: Array) -> float:
         assert blow.line is not None
         line = blow.line
-        return line_force_peak(force, blow.dt, blow.filter_width, line.length, line.share, line.pieces)[0]
+        return histories.line_force_peak(force, blow.dt, blow.filter_width, line.length, line.share, line.pieces)[0]
 
 
 class LineImpulse(Measure):
@@ -320,7 +319,7 @@ class LineImpulse(Measure):
     def _peak(blow: ContactRecord, force: Array) -> float:
         assert blow.line is not None
         line = blow.line
-        return line_impulse_peak(force, blow.dt, line.length, line.share, line.pieces)[0]
+        return histories.line_impulse_peak(force, blow.dt, line.length, line.share, line.pieces)[0]
 
 
 def all_measures() -> Mapping[str, Measure]:

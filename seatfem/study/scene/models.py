@@ -12,21 +12,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
-from seatfem.fields import Contradictions, KeyProblem, Table, absent, default, kind_of, one_of, read_rpm
+from seatfem import fields, units
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.striking import is_loaded
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
-from seatfem.study.scene.agreement import contradictions_of
+from seatfem.study import scene
+from seatfem.study.scene import agreement, drives, measures, problems
 from seatfem.study.scene.contact import Contact, Stopper
-from seatfem.study.scene.drives import Base, ExternalLoad, ValveSpring
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
-from seatfem.study.scene.measures import any_needs_stress
-from seatfem.study.scene.problems import explain
 from seatfem.study.scene.run import Accuracy, Run, Stress
-from seatfem.units import UnitError
 
 if TYPE_CHECKING:
     from seatfem.study.scene.parts_as_drawn import PartsAsDrawn
@@ -38,7 +35,7 @@ FOLLOWING: Final = (("contact", ("offset", "tilt", "tilt_axis", "gap")), ("seat"
 SMALLEST: Final = 1e-9  # [m], [rad]; less is written as nothing
 
 
-class Assembly(Table):
+class Assembly(fields.Table):
     """Reed and seat lie as they are drawn, in the one coordinate system of both files: a seat of kind "cad", and a flat
     reed of kind "sheet" with a STEP file, in any position.
 
@@ -64,18 +61,16 @@ def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False)
     if not all(isinstance(each, Mapping) for each in (seat_table, reed_table, contact)):
         return given
     for key in [f"{table}.{key}" for table, keys in FOLLOWING for key in keys if key in given.get(table, {})]:
-        raise KeyProblem(key, 'it follows from the files (assembly.placed = "as drawn"); remove it')
+        raise fields.KeyProblem(key, 'it follows from the files (assembly.placed = "as drawn"); remove it')
     kind, file = _seat_kind(seat_table), _file_of_reed(reed_table, folder)
     if file is None or unread:
         return {**given, "reed": _unplaced(reed_table)}
     try:
         seat = kind.model_validate(seat_table, context={"folder": folder})
     except ValidationError as error:
-        problem = explain(error, kind, seat_table, folder, {})[0]
-        raise KeyProblem(f"seat.{problem.key}", problem.message) from None
-    from seatfem.study.scene.parts_as_drawn import open_parts  # of scenes with this table only
-
-    parts = open_parts(seat, file)
+        problem = problems.explain(error, kind, seat_table, folder, {})[0]
+        raise fields.KeyProblem(f"seat.{problem.key}", problem.message) from None
+    parts = scene.parts_as_drawn.open_parts(seat, file)
     return {**given, **_keys(parts, seat_table, reed_table, contact)}
 
 
@@ -85,7 +80,7 @@ def _seat_kind(seat: Mapping[str, Any]) -> type[Drawn]:
     if kind is None or not kind.traits.face_as_drawn or not issubclass(kind, Drawn):
         names = _names(each for each in kinds_of() if each.traits.face_as_drawn)
         words = f"seat.kind = {seat.get('kind')!r} has no CAD file; take kind = {names}, or remove [assembly]"
-        raise KeyProblem(KEY, words)
+        raise fields.KeyProblem(KEY, words)
     return kind
 
 
@@ -97,7 +92,7 @@ def _file_of_reed(reed: Mapping[str, Any], folder: Path) -> Path | None:
         what = f"reed.kind = {kind!r}" if file is None else f"reed.kind = {kind!r} with reed.file = {file!r}"
         names = _names(each for each in kinds_of() if each.traits.reed_as_drawn)
         words = f"{what} is no flat reed from a STEP file; take kind = {names} with one, or remove [assembly]"
-        raise KeyProblem(KEY, words)
+        raise fields.KeyProblem(KEY, words)
     path = (folder / str(file)).resolve()
     return path if path.is_file() else None
 
@@ -106,11 +101,11 @@ def _kind(table: Mapping[str, Any]) -> type[Structure] | None:
     """Return the kind of body that a table means."""
     kind = table.get("kind")
     meant = (each for each in kinds_of() if table.keys() & set(each.also.get(str(kind), ())))
-    return next(meant, None) or next((each for each in kinds_of() if kind_of(each) == kind), None)
+    return next(meant, None) or next((each for each in kinds_of() if fields.kind_of(each) == kind), None)
 
 
 def _names(kinds: Iterable[type[Structure]]) -> str:
-    return " or ".join(f'"{kind_of(each)}"' for each in kinds)
+    return " or ".join(f'"{fields.kind_of(each)}"' for each in kinds)
 
 
 def _keys(
@@ -161,34 +156,34 @@ def _length(value: float) -> str:
 if TYPE_CHECKING:
     Body = Structure
 else:
-    Body = one_of(kinds_of())  # of those that the program has of its own
+    Body = fields.one_of(kinds_of())  # of those that the program has of its own
 BODIES: Final = ("seat", "reed")
 """The roles of every scene: tables that take any kind of structure."""
 
 
-class Scene(Table):
+class Scene(fields.Table):
     """One impact: a reed, a seat, and how long to watch. All values are SI floats."""
 
-    title: str = default("", "for reports and pictures")
+    title: str = fields.default("", "for reports and pictures")
     seat: Body = Field(description="what is struck")
     reed: Body = Field(description="what strikes")
-    assembly: Assembly | None = absent("how two parts from CAD come together; by [contact] if absent")
-    contact: Contact = default({}, "where and how the two touch")
-    stopper: Stopper | None = absent("a second body, which limits the lift")
-    load: tuple[ExternalLoad, ...] = default((), "known loads on the reed, a table each: [[load]]")
-    spring: tuple[ValveSpring, ...] = default((), "valve springs on the reed, a table each: [[spring]]")
-    base: tuple[Base, ...] = default((), "what moves the bases of bodies, a table each: [[base]]")
-    gas: CompressorGas | None = absent("the gas that the reed, as a valve, lets through")
+    assembly: Assembly | None = fields.absent("how two parts from CAD come together; by [contact] if absent")
+    contact: Contact = fields.default({}, "where and how the two touch")
+    stopper: Stopper | None = fields.absent("a second body, which limits the lift")
+    load: tuple[drives.ExternalLoad, ...] = fields.default((), "known loads on the reed, a table each: [[load]]")
+    spring: tuple[drives.ValveSpring, ...] = fields.default((), "valve springs on the reed, a table each: [[spring]]")
+    base: tuple[drives.Base, ...] = fields.default((), "what moves the bases of bodies, a table each: [[base]]")
+    gas: CompressorGas | None = fields.absent("the gas that the reed, as a valve, lets through")
     run: Run = Field(description="what is simulated")
-    accuracy: Accuracy = default({}, "the accuracy asked for")
-    life: LifeTable | None = absent("fatigue life asked for; not computed where absent")
-    stress: Stress | None = absent("stress in the seat; not computed where absent")
+    accuracy: Accuracy = fields.default({}, "the accuracy asked for")
+    life: LifeTable | None = fields.absent("fatigue life asked for; not computed where absent")
+    stress: Stress | None = fields.absent("stress in the seat; not computed where absent")
 
     @property
     def needs_stress(self) -> bool:
         """Return whether the reed's stress is asked for while it strikes, by a measure or for its life."""
         for_life = self.life is not None and self.life.demand() is not None and self.reed.traits.has_stress
-        return any_needs_stress(self.accuracy.measures) or for_life
+        return measures.any_needs_stress(self.accuracy.measures) or for_life
 
     @model_validator(mode="before")
     @classmethod
@@ -207,8 +202,8 @@ class Scene(Table):
         if not isinstance(given, Mapping) or not isinstance(gas, Mapping) or "cycles" not in gas:
             return given
         turns, rpm, run = gas["cycles"], gas.get("rpm"), given.get("run", {})
-        with suppress(UnitError):
-            rpm = read_rpm(rpm)
+        with suppress(units.UnitError):
+            rpm = fields.read_rpm(rpm)
         plain = all(isinstance(number, int | float) and number > 0 for number in (turns, rpm))
         if not plain or not isinstance(run, Mapping) or "duration" in run:
             return given
@@ -250,7 +245,7 @@ class Scene(Table):
         assert self.stopper.gap is not None
         return self.stopper.gap
 
-    def base_of(self, role: str) -> Base | None:
+    def base_of(self, role: str) -> drives.Base | None:
         """Return what moves the base of the body in this role; ``None``: it rests."""
         return next((base for base in self.base if base.of == role), None)
 
@@ -264,5 +259,5 @@ class Scene(Table):
         """Return whether any load depends on how far the reed is off its seat."""
         return self.gas is not None or any(load.by_lift for load in self.load)
 
-    def contradictions(self) -> Contradictions:
-        return contradictions_of(self)
+    def contradictions(self) -> fields.Contradictions:
+        return agreement.contradictions_of(self)

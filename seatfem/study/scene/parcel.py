@@ -10,9 +10,8 @@ from typing import Any, Final
 from pydantic import BaseModel
 
 from seatfem.jobs.desk import FILES
-from seatfem.structures.store import content_key
-from seatfem.study.scene.load import load_scene, load_table
-from seatfem.study.scene.problems import scene_error
+from seatfem.structures import formats, store
+from seatfem.study.scene import load, problems
 from seatfem.study.scene.strength import StrengthTable
 
 _SUFFIX: Final = re.compile(r"(\.[A-Za-z0-9_]{1,8}){1,2}$")
@@ -28,7 +27,7 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
     """
     files = {"0/input.toml": path}
     renamed = dict(changed)
-    for number, (key, file) in enumerate(_files(load_scene(path, changed).model_dump(by_alias=True)), start=1):
+    for number, (key, file) in enumerate(_files(load.load_scene(path, changed).model_dump(by_alias=True)), start=1):
         suffix = _SUFFIX.search(file.name)
         name = f"{number}/input{suffix[0] if suffix else ''}"
         files[name] = file
@@ -41,7 +40,7 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
                     f"{file} is read with {other}, which cannot travel to another computer: put it into the same "
                     "folder under a name of letters, digits and _.-"
                 )
-                raise scene_error(key, text, path)
+                raise problems.scene_error(key, text, path)
             files[f"{number}/{inner}"] = other
     return f"{FILES}/0/input.toml", renamed, files
 
@@ -62,11 +61,9 @@ def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
 
 def _with(file: Path, *, strength: bool) -> list[Path]:
     """Return the files that are read with it."""
-    from seatfem.structures.formats.meshio_files import all_files  # for load time
-
     if strength:
-        return [other for _, other in _files(load_table(file, StrengthTable).model_dump())]
-    return list(all_files(file)[1:])
+        return [other for _, other in _files(load.load_table(file, StrengthTable).model_dump())]
+    return list(formats.meshio_files.all_files(file)[1:])
 
 
 def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dict[str, Any]:
@@ -82,7 +79,7 @@ def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dic
         if not isinstance(asked, Path):
             return asked
         if asked not in hashes:
-            hashes[asked] = content_key({"files": [asked, *_with(asked, strength=key.startswith("life."))]})
+            hashes[asked] = store.content_key({"files": [asked, *_with(asked, strength=key.startswith("life."))]})
         return hashes[asked]
 
     content: dict[str, Any] = hashed(scene.model_dump(exclude={"title"}, exclude_unset=True), "")

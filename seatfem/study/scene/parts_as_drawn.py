@@ -13,25 +13,14 @@ from pydantic import TypeAdapter, ValidationError
 
 from impact.greens.base import Array
 from seatfem.fields import KeyProblem, problem_of
-from seatfem.structures.errors import GeometryError, ModelError
+from seatfem.structures import errors, lands
+from seatfem.structures.inspection import outline
 from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
-from seatfem.structures.inspection.outline import (
-    ROUND_OFF,
-    DrawnOutline,
-    Placement,
-    cut_by,
-    facing_side,
-    opening,
-    outline_in,
-    placed,
-    straight_side,
-)
+from seatfem.structures.inspection.outline import opening
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
-from seatfem.structures.lands import Land, face_lip
 from seatfem.structures.mesh.gmsh_process import MeshingError
-from seatfem.structures.shapes import CadPart, Geometry, loops
-from seatfem.structures.shapes.cad import stated_unit
+from seatfem.structures.shapes import CadPart, Geometry, cad, loops
 from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.study.scene.contact import STEEPEST
 
@@ -80,14 +69,14 @@ class PartsAsDrawn:
     seat: Drawn
     file: Path
     found: Inspected
-    drawn: DrawnOutline
+    drawn: outline.DrawnOutline
 
     @cached_property
-    def land(self) -> Land:
+    def land(self) -> lands.Land:
         """Return the struck face. Raises `KeyProblem` of faces that are no lip."""
         try:
             return self.found.land(self.seat.struck_face)
-        except ModelError as error:
+        except errors.ModelError as error:
             raise KeyProblem("seat.contact", f"{self._name}: {error}") from None
 
     @property
@@ -105,8 +94,8 @@ class PartsAsDrawn:
         """
         table: Any = TypeAdapter(AnyClamp).validate_python(given)
         if not isinstance(table, Clamp):
-            with problem_of("reed.clamped", GeometryError, drop="Outlined.clamped = "):
-                ends = straight_side(self.file, table.selectors(), self.frame)
+            with problem_of("reed.clamped", errors.GeometryError, drop="Outlined.clamped = "):
+                ends = outline.straight_side(self.file, table.selectors(), self.frame)
             return DrawnClamp(table, _points(self.frame, ends))
         self._check_square("reed.clamped", "select the clamped side as a face, as in { number = 1 }")
         if table.segment is not None:
@@ -120,10 +109,10 @@ class PartsAsDrawn:
         span = self._size * along
         return DrawnClamp(table, _points(self.frame, (foot - span, foot + span)), (x, y, z))
 
-    def placement(self, clamp: DrawnClamp) -> Placement:
+    def placement(self, clamp: DrawnClamp) -> outline.Placement:
         """Return how the reed lies over the lip. Raises `KeyProblem` of parts that do not fit together."""
-        side = facing_side(self.drawn, self._normal)
-        place, name, contact = placed(self.land, side, np.array(clamp.ends)), self._name, self._contact_words
+        side = outline.facing_side(self.drawn, self._normal)
+        place, name, contact = outline.placed(self.land, side, np.array(clamp.ends)), self._name, self._contact_words
         self._check_sizes(float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max()))
         corners = loops.polygon(self._outline(place)[0])[0]
         if not loops.holds(corners, place.lip):
@@ -133,21 +122,21 @@ class PartsAsDrawn:
             raise KeyProblem(KEY, f"{words}: draw both parts in one coordinate system, or strike another face")
         return place
 
-    def opening(self, found: Placement, rings: int) -> float:
+    def opening(self, found: outline.Placement, rings: int) -> float:
         """Return the smallest opening between lip and reed [m]. Raises `KeyProblem` of parts that overlap."""
         land = self.found.land(self.seat.struck_face, found.frame.x)
-        gap, below = opening(face_lip(land, 1, rings), found)
-        if gap < -ROUND_OFF:
+        gap, below = opening(lands.face_lip(land, 1, rings), found)
+        if gap < -outline.ROUND_OFF:
             words = f"the reed in {self.file.name} cuts into {self._contact_words} of {self._name}"
-            limit = f"by {-1e3 * gap:.4g} mm (limit {1e3 * ROUND_OFF:g} mm; {self._units})"
+            limit = f"by {-1e3 * gap:.4g} mm (limit {1e3 * outline.ROUND_OFF:g} mm; {self._units})"
             remedy = "move one of the parts in the CAD program, or select the face under the reed in seat.contact"
             raise KeyProblem(KEY, f"{words} {limit}: {remedy}")
-        if (point := cut_by(self.found.shape, self._outline(found), found, below)) is not None:
+        if (point := outline.cut_by(self.found.shape, self._outline(found), found, below)) is not None:
             words = f"{self._name} rises through the reed in {self.file.name} at {_at(point)}"
             raise KeyProblem(KEY, f"{words}: the parts overlap; move one of them in the CAD program")
         return max(gap, 0.0)
 
-    def contact_at(self, found: Placement, given: object) -> tuple[float, float]:
+    def contact_at(self, found: outline.Placement, given: object) -> tuple[float, float]:
         """Return a stated reed.contact_at in the frame of a placement [m]; of one that cannot be read, the lip's."""
         try:
             at = TypeAdapter(Place).validate_python(given)
@@ -175,7 +164,7 @@ class PartsAsDrawn:
         numbers = [_number(face) for face in self.found.faces if self.seat.struck_face in face.groups]
         return f"the contact face {numbers[0]}" if len(numbers) == 1 else f"the contact faces {', '.join(numbers)}"
 
-    def _outline(self, found: Placement) -> list[Array]:
+    def _outline(self, found: outline.Placement) -> list[Array]:
         seen = self.drawn.seen_in(found.frame)
         return [loops.as_loop(loop) for loop in (seen.outline, *seen.holes)]
 
@@ -195,7 +184,7 @@ class PartsAsDrawn:
     def check_facing(self) -> None:
         """Raise `KeyProblem` of parts of other sizes, and of a struck face that does not look towards the reed."""
         self._check_sizes(LEAST * float(self.found.shape.extent.max()))
-        point, up = (np.array(each) for each in facing_side(self.drawn, self._normal))
+        point, up = (np.array(each) for each in outline.facing_side(self.drawn, self._normal))
         struck = next(face for face in self.found.faces if self.seat.struck_face in face.groups)
         height = float((point - np.array(struck.centre)) @ up)
         inclined = math.acos(min(1.0, float(up @ np.array(self._normal))))
@@ -203,7 +192,7 @@ class PartsAsDrawn:
         if inclined > STEEPEST:
             angle, most = math.degrees(inclined), math.degrees(STEEPEST)
             words = f"is inclined by {angle:.4g} deg to {reed} (limit {most:g} deg)"
-        elif (away := height + (self.drawn.thickness or 0.0)) < ROUND_OFF:
+        elif (away := height + (self.drawn.thickness or 0.0)) < outline.ROUND_OFF:
             words = f"looks away from {reed}, which lies {-1e3 * away:.4g} mm behind it"
         else:
             return
@@ -235,9 +224,9 @@ class PartsAsDrawn:
         faces = []
         for face in self.found.faces:
             if face.normal is not None and self.seat.struck_face not in face.groups:
-                point, up = facing_side(self.drawn, face.normal)
+                point, up = outline.facing_side(self.drawn, face.normal)
                 away = float((np.array(point) - np.array(face.centre)) @ np.array(face.normal))
-                if np.dot(up, face.normal) >= math.cos(STEEPEST) and away > -ROUND_OFF:
+                if np.dot(up, face.normal) >= math.cos(STEEPEST) and away > -outline.ROUND_OFF:
                     centre = ", ".join(f"{1e3 * c:.4g}" for c in np.round(face.centre, 12) + 0.0)
                     faces.append((away, f"{_number(face)} (centre ({centre}) mm, {1e3 * away:.4g} mm from the reed)"))
         if not faces:
@@ -254,8 +243,8 @@ def open_parts(seat: Drawn, file: Path) -> PartsAsDrawn:
     """
     for path, finding in seat.problems():
         raise KeyProblem(".".join(("seat", *map(str, path))), finding)
-    with problem_of("reed.file", GeometryError, drop="Outlined.file = "):
-        drawn = outline_in(file, oblique=True)
+    with problem_of("reed.file", errors.GeometryError, drop="Outlined.file = "):
+        drawn = outline.outline_in(file, oblique=True)
     try:
         parts = PartsAsDrawn(seat, file, inspect_geometry(seat.geometry()), drawn)
     except (MeshingError, OSError) as error:
@@ -285,5 +274,5 @@ def _box(sides: Array) -> str:
 def _unit(part: Geometry) -> str:
     """Return the length unit of a CAD part in words."""
     assert isinstance(part, CadPart)
-    unit = stated_unit(part.path) if part.unit is None else part.unit
+    unit = cad.stated_unit(part.path) if part.unit is None else part.unit
     return next((name for size, name in UNITS.items() if math.isclose(size, unit, rel_tol=1e-6)), f"{unit:g} m")

@@ -10,21 +10,7 @@ from typing import Annotated, Final
 from pydantic import Field
 
 from impact.life.strength import Curve, LifeError, Strength, basquin, tabled
-from seatfem.fields import (
-    Contradictions,
-    ExistingFile,
-    Fraction,
-    Length,
-    Pressure,
-    Source,
-    Speed,
-    Table,
-    Temperature,
-    absent,
-    default,
-    of_same_names,
-    problem_of,
-)
+from seatfem import fields
 from seatfem.structures.kinds.record_columns import ColumnsError, read_columns
 from seatfem.study.scene.load import load_table
 
@@ -32,22 +18,24 @@ COLUMNS: Final = {"stress": "pressure", "cycles": ""}
 Count = Annotated[float, Field(gt=0)]
 
 
-class CurveTable(Table):
+class CurveTable(fields.Table):
     """Stress amplitude against cycles: a knee with slopes, or points."""
 
-    knee_stress: Pressure | None = absent("amplitude at the knee")
-    knee_cycles: Count | None = absent("cycles at the knee")
-    slope: float | None = absent("k above the knee, N ~ S^-k", ge=1, le=1000)
-    second_slope: float | None = absent("below the knee; 2k - 1 (Haibach) where nothing is stated", gt=0)
-    endurance_limit: bool = default(False, "whether amplitudes below the knee do no damage at all")
-    points: tuple[tuple[Pressure, Count], ...] = default((), "instead of the knee: [amplitude, cycles], falling")
-    file: ExistingFile | None = absent(
+    knee_stress: fields.Pressure | None = fields.absent("amplitude at the knee")
+    knee_cycles: Count | None = fields.absent("cycles at the knee")
+    slope: float | None = fields.absent("k above the knee, N ~ S^-k", ge=1, le=1000)
+    second_slope: float | None = fields.absent("below the knee; 2k - 1 (Haibach) where nothing is stated", gt=0)
+    endurance_limit: bool = fields.default(False, "whether amplitudes below the knee do no damage at all")
+    points: tuple[tuple[fields.Pressure, Count], ...] = fields.default(
+        (), "instead of the knee: [amplitude, cycles], falling"
+    )
+    file: fields.ExistingFile | None = fields.absent(
         "instead of points: CSV with the header `stress [MPa],cycles`, amplitudes that fall"
     )
-    scatter: float | None = absent("standard deviation of log10 N", ge=0)
-    survival: Fraction = default(0.5, "share of specimens that survive the curve as it is stated")
+    scatter: float | None = fields.absent("standard deviation of log10 N", ge=0)
+    survival: fields.Fraction = fields.default(0.5, "share of specimens that survive the curve as it is stated")
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         knee = {key: getattr(self, key) for key in ("knee_stress", "knee_cycles", "slope")}
         if self.points and self.file is not None:
             yield "file", "points are given too; keep one of the two"
@@ -59,7 +47,7 @@ class CurveTable(Table):
             yield missing[0], words
         if self.endurance_limit and self.second_slope:
             yield "second_slope", "an endurance limit leaves no second slope; state one of them"
-        with problem_of(key, LifeError, ColumnsError):
+        with fields.problem_of(key, LifeError, ColumnsError):
             _ = self.curve
 
     @cached_property
@@ -79,26 +67,26 @@ class CurveTable(Table):
         return list(zip(table["stress"].tolist(), table["cycles"].tolist(), strict=True))
 
 
-class StrengthTable(Table):
+class StrengthTable(fields.Table):
     """A material's fatigue strength, with its source. What nobody measured is left out."""
 
-    source: Source = Field(description="citation of the numbers: report, standard, data sheet, page")
-    grade: str = default("", "of the material")
-    direction: str = default("", "of loading, as against rolling")
-    thickness: Length | None = absent("of the specimens")
-    temperature: Temperature | None = absent("of the tests")
-    specimens: int | None = absent("their number", gt=0)
-    ultimate: Pressure | None = absent("tensile strength: goodman, gerber")
-    fatigue_strength: Pressure | None = absent("coefficient sf': morrow")
-    walker_exponent: float | None = absent("gamma: walker", gt=0, le=1)
-    loading_ratio: float = default(-1.0, "smin/smax of the curve", lt=1)
-    curve: CurveTable | None = absent("amplitude against cycles: every life")
-    torsion_limit: Pressure | None = absent("fully reversed shear t-1: crossland, dang_van, papadopoulos")
-    bending_limit: Pressure | None = absent("fully reversed bending f-1: the same")
-    limit_cycles: Count | None = absent("N of the two limits")
-    impact_velocity: Speed | None = absent("largest speed of closing allowed")
+    source: fields.Source = Field(description="citation of the numbers: report, standard, data sheet, page")
+    grade: str = fields.default("", "of the material")
+    direction: str = fields.default("", "of loading, as against rolling")
+    thickness: fields.Length | None = fields.absent("of the specimens")
+    temperature: fields.Temperature | None = fields.absent("of the tests")
+    specimens: int | None = fields.absent("their number", gt=0)
+    ultimate: fields.Pressure | None = fields.absent("tensile strength: goodman, gerber")
+    fatigue_strength: fields.Pressure | None = fields.absent("coefficient sf': morrow")
+    walker_exponent: float | None = fields.absent("gamma: walker", gt=0, le=1)
+    loading_ratio: float = fields.default(-1.0, "smin/smax of the curve", lt=1)
+    curve: CurveTable | None = fields.absent("amplitude against cycles: every life")
+    torsion_limit: fields.Pressure | None = fields.absent("fully reversed shear t-1: crossland, dang_van, papadopoulos")
+    bending_limit: fields.Pressure | None = fields.absent("fully reversed bending f-1: the same")
+    limit_cycles: Count | None = fields.absent("N of the two limits")
+    impact_velocity: fields.Speed | None = fields.absent("largest speed of closing allowed")
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         try:
             _ = self.strength
         except LifeError as problem:
@@ -108,7 +96,7 @@ class StrengthTable(Table):
     @cached_property
     def strength(self) -> Strength:
         """Return the strength in SI."""
-        return of_same_names(Strength, self, curve=self.curve and self.curve.curve)
+        return fields.of_same_names(Strength, self, curve=self.curve and self.curve.curve)
 
 
 def load_strength(path: Path | str) -> Strength:

@@ -5,8 +5,6 @@ COBYQA (Ragonneau 2022, in scipy) interpolates the measures by quadratic models 
 evaluations, limits as limits, no chance; a search that is repeated asks for the same scenes in the same order.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from impact.pictures.drawing import gap_of
@@ -22,10 +21,9 @@ from impact.quantities import brief, finite_or_none
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.landings import BAR, LANDED, STATUS, counts, left_out_in_words, needs_landing
 from seatfem.study.scene import SceneError
+from seatfem.study.sweep import charts, runner
 from seatfem.study.sweep.cases import Case, Cases, Changes
-from seatfem.study.sweep.charts import draw_history
 from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.runner import StudyError
 from seatfem.study.sweep.study import LOOSE, Optimise, Study
 from seatfem.study.sweep.table import StudyTable, table_of
 
@@ -99,9 +97,7 @@ def changes_at(study: Study, point: Point) -> dict[str, object]:
 
 def first_points(keys: int, count: int, seed: int) -> list[Point]:
     """Return the middle, and a Latin hypercube."""
-    from scipy.stats import qmc  # takes long to load
-
-    drawn = qmc.LatinHypercube(keys, rng=np.random.default_rng(seed)).random(count - 1) if count > 1 else ()
+    drawn = scipy.stats.qmc.LatinHypercube(keys, rng=np.random.default_rng(seed)).random(count - 1) if count > 1 else ()
     return [(0.5,) * keys, *map(_rounded, drawn)]
 
 
@@ -122,8 +118,6 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
     Measures are scaled by what they have differed by so far. A scene without numbers, or that did not land,
     counts as the worst one so far.
     """
-    from scipy.optimize import NonlinearConstraint, minimize  # takes long to load
-
     start = min(level.found.values(), key=lambda each: rank(each, goal, shift))
 
     def raw(found: Found) -> NDArray[np.float64]:
@@ -147,9 +141,9 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
         values = raw(level.evaluate([point])[0])
         return np.asarray((values if np.isfinite(values).all() else known().max(axis=0)) / scale)
 
-    limits = [NonlinearConstraint(lambda x: scaled(x)[1:], -np.inf, 0.0)] if goal.subject_to else []
+    limits = [scipy.optimize.NonlinearConstraint(lambda x: scaled(x)[1:], -np.inf, 0.0)] if goal.subject_to else []
     try:
-        minimize(
+        scipy.optimize.minimize(
             lambda x: float(scaled(x)[0]), start.point, method="cobyqa", bounds=[(0.0, 1.0)] * len(start.point),
             constraints=limits, options={"initial_tr_radius": radius, "final_tr_radius": NEAREST},
         )  # type: ignore[call-overload]  # fmt: skip
@@ -279,14 +273,14 @@ def draw_search(found: Optimum, path: Path) -> str:
     numbers = {each.point: each.case.number for each in found.searched}
     confirmed = [(numbers[each.point], each.value(goal.measure), _bar(each, goal.measure)) for each in found.confirmed]
     within = [rank(each, goal, {})[0] == 0 for each in found.searched]
-    return gap_of(partial(draw_history, found.table(found.searched), goal, within, confirmed), path)
+    return gap_of(partial(charts.draw_history, found.table(found.searched), goal, within, confirmed), path)
 
 
 def goal_of(study: Study) -> Optimise:
     """Return what is sought. Raises `StudyError` for a study without [optimise]."""
     if study.optimise is None:
         words = "required table is missing: minimise or maximise = a key of summary.json, subject_to"
-        raise StudyError(f"optimise: {words}")
+        raise runner.StudyError(f"optimise: {words}")
     return study.optimise
 
 

@@ -4,8 +4,6 @@ Their rounds of refinement are done, so that one round suffices for most that fo
 is refined where it misses its target. What a scene begins with depends on those scenes alone, not on when they ran.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,11 +12,11 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from impact.notices import Progress, silent
-from seatfem.machine.code import code_version
-from seatfem.machine.resources import Machine
+from seatfem.machine import code, resources
 from seatfem.structures.store import content_key
 from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.ladders.level import tells_waves
@@ -56,18 +54,16 @@ def changes_of(study: Study) -> Iterator[Changes]:
 
 def shares_of(study: Study) -> NDArray[np.float64]:
     """Return shares (scenes, keys) of the distributions, in 0..1, that a design draws."""
-    from scipy.stats import qmc  # takes long to load
-
     count, keys = study.number, len(study.vary)
     assert count is not None
     rng = np.random.default_rng(study.seed)
     if study.design == "monte_carlo":
         return rng.random((count, keys))
     if study.design == "latin_hypercube":
-        return np.asarray(qmc.LatinHypercube(keys, rng=rng).random(count))
+        return np.asarray(scipy.stats.qmc.LatinHypercube(keys, rng=rng).random(count))
     if study.design == "sobol":
-        return np.asarray(qmc.Sobol(keys, rng=rng).random(count))
-    both = np.asarray(qmc.Sobol(2 * keys, rng=rng).random(count))
+        return np.asarray(scipy.stats.qmc.Sobol(keys, rng=rng).random(count))
+    both = np.asarray(scipy.stats.qmc.Sobol(2 * keys, rng=rng).random(count))
     first, second = both[:, :keys], both[:, keys:]
     mixed = [np.where(np.arange(keys) == column, second, first) for column in range(keys)]
     return np.concatenate([first, second, *mixed])
@@ -89,7 +85,7 @@ def start_of(plan: Plan) -> Start:
     scene, method = plan.scene, plan.method
     open_keys = [key for key in FIELDS if key.startswith("seat.") and has_key(scene, key) and not is_given(scene, key)]
     chosen = {key: method.value(key) for key in open_keys}
-    cost = predict_cost(scene, method, Machine(), kept=True)
+    cost = predict_cost(scene, method, resources.Machine(), kept=True)
     choices = tuple(replace(choice, reason="") for choice in plan.choices)
     plain = replace(plan, cost=cost, alternatives=(), notes=(), choices=choices)
     return {
@@ -243,7 +239,7 @@ def key_of_case(case: Case, *way: str) -> str:
 
 
 def _key(asked: object, rounds: int) -> str:
-    return content_key({"asked": asked, "rounds": rounds, "program": code_version()})[:32]
+    return content_key({"asked": asked, "rounds": rounds, "program": code.code_version()})[:32]
 
 
 def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:

@@ -1,7 +1,5 @@
 """Statistics of the table of a study: main effects, Sobol's indices, percentiles, a Pareto front."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence
@@ -9,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from seatfem.study.sweep.table import Columns, StudyTable
@@ -133,8 +132,6 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
     f less its mean, V the variance over both samples (Saltelli and others, Computer Physics Communications 181, 2010);
     intervals by bootstrap of the blocks (percentiles, `CONFIDENCE`).
     """
-    from scipy.stats import bootstrap  # takes long to load
-
     samples = np.array([first, second, *mixed]) - np.mean([first, second])
 
     def indices(blocks: NDArray[np.int64], axis: int = -1) -> Array:
@@ -147,7 +144,7 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
 
     numbers, keys = np.arange(samples.shape[1]), len(mixed)
     own = indices(numbers)
-    spread = bootstrap(
+    spread = scipy.stats.bootstrap(
         (numbers,), indices, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile",
         rng=np.random.default_rng(seed), vectorized=True,
     ).confidence_interval  # fmt: skip
@@ -196,8 +193,6 @@ class Band:
 
 def tolerance_bands(table: StudyTable) -> list[Band]:
     """Return the bands of every measure with at least `ENOUGH` scenes; none for designs that draw nothing."""
-    from scipy.stats import quantile_test  # takes long to load
-
     bands = []
     for measure in varying_measures(table):
         values = table.values(measure)
@@ -207,7 +202,7 @@ def tolerance_bands(table: StudyTable) -> list[Band]:
             continue
         interval = np.full((2, len(PERCENTILES)), np.nan)
         if table.study.design == "monte_carlo":
-            tests: list[Any] = [quantile_test(sample, p=share / 100) for share in PERCENTILES]
+            tests: list[Any] = [scipy.stats.quantile_test(sample, p=share / 100) for share in PERCENTILES]
             interval = np.array([test.confidence_interval(CONFIDENCE) for test in tests], dtype=float).T
         bars = table.numbers(f"error_bar_{measure}")[rows]
         bar = float(np.max(bars)) if np.isfinite(bars).all() else float("nan")

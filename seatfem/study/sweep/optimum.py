@@ -20,6 +20,7 @@ from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
 from seatfem.study.safety import MOST_ROUNDS, USUAL, Effort
 from seatfem.study.scene import load_scene, located
 from seatfem.study.scene.problems import scene_error
+from seatfem.study.sweep import sweep, table
 from seatfem.study.sweep.best import (
     NEAREST,
     Level,
@@ -36,8 +37,6 @@ from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import STAGE, Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
-from seatfem.study.sweep.sweep import Ahead, ahead
-from seatfem.study.sweep.table import check_measures, write_columns
 
 RADIUS: Final = 0.2  # of the ranges, of the first trust region
 AGAIN: Final = 0.05  # and of that about a point that was confirmed
@@ -74,8 +73,8 @@ def run_optimum(
         tell(predicted.in_words(workers))
 
         def heard(outcome: Outcome) -> None:
-            check_measures(goal.measures, outcome, "optimise")
-            check_measures(study.outputs.asked(), outcome)
+            table.check_measures(goal.measures, outcome, "optimise")
+            table.check_measures(study.outputs.asked(), outcome)
 
         runner = Runner(study, journal, effort, heard)
 
@@ -89,8 +88,8 @@ def run_optimum(
         _search(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
-    write_columns(folder / "search.csv", optimum.table(optimum.searched).columns)
-    write_columns(folder / "optimum.csv", optimum.table(optimum.confirmed).columns)
+    table.write_columns(folder / "search.csv", optimum.table(optimum.searched).columns)
+    table.write_columns(folder / "optimum.csv", optimum.table(optimum.confirmed).columns)
     write_whole(folder / "optimum.json", (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
     return optimum
 
@@ -145,8 +144,8 @@ def optimise(
 class SearchAhead:
     """Prediction of what an optimisation would take: its search, and the scenes that confirm it."""
 
-    search: Ahead
-    target: Ahead
+    search: sweep.Ahead
+    target: sweep.Ahead
 
     def workers(self) -> int:
         """Return as many workers as either could use."""
@@ -168,9 +167,9 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
     goal = goal_of(study)
     points = [(share,) * len(study.vary) for share in (0.0, 0.5, 1.0)]
 
-    def price(accuracy: Changes, scenes: int) -> Ahead:
+    def price(accuracy: Changes, scenes: int) -> sweep.Ahead:
         cases = cases_of(study, rounds, file, [{**changes_at(study, point), **accuracy} for point in points])
-        prediction = ahead(study.scene, cases)
+        prediction = sweep.ahead(study.scene, cases)
         return replace(prediction, scenes=scenes, seats=scenes if prediction.seats > 1 else prediction.seats)
 
     target = price({}, CONFIRMED)  # first: its messages are of the scene as it is

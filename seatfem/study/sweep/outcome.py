@@ -14,13 +14,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from numbers import Integral, Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, get_args
+from typing import Any, Final, Literal, get_args
 
-from seatfem.jobs.folders import private_folder
-from seatfem.jobs.worker import answer_lines
-
-if TYPE_CHECKING:
-    from seatfem.study.runs.next_round import Limits
+from seatfem import machine, structures, study
+from seatfem.jobs import folders, worker
+from seatfem.study import planning, runs
+from seatfem.study import sweep as sweeps
 
 State = Literal["done", "missed", "stopped", "failed"]
 Changes = Mapping[str, Any]
@@ -88,12 +87,10 @@ def carry_out(
         once: whether it is carried out by the ``start`` as it is, and not refined.
         stress: whether a reed's largest stresses are looked for where the scene does not ask for them.
     """
-    from seatfem.study.runs.next_round import Limits  # as below
-
     begun = time.perf_counter()
 
     def tried(rounds: int, start: Mapping[str, Any]) -> Outcome:
-        limits = Limits(rounds, steady=True, stress=stress)
+        limits = runs.next_round.Limits(rounds, steady=True, stress=stress)
         try:
             return _carried_out(path, changed, limits, start, leads=leads, once=once)
         except FAILURES as error:
@@ -106,29 +103,24 @@ def carry_out(
 
 
 def _carried_out(
-    path: Path, changed: Changes, limits: Limits, start: Mapping[str, Any], *, leads: bool, once: bool
+    path: Path, changed: Changes, limits: runs.next_round.Limits, start: Mapping[str, Any], *, leads: bool, once: bool
 ) -> Outcome:
     # what runs scenes takes long to load
-    from seatfem.machine.resources import Machine
-    from seatfem.structures.store import Store
-    from seatfem.study.planning.planner import plan_scene
-    from seatfem.study.runs.pipeline import run_scene
-    from seatfem.study.scene import load_scene
-    from seatfem.study.sweep.cases import begun, start_of
-
-    scene = load_scene(path, changed)
-    with private_folder("sweep") as folder:
-        plan = begun(scene, start, as_it_is=once)
+    scene = study.scene.load_scene(path, changed)
+    with folders.private_folder("sweep") as folder:
+        plan = sweeps.cases.begun(scene, start, as_it_is=once)
         if plan is None:
-            scene = load_scene(path, {**changed, **start.get("seat", {})})
-            plan = plan_scene(scene, Machine(), store=Store(folder / "no-store"))  # never written: no seat is at hand
-        result = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
+            scene = study.scene.load_scene(path, {**changed, **start.get("seat", {})})
+            plan = planning.planner.plan_scene(
+                scene, machine.resources.Machine(), store=structures.store.Store(folder / "no-store")
+            )  # never written: no seat is at hand
+        result = runs.pipeline.run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in result.summary.items() if _is_scalar(value)}
     notes = result.summary[NOTES]
     summary[NOTES] = " | ".join(map(str, notes)) if isinstance(notes, list) else ""
     assert result.plan is not None
     serves = result.met is True or summary.get("landing_status") == "cut off"  # which no other plan would mend
-    next_start = start_of(result.plan) if leads and serves else {}
+    next_start = sweeps.cases.start_of(result.plan) if leads and serves else {}
     missed = result.met is False
     return Outcome("missed" if missed else "done", result.messages[0] if missed else "", 0.0, summary, next_start)
 
@@ -148,10 +140,8 @@ def _reply(line: str) -> str:
     path = Path(job.pop("path"))
     if "others" not in job:
         return json.dumps(asdict(carry_out(path, **job)))
-    from seatfem.study.sweep.side_by_side import side_by_side  # which knows outcomes
-
-    return json.dumps([asdict(each) for each in side_by_side(path, **job)])
+    return json.dumps([asdict(each) for each in sweeps.side_by_side.side_by_side(path, **job)])
 
 
 if __name__ == "__main__":
-    answer_lines(_reply)
+    worker.answer_lines(_reply)

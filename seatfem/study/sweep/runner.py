@@ -1,7 +1,5 @@
 """Runner of the scenes of a study in workers, each outcome on file at once: one that was stopped goes on there."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence

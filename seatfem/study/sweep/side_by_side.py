@@ -3,8 +3,6 @@
 Each has the measures that are asked for, of its force as a run by itself has it up to round-off, and no error bar.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,8 +18,7 @@ from impact.march.motion import Discrete, mean_displacement
 from impact.march.problem import ContactError, ContactProblem
 from impact.runs.batch import ImpactBatch
 from seatfem.jobs.folders import private_folder
-from seatfem.structures.cache import Cache
-from seatfem.structures.rings import Division
+from seatfem.structures import cache, rings
 from seatfem.study.impacts.contact import problem_of, seat_of, solved_striker, stress_of, striker_of, time_step
 from seatfem.study.impacts.landings import landings_of_one_contact
 from seatfem.study.planning.plan import Plan
@@ -84,7 +81,7 @@ def _marched(
     if plan is None:
         raise ContactError("no plan to march by; give the plan that a scene of the sample ended with")
     with private_folder("sweep") as folder:
-        seat = seat_of(base, Cache(folder / SEAT_FILE), method=plan.method.seat)
+        seat = seat_of(base, cache.Cache(folder / SEAT_FILE), method=plan.method.seat)
     problem = _problem(base, plan, impact.Body(seat.greens))
     dt = plan.method.time_step or time_step(base, problem.striker.greens, seat.greens)
     known = [_beside(problem, load_scene(path, {**changed, **other}), plan) for other in others]
@@ -162,5 +159,5 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
 def _displacement(target: Body, force: Array, dt: float) -> Array:
     """Return the displacement (n + 1,) of the seat's patch [m]."""
     discrete = Discrete.from_body(target, dt, len(force) - 1)
-    moved = mean_displacement(discrete, -force[None, 1:], Division.from_greens(target.greens).shares)
+    moved = mean_displacement(discrete, -force[None, 1:], rings.Division.from_greens(target.greens).shares)
     return moved if target.base is None else moved + target.carried(np.asarray(dt * np.arange(len(moved))))

@@ -1,7 +1,5 @@
 """Study files: a scene, what varies of it, by which design, [optimise], and a study to begin with."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping

@@ -16,8 +16,7 @@ from pydantic import ValidationError
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
 from seatfem.jobs.folders import private_folder
-from seatfem.machine.libraries import require_gmsh_libraries
-from seatfem.machine.resources import Machine, available_memory, cores
+from seatfem.machine import libraries, resources
 from seatfem.study.planning.costs import OF_THE_SEAT, PROGRAM
 from seatfem.study.planning.plan import Cost
 from seatfem.study.planning.planner import plan_scene
@@ -77,7 +76,7 @@ class Ahead:
 
     def workers(self) -> int:
         """Return the number of workers: one a core, fewer where the memory that is there would not do."""
-        return max(1, min(cores(), int(MEMORY * available_memory() / self.memory)))
+        return max(1, min(resources.cores(), int(MEMORY * resources.available_memory() / self.memory)))
 
     def as_json(self) -> str:
         """Return all of it as JSON, and the time with as many workers as there would be."""
@@ -113,7 +112,7 @@ def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
 def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
     """Return what these cases of the scene at a path will take. Raises what plans raise where none of the sampled
     scenes can be planned; one that cannot is in the table when it has been tried."""
-    machine = Machine.known()
+    machine = resources.Machine.known()
     last = len(cases) - 1
     chosen = [cases[place] for place in sorted({round(last * k / (SAMPLED - 1)) for k in range(SAMPLED)})]
     costs: list[Cost] = []
@@ -179,7 +178,7 @@ def run_study(
         tell(predicted.in_words(workers or predicted.workers()))
     cases, scene, measures = scenes_of(study, effort.rounds, file, progress)
     if any(body.traits.needs_gmsh for body in scene.bodies.values()):
-        require_gmsh_libraries()
+        libraries.require_gmsh_libraries()
     with folder_of_ours(folder) as journal:
         runner = Runner(study, journal, effort, partial(check_measures, measures))
         if pending := runner.pending(cases):

@@ -7,8 +7,6 @@ through the design, chosen by their values alone. Of each measure the largest re
 a chance of 1/(n + 1); the factor is for a sample that is laid out, not drawn.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,8 +21,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.files.csv_table import write_csv
-from impact.files.safe_files import whole_file
+from impact.files import csv_table, safe_files
 from impact.names import how_to_mend
 from impact.quantities import brief
 from seatfem import results
@@ -193,7 +190,7 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
 
 def write_columns(path: Path, columns: Columns) -> None:
     """Write all digits of every number, nothing where there is none; whole or absent."""
-    write_csv(path, columns, zip(*columns.values(), strict=True))
+    csv_table.write_csv(path, columns, zip(*columns.values(), strict=True))
 
 
 def is_usable(package: str) -> bool:
@@ -218,7 +215,7 @@ def write_parquet(path: Path, columns: Columns) -> bool:
     import pyarrow
     import pyarrow.parquet
 
-    with whole_file(path) as temporary:
+    with safe_files.whole_file(path) as temporary:
         pyarrow.parquet.write_table(pyarrow.table({name: list(column) for name, column in columns.items()}), temporary)
     return True
 

@@ -1,13 +1,12 @@
 """[vary]: the values that one key of a scene takes, as a list, a range or a distribution."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import numpy as np
+import scipy
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from seatfem.fields import Contradictions, KeyProblem, Table, absent, kinds_below, one_of
@@ -164,9 +163,9 @@ class TruncatedNormal(Normal):
 
     def _shares(self) -> tuple[float, float]:
         """Return the shares of the whole bell below its lowest and its highest value."""
-        from scipy.special import ndtr  # for load time
-
-        low, high = (float(ndtr((end[0] - self.mean[0]) / self.deviation[0])) for end in (self.low, self.high))
+        low, high = (
+            float(scipy.special.ndtr((end[0] - self.mean[0]) / self.deviation[0])) for end in (self.low, self.high)
+        )
         return low, high
 
     def quantile(self, share: float) -> Value:
@@ -212,9 +211,7 @@ class Tabled(Variation):
 
 def _normal(share: float) -> float:
     """Return the inverse of the standard normal distribution."""
-    from scipy.special import ndtri  # for load time
-
-    return float(ndtri(min(max(share, EDGE), 1 - EDGE)))
+    return float(scipy.special.ndtri(min(max(share, EDGE), 1 - EDGE)))
 
 
 def _as_table(given: object) -> object:

@@ -3,8 +3,6 @@
 `python -m seatfem.study.trade.point` answers each job, a line of JSON, with its outcome.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import time
@@ -14,25 +12,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from impact.march.history import Engine
-from seatfem.jobs.processes import limit_process
-from seatfem.jobs.worker import answer_lines
+from seatfem.jobs import processes, worker
 from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import (
-    check_length,
-    check_step,
-    run_contacts,
-    seat_of,
-    solved_striker,
-    stopper_of,
-    stress_of,
-    striker_of,
-    time_step,
-)
-from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.landings import LANDED, STATUS
+from seatfem.study.impacts import contact, gas, landings, validity
 from seatfem.study.impacts.touches import measured, stress_since
-from seatfem.study.impacts.validity import simpler_bodies
 from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method, written
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.sweep.outcome import FAILURES, Outcome
@@ -53,7 +37,7 @@ PROCESSOR: Final = "processor_s"
 COSTS: Final = (PROCESSOR, "memory_bytes", "start_s")
 """Seconds of all threads of the computation, mesher included, of a stopped one the limit; the largest of the process;
 seconds from the start of the process to the beginning of the computation."""
-ABOUT: Final = (STATUS, "seat_model", "seat_dof", "seat_poles", "reduction", "time_step_s", "engine")
+ABOUT: Final = (landings.STATUS, "seat_model", "seat_dof", "seat_poles", "reduction", "time_step_s", "engine")
 REPEATED_BELOW: Final = 4.0  # processor s; less is measured twice and the second counts: the first loads and compiles
 
 
@@ -92,7 +76,7 @@ def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
     loaded = {"start_s": start}
     try:
         scene = load_scene(path, point.settings)
-        check_step(scene)
+        contact.check_step(scene)
         wall, processor, summary = _timed(scene, point)
         if processor < REPEATED_BELOW:
             wall, processor, summary = _timed(scene, point)
@@ -108,25 +92,25 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
     method = stated_method(scene)
     if point.in_place:
         method = method.along(scene, 1)
-    seat = seat_of(scene, method=method.seat, watch=watch, mesh_error=False)
-    solved = solved_striker(scene, method=method.reed, mesh_error=False)
-    striker = striker_of(scene, method.reed.n_modes, None if solved is None else solved.greens)
+    seat = contact.seat_of(scene, method=method.seat, watch=watch, mesh_error=False)
+    solved = contact.solved_striker(scene, method=method.reed, mesh_error=False)
+    striker = contact.striker_of(scene, method.reed.n_modes, None if solved is None else solved.greens)
     if point.in_place:
-        striker = dict(simpler_bodies(scene, striker, Division()))[point.in_place]
+        striker = dict(validity.simpler_bodies(scene, striker, Division()))[point.in_place]
     longest = scene.run.filter_width / point.least_steps
-    stopper = stopper_of(scene)
+    stopper = contact.stopper_of(scene)
     greens = (striker.greens, seat.greens) if stopper is None else (striker.greens, seat.greens, stopper.greens)
-    step = method.time_step or min(longest, time_step(scene, *greens))
-    check_length(scene, step, method.seat.division.count)
+    step = method.time_step or min(longest, contact.time_step(scene, *greens))
+    contact.check_length(scene, step, method.seat.division.count)
     with watch("contact"):
-        touches = run_contacts(scene, striker, seat.greens, step, engine=point.engine)
+        touches = contact.run_contacts(scene, striker, seat.greens, step, engine=point.engine)
     result = touches.seat
     since, met = stress_since(touches, scene.accuracy.landing), touches.stopper_force
-    stress = stress_of(scene, striker, result.force, result.dt, lift_of(touches), stopper=met, since=since)
+    stress = contact.stress_of(scene, striker, result.force, result.dt, gas.lift_of(touches), stopper=met, since=since)
     never = dict.fromkeys(scene.accuracy.judged, 0.0)
     values = {**never, **measured(touches, scene.run.filter_width, stress, scene.accuracy.landing)}
     about = (
-        LANDED if touches.landings is None else touches.landings.status,
+        landings.LANDED if touches.landings is None else touches.landings.status,
         seat.about.get("seat_model", ""),
         seat.about.get("seat_dof", 0),
         seat.greens.marched_poles(step, scene.run.duration / step) or 0,
@@ -152,10 +136,10 @@ def _processor_time() -> float:
 def _reply(line: str) -> str:
     """Return the outcome of one job, within its processor time."""
     job: dict[str, Any] = json.loads(line)
-    limit_process(seconds=math.ceil(job["limit"]))
+    processes.limit_process(seconds=math.ceil(job["limit"]))
     point = Point(**job["point"], settings=job["changed"])
     return json.dumps(asdict(carry_out(Path(job["path"]), point, time.time() - job["begun"])))
 
 
 if __name__ == "__main__":
-    answer_lines(_reply)
+    worker.answer_lines(_reply)

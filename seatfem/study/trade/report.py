@@ -9,8 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from impact.files.csv_table import without_nan, write_rows
-from impact.files.safe_files import whole_file
+from impact.files import csv_table, safe_files
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
 from seatfem.study.impacts.landings import STATUS
 from seatfem.study.scene.measures import key_of
@@ -82,11 +81,11 @@ def summary_of(trade: Trade) -> dict[str, object]:
 
 def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
     """Write the table as CSV; table, settings and summary as JSON. Files are whole or absent."""
-    write_rows(csv_path, rows_of(trade))
+    csv_table.write_rows(csv_path, rows_of(trade))
     points = [asdict(point) | {"outcome": _as_json(trade.outcomes[point.name])} for point in trade.points]
     data = summary_of(trade) | {"reference_outcome": _as_json(trade.outcomes[trade.reference]), "points": points}
-    with whole_file(json_path) as temporary:
-        temporary.write_text(json.dumps(without_nan(data), indent=1) + "\n", encoding="utf-8")
+    with safe_files.whole_file(json_path) as temporary:
+        temporary.write_text(json.dumps(csv_table.without_nan(data), indent=1) + "\n", encoding="utf-8")
 
 
 def _as_json(outcome: Outcome) -> dict[str, object]:

@@ -7,8 +7,6 @@ Not the full product of all choices, but
 - the column under the contact as a spring and as a rod: what is used where there are no finite elements, and no lip.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -20,11 +18,8 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.rings import MOST_RINGS
+from seatfem.study.ladders import march, patch, reduction, table
 from seatfem.study.ladders.ladder import RATIO
-from seatfem.study.ladders.march import PER_FILTER
-from seatfem.study.ladders.patch import PORTS_IN_A_TRADE
-from seatfem.study.ladders.reduction import LOOSER_AND_STRICTER
-from seatfem.study.ladders.table import ladders
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
@@ -57,7 +52,7 @@ REFERENCE_MODES: Final = 128
 REFERENCE_PORTS: Final = 128
 _QUICK: Final = (
     *("order 1", "reed modes 10", "2 steps per filter", "32 steps per filter"),
-    *("one port", "beam", *(f"{ports} ports" for ports in PORTS_IN_A_TRADE)),
+    *("one port", "beam", *(f"{ports} ports" for ports in patch.PORTS_IN_A_TRADE)),
 )
 
 
@@ -201,7 +196,7 @@ class Rungs:
     def _around(self) -> Iterator[Point]:
         """Yield each key varied alone, the rest being the centre's; then reductions, and engines of the history."""
         centre = self.centre.replaced({RINGS: self.rings})
-        for ladder in ladders():
+        for ladder in table.ladders():
             for near in ladder.beside(self.scene, centre):
                 settings = settings_of(self.centre, near.values)
                 yield Point(near.name, self.family, near.varied, settings, in_place=near.in_place)
@@ -243,7 +238,7 @@ class Rungs:
         finer: dict[str, object] = {}
         if centre.seat.bandwidth is not None:
             finer[BAND] = centre.seat.bandwidth * RATIO ** (max(2.0, fineness) - back)
-            finer[TOLERANCE] = min(LOOSER_AND_STRICTER) / 3 * RATIO ** (2 * back)
+            finer[TOLERANCE] = min(reduction.LOOSER_AND_STRICTER) / 3 * RATIO ** (2 * back)
         if centre.reed.n_modes is not None:
             finer[MODES] = round(REFERENCE_MODES / RATIO**back)
         if centre.ports is not None and centre.reed.bandwidth is not None and plate is not None:
@@ -252,7 +247,7 @@ class Rungs:
         if self.rings > 1:
             finer[RINGS] = min(MOST_RINGS, 2 * self.rings) if not coarser else self.rings
         settings = {**settings_of(self._refined(fineness - back, band=False), finer), STEP: None}
-        steps = round(4 * max(PER_FILTER) / RATIO**back)
+        steps = round(4 * max(march.PER_FILTER) / RATIO**back)
         name = "reference, one notch back" if coarser else "reference"
         return Point(f"{name} ({fineness:g})", self.family, "reference", settings, least_steps=steps)
 

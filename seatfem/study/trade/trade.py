@@ -28,9 +28,8 @@ from seatfem.study.method import FIELDS, is_given
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
-from seatfem.study.sweep.effects import pareto_front
+from seatfem.study.sweep import effects, runner
 from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.runner import append, packed_job, read_journal
 from seatfem.study.trade.point import ALL_OPEN, PROCESSOR, Point, stated_choices
 from seatfem.study.trade.rungs import BY_HAND, Rungs
 from seatfem.units import write_quantity
@@ -59,17 +58,17 @@ def run_points(
     A point that hangs, crashes or fails ends as an outcome. ``known``: outcomes of other points, for `Point.after`.
     ``cluster``: the address of a scheduler of dask, whose workers carry out side by side what waits for no other point.
     """
-    outcomes, on_file, waiting = dict(known or {}), read_journal(journal) if journal else {}, list(points)
+    outcomes, on_file, waiting = dict(known or {}), runner.read_journal(journal) if journal else {}, list(points)
     keys, ended = {point.name: _key(scene, point) for point in points}, 0
 
     def end(point: Point, outcome: Outcome, *, new: bool = True) -> None:
         nonlocal ended
         if new and journal is not None:
-            append(journal, keys[point.name], outcome, point=point.name)
+            runner.append(journal, keys[point.name], outcome, point=point.name)
         outcomes[point.name], ended = outcome, ended + 1
         progress("fidelity ladder", ended / len(points))
 
-    with crew(PROGRAM, workers=1) if cluster is None else cluster_crew(cluster, PROGRAM, packed_job) as ask:
+    with crew(PROGRAM, workers=1) if cluster is None else cluster_crew(cluster, PROGRAM, runner.packed_job) as ask:
         while waiting:
             names = {point.name for point in waiting}
             ready = [point for point in waiting if point.after not in names - {point.name}]
@@ -216,7 +215,7 @@ class Trade:
     def front(self, measure: str | None = None) -> tuple[str, ...]:
         """Return the contenders that none beats in time and error, cheapest first; by default in the worst error."""
         names, (costs, errors) = self.contenders(), self._places(self.contenders(), measure)
-        return tuple(names[i] for i in pareto_front(costs, errors))
+        return tuple(names[i] for i in effects.pareto_front(costs, errors))
 
     def excess(self, name: str, measure: str | None = None, *, guesses: bool = False) -> float:
         """Return a point's cost over the least cost of an equal or smaller error; by default of the worst error."""

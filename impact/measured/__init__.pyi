@@ -1,0 +1,10 @@
+# ruff: noqa: I001 (one import a module)
+from impact.measured import (
+    amplitudes as amplitudes,
+    frf as frf,
+    passivity as passivity,
+    pole_choice as pole_choice,
+    pole_fit as pole_fit,
+    reading as reading,
+    vector_fitting as vector_fitting,
+)

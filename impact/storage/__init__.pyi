@@ -1,0 +1,1 @@
+from impact.storage import hdf5 as hdf5

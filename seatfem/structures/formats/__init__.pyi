@@ -1,0 +1,15 @@
+# ruff: noqa: I001 (one import a module)
+from seatfem.structures.formats import (
+    _meshio_worker as _meshio_worker,
+    abaqus as abaqus,
+    calculix_contact as calculix_contact,
+    calculix_deck as calculix_deck,
+    dxf as dxf,
+    file_mesh as file_mesh,
+    matrices as matrices,
+    mesh_files as mesh_files,
+    meshio_files as meshio_files,
+    nastran_mesh as nastran_mesh,
+    uff as uff,
+    writing as writing,
+)

@@ -1,0 +1,21 @@
+# ruff: noqa: I001 (one import a module)
+from seatfem.structures.reduction import (
+    _slepc_ranks as _slepc_ranks,
+    eigen_search as eigen_search,
+    factorization as factorization,
+    greens as greens,
+    harmonics as harmonics,
+    krylov as krylov,
+    lanczos as lanczos,
+    lanczos_recursion as lanczos_recursion,
+    lip_modes as lip_modes,
+    modal as modal,
+    modes as modes,
+    reducer as reducer,
+    residual as residual,
+    ring_patches as ring_patches,
+    second_order as second_order,
+    slepc as slepc,
+    spectrum as spectrum,
+    transient as transient,
+)

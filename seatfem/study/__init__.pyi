@@ -1,0 +1,14 @@
+# ruff: noqa: I001 (one import a module)
+from seatfem.study import (
+    accuracy as accuracy,
+    impacts as impacts,
+    ladders as ladders,
+    method as method,
+    planning as planning,
+    prerun as prerun,
+    runs as runs,
+    safety as safety,
+    scene as scene,
+    sweep as sweep,
+    trade as trade,
+)

@@ -1,0 +1,20 @@
+# ruff: noqa: I001 (one import a module)
+from seatfem.study.runs import (
+    afterwards as afterwards,
+    calculix as calculix,
+    calculix_contact as calculix_contact,
+    kept as kept,
+    lives as lives,
+    next_round as next_round,
+    pictures as pictures,
+    pipeline as pipeline,
+    reed_stress as reed_stress,
+    round as round,
+    rounds as rounds,
+    seat_fields as seat_fields,
+    seat_stress as seat_stress,
+    stress_spots as stress_spots,
+    stress_wave as stress_wave,
+    stresses as stresses,
+    summary as summary,
+)
