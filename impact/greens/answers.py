@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impact import greens
-from impact.quantities import brief
+from impact import greens, quantities
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -75,7 +74,7 @@ class StepKernel:
     weights: Array | None
     engine: str
 
-    __repr__ = brief
+    __repr__ = quantities.brief
 
     def self_weight(self, dt: float) -> Array:
         """Return W_0 (p, p): displacement at the end of a step per unit force during it [m/N]."""

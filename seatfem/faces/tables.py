@@ -16,24 +16,10 @@ from rich.text import Text
 
 from impact.files.csv_table import csv_text
 from impact.quantities import in_digits, in_units, percent, plain, text
-from seatfem import results, structures
+from seatfem import readings, results, structures
 from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.fields import by_group, kind_of
 from seatfem.machine.doctor import Check
-from seatfem.readings import (
-    DEGREES,
-    SPRING,
-    Summary,
-    as_number,
-    bar_of,
-    duration,
-    in_text,
-    is_known,
-    places_of,
-    prefix_of,
-    rounded,
-    with_unit,
-)
 from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.safety import STAGES, in_words
@@ -84,14 +70,14 @@ def rates_table(measured: Mapping[str, float], default: Mapping[str, float]) -> 
 
 
 SHOWN: Final = 10
-Records = Sequence[Summary]
+Records = Sequence[readings.Summary]
 
 
-def landings_of(summary: Summary) -> Records:
+def landings_of(summary: readings.Summary) -> Records:
     """Return the records of the landings, the largest force above the static load first; none of runs without them."""
     landings = summary.get("landings")
     records = [each for each in landings if isinstance(each, Mapping)] if isinstance(landings, list) else []
-    return sorted(records, key=lambda each: -(as_number(each.get(results.EXCESS)) or 0.0))
+    return sorted(records, key=lambda each: -(readings.as_number(each.get(results.EXCESS)) or 0.0))
 
 
 def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
@@ -110,12 +96,12 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
         columns.append(places)
     for key, head in results.OF_LANDINGS.items():
         if loaded or key not in (results.STATIC, results.EXCESS):
-            values = [as_number(record.get(key)) for record in shown]
-            stated = [bar_of(record, key) for record in shown]
+            values = [readings.as_number(record.get(key)) for record in shown]
+            stated = [readings.bar_of(record, key) for record in shown]
             largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
-            factor, unit = prefix_of(results.unit_of(key), *largest)
+            factor, unit = readings.prefix_of(results.unit_of(key), *largest)
             table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
-            columns.append([in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)])
+            columns.append([readings.in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)])
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
     notes = ["landings sorted by their largest force"]
@@ -129,12 +115,12 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     return table
 
 
-def _place(record: Summary) -> str:
+def _place(record: readings.Summary) -> str:
     """Return where the reed touches first: an angle, or a length along the lip; "" where none is known."""
-    if (angle := as_number(record.get("place_deg"))) is not None:
-        return with_unit(f"{angle:.4g}", DEGREES)
-    along = as_number(record.get("place_m"))
-    return "" if along is None else in_text("place_m", along, None, "m")
+    if (angle := readings.as_number(record.get("place_deg"))) is not None:
+        return readings.with_unit(f"{angle:.4g}", readings.DEGREES)
+    along = readings.as_number(record.get("place_m"))
+    return "" if along is None else readings.in_text("place_m", along, None, "m")
 
 
 ANGLES: Final = (
@@ -143,13 +129,13 @@ ANGLES: Final = (
 LENGTHS: Final = "places: along the lip, a ring from its own x axis anticlockwise, a strip from its end at the lesser x"
 
 
-def result_table(summary: Summary) -> Table:
+def result_table(summary: readings.Summary) -> Table:
     """Return the measures of a run beside those of the spring baseline (the summary's keys with the prefix spring_).
 
     What the run is judged by stands first: the landing, unless the whole run was asked for. What depends on the step
     stands last, and says so. Every number of which the summary states an error bar shows it.
     """
-    target = as_number(summary.get("accuracy_target"))
+    target = readings.as_number(summary.get("accuracy_target"))
     aim = "uncertainty" if target is None else f"uncertainty\n(asked {percent(target, 3)})"
     heads = ("", "seat (static)" if is_static(summary) else "seat", "spring\nbaseline", "spring\nagainst\nseat")
     table = Table(*heads, "difference /\nuncertainty", aim, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
@@ -161,18 +147,18 @@ def result_table(summary: Summary) -> Table:
         style = "dim" if group == "raw" else None
         if number:
             table.add_section()
-        step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
+        step = f", step {readings.duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
         heading = which_landing(summary) if group == "landing" else results.HEADINGS[group].replace("{step}", step)
         table.add_row(heading, style=style or "bold")
         for row in rows:
             table.add_row(f" {results.words_of(row, summary)}", *_cells(_last_cycle(summary, row), row), style=style)
-    if (residual := as_number(summary.get("energy_residual"))) is not None:
+    if (residual := readings.as_number(summary.get("energy_residual"))) is not None:
         table.add_row(" energy balance error", percent(residual), style="dim")
     table.caption = "\n".join(_notes(summary)) or None
     return table
 
 
-def _last_cycle(summary: Summary, row: results.Result) -> Summary:
+def _last_cycle(summary: readings.Summary, row: results.Result) -> readings.Summary:
     """Return the summary with the last of a list of numbers, one for each cycle of a gas, in its place."""
     if row.group != "gas":
         return summary
@@ -180,21 +166,25 @@ def _last_cycle(summary: Summary, row: results.Result) -> Summary:
     return {name: value[-1] if isinstance(value, list) and value else value for name, value in values.items()}
 
 
-def _notes(summary: Summary) -> Iterator[str]:
+def _notes(summary: readings.Summary) -> Iterator[str]:
     """Yield what stands below the table: over what is averaged, what no bar knows, what has no value."""
-    width, part = summary.get("line_force_width_s"), as_number(summary.get("line_force_arc_m"))
+    width, part = summary.get("line_force_width_s"), readings.as_number(summary.get("line_force_arc_m"))
     shown = [row for rows in results.rows_of(summary).values() for row in rows]
     if part is not None:
-        yield f"per length: mean over {in_units(part, 'm')} of the lip, the force over {duration(width)}, too"
+        yield f"per length: mean over {in_units(part, 'm')} of the lip, the force over {readings.duration(width)}, too"
     if any(row.group == "lip" and row.key.endswith("_at_deg") and summary.get(row.key) is not None for row in shown):
         yield ANGLES
     if any(row.key == f"{results.LINE_PEAK}_at_m" for row in shown):
         yield LENGTHS
     if place := _most_stressed(summary):
         yield place
-    if any(row.of_each_step and row.key in summary and SPRING + row.key in summary for row in results.RESULTS):
+    if any(row.of_each_step and row.key in summary and readings.SPRING + row.key in summary for row in results.RESULTS):
         yield "raw: of single steps, not averaged; the spring's depends on the step"
-    if any("± ?" in in_text(row.key, as_number(summary.get(row.key)), bar_of(summary, row.key), "") for row in shown):
+    if any(
+        "± ?"
+        in readings.in_text(row.key, readings.as_number(summary.get(row.key)), readings.bar_of(summary, row.key), "")
+        for row in shown
+    ):
         yield "± ?: uncertainty not known"
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}"
@@ -204,44 +194,51 @@ def _notes(summary: Summary) -> Iterator[str]:
             yield f"{results.name_of(key, summary)}: asked for, but this run gives no value"
 
 
-def _most_stressed(summary: Summary) -> str:
+def _most_stressed(summary: readings.Summary) -> str:
     """Return where the largest reed stress lies, and when; "" where none is known."""
     spots = summary.get("reed_stress_hot_spots")
     if not isinstance(spots, list) or not spots or not isinstance(spots[0], dict):
         return ""
-    part, time = spots[0].get("part"), as_number(spots[0].get("time_s"))
-    return f"largest reed stress: {part}, at {duration(time)}" if isinstance(part, str) and time is not None else ""
+    part, time = spots[0].get("part"), readings.as_number(spots[0].get("time_s"))
+    return (
+        f"largest reed stress: {part}, at {readings.duration(time)}"
+        if isinstance(part, str) and time is not None
+        else ""
+    )
 
 
-def _cells(summary: Summary, row: results.Result) -> tuple[str, ...]:
+def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
     """Return value and bar, the spring's value, their difference in per cent and bars, and what the target became."""
     if row.key == results.CONTACTS:
-        return (_contacts(summary, ""), _contacts(summary, SPRING) if SPRING + results.CONTACTS in summary else "")
-    value, bar = as_number(summary.get(row.key)), bar_of(summary, row.key)
-    first = in_text(row.key, value, bar, row.unit)
+        return (
+            _contacts(summary, ""),
+            _contacts(summary, readings.SPRING) if readings.SPRING + results.CONTACTS in summary else "",
+        )
+    value, bar = readings.as_number(summary.get(row.key)), readings.bar_of(summary, row.key)
+    first = readings.in_text(row.key, value, bar, row.unit)
     if (
         row.key == results.LIFE_CYCLES
         and value is not None
-        and (design := as_number(summary.get("life_design_cycles")))
+        and (design := readings.as_number(summary.get("life_design_cycles")))
     ):
         first = f"{in_digits(value, 2)} (asked {in_digits(design, 2)})"
-    if SPRING + row.key not in summary:
+    if readings.SPRING + row.key not in summary:
         return (first, "", "", "", _target(summary, row.key, value, bar))
-    baseline, off = as_number(summary.get(SPRING + row.key)), difference(summary, row.key)
+    baseline, off = readings.as_number(summary.get(readings.SPRING + row.key)), difference(summary, row.key)
     return (
         first,
-        _beside(baseline, value, bar, row, bar_of(summary, SPRING + row.key)),
+        _beside(baseline, value, bar, row, readings.bar_of(summary, readings.SPRING + row.key)),
         "" if off is None else percent(off.relative, sign=True),
         "" if off is None else count(off.bars),
         _target(summary, row.key, value, bar),
     )
 
 
-def _contacts(summary: Summary, prefix: str) -> str:
+def _contacts(summary: readings.Summary, prefix: str) -> str:
     """Return how many contacts, landings and touches there were: "2 (landings 1), touches 7"; of a baseline without
     these words."""
     contacts, landings, touches = (
-        as_number(summary.get(f"{prefix}{key}"))
+        readings.as_number(summary.get(f"{prefix}{key}"))
         for key in (results.CONTACTS, "landing_count", f"{results.CONTACTS}_raw")
     )
     of_landings, of_touches = ("", "") if prefix else ("landings ", "touches ")
@@ -257,22 +254,22 @@ def _beside(
     if baseline is None:
         return "-"
     if own is not None and not row.of_each_step:
-        return in_text(row.key, baseline, own, row.unit)
+        return readings.in_text(row.key, baseline, own, row.unit)
     far = value and baseline and not 0.1 < abs(baseline / value) < 1000
     like_the_seat = [] if value is None or far else [value, *([] if bar is None or not math.isfinite(bar) else [bar])]
-    factor, unit = prefix_of(row.unit, *like_the_seat, baseline)
-    places = None if value is None or bar is None or far else places_of(factor * value, factor * bar)
+    factor, unit = readings.prefix_of(row.unit, *like_the_seat, baseline)
+    places = None if value is None or bar is None or far else readings.places_of(factor * value, factor * bar)
     mark = ", raw" if row.of_each_step else ""
-    return with_unit(rounded(factor * baseline, places), unit) + mark
+    return readings.with_unit(readings.rounded(factor * baseline, places), unit) + mark
 
 
-def _target(summary: Summary, key: str, value: float | None, bar: float | None) -> str:
+def _target(summary: readings.Summary, key: str, value: float | None, bar: float | None) -> str:
     """Return the bar's share of a judged value and whether that meets the target; "" where nothing is judged."""
-    target = as_number(summary.get("accuracy_target"))
+    target = readings.as_number(summary.get("accuracy_target"))
     judged = key in results.asked(summary) and summary.get("accuracy_met", True) is not None
     if target is None or bar is None or not value or not judged:
         return ""
-    if not is_known(key, value, bar):
+    if not readings.is_known(key, value, bar):
         return "not known, missed"
     share = bar / abs(value)
     return f"{percent(share)}, {'reached' if share <= target else 'missed'}"

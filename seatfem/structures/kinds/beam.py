@@ -17,9 +17,8 @@ from impact.greens.base import Array, GreensFunction
 from seatfem import fields
 from seatfem.structures import method, outlines
 from seatfem.structures.estimates.surrogate import Face
+from seatfem.structures.kinds import parts, striking
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
-from seatfem.structures.kinds.parts import Material
-from seatfem.structures.kinds.striking import At, Push, check_along
 from seatfem.structures.kinds.structure import Structure, Traits
 
 if TYPE_CHECKING:
@@ -81,7 +80,7 @@ class Beam(Structure):
     """Whether its far end is clamped, too."""
 
     thickness: fields.Length = fields.default("0.305 mm", "thickness, in the direction of the motion")
-    material: Material = fields.default(
+    material: parts.Material = fields.default(
         {"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent"
     )
     damping_ratio: fields.DampingRatio = Field(0.0, description="modal damping, the same for every mode")
@@ -133,7 +132,7 @@ class Beam(Structure):
         if isinstance(place, np.ndarray):
             super().check_place(place, key)
         else:
-            check_along(self.kind, self.span, place, key)
+            striking.check_along(self.kind, self.span, place, key)
 
     def start_at(self, at: float | None) -> float:
         """Return the deflection of the shape that it is released in: that of a force at the tip, or that of a mode."""
@@ -151,10 +150,10 @@ class Beam(Structure):
     def closed_form(self) -> GreensFunction | None:
         return self._body(None, None, moved=False).greens
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
         return self._body(n_modes, at)
 
-    def _body(self, n_modes: int | None, at: At, *, moved: bool = True) -> Body:
+    def _body(self, n_modes: int | None, at: striking.At, *, moved: bool = True) -> Body:
         return reeds.reed(
             self.beam(),
             damping_ratio=self.damping_ratio,
@@ -164,7 +163,7 @@ class Beam(Structure):
             loads=self._loads() if moved else (),
         )
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
         modal = body.greens.modal
         if place is None or isinstance(place, np.ndarray) or modal is None:
             return super().pushed_at(body, place, by)
@@ -199,7 +198,7 @@ class Beam(Structure):
     @model_validator(mode="after")
     def _force_on_the_reed(self) -> Self:
         if self.point_force is not None:
-            check_along(self.kind, self.span, self.point_force.at, "point_force.at")
+            striking.check_along(self.kind, self.span, self.point_force.at, "point_force.at")
         return self
 
     def too_thick(self) -> str:

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from impact.files.safe_files import read_text, write_whole
 from impact.names import frame_of
 from impact.quantities import as_html, brief
-from seatfem import structures
+from seatfem import readings, structures
 from seatfem.machine.code import cache_folder, code_version
-from seatfem.readings import Measured, measured
 from seatfem.structures.method import AnyLevel
 from seatfem.structures.store import content_key
 from seatfem.study.impacts.touches import Touches
@@ -182,7 +181,7 @@ class RunOutcome:
 
     def __str__(self) -> str:
         lines = []
-        for row in measured(self.summary):
+        for row in readings.measured(self.summary):
             if row.known is None:
                 continue
             bar = "?" if row.error_bar is None else f"{row.error_bar:.2g}"
@@ -199,5 +198,5 @@ class RunOutcome:
     def to_dataframe(self) -> pandas.DataFrame:
         """Return key, value, error_bar, spring and known of every number [SI], the key as index; ``known`` is False
         where the bar is above half of the value. Raises `FrameError` without pandas."""
-        rows = list(measured(self.summary))
-        return frame_of({name: [getattr(row, name) for row in rows] for name in Measured._fields}, "key")
+        rows = list(readings.measured(self.summary))
+        return frame_of({name: [getattr(row, name) for row in rows] for name in readings.Measured._fields}, "key")

@@ -17,13 +17,12 @@ from impact.quantities import in_time, percent
 from impact.runs.variations import Budget
 from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division
-from seatfem.study import runs
+from seatfem.study import runs, safety
 from seatfem.study.impacts import plate_stress, validity
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches, is_of_a_landing
 from seatfem.study.ladders.level import tells_waves
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
 from seatfem.study.planning.plan import Plan
-from seatfem.study.safety import in_words as source_in_words
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.units import write_quantity
@@ -137,7 +136,7 @@ def missed(done: Round) -> tuple[str, ...]:
                 remedy = f"keep more {' or '.join(modes)}"
             sentences.append(
                 f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
-                f"largest part: {source_in_words(source)}; {remedy}"
+                f"largest part: {safety.in_words(source)}; {remedy}"
             )
     if sentences and done.stopped:
         sentences.append(
