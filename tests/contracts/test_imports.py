@@ -227,11 +227,12 @@ assert not slow, slow
 
 
 def test_a_plan_loads_no_finite_elements(tmp_path: Path) -> None:
-    """Half of what a plan takes is loading code: what computes, draws and stores is left for the run, unless a coarse
-    seat has to be looked at."""
+    """Half of what a plan takes is loading code: what computes, draws and stores is left for the run, unless something
+    of the seat is to be chosen, which is looked at."""
     scene = tmp_path / "scene.toml"
     text = (ROOT / "examples" / "flapper_on_annular_seat.toml").read_text(encoding="utf-8")
-    scene.write_text(text.replace("[seat]", '[seat]\nmodel = "axisymmetric"'), encoding="utf-8")
+    stated = 'model = "axisymmetric"\ngreens = { bandwidth = "400 kHz" }\nmesh = { size = "2 mm" }'
+    scene.write_text(text.replace("[seat]", f"[seat]\n{stated}"), encoding="utf-8")
     code = f"""
 import os, sys
 os.environ["SEATFEM_STORE"] = {str(tmp_path)!r}

@@ -192,7 +192,8 @@ def test_a_cache_that_cannot_be_written_costs_a_warning(
     told = capsys.readouterr().err
     assert told.startswith(f"warning: the seat is not kept for later runs: {folder}: cannot be written to (")
     assert "set SEATFEM_STORE to a folder of your own" in told
-    assert len(told.splitlines()) == 1
+    assert len(told.splitlines()) <= 2  # of the seat that the plan looks at, and of the run's
+    assert all(line.startswith("warning: the seat is not kept") for line in told.splitlines())
     assert load_greens(out).provenance["seat_key"]
 
 
@@ -321,7 +322,7 @@ def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
     assert all(process.returncode in (DONE, FAILED) for process in both)  # whether the target is met is not the point
     assert "Traceback" not in "".join(told)
     assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["impulse_Ns"] > 0
-    assert set(load_results(tmp_path / "out" / "result.h5")) == {"wave", "spring"}
+    assert set(load_results(tmp_path / "out" / "result.h5")) >= {"wave", "spring"}
     key = load_greens(tmp_path / "out" / "seat.h5").provenance["seat_key"]
     load_greens(tmp_path / "out" / "seat.h5", key=str(key))
     for entry in Store(tmp_path / "store").entries():

@@ -162,7 +162,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     if surrogate.patch is None and not surrogate.exact:
         notes.append(f"{surrogate.words}: this plan is rough; the run measures its errors")
     seat = plan.scene.seat
-    if seat.traits.is_reduced and surrogate.patch is not None and surrogate.band is None:
+    if look.leaves_open(plan.scene) and surrogate.patch is not None and surrogate.band is None:
         notes.append(
             "this plan has not looked at a coarse model of the seat, which takes longer than a plan may; it rests on "
             f"an estimate: {surrogate.words}"

@@ -12,7 +12,7 @@ from seatfem.structures.estimates.surrogate import ERRORS, Patch, Sizes, Surroga
 from seatfem.structures.method import Method
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import seat_of
-from seatfem.study.method import BAND, TOLERANCE, is_given, stated_method
+from seatfem.study.method import BAND, MODEL, SIZE, TOLERANCE, is_given, stated_method
 from seatfem.study.safety import FIRST_WAVE
 from seatfem.study.scene import Scene
 
@@ -26,8 +26,8 @@ IMPOSSIBLE: Final = (ArithmeticError, OSError, RuntimeError, ValueError)
 
 def look_at(scene: Scene, surrogate: Surrogate, machine: Machine, store: Store, longest: float) -> Surrogate:
     """Return the seat itself on a coarse mesh, as a whole, in place of its surrogate; the surrogate of a seat that is
-    not reduced or is exact, and where the look is predicted to take more than ``longest`` [s]."""
-    if not scene.seat.traits.is_reduced or surrogate.exact or surrogate.patch is None:
+    not reduced or exact, of which nothing is open, and where the look is predicted to take over ``longest`` [s]."""
+    if not leaves_open(scene) or surrogate.exact or surrogate.patch is None:
         return surrogate
     method = coarse_method(scene, surrogate.patch)
     model = seat_model(scene.seat, method, scene.run.duration)
@@ -41,6 +41,12 @@ def look_at(scene: Scene, surrogate: Surrogate, machine: Machine, store: Store, 
     highest = 0.0 if modal is None or not len(modal.omega) else float(modal.frequencies_hz.max())
     band = max(method.bandwidth or 0.0, highest / NARROWER)
     return replace(surrogate, greens=seat.greens, words=f"coarse mesh of the seat, {surrogate.words}", band=band)
+
+
+def leaves_open(scene: Scene) -> bool:
+    """Return whether the file leaves the band, the level or the mesh of a reduced seat to the plan."""
+    keys = (BAND,) if scene.seat.drawn is None else (BAND, MODEL, SIZE)
+    return scene.seat.traits.is_reduced and not all(is_given(scene, key) for key in keys)
 
 
 def coarse_method(scene: Scene, patch: Patch) -> Method:
