@@ -284,6 +284,6 @@ def port_flow(radius: float, coefficient: float) -> AreaTable:
 
 
 def port_force(radius: float) -> AreaTable:
-    """Return pi R^2 at every lift: the area of the port alone, as if the valve stayed shut. An estimate, marked so."""
+    """Return pi R^2 [m^2] at every lift, as if the valve stayed shut: an estimate, marked so."""
     words = f"{NOT_MEASURED}pi R^2 at every lift, R = {1e3 * radius:g} mm"
     return AreaTable(np.zeros(1), np.array([math.pi * radius**2]), words)
