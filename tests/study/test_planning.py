@@ -18,7 +18,7 @@ from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.machine.resources import Machine
 from seatfem.structures import cache
 from seatfem.structures.errors import ModelError
-from seatfem.structures.estimates.surrogate import Sizes, mesh_error, sizes_for
+from seatfem.structures.estimates.surrogate import Sizes, Surrogate, mesh_error, sizes_for
 from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import RunError, measures_of, problem_of, seat_of, striker_of
@@ -29,7 +29,7 @@ from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
-from seatfem.study.prerun import look
+from seatfem.study.prerun import lips, look
 from seatfem.study.prerun.bench import Bench, advanced, locate_contact_window
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.look import BANDS, coarse_method
@@ -502,6 +502,22 @@ target = "8 %"
 """
 
 
+FLAPPER = """
+[reed]
+kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
+release = { mode = 1, velocity = "-2 m/s" }
+[run]
+duration = "80 us"
+"""
+
+
 class TestWithoutWaves:
     """Where the surrogate leaves open whether a spring is enough, a coarse real seat tells."""
 
@@ -510,6 +526,11 @@ class TestWithoutWaves:
         scene = scene_of(*parts)
         surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
         return PlanningContext.from_scene(scene, surrogate, Machine(), look=look)
+
+    @staticmethod
+    def looked_at(scene: Scene) -> Surrogate:
+        surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
+        return look.look_at(scene, surrogate, Machine(), Store.default(), longest=np.inf)
 
     @staticmethod
     def level_of(seen: PlanningContext) -> str:
@@ -553,6 +574,33 @@ class TestWithoutWaves:
         monkeypatch.setattr(look, "seat_of", impossible)
         found = without_waves(self.seen(BENT))
         assert not found.measured
+
+        notes = plan_scene(scene_of(BENT), Machine()).notes
+        assert any("rests on an estimate of the seat (contact face of" in note for note in notes)
+
+    @pytest.mark.parametrize("greens", [{"method": "second_order"}, {"method": "transient"}, {"max_vectors": 3}])
+    def test_the_look_has_a_reduction_of_its_own(self, greens: Mapping[str, object]) -> None:
+        """Those of the file may have no modes, whose part above a band would be nothing, or too few vectors."""
+        scene = scene_of(ANNULAR.replace("0.05", "0.0"), REED, seat__greens=greens)
+        seat = self.looked_at(scene)
+        assert seat.band is not None
+        assert seat.greens.modal is not None
+        bench = Bench(scene, seat.greens, locate_contact_window(scene, seat.greens))
+        assert max(Sensitivity(bench, scene.accuracy.judged, 1e-3, band=seat.band).above(seat.band).values()) > 0
+
+    def test_a_seat_with_dashpots_is_estimated(self) -> None:
+        """A narrower band is left out of complex poles by no pre-run, nor by the error budget."""
+        dashpot = '[[seat.supports]]\nkind = "dashpot"\non = "fixed"\nnormal = "1e6 N*s/m^3"\n'
+        scene = scene_of(ANNULAR, dashpot, REED)
+        assert seat_of(scene, method=coarse_method(scene, self.looked_at(scene).patch)).greens.modal is None
+        assert self.looked_at(scene).band is None
+
+    def test_a_lip_in_arcs_lies_on_the_seat_that_was_looked_at(self) -> None:
+        scene = scene_of(ANNULAR, FLAPPER, contact={"ports": 8, "tilt": "0.1 deg"})
+        seat = self.looked_at(scene)
+        along = lips.surrogate_in_arcs(scene, seat)
+        assert len(along.greens.ports) > 1
+        assert along.band == seat.band is not None
 
     def test_the_plan_tells_by_what_it_knows(self) -> None:
         reason = plan_scene(scene_of(CONE), Machine()).choice("seat.model").reason

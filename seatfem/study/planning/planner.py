@@ -164,8 +164,8 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     seat = plan.scene.seat
     if look.leaves_open(plan.scene) and surrogate.patch is not None and surrogate.band is None:
         notes.append(
-            "this plan has not looked at a coarse model of the seat, which takes longer than a plan may; it rests on "
-            f"an estimate: {surrogate.words}"
+            f"this plan rests on an estimate of the seat ({surrogate.words}): a coarse model of it takes longer than a "
+            "plan may, has no modes, or cannot be made"
         )
     if seat.elastic is not None and seat.drawn is None:
         notes.append(

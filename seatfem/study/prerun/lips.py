@@ -214,7 +214,8 @@ def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
     assert lip is not None
     assert whole is not None
     assert patch is not None
-    return Surrogate(on_its_patch(whole, lip, patch), False, f"{surrogate.words}, {in_parts(lip.division)}", patch)
+    words = f"{surrogate.words}, {in_parts(lip.division)}"
+    return replace(surrogate, greens=on_its_patch(whole, lip, patch), exact=False, words=words)
 
 
 def in_parts(division: Division) -> str:

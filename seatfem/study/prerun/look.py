@@ -9,7 +9,7 @@ from seatfem.machine.resources import Machine
 from seatfem.structures.cache import Cache
 from seatfem.structures.estimates.costs import seat_model, seat_seconds
 from seatfem.structures.estimates.surrogate import ERRORS, Patch, Sizes, Surrogate, sizes_for
-from seatfem.structures.method import Method
+from seatfem.structures.method import AUTO, Method
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.method import BAND, MODEL, SIZE, TOLERANCE, is_given, stated_method
@@ -20,13 +20,14 @@ BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
 PER_FILTER: Final = 0.5  # band of the look times the width of the filter
 COARSE_TOLERANCE: Final = 0.02  # of its reduction: looser ones take as long and tell less
-IMPOSSIBLE: Final = (ArithmeticError, OSError, RuntimeError, ValueError)
+IMPOSSIBLE: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
 """What a seat that cannot be made ends with: the run tells of it, a plan is made by the surrogate."""
 
 
 def look_at(scene: Scene, surrogate: Surrogate, machine: Machine, store: Store, longest: float) -> Surrogate:
     """Return the seat itself on a coarse mesh, as a whole, in place of its surrogate; the surrogate of a seat that is
-    not reduced or exact, of which nothing is open, and where the look is predicted to take over ``longest`` [s]."""
+    not reduced or exact, of which nothing is open, where the look is predicted to take over ``longest`` [s], and of one
+    without modes, as with dashpots: what a narrower band leaves, neither a plan nor a run could tell on it."""
     if not leaves_open(scene) or surrogate.exact or surrogate.patch is None:
         return surrogate
     method = coarse_method(scene, surrogate.patch)
@@ -37,9 +38,9 @@ def look_at(scene: Scene, surrogate: Surrogate, machine: Machine, store: Store, 
         seat = seat_of(scene, Cache(None, store), method=method, mesh_error=False)
     except IMPOSSIBLE:
         return surrogate
-    modal = seat.greens.modal
-    highest = 0.0 if modal is None or not len(modal.omega) else float(modal.frequencies_hz.max())
-    band = max(method.bandwidth or 0.0, highest / NARROWER)
+    if (modal := seat.greens.modal) is None or not len(modal.omega):
+        return surrogate
+    band = max(method.bandwidth or 0.0, float(modal.frequencies_hz.max()) / NARROWER)
     return replace(surrogate, greens=seat.greens, words=f"coarse mesh of the seat, {surrogate.words}", band=band)
 
 
@@ -50,11 +51,14 @@ def leaves_open(scene: Scene) -> bool:
 
 
 def coarse_method(scene: Scene, patch: Patch) -> Method:
-    """Return the coarsest method whose seat shows the waves that the filter passes, its face in one ring."""
+    """Return the coarsest method whose seat shows the waves that the filter passes, its face in one ring.
+
+    The reduction that the file states is for the run: any other has the same g to within its tolerance.
+    """
     stated = stated_method(scene).seat
     wanted = max(lowest_band(patch), PER_FILTER / scene.run.filter_width)
     band = next((edge for edge in BANDS if edge >= wanted), BANDS[-1])
-    how = replace(stated, level=scene.seat.level(0.0).level, rings=1, lip=None)
+    how = replace(stated, level=scene.seat.level(0.0).level, rings=1, lip=None, reduction=AUTO, max_vectors=None)
     how = how if is_given(scene, BAND) else replace(how, bandwidth=band)
     how = how if is_given(scene, TOLERANCE) else replace(how, tolerance=COARSE_TOLERANCE)
     if scene.seat.drawn is None:
