@@ -590,8 +590,8 @@ class TestWithoutWaves:
 
     def test_a_seat_with_dashpots_is_estimated(self) -> None:
         """A narrower band is left out of complex poles by no pre-run, nor by the error budget."""
-        dashpot = '[[seat.supports]]\nkind = "dashpot"\non = "fixed"\nnormal = "1e6 N*s/m^3"\n'
-        scene = scene_of(ANNULAR, dashpot, REED)
+        dashpots = {"kind": "dashpot", "on": "contact", "normal": "1e7 N*s/m^3"}
+        scene = scene_of(ANNULAR, REED, seat__supports=[dashpots])
         assert seat_of(scene, method=coarse_method(scene, self.looked_at(scene).patch)).greens.modal is None
         assert self.looked_at(scene).band is None
 
