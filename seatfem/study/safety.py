@@ -61,8 +61,7 @@ OPENING: Final = 0.1
 OF_IMPULSE: Final = 10.0  # ... so many times what the impulse is off
 OF_DRAWS: Final = 1.2
 """Of the largest change among 24 draws of a record, 2.3 deviations: with the budget's own factor 4 deviations. A mode
-that is
-too weak to be told is left out, and may change as much as noise does (seed 415: 3.6 deviations)."""
+that is too weak to be told is left out, and may change as much as noise does (seed 415: 3.6 deviations)."""
 SHORT: Final = 0.3  # part of the run up to which an impact is marched alone with half the step, above: the run
 SHEAR_SHARE: Final = 0.05  # of the target, from which on the shear of the reed counts
 

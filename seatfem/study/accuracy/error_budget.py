@@ -122,11 +122,11 @@ def error_budget(
     return with_cut_landings(with_jumps(budget, blow), like)
 
 
-def with_cut_landings(left: variations.Budget, landings: Landings | None) -> variations.Budget:
+def with_cut_landings(budget: variations.Budget, landings: Landings | None) -> variations.Budget:
     """Return the budget with nothing known of how long the landings last that the end of the record cuts, nor of their
     whole impulse, nor of the peak of one that has hardly passed it."""
-    if landings is None or not left.parts:
-        return left
+    if landings is None or not budget.parts:
+        return budget
     cut = [
         landing_name(face, number, key)
         for face in get_args(Face)
@@ -139,12 +139,12 @@ def with_cut_landings(left: variations.Budget, landings: Landings | None) -> var
             cut += [prefix + measures.Impulse.name, prefix + measures.ContactDuration.name]
             rises = judged.end - judged.peak_time < judged.duration / 10
             cut += [prefix + measures.FilteredPeak.name] if rises else []
-    source = left.dominant("impulse")
-    unknown = {name: math.inf for name in cut if name in left.values}
-    return replace(left, parts={**left.parts, source: {**left.parts[source], **unknown}})
+    source = budget.dominant("impulse")
+    unknown = {name: math.inf for name in cut if name in budget.values}
+    return replace(budget, parts={**budget.parts, source: {**budget.parts[source], **unknown}})
 
 
-def with_bars_of_measures(left: variations.Budget, landings: Sequence[Landing]) -> variations.Budget:
+def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]) -> variations.Budget:
     """Return the budget with no smaller parts in the record of a landing than in the measures of the same landing.
 
     Half the step is marched through the judged landing alone, measures jump, and plans know more of them: the record of
@@ -156,55 +156,55 @@ def with_bars_of_measures(left: variations.Budget, landings: Sequence[Landing]) 
         for measure, keys in KEYS_OF_MEASURES.items()
         for key in keys
     )
-    same = {name: measure for name, measure in pairs if name in left.values and measure in left.values}
+    same = {name: measure for name, measure in pairs if name in budget.values and measure in budget.values}
     parts = {
         source: {**part, **{name: max(part[name], part[measure]) for name, measure in same.items()}}
-        for source, part in left.parts.items()
+        for source, part in budget.parts.items()
     }
-    return replace(left, parts=parts)
+    return replace(budget, parts=parts)
 
 
-def with_floors(left: variations.Budget, floors: Mapping[str, float]) -> variations.Budget:
+def with_floors(budget: variations.Budget, floors: Mapping[str, float]) -> variations.Budget:
     """Return the budget with no part of a source below what its model can know, relative to the measure, as
     `seatfem.study.safety` has it; but for the time at which a landing begins, of which a share of the time before it
     says nothing."""
     raised = {
         source: {
-            name: value if is_time(name) else max(value, floors.get(source, 0.0) * abs(left.values[name]))
+            name: value if is_time(name) else max(value, floors.get(source, 0.0) * abs(budget.values[name]))
             for name, value in part.items()
         }
-        for source, part in left.parts.items()
+        for source, part in budget.parts.items()
     }
-    return replace(left, parts=raised)
+    return replace(budget, parts=raised)
 
 
-def with_share(left: variations.Budget, source: str, share: float) -> variations.Budget:
+def with_share(budget: variations.Budget, source: str, share: float) -> variations.Budget:
     """Return the budget with more of a known source: a ``share`` of each value, but of when landings begin."""
-    if source not in left.parts:
-        return left
-    more = {name: 0.0 if is_time(name) else share * abs(value) for name, value in left.values.items()}
-    return replace(left, parts={**left.parts, source: variations.total(left.parts[source], more)})
+    if source not in budget.parts:
+        return budget
+    more = {name: 0.0 if is_time(name) else share * abs(value) for name, value in budget.values.items()}
+    return replace(budget, parts={**budget.parts, source: variations.total(budget.parts[source], more)})
 
 
 def _with_end(
-    scene: Scene, problem: ContactProblem, left: variations.Budget, dt: float, like: Landings | None
+    scene: Scene, problem: ContactProblem, budget: variations.Budget, dt: float, like: Landings | None
 ) -> variations.Budget:
     """Return the budget with what the end of the record cuts off; where g is unknown beyond it, of earlier touches."""
     duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
-    off = min(clock_off(left), duration / 2)
+    off = min(clock_off(budget), duration / 2)
     if off > 0:
         dt = 2 * dt if 4 * dt <= scene.run.filter_width else dt
         longest = max(duration, min(duration + off, known))
         record = contact.record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
-        left = with_end(left, record.blow, duration, off)
-    return without_clock(left)
+        budget = with_end(budget, record.blow, duration, off)
+    return without_clock(budget)
 
 
-def with_jumps(left: variations.Budget, blow: measures.ContactRecord) -> variations.Budget:
+def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> variations.Budget:
     """Return the budget with what measures may jump by while the impulse is within its bar, in its main source."""
-    if not left.parts or not (0 < (share := left.relative("impulse")) < math.inf):
-        return left
-    source, jumps = left.dominant("impulse"), dict.fromkeys(left.values, 0.0)
+    if not budget.parts or not (0 < (share := budget.relative("impulse")) < math.inf):
+        return budget
+    source, jumps = budget.dominant("impulse"), dict.fromkeys(budget.values, 0.0)
     for name, measure in measures.all_measures().items():
         if name in jumps:
             jumps[name] = measure.jump(blow, share)
@@ -215,7 +215,7 @@ def with_jumps(left: variations.Budget, blow: measures.ContactRecord) -> variati
     for number, landing in enumerate(blow.landings):
         if (name := landing_name("seat", number, "duration_s")) in jumps:
             jumps[name] = lasting.jump_of_landing(blow, landing, share)
-    return replace(left, parts={**left.parts, source: variations.total(left.parts[source], jumps)})
+    return replace(budget, parts={**budget.parts, source: variations.total(budget.parts[source], jumps)})
 
 
 def _at_once(steps: int) -> int:

@@ -59,32 +59,32 @@ class LastTouch:
         return blow.dt * (after - 1 + float((self.impulse - before) / (then - before)))
 
 
-def clock_off(left: Budget) -> float:
+def clock_off(budget: Budget) -> float:
     """Return by how much the runs behind a budget disagree when the last touch is, as a bar of it [s]."""
-    return SAFETY * sum(part.get(CLOCK, 0.0) for part in left.parts.values())
+    return SAFETY * sum(part.get(CLOCK, 0.0) for part in budget.parts.values())
 
 
-def with_end(left: Budget, beyond: ContactRecord, duration: float, off: float) -> Budget:
+def with_end(budget: Budget, beyond: ContactRecord, duration: float, off: float) -> Budget:
     """Return the budget with what changes if the record ends ``off`` [s] earlier or later than ``duration`` [s].
 
     It counts to the source that moves the last touch most. ``beyond``: the same run, longer by ``off``.
     """
-    if not any(CLOCK in part for part in left.parts.values()):
-        return left
+    if not any(CLOCK in part for part in budget.parts.values()):
+        return budget
     as_it_ends = _until(beyond, duration)
     values, like = values_of(as_it_ends), as_it_ends.landings
     others = (values_of(_until(beyond, duration + by), like) for by in (-off, off))
-    cut: Values = dict.fromkeys(left.values, 0.0)
+    cut: Values = dict.fromkeys(budget.values, 0.0)
     for other in others:
         cut = larger(cut, {**cut, **changes(values, other)})
-    source = max(left.parts, key=lambda name: left.parts[name].get(CLOCK, 0.0))
-    return replace(left, parts={**left.parts, source: total(left.parts[source], {**cut, CLOCK: 0.0})})
+    source = max(budget.parts, key=lambda name: budget.parts[name].get(CLOCK, 0.0))
+    return replace(budget, parts={**budget.parts, source: total(budget.parts[source], {**cut, CLOCK: 0.0})})
 
 
-def without_clock(left: Budget) -> Budget:
+def without_clock(budget: Budget) -> Budget:
     """Return the budget of the measures alone."""
-    parts = {source: _without_clock(part) for source, part in left.parts.items()}
-    return replace(left, values=_without_clock(left.values), parts=parts)
+    parts = {source: _without_clock(part) for source, part in budget.parts.items()}
+    return replace(budget, values=_without_clock(budget.values), parts=parts)
 
 
 def _without_clock(values: Values) -> Mapping[str, float]:
@@ -104,14 +104,14 @@ def _impulse(blow: ContactRecord) -> Array:
 def _until(blow: ContactRecord, time: float) -> ContactRecord:
     """Return the run up to a time [s], without stresses."""
     steps = min(len(blow.force) - 1, max(1, round(time / blow.dt)))
-    kept = slice(steps + 1)
+    first_steps = slice(steps + 1)
     line, film, moved = blow.line, blow.film, blow.displacement
     if line is not None:
-        of_film = None if line.film is None else line.film[kept]
-        line = replace(line, force=line.force[kept], film=of_film)
-    film, moved = (None if values is None else values[kept] for values in (film, moved))
+        of_film = None if line.film is None else line.film[first_steps]
+        line = replace(line, force=line.force[first_steps], film=of_film)
+    film, moved = (None if values is None else values[first_steps] for values in (film, moved))
     landings = tuple(_landing_until(blow, landing, time) for landing in blow.landings if landing.start < time)
-    force = blow.force[kept]
+    force = blow.force[first_steps]
     return replace(blow, force=force, displacement=moved, film=film, line=line, stress=None, landings=landings)
 
 

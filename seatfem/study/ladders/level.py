@@ -11,7 +11,7 @@ from seatfem.structures.cache import Cache
 from seatfem.structures.estimates import costs, surrogate
 from seatfem.structures.method import Method, with_start
 from seatfem.study.impacts.contact import seat_beside, seat_of
-from seatfem.study.ladders.ladder import BodyLadder, ComputedRun, Option
+from seatfem.study.ladders.ladder import BodyLadder, ComputedRun, Option, Role
 from seatfem.study.method import MODEL, RunMethod, is_given
 from seatfem.study.prerun.bench import locate_contact_window
 from seatfem.study.prerun.context import PlanningContext, finite_elements
@@ -66,7 +66,7 @@ class Level(BodyLadder):
         waves, why = context.waves, context.waves.reason
         if stated in (None, "spring") and "spring" not in context.without:
             spring = without_waves(context)
-            yield option.with_seat({MODEL: spring.left}, {"level": "spring"}, why=spring.words)
+            yield option.with_seat({MODEL: spring.errors}, {"level": "spring"}, why=spring.words)
             enough = spring.enough(context.scene.accuracy.target)
             why = f"{why}; {spring.words}{CHEAPER if enough else ''}"
         if stated in (None, "rod") and "rod" not in context.without:
@@ -77,12 +77,13 @@ class Level(BodyLadder):
 
 def _shear(run: ComputedRun) -> Terms:
     """Return the variations of beams with their shear, where it counts."""
-    scene, terms = run.scene, list[Terms]()
-    for kind, body, at in ((scene.reed, "reed", scene.contact.at), (scene.seat, "seat", None)):
-        error = 0.0 if kind.slender is None else kind.slender.shear_error(at)
-        if error > SHEAR_SHARE * scene.accuracy.target:
-            terms.append(run.with_larger_g("reed" if body == "reed" else "seat", error) or ())
-    return tuple(term for each in terms for term in each)
+    reed, seat, least = run.scene.reed.slender, run.scene.seat.slender, SHEAR_SHARE * run.scene.accuracy.target
+    errors: dict[Role, float] = {
+        "reed": 0.0 if reed is None else reed.shear_error(run.scene.contact.at),
+        "seat": 0.0 if seat is None else seat.shear_error(None),
+    }
+    counting = (run.with_larger_g(role, error) for role, error in errors.items() if error > least)
+    return tuple(term for terms in counting for term in terms or ())
 
 
 def _better(run: ComputedRun) -> Terms:
@@ -152,13 +153,13 @@ class WithoutWaves:
     measured: bool = False
 
     @property
-    def left(self) -> Mapping[str, float]:
+    def errors(self) -> Mapping[str, float]:
         """Return the changes with their doubt, and no less than a spring can know."""
         return {name: max(change, FLOOR_OF_SPRING) for name, change in times(self.doubt, self.changes).items()}
 
     def enough(self, target: float) -> bool:
         """Return whether a spring is enough: its bar is within the part of the target that plans aim at."""
-        return all(safety(name) * self.left[name] <= AIM * target for name in self.asked)
+        return all(safety(name) * self.errors[name] <= AIM * target for name in self.asked)
 
     @property
     def words(self) -> str:

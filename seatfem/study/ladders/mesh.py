@@ -51,7 +51,7 @@ class ElementSize(BodyLadder):
         band = option.seat.bandwidth or 0.0
         for error, changes in _meshes(context, band):
             method = replace(context.elements(band, context.tolerances[0], error), level=option.seat.level)
-            run = replace(context.stated, seat=method)
+            run = replace(option.method, seat=method)
             models = finite_elements(context.scene, run), coarser_elements(context.scene, run)
             elements = Elements(error, *models, method.tolerance)
             yield replace(option, method=run, changes={**option.changes, **changes}, elements=elements)

@@ -136,7 +136,7 @@ class Arcs(Ladder):
             yield option
             return
         across = {method.RINGS: arcs.across} if arcs.across else {}
-        yield replace(option, changes={**option.changes, method.PORTS: arcs.left, **across})
+        yield replace(option, changes={**option.changes, method.PORTS: arcs.errors, **across})
 
     def beside(self, scene: Scene, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield other numbers of arcs of a lip that a plate lands on."""
@@ -170,8 +170,8 @@ class OnePort(Ladder):
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
         """Yield the option with what one port leaves, where the pre-runs chose it."""
-        left = {} if context.one_port is None else {ONE_PORT: context.one_port}
-        yield replace(option, changes={**option.changes, **left})
+        errors = {} if context.one_port is None else {ONE_PORT: context.one_port}
+        yield replace(option, changes={**option.changes, **errors})
 
     def beside(self, scene: Scene, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield one port in place of several."""

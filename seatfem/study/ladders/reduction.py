@@ -76,7 +76,7 @@ class Bandwidth(ladder.BodyLadder):
         """Yield the bands up to one above which nothing counts, or in which modes are too many; of statics the
         narrowest; of a plate that strikes the one that its pre-runs chose."""
         if self.role != "seat":
-            of_reed = {} if context.band is None else {REED_BAND: context.band.left}
+            of_reed = {} if context.band is None else {REED_BAND: context.band.errors}
             yield replace(option, changes={**option.changes, **of_reed})
             return
         if not context.reduced or option.seat.exact:

@@ -82,9 +82,9 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     whole = {name: sum(share.get(name, 0.0) for share in plan.shares.values()) for name in plan.error}
     reduced = {name: sum(share.get(name, 0.0) for share in shares.values()) for name in plan.error}
     error = {name: bar * reduced[name] / whole[name] if whole[name] else bar for name, bar in plan.error.items()}
-    kept = source in ("time_step", "model")  # the seat is there from the round before
-    cost = costs.predict_cost(plan.scene, method, machine, kept=kept)
-    return replace(plan, method=method, choices=choices, shares=shares, error=error, cost=cost, kept=kept)
+    same_seat = source in ("time_step", "model")  # the seat is there from the round before
+    cost = costs.predict_cost(plan.scene, method, machine, kept=same_seat)
+    return replace(plan, method=method, choices=choices, shares=shares, error=error, cost=cost, kept=same_seat)
 
 
 def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan | None:

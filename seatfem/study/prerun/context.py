@@ -91,12 +91,12 @@ class PlanningContext:
         if band is not None:
             looked_at = band.scene
             if arcs is not None and not is_given(scene, PORTS):
-                arcs = lips.choose_more_arcs(looked_at, whole, arcs, band.left)
+                arcs = lips.choose_more_arcs(looked_at, whole, arcs, band.errors)
                 looked_at, surrogate = arcs.scene, arcs.surrogate
         bench = _bench(looked_at, surrogate, stopper, progress)
         simpler, one_port = lips.errors_of_simpler_models(bench), None
         if arcs is not None and band is not None and ONE_PORT not in without:
-            one_port = lips.one_port_in_place(scene, arcs, simpler, band.left)
+            one_port = lips.one_port_in_place(scene, arcs, simpler, band.errors)
         if one_port is not None:
             arcs, looked_at, surrogate = None, lips.with_parts(looked_at, Division(1, scene.contact.rings)), whole
             bench = _bench(looked_at, surrogate, stopper, progress)

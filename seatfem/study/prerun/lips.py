@@ -41,19 +41,19 @@ class Arcs:
     Attributes:
         scene: with their number stated, and that of the rings across.
         surrogate: its seat in pre-runs.
-        left: what the arcs leave, relative, measure by measure.
+        errors: what the arcs leave, relative, measure by measure.
         across: the same of the rings across them; empty where no more can be, under a film.
     """
 
     scene: Scene
     surrogate: Surrogate
-    left: Changes
+    errors: Changes
     across: Changes
 
     @property
     def total(self) -> Changes:
         """Return what arcs and rings leave together."""
-        return total(self.left, self.across) if self.across else self.left
+        return total(self.errors, self.across) if self.across else self.errors
 
 
 def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Arcs | None:
@@ -134,12 +134,12 @@ def choose_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Cha
     """
     target, measures = scene.accuracy.target, scene.accuracy.judged
     full = any(safety(name) * beside[name] > target / 2 for name in measures)
-    few = any(safety(name) * arcs.left[name] > ARCS_SHARE / 2 * target for name in measures)
+    few = any(safety(name) * arcs.errors[name] > ARCS_SHARE / 2 * target for name in measures)
     twice = 2 * (stated_method(scene).ports or 1)
     if not (full and few) or twice * scene.contact.rings > MOST_CHOSEN:
         return replace(arcs, scene=scene)
     more = with_ports(scene, twice)
-    return replace(arcs, scene=more, surrogate=surrogate_in_arcs(more, surrogate), left=times(0.5, arcs.left))
+    return replace(arcs, scene=more, surrogate=surrogate_in_arcs(more, surrogate), errors=times(0.5, arcs.errors))
 
 
 def errors_of_simpler_models(bench: Bench) -> Mapping[str, Changes]:
@@ -245,11 +245,11 @@ class PlateBand:
 
     Attributes:
         scene: with it.
-        left: relative, measure by measure, what its highest modes leave, as the budget states it.
+        errors: relative, measure by measure, what its highest modes leave, as the budget states it.
     """
 
     scene: Scene
-    left: Changes
+    errors: Changes
 
 
 def choose_plate_bandwidth(

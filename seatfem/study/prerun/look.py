@@ -18,7 +18,7 @@ from seatfem.study.scene import Scene
 
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
-PER_FILTER: Final = 0.5  # band of the look times the width of the filter
+BAND_PER_FILTER: Final = 0.5  # band times the width of the filter, of a look and of the centre of a trade
 COARSE_TOLERANCE: Final = 0.02  # of its reduction: looser ones take as long and tell less
 IMPOSSIBLE: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
 """What a seat that cannot be made ends with: the run tells of it, a plan is made by the surrogate."""
@@ -56,7 +56,7 @@ def coarse_method(scene: Scene, patch: Patch) -> Method:
     The reduction that the file states is for the run: any other has the same g to within its tolerance.
     """
     stated = stated_method(scene).seat
-    wanted = max(lowest_band(patch), PER_FILTER / scene.run.filter_width)
+    wanted = max(lowest_band(patch), BAND_PER_FILTER / scene.run.filter_width)
     band = next((edge for edge in BANDS if edge >= wanted), BANDS[-1])
     how = replace(stated, level=scene.seat.level(0.0).level, rings=1, lip=None, reduction=AUTO, max_vectors=None)
     how = how if is_given(scene, BAND) else replace(how, bandwidth=band)

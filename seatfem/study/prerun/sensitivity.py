@@ -211,11 +211,11 @@ class Sensitivity:
     def _up_to(self, frequency: float) -> Values:
         seat = self.bench.seat.modal
         assert seat is not None
-        kept = int(np.sum(seat.omega <= 2 * math.pi * frequency))
-        if kept not in self._cuts:
-            less = seat if kept == len(seat.omega) else narrowed(seat, frequency)
-            self._cuts[kept] = self._with(less)
-        return self._cuts[kept]
+        number = int(np.sum(seat.omega <= 2 * math.pi * frequency))
+        if number not in self._cuts:
+            fewer = seat if number == len(seat.omega) else narrowed(seat, frequency)
+            self._cuts[number] = self._with(fewer)
+        return self._cuts[number]
 
     @cached_property
     def of_g(self) -> Changes:

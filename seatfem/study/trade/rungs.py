@@ -38,11 +38,11 @@ from seatfem.study.method import (
     stated_method,
     written,
 )
+from seatfem.study.prerun.look import BAND_PER_FILTER
 from seatfem.study.scene import Scene
 from seatfem.study.trade.point import Point, Settings
 
 BY_HAND: Final = "by hand"  # what is varied where there are no finite elements
-BAND_PER_FILTER: Final = 0.5  # band of the centre times the width of the filter, where the file gives none
 DEPTH: Final = 3  # rungs of the diagonal below the centre
 ACROSS: Final = {True: 1, False: 2}  # elements over the column's height and the patch's width; true: in 3-D
 SOLID: Final = ("sector", "3d")  # levels with three-dimensional meshes
