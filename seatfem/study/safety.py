@@ -26,7 +26,7 @@ LEVEL_SHARE: Final = 4  # without a plan: the part of the target that a level ma
 DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
 DOUBT_OF_ARCS: Final = 3.0  # the same of a lip in arcs: with 2, four of 100 measures were outside their bars
 DOUBT_OF_COARSE: Final = 1.3  # of a coarse real seat in place of the surrogate, which knew 0.6 to 5 times the truth
-OVERSTATED: Final = 20.0  # by which waves of a surrogate in arcs may be too strong; above, no coarse seat in arcs is made
+OVERSTATED: Final = 20.0  # by which waves of a surrogate in arcs may be too strong; above, no coarse seat is made
 LONGEST_LOOK: Final = {False: 1.5, True: 4.0}
 """[s] that a coarse real seat may take, predicted, drawn or from a file: a plan is quick."""
 DOUBT_OF_ONE_PORT: Final = 3.0  # of one port in place of arcs: with 1.5, runs found three of seven choices too coarse
