@@ -17,6 +17,7 @@ from impact import measures
 from impact.notices import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import main
+from seatfem.pictures import plots
 from seatfem.structures.cache import CacheWarning
 from seatfem.study.impacts.contact import striker_of, time_step
 from seatfem.study.impacts.touches import SOURCES
@@ -90,7 +91,7 @@ def run(text: str, folder: Path, progress: Progress = silent, *, pictures: bool 
 def without_vtk(patch: pytest.MonkeyPatch) -> None:
     """Stand-ins for what VTK draws (see test_plots)."""
     for name in ("plot_mesh", "plot_modes", "animate_mode"):
-        patch.setattr(pictures, name, lambda *given, path, **options: path.touch())
+        patch.setattr(plots, name, lambda *given, path, **options: path.touch())
 
 
 @pytest.fixture(scope="module")
