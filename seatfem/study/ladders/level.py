@@ -7,15 +7,14 @@ from typing import Final
 from impact.greens.base import GreensFunction
 from impact.quantities import percent
 from impact.runs.variations import Terms, safety, times
-from seatfem.structures.cache import Cache
-from seatfem.structures.estimates import costs, surrogate
+from seatfem.structures.estimates import surrogate
 from seatfem.structures.method import Method, with_start
-from seatfem.study.impacts.contact import seat_beside, seat_of
+from seatfem.study.impacts.contact import seat_beside
 from seatfem.study.ladders.ladder import BodyLadder, ComputedRun, Option, Role
 from seatfem.study.method import MODEL, RunMethod, is_given
 from seatfem.study.prerun.bench import locate_contact_window
-from seatfem.study.prerun.context import PlanningContext, finite_elements
-from seatfem.study.prerun.look import COARSE_TOLERANCE, IMPOSSIBLE, lowest_band
+from seatfem.study.prerun.context import PlanningContext
+from seatfem.study.prerun.look import COARSE_TOLERANCE, coarse_seat, lowest_band
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import (
     AIM,
@@ -181,12 +180,8 @@ def without_waves(context: PlanningContext) -> WithoutWaves:
     guess = WithoutWaves(sensitivity.spring, DOUBT if context.arcs is None else DOUBT_OF_ARCS, sensitivity.asked)
     if context.arcs is None or not _leaves_open(context, guess):
         return guess
-    method = coarse_method(context)
-    if _seconds(context, method) > context.look:
-        return guess
-    try:
-        seat = seat_of(context.scene, Cache(None, context.store), method=method, mesh_error=False)
-    except IMPOSSIBLE:
+    seat = coarse_seat(context.scene, coarse_method(context), context.machine, context.store, context.look)
+    if seat is None:
         return guess
     return WithoutWaves(changes_on(context, seat.greens), DOUBT_OF_COARSE, sensitivity.asked, measured=True)
 
@@ -195,13 +190,6 @@ def coarse_method(context: PlanningContext) -> Method:
     """Return the coarsest method whose seat in arcs shows its waves: up to its first resonances."""
     coarse = context.elements(context.lowest_band, COARSE_TOLERANCE, surrogate.ERRORS[0])
     return replace(coarse, level=context.waves.level)
-
-
-def _seconds(context: PlanningContext, method: Method) -> float:
-    """Return the predicted time to make a seat [s]."""
-    model = finite_elements(context.scene, replace(context.stated, seat=method))
-    assert model is not None
-    return sum(costs.seat_seconds(model, context.machine).values())
 
 
 def changes_on(context: PlanningContext, seat: GreensFunction) -> Changes:

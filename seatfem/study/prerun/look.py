@@ -9,7 +9,7 @@ from seatfem.machine.resources import Machine
 from seatfem.structures.cache import Cache
 from seatfem.structures.estimates.costs import seat_model, seat_seconds
 from seatfem.structures.estimates.surrogate import ERRORS, Patch, Sizes, Surrogate, sizes_for
-from seatfem.structures.method import AUTO, Method
+from seatfem.structures.method import AUTO, Method, Solved
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.method import BAND, MODEL, SIZE, TOLERANCE, is_given, stated_method
@@ -31,17 +31,24 @@ def look_at(scene: Scene, surrogate: Surrogate, machine: Machine, store: Store, 
     if not leaves_open(scene) or surrogate.exact or surrogate.patch is None:
         return surrogate
     method = coarse_method(scene, surrogate.patch)
-    model = seat_model(scene.seat, method, scene.run.duration)
-    if model is None or sum(seat_seconds(model, machine).values()) > longest:
-        return surrogate
-    try:
-        seat = seat_of(scene, Cache(None, store), method=method, mesh_error=False)
-    except IMPOSSIBLE:
+    if (seat := coarse_seat(scene, method, machine, store, longest)) is None:
         return surrogate
     if (modal := seat.greens.modal) is None or not len(modal.omega):
         return surrogate
     band = max(method.bandwidth or 0.0, float(modal.frequencies_hz.max()) / NARROWER)
     return replace(surrogate, greens=seat.greens, words=f"coarse mesh of the seat, {surrogate.words}", band=band)
+
+
+def coarse_seat(scene: Scene, method: Method, machine: Machine, store: Store, longest: float) -> Solved | None:
+    """Return the seat by a coarse method; ``None`` where that is predicted to take over ``longest`` [s], or cannot be
+    made."""
+    model = seat_model(scene.seat, method, scene.run.duration)
+    if model is None or sum(seat_seconds(model, machine).values()) > longest:
+        return None
+    try:
+        return seat_of(scene, Cache(None, store), method=method, mesh_error=False)
+    except IMPOSSIBLE:
+        return None
 
 
 def leaves_open(scene: Scene) -> bool:
@@ -56,8 +63,8 @@ def coarse_method(scene: Scene, patch: Patch) -> Method:
     The reduction that the file states is for the run: any other has the same g to within its tolerance.
     """
     stated = stated_method(scene).seat
-    wanted = max(lowest_band(patch), BAND_PER_FILTER / scene.run.filter_width)
-    band = next((edge for edge in BANDS if edge >= wanted), BANDS[-1])
+    least = max(lowest_band(patch), BAND_PER_FILTER / scene.run.filter_width)
+    band = next((edge for edge in BANDS if edge >= least), BANDS[-1])
     how = replace(stated, level=scene.seat.level(0.0).level, rings=1, lip=None, reduction=AUTO, max_vectors=None)
     how = how if is_given(scene, BAND) else replace(how, bandwidth=band)
     how = how if is_given(scene, TOLERANCE) else replace(how, tolerance=COARSE_TOLERANCE)
