@@ -99,6 +99,19 @@ def test_a_plan_pays_for_what_it_needs_alone(scene: Scene, toy: Toy) -> None:
     assert fine.seconds - coarse.seconds == pytest.approx(PRICE)
 
 
+def test_a_key_of_the_march_is_paid_for_too(scene: Scene, toy: Toy) -> None:
+    DECLARED[DECLARED.index(toy)] = of_march = replace(toy, of_seat=False)
+    try:
+        surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
+        choices = Choices(PlanningContext.from_scene(scene, surrogate, Machine()))
+        steps = {option.method.time_step for option in choices.contacts}
+        prices = sorted(option.seconds for option in choices.contacts)
+        assert len(steps) == 1
+        assert prices[1] - prices[0] == pytest.approx(PRICE)
+    finally:
+        DECLARED[DECLARED.index(of_march)] = toy
+
+
 def test_the_trade_has_its_neighbour(scene: Scene, toy: Toy) -> None:
     (point,) = (point for point in Rungs(scene).points() if point.name == "toy")
     assert point.varied == "toys"

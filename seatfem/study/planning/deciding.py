@@ -43,9 +43,9 @@ def _priced(context: PlanningContext, option: Option, *, closed: bool) -> Option
         run = scene.run.duration / dt
         model = costs.contact_model(run, dt, costs.closed_form(scene, context.stated))
         model = costs.with_striker(model, scene, option.method, dt, context.sensitivity.bench.striker)
-        return replace(option, seconds=sum(costs.contact_seconds(model, context.machine).values()))
+        return replace(option, seconds=option.seconds + sum(costs.contact_seconds(model, context.machine).values()))
     bare, one = (_seconds(context, option.method, dt, poles) for poles in (0.0, 1.0))
-    return replace(option, seconds=bare, per_pole=one - bare)
+    return replace(option, seconds=option.seconds + bare, per_pole=one - bare)
 
 
 def _seconds(context: PlanningContext, method: RunMethod, dt: float, poles: float) -> float:
