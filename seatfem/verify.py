@@ -86,21 +86,26 @@ def carry_out(case: Case, coefficient: float = 1.0) -> Row:
 
 
 def known_answers() -> ModuleType:
-    """Return the package of the cases, whose `PROVIDERS` make them.
+    """Return the package of the cases, whose `PROVIDERS` make them. Raises as `load_cases`."""
+    return load_cases(NAME, PLACES)
+
+
+def load_cases(name: str, places: Sequence[Path]) -> ModuleType:
+    """Return a package that lies among the tests, or in the wheel, under a name of the program.
 
     Raises:
-        VerificationError: it is neither installed nor in a source tree.
+        VerificationError: it is in none of the places.
     """
-    if NAME in sys.modules:
-        return sys.modules[NAME]
-    folder = next((place for place in PLACES if (place / "__init__.py").is_file()), None)
+    if name in sys.modules:
+        return sys.modules[name]
+    folder = next((place for place in places if (place / "__init__.py").is_file()), None)
     if folder is None:
-        raise VerificationError(f"there are no known answers at {PLACES[0]}: install seatfem from its wheel again")
-    spec = spec_from_file_location(NAME, folder / "__init__.py", submodule_search_locations=[str(folder)])
+        raise VerificationError(f"there are no cases at {places[0]}: install seatfem from its wheel again")
+    spec = spec_from_file_location(name, folder / "__init__.py", submodule_search_locations=[str(folder)])
     assert spec is not None
     assert spec.loader is not None
     package = module_from_spec(spec)
-    sys.modules[NAME] = package
+    sys.modules[name] = package
     spec.loader.exec_module(package)
     return package
 

@@ -146,8 +146,16 @@ def init(
     return DONE
 
 
-def verify(*, common: Common = COMMON) -> int:
-    """Compare with exact solutions: case, exact value, ours, error, verdict."""
+def verify(*, measured: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
+    """Compare with exact solutions: case, exact value, ours, error, verdict.
+
+    Parameters
+    ----------
+    measured:
+        Instead compare with what others measured: measured number, ours with its bar, whether both overlap.
+    """
+    if measured:
+        return _verify_measured(common)
     from seatfem.verify import verification_table
 
     with progress_of(common) as progress:
@@ -155,6 +163,16 @@ def verify(*, common: Common = COMMON) -> int:
     if not common.quiet:
         console().print(verification_table_view(rows))
     return DONE if all(row.verdict for row in rows) else FAILED
+
+
+def _verify_measured(common: Common) -> int:
+    from seatfem.measured import measured_table, measured_table_view
+
+    with progress_of(common) as progress:
+        compared = measured_table(progress)
+    if not common.quiet:
+        console().print(measured_table_view(compared))
+    return DONE if all(row.as_stated for each in compared for row in each.rows) else FAILED
 
 
 def doctor(*, calibrate: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:

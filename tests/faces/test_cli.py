@@ -371,7 +371,11 @@ def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
     included = shipped["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
     files = (cli.DEMO_SCENE, "suction_valve.csv", "strengths/invented_strip.toml", "strengths/invented_strip.csv")
     shown = {f"examples/{file}": f"seatfem/data/{file}" for file in files}
-    assert included == {**shown, "tests/known_answers": "seatfem/known_answers"}
+    assert included == {
+        **shown,
+        "tests/known_answers": "seatfem/known_answers",
+        "tests/measured": "seatfem/measured_sets",
+    }
     inside = tmp_path / "data" / cli.DEMO_SCENE
     inside.parent.mkdir()
     inside.write_text("")
