@@ -1,0 +1,136 @@
+"""Measured sets are compared as they state, and the comparison can fail."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from seatfem import measured
+from seatfem.faces.cli import run_command
+from seatfem.faces.terminal import DONE, FAILED
+from seatfem.measured import (
+    Comparison,
+    MeasuredSet,
+    Prediction,
+    compare,
+    counted,
+    measured_sets,
+    measured_table,
+    measured_table_view,
+    read_measured_set,
+    with_uncertainty,
+)
+from seatfem.verify import Estimate, VerificationError
+
+SETS = {record.name: record for record in measured_sets()}
+TEXT = """
+[source]
+title = "a record"
+address = "https://example.org"
+licence = "MIT"
+
+[[predicted]]
+name = "f"
+value = 1.0
+uncertainty = 0.1
+unit = "Hz"
+"""
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_a_set_compares_as_it_states(name: str) -> None:
+    compared = compare(SETS[name])
+    assert [row.measured.name for row in compared.rows if not row.as_stated] == []
+    assert set(compared.fits) >= {key for key, fit in SETS[name].fitted.items() if "unit" in fit}
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_every_number_has_an_uncertainty_and_every_disagreement_a_reason(name: str) -> None:
+    record = SETS[name]
+    assert record.about
+    assert record.finding
+    assert all(each.uncertainty > 0 for each in record.predicted)
+    assert [each.name for each in record.predicted if not each.agrees and not each.note] == []
+
+
+def test_at_least_six_sets_count() -> None:
+    assert sum(record.counts for record in SETS.values()) >= 6
+
+
+@pytest.mark.parametrize("name", ["pipe_round_trip", "ball_on_steel_plate", "fan_blade"])
+def test_a_wrong_input_is_noticed(name: str) -> None:
+    """Three times the density makes times at least 50 % longer and frequencies 42 % lower, beyond every bar."""
+    record = SETS[name]
+    value, unit = record.geometry["density"].split()
+    wrong = replace(record, geometry={**record.geometry, "density": f"{3.0 * float(value)} {unit}"})
+    assert any(not row.as_stated for row in compare(wrong).rows)
+
+
+def test_a_set_with_as_many_fits_as_predictions_does_not_count(tmp_path: Path) -> None:
+    record = written(tmp_path, TEXT + "[fitted.E]\nto = 'f'\n")
+    row = Comparison(record.predicted[0], Estimate(1.0, 0.1))
+    compared = [measured.ComparedSet(record, (row,), {}), measured.ComparedSet(SETS["jim_beam"], (row,), {})]
+    assert not record.counts
+    assert counted(compared) == "1 of 2 sets count: 1 numbers fitted, 1 predicted, 1 of them overlap"
+    assert any("does not count" in str(cell) for cell in measured_table_view(compared).columns[4].cells)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        (TEXT.replace("licence", "license"), "licence missing"),
+        (TEXT.replace("value = 1.0", "value = nan"), "value = nan is not a finite number"),
+        (TEXT.replace("uncertainty = 0.1", "uncertainty = true"), "uncertainty = True is not a finite number"),
+        (TEXT.replace("uncertainty = 0.1", "uncertainty = -0.1"), "uncertainty = -0.1 is negative"),
+        (TEXT.replace("[[predicted]]", "[[measured]]"), "no [[predicted]]"),
+        (TEXT.replace("unit =", "units ="), "unit missing"),
+        ("[source", "is no TOML file"),
+        ("#" * (measured.LARGEST_SET + 1), "at most"),
+    ],
+)
+def test_a_wrong_file_is_refused_in_words(tmp_path: Path, changed: str, words: str) -> None:
+    with pytest.raises(VerificationError, match=words.replace("[", r"\[")):
+        written(tmp_path, changed)
+
+
+def written(folder: Path, text: str) -> MeasuredSet:
+    path = folder / "of_a_test.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_measured_set(path)
+
+
+@pytest.mark.parametrize(
+    ("ours", "overlaps"), [((1.29, 0.2), True), ((1.31, 0.2), False), ((0.85, 0.05), True), ((0.849, 0.05), False)]
+)
+def test_intervals_overlap_up_to_the_sum_of_both(ours: tuple[float, float], overlaps: bool) -> None:
+    assert Comparison(Prediction("f", 1.0, 0.1, "Hz"), Estimate(*ours)).overlap == overlaps
+
+
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "text"),
+    [(62.154, 1.193, "62.2 ± 1.2 Hz"), (2185.29, 19.94, "2185 ± 20 Hz"), (0.99933, 1e-8, "0.99933 Hz")],
+)
+def test_an_uncertainty_has_two_digits(value: float, uncertainty: float, text: str) -> None:
+    assert with_uncertainty(value, uncertainty, "Hz") == text
+
+
+@pytest.mark.parametrize(("agrees", "code"), [(True, DONE), (False, FAILED)])
+def test_verify_measured_fails_where_a_set_states_otherwise(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], agrees: bool, code: int
+) -> None:
+    record = SETS["pipe_round_trip"]
+    stated = replace(record, predicted=(replace(record.predicted[0], agrees=agrees),))
+    monkeypatch.setattr(measured, "measured_sets", lambda: (stated,))
+    assert run_command(["verify", "--measured"]) == code
+    assert "1 of 1 sets count: 0 numbers fitted, 1 predicted, 1 of them overlap" in " ".join(
+        capsys.readouterr().out.split()
+    )
+
+
+def test_a_set_whose_module_leaves_a_number_out_is_refused() -> None:
+    record = SETS["pipe_round_trip"]
+    more = replace(record, predicted=(*record.predicted, Prediction("mass", 1.0, 0.1, "kg")))
+    with pytest.raises(VerificationError, match=r"pipe_round_trip\.py predicts no mass"):
+        measured_table(records=[more])
