@@ -119,7 +119,7 @@ def read_measured_set(path: Path) -> MeasuredSet:
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise VerificationError(f"{path.name} is no TOML file: {error}") from None
+        raise VerificationError(f"{path.name} is no TOML file, and must be one: {error}") from None
     _require(path, "[source]", data.get("source", {}), NEEDED["source"])
     predicted = data.get("predicted", [])
     if not isinstance(predicted, list) or not predicted:
@@ -142,16 +142,16 @@ def read_measured_set(path: Path) -> MeasuredSet:
 def _require(path: Path, table: str, data: Mapping[str, Any], keys: Sequence[str]) -> None:
     missing = [key for key in keys if key not in data]
     if missing:
-        raise VerificationError(f"{path.name}, {table}: {enumeration(missing)} missing; each is required")
+        raise VerificationError(f"{path.name}, {table}: {enumeration(missing)} missing; state each")
 
 
 def _prediction(path: Path, data: Mapping[str, Any]) -> Prediction:
     for key in ("value", "uncertainty"):
         number = data[key]
         if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
-            raise VerificationError(f"{path.name}, {data['name']}: {key} = {number!r} is not a finite number")
+            raise VerificationError(f"{path.name}, {data['name']}: {key} is {number!r}, must be a finite number")
     if data["uncertainty"] < 0:
-        raise VerificationError(f"{path.name}, {data['name']}: uncertainty = {data['uncertainty']} is negative")
+        raise VerificationError(f"{path.name}, {data['name']}: uncertainty is {data['uncertainty']}, must be 0 or more")
     numbers = (float(data["value"]), float(data["uncertainty"]))
     return Prediction(data["name"], *numbers, data["unit"], data.get("note", ""), data.get("agrees", True))
 
@@ -175,7 +175,7 @@ def compare(record: MeasuredSet) -> ComparedSet:
     ours = predict(record)
     missing = [each.name for each in record.predicted if each.name not in ours]
     if missing:
-        raise VerificationError(f"{record.name}.py predicts no {enumeration(missing)}")
+        raise VerificationError(f"{record.name}.py must predict {enumeration(missing)}, as {record.name}.toml has it")
     rows = tuple(Comparison(each, ours[each.name]) for each in record.predicted)
     return ComparedSet(record, rows, {name: ours[name] for name in record.fitted if name in ours})
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 
 from cyclopts import Parameter
 
-import seatfem
+import seatfem.measured
 from impact import pictures
 from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
 from seatfem.faces.terminal import (
@@ -166,12 +166,10 @@ def verify(*, measured: Annotated[bool, Parameter(negative="")] = False, common:
 
 
 def _verify_measured(common: Common) -> int:
-    from seatfem.measured import measured_table, measured_table_view
-
     with progress_of(common) as progress:
-        compared = measured_table(progress)
+        compared = seatfem.measured.measured_table(progress)
     if not common.quiet:
-        console().print(measured_table_view(compared))
+        console().print(seatfem.measured.measured_table_view(compared))
     return DONE if all(row.as_stated for each in compared for row in each.rows) else FAILED
 
 

@@ -81,9 +81,9 @@ def test_a_set_with_as_many_fits_as_predictions_does_not_count(tmp_path: Path) -
     ("changed", "words"),
     [
         (TEXT.replace("licence", "license"), "licence missing"),
-        (TEXT.replace("value = 1.0", "value = nan"), "value = nan is not a finite number"),
-        (TEXT.replace("uncertainty = 0.1", "uncertainty = true"), "uncertainty = True is not a finite number"),
-        (TEXT.replace("uncertainty = 0.1", "uncertainty = -0.1"), "uncertainty = -0.1 is negative"),
+        (TEXT.replace("value = 1.0", "value = nan"), "value is nan, must be a finite number"),
+        (TEXT.replace("uncertainty = 0.1", "uncertainty = true"), "uncertainty is True, must be a finite number"),
+        (TEXT.replace("uncertainty = 0.1", "uncertainty = -0.1"), "uncertainty is -0.1, must be 0 or more"),
         (TEXT.replace("[[predicted]]", "[[measured]]"), "no [[predicted]]"),
         (TEXT.replace("unit =", "units ="), "unit missing"),
         ("[source", "is no TOML file"),
@@ -132,5 +132,13 @@ def test_verify_measured_fails_where_a_set_states_otherwise(
 def test_a_set_whose_module_leaves_a_number_out_is_refused() -> None:
     record = SETS["pipe_round_trip"]
     more = replace(record, predicted=(*record.predicted, Prediction("mass", 1.0, 0.1, "kg")))
-    with pytest.raises(VerificationError, match=r"pipe_round_trip\.py predicts no mass"):
+    with pytest.raises(VerificationError, match=r"pipe_round_trip\.py must predict mass"):
         measured_table(records=[more])
+
+
+def test_the_page_has_every_set_and_number() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "measured.md").read_text(encoding="utf-8")
+    for record in SETS.values():
+        assert f"\n## {record.name.replace('_', ' ').capitalize()}\n" in page
+        assert [each.name for each in record.predicted if f"| {each.name} |" not in page] == []
+        assert record.source["address"] in page

@@ -1,0 +1,127 @@
+"""Writes docs/measured.md and the line of README.md: what others measured, ours beside it, and why both differ.
+
+    .venv/bin/python docs/measured_page.py
+
+Runs the comparison of `seatfem verify --measured`; texts and numbers are those of tests/measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from markers import between
+
+from impact.files.safe_files import write_whole
+from seatfem.measured import ComparedSet, Comparison, counted, measured_table, with_uncertainty
+
+DOCS = Path(__file__).resolve().parent
+HEAD: Final = """\
+# Measured
+
+What others measured and published, beside what this program computes of the same thing. `seatfem verify --measured`
+prints the tables; `docs/measured_page.py` makes this page from them. The sets lie in `tests/measured`: one file of
+numbers, typed in from their sources, and one that predicts them by the public functions. Files of others are not
+shipped.
+
+A number and its uncertainty are the source's, or the row says whose else. Ours has a bar: what the mesh leaves, the
+uncertainty of what was fitted, and the tolerances of what the source states. They overlap if the distance is no more
+than both together. A set in which as many numbers are fitted as predicted does not count. Where a set states that a
+number does not agree, it says why, and the verb fails if that changes.
+
+"""
+LEFT: Final = """\
+## Damping
+
+The modal test of the plates is also the one measured source here of a damping ratio: 0.28 to 1.9 % over thirteen
+modes of a bolted aluminium rig, 0.44 % in the median. The [default](scene/reeds.md) of this program is none; a user
+who has no measurement of a part of metal has this range.
+
+## Looked at and left
+
+Pages of which only the beginning could be read give no number that can be compared:
+
+- contact times of falling spheres on plates, Appl. Sci. 16 (2026) 89: the abstract says that plate thicknesses follow
+  from them within 3 % for an inelasticity parameter below 1.5; its tables could not be read
+- a steel sphere on a steel beam, doi 10.1177/1687814016668089: the abstract says that the first of several
+  sub-impacts lasts as Hertz has it
+- R. Cross, Am. J. Phys. 76 (2008) 908 (balls, springs and rods) and 1999 (the bounce of a ball); D. Gugan, Am. J.
+  Phys. 68 (2000) 920 (croquet balls); Am. J. Phys. 82, 280 (balls on rods): durations were measured, none stands at
+  the beginning
+- reeds: strains of a reed that opens through an oil film (Yoshizumi and others, AJK2011-07019), papers of the Purdue
+  conferences on reed frequencies, lifts and strains: only their abstracts
+
+Others could be read, and were left:
+
+- edge gaps of reed valves, 0.11 to 0.61 um (abstract of "Edge gap as a geometric parameter to characterize the
+  sealing performance of compressor valves"): inferred from leakage, and an input here (`contact.gap`), no result
+- a rod of steel of 0.700 m that a hammer touches for 401 us (Pico Technology, Wave speed in a solid): mass and face
+  of the hammer are not given; a flat face leaves after 277 us, rounded ones of 20 to 100 mm and 0.2 to 10 kg after
+  136 to 378 us, so that anything could be said to agree
+- a SuperBall, 8.4 ms from drops of 0.4 to 1.6 m (Azbuki): size and stiffness of the ball could not be read
+- Newton's cradle (Lovett and others, 1988): chains of balls, which a scene cannot have
+- restitution of a steel sphere as a fluctuating number (arXiv 1104.0049): of its roughness, which is not modelled
+- the beam of pyEMA and SDyPy, seven frequencies from 176 to 4182 Hz and shapes: a stack of glued layers of unknown
+  size
+- the plate of permas4edu (example 006): its size is given, its frequencies are in no text
+- a bronze disc, four frequencies from 193 to 1320 Hz: its shape is a file of others
+- the Brake-Reuss beam (BRBtesting): a bolted joint that slips, which is not linear
+- two wires of FeenoX's examples: its author calls the measured values wrong by a factor of two
+- a steel plate of a course (experimental-modal-analysis-steel-plate): without its records
+"""
+
+
+def page(compared: Sequence[ComparedSet]) -> str:
+    """Return the page: counts, one section a set, and what was left."""
+    return HEAD + f"{counted(compared)}.\n\n" + "".join(section(each) for each in compared) + LEFT
+
+
+def section(compared: ComparedSet) -> str:
+    """Return the section of one set."""
+    record = compared.record
+    fits = [fitted(compared, name) for name in record.fitted]
+    lines = [
+        f"## {record.name.replace('_', ' ').capitalize()}\n",
+        f"{record.about}\n",
+        f"{record.finding}\n",
+        f"Source: {record.source['title']}. {record.source['address']}. Licence: {record.source['licence']}.",
+        f"Read: {record.source['read']}.\n" if "read" in record.source else "",
+        f"Fitted: {'; '.join(fits)}.\n" if fits else "Nothing is fitted.\n",
+        "| quantity | measured | ours | overlap |",
+        "|---|---|---|---|",
+        *(row_of(row) for row in compared.rows),
+    ]
+    return "\n".join(lines) + "\n\n"
+
+
+def fitted(compared: ComparedSet, name: str) -> str:
+    """Return "modulus 62.93 ± 0.73 GPa, to the frequency of mode 4"."""
+    fit = compared.record.fitted[name]
+    value = compared.fits.get(name)
+    if value is None:
+        return f"{name}, {fit['to']}"
+    return f"{name} {with_uncertainty(value.value, value.uncertainty, fit['unit'])}, to {fit['to']}"
+
+
+def row_of(row: Comparison) -> str:
+    """Return a row of the table, with the reason of a disagreement."""
+    measured = with_uncertainty(row.measured.value, row.measured.uncertainty, row.measured.unit)
+    ours = with_uncertainty(row.ours.value, row.ours.uncertainty, row.measured.unit)
+    verdict = "yes" if row.overlap else f"no: {row.measured.note}"
+    return f"| {row.measured.name} | {measured} | {ours} | {verdict} |"
+
+
+def main() -> None:
+    compared = measured_table()
+    write_whole(DOCS / "measured.md", page(compared).encode())
+    readme = DOCS.parent / "README.md"
+    line = (
+        "Against what others measured (`seatfem verify --measured`, "
+        f"[where it agrees, where not, and why](docs/measured.md)), {counted(compared)}."
+    )
+    write_whole(readme, between(readme.read_text(encoding="utf-8"), "measured", line).encode())
+
+
+if __name__ == "__main__":
+    main()
