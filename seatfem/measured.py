@@ -18,7 +18,6 @@ from rich.table import Table
 from rich.text import Text
 
 from impact.notices import Progress, silent
-from impact.quantities import enumeration
 from seatfem.verify import Estimate, VerificationError, load_cases
 
 PACKAGE: Final = "seatfem.measured_sets"
@@ -142,7 +141,7 @@ def read_measured_set(path: Path) -> MeasuredSet:
 def _require(path: Path, table: str, data: Mapping[str, Any], keys: Sequence[str]) -> None:
     missing = [key for key in keys if key not in data]
     if missing:
-        raise VerificationError(f"{path.name}, {table}: {enumeration(missing)} missing; state each")
+        raise VerificationError(f"{path.name}, {table}: {', '.join(missing)} missing; state each")
 
 
 def _prediction(path: Path, data: Mapping[str, Any]) -> Prediction:
@@ -175,7 +174,7 @@ def compare(record: MeasuredSet) -> ComparedSet:
     ours = predict(record)
     missing = [each.name for each in record.predicted if each.name not in ours]
     if missing:
-        raise VerificationError(f"{record.name}.py must predict {enumeration(missing)}, as {record.name}.toml has it")
+        raise VerificationError(f"{record.name}.py must predict {', '.join(missing)}, as {record.name}.toml has it")
     rows = tuple(Comparison(each, ours[each.name]) for each in record.predicted)
     return ComparedSet(record, rows, {name: ours[name] for name in record.fitted if name in ours})
 
