@@ -51,6 +51,9 @@ PORTS: Final = "ports"
 LIFE_MARGIN, LIFE_CYCLES = "life_margin", "life_cycles"
 LARGEST_LIFT: Final = "gas_largest_lift_m"
 RAW_PEAK: Final = "peak_force_N"
+KNOWN_LANDINGS, KNOWN_OF_INPUTS, LANDING_GROWTH = "known_landings", "known_landings_of_inputs", "growth_per_landing"
+ENSEMBLE, ENSEMBLE_LANDINGS = "ensemble_members", "ensemble_landings"
+ENSEMBLE_SPEED, ENSEMBLE_PEAK = "ensemble_closing_speed_m_per_s", f"ensemble_{PEAK}"
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,11 @@ class Result:
 def unit_of(key: str) -> str:
     """Return the unit at the end of a key [SI], "" of plain numbers."""
     return next((unit for ending, unit in UNITS.items() if key.endswith(f"_{ending}")), "")
+
+
+def spread_of(key: str) -> str:
+    """Return the key of the standard deviation of single landings, beside the mean of an ensemble."""
+    return key.replace("ensemble_", "ensemble_spread_", 1)
 
 
 def is_loaded(numbers: Summary, prefix: str = "") -> bool:
@@ -129,6 +137,8 @@ RESULTS: Final = (
     Result(REED_STRESS_BEFORE, "reed stress before 1st {touch}", "run", unless=lambda run: run.get(FIRST_CONTACT) == 0),
     Result(REED_STRESS_AT_START, "reed stress at the start", "run"),
     Result(REED_STRESS, "reed stress, largest", "run", unless=lambda run: REED_STRESS_AFTER in run),
+    Result(ENSEMBLE_SPEED, "unknown landings: closing speed", "run"),
+    Result(ENSEMBLE_PEAK, "unknown landings: peak, {width} mean", "run"),
     Result("stopper_filtered_peak_force_N", "peak force, {width} mean", "stopper"),
     Result("stopper_impulse_Ns", "impulse", "stopper"),
     Result("stopper_first_contact_s", "first contact", "stopper"),

@@ -256,7 +256,12 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
             None,
             (
                 each(outcome.summary)
-                for each in (faces.verdict.pressed_on, faces.verdict.simpler, faces.verdict.lasting)
+                for each in (
+                    faces.verdict.pressed_on,
+                    faces.verdict.horizon,
+                    faces.verdict.simpler,
+                    faces.verdict.lasting,
+                )
             ),
         ):
             wide.print(words, soft_wrap=True)

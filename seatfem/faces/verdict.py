@@ -7,7 +7,7 @@ from typing import Final
 
 from impact.quantities import enumeration, in_digits, in_units, percent, plain, scaled
 from seatfem import results
-from seatfem.readings import BAR, SPRING, WITHOUT_ZERO, Summary, as_number, bar_of, duration, is_known
+from seatfem.readings import BAR, SPRING, WITHOUT_ZERO, Summary, as_number, bar_of, duration, is_known, reading
 from seatfem.results import asked, name_of, result_of
 
 LANDED: Final = "landed"
@@ -117,6 +117,36 @@ def pressed_on(summary: Summary) -> str:
         return ""
     by = "the gas" if results.LARGEST_LIFT in summary else "its loads"
     return f"reed pressed on its seat by {by}: up to {in_units(load, 'N')}, {duration(time)} in total (not a landing)"
+
+
+def horizon(summary: Summary) -> str:
+    """Return which landings are known, and what an ensemble says of the others; "" of runs with few landings."""
+    known, growth = as_number(summary.get(results.KNOWN_LANDINGS)), as_number(summary.get(results.LANDING_GROWTH))
+    number = len(landings) if isinstance(landings := summary.get("landings"), list) else 0
+    if known is None or growth is None or not number:
+        return ""
+    words = f"all {number} landings are known" if known >= number else _partly(int(known))
+    words += f": a small difference grows {growth:.2g}-fold from one to the next"
+    of_inputs = as_number(summary.get(results.KNOWN_OF_INPUTS))
+    if of_inputs is not None and of_inputs < min(known, number):
+        words += f"; with inputs known to 0.1 %, {_count(int(of_inputs))}"
+    means = ((results.ENSEMBLE_SPEED, "m/s", "closing speed"), (results.ENSEMBLE_PEAK, "N", "peak force"))
+    beyond = [
+        f"{name} {reading(summary, key, unit)} (of single landings ± {in_digits(spread, 2)} {unit})"
+        for key, unit, name in means
+        if (spread := as_number(summary.get(results.spread_of(key)))) is not None
+    ]
+    members = as_number(summary.get(results.ENSEMBLE))
+    return words + (f". Mean of the others over {members:.0f} runs: {', '.join(beyond)}" if beyond and members else "")
+
+
+def _partly(known: int) -> str:
+    after = f"from {known + 1} on only statistics" if known else "there are only statistics"
+    return f"{_count(known)} known, {after}"
+
+
+def _count(known: int) -> str:
+    return {0: "no landing is", 1: "landing 1 is"}.get(known, f"landings 1 to {known} are")
 
 
 def judged_words(summary: Summary) -> str:

@@ -36,7 +36,7 @@ from seatfem.faces.report.sections import (
     who_checked,
 )
 from seatfem.faces.tables import landings_of, landings_table, result_table
-from seatfem.faces.verdict import LANDED, judged_words, lasting, pressed_on, simpler, verdict
+from seatfem.faces.verdict import LANDED, horizon, judged_words, lasting, pressed_on, simpler, verdict
 from seatfem.pictures.moving import KEPT, moving_bodies
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
@@ -91,7 +91,7 @@ def report_page(folder: Path) -> str:
 def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if drawing := first_picture(folder):
         yield "Drawing", drawing
-    lines = (pressed_on(summary), simpler(summary), lasting(summary))
+    lines = (pressed_on(summary), horizon(summary), simpler(summary), lasting(summary))
     sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line] + [_notes(summary)]
     yield "Result", html_table(result_table(summary)) + _landings(summary) + "".join(sentences)
     left_out = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in omissions(summary))

@@ -17,12 +17,22 @@ else:
     Measure = Literal[tuple(all_measures())]  # of those that the program has of its own
 
 
+MOST_MEMBERS: Final = 1000
+
+
 class Run(Table):
     """What is simulated."""
 
     duration: Time = Field(description="simulated time")
     time_step: Time | None = absent("time step; chosen from both bodies where absent", examples=["50 ns"])
     filter_width: Time = default("1 us", "width of the moving average behind filtered_peak_force_N")
+    ensemble: int | None = absent(
+        "runs that differ by round-off, for statistics of the landings that no single run knows; none if absent",
+        strict=True,
+        ge=2,
+        le=MOST_MEMBERS,
+        examples=[20],
+    )
 
     def contradictions(self) -> Contradictions:
         if self.time_step is not None and 2 * self.time_step > self.duration:

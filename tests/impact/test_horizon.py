@@ -1,0 +1,125 @@
+"""How a difference between two runs grows from landing to landing, where it is known in closed form."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import impact
+from impact import measures
+from impact.greens.base import Array
+from impact.runs.horizon import FELT, PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of
+from tests.known_answers.compliant import rigid_seat
+
+G = 9.81
+MASS = 1e-3
+STIFFNESS = 1e6
+CONTACT = math.pi * math.sqrt(MASS / STIFFNESS)  # duration of an elastic contact [s]
+PERIOD = 0.1
+
+
+def ball(speed: float, force: Callable[[Array], Array]) -> impact.Body:
+    body = impact.rigid_mass(mass=MASS, velocity=speed)
+    return replace(body, loads=(impact.Load(np.ones(1) / math.sqrt(MASS), force),))
+
+
+def dropped(height: float) -> impact.ContactProblem:
+    """A ball that falls from a height and bounces without loss."""
+    weight = ball(0.0, lambda t: np.full_like(t, -MASS * G))
+    return impact.ContactProblem(weight, rigid_seat(), gap=height, law=impact.LinearSpring(stiffness=STIFFNESS))
+
+
+def shaken(q: float) -> impact.ContactProblem:
+    """A ball that bounces once a period on a table with the acceleration q g cos(w t), seen from the table.
+
+    It touches where the table turns upward, so that without a disturbance all flights are alike: v = g T/2.
+    """
+
+    def weight(t: Array) -> Array:
+        return -MASS * G * (1 + q * np.cos(2 * math.pi * t / PERIOD))
+
+    law = impact.LinearSpring(stiffness=STIFFNESS)
+    return impact.ContactProblem(ball(-G * PERIOD / 2, weight), rigid_seat(), gap=0.0, law=law)
+
+
+def growth_on_a_table(q: float, n: int) -> list[float]:
+    """Differences of place before each touch over that of the gap: of the time of a touch, dt' = dt + 2 dv/g, of the
+    speed after it, dv' = dv + 2 q g dt'; the first touch, later by dt = d/v, is faster by g (1 + 2 q) dt."""
+    late, fast, growth = 1.0, G * (1 + 2 * q), [1.0]
+    while len(growth) < n:
+        late += 2 * fast / G
+        fast += 2 * q * G * late
+        growth.append(late)
+    return growth
+
+
+def test_free_bounces_grow_apart_by_two_a_flight() -> None:
+    """A ball from d higher lands with g d/v more speed: each flight is longer by 2 d/v, and d becomes (2 n - 1) d."""
+    v = 0.5
+    horizon = impact.measure_horizon(dropped(v**2 / (2 * G)), dt=CONTACT / 40, duration=9.5 * v / G)
+    assert horizon.growth == pytest.approx([1, 3, 5, 7, 9], rel=5e-3)  # a contact lasts 1e-3 of a flight
+    assert horizon.known() == 5
+
+
+def test_bounces_on_a_table_grow_apart_as_their_map_has_it() -> None:
+    """Of the map's matrix the eigenvalue is 1 + 2 q + 2 sqrt(q + q^2) = 3.73 for q = 1/2."""
+    q = 0.5
+    horizon = impact.measure_horizon(shaken(q), dt=CONTACT / 40, duration=3.3 * PERIOD)
+    # contacts of 1e-3 of the period shift the orbit, and the shift grows as any difference
+    assert horizon.growth == pytest.approx(growth_on_a_table(q, 4), rel=2e-2)
+    assert growth_on_a_table(q, 9)[-1] / growth_on_a_table(q, 8)[-1] == pytest.approx(
+        1 + 2 * q + 2 * math.sqrt(q + q * q), rel=1e-6
+    )
+
+
+def test_the_step_does_not_matter() -> None:
+    coarse, fine = (impact.measure_horizon(shaken(0.5), dt=CONTACT / n, duration=3.3 * PERIOD).growth for n in (40, 80))
+    assert coarse == pytest.approx(fine, rel=1e-3)
+
+
+def test_a_table_of_another_acceleration_is_told_apart() -> None:
+    growth = impact.measure_horizon(shaken(0.5), dt=CONTACT / 40, duration=3.3 * PERIOD).growth
+    assert growth[-1] != pytest.approx(growth_on_a_table(1.03 * 0.5, 4)[-1], rel=2e-2)
+
+
+def test_runs_that_differ_by_round_off_part_where_the_horizon_says() -> None:
+    problem, dt, duration = shaken(2.0), CONTACT / 40, 5.0
+    horizon = impact.measure_horizon(problem, dt=dt, duration=duration)
+    known = horizon.known()
+    assert 5 < known < len(horizon.growth)
+    first = impact.solve(problem, dt=dt, duration=duration)
+    twin, _ = twin_of(problem, first.gap[:, None], ROUND_OFF)
+    second = impact.solve(twin, dt=dt, duration=duration)
+    starts = [round(start / dt) for start, _ in measures.contact_groups(first)]
+    apart = growth_of_difference(first.gap[:, None], second.gap[:, None], starts, float(np.max(first.gap)))
+    assert np.all(apart[: known - 1] < FELT)  # by the mean rate, which is of single landings up to twice as large
+    assert np.all(apart[known + 1 :] > FELT / 20)
+
+
+@pytest.mark.parametrize(
+    ("growth", "difference", "known"),
+    [
+        ([1.0, 4.0, 16.0, 64.0], 1e-12, 4),
+        ([1.0, 4.0, 16.0, 64.0], 1e-2, 2),  # 16 % before the third
+        ([1.0, 4.0, 16.0, 64.0], 0.2, 0),
+        ([100.0**k for k in range(4)] + [3e8] * 4, 1e-12, 6),  # 1e6 is the last small one, 1e11 is felt
+        ([np.nan, 4.0], 1e-12, 2),
+    ],
+)
+def test_landings_are_known_until_a_difference_is_felt(growth: list[float], difference: float, known: int) -> None:
+    assert Horizon(np.array(growth)).known(difference) == known
+
+
+def test_the_rate_is_that_of_small_differences() -> None:
+    assert Horizon(np.array([1.0, 10.0, 1e2, 1e9, 1e9])).rate == pytest.approx(10.0)
+    assert Horizon(np.array([1.0])).rate == 1.0
+    assert 1e3 * np.finfo(float).eps < PERTURBATION
+
+
+def test_bodies_that_never_part_have_no_horizon() -> None:
+    with pytest.raises(impact.march.problem.ContactError, match="never part"):
+        twin_of(dropped(1.0), np.full((3, 1), -1e-6), PERTURBATION)

@@ -1,0 +1,133 @@
+"""Runs say how many of their landings are known, and give statistics of the others where they are asked for."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from impact.after.landings import Landing
+from seatfem import results
+from seatfem.faces.cli import run_command
+from seatfem.faces.verdict import horizon
+from seatfem.study.runs.horizon import ensemble_keys
+from seatfem.study.scene import SceneError, load_scene
+
+SCENE = """
+[seat]
+kind = "spring"
+stiffness = "100 kN/m"
+
+[reed]
+kind = "rigid_mass"
+mass = "10 g"
+velocity = "-0.2 m/s"
+
+[[load]]
+gravity = "-9.81 m/s^2"
+
+[[base]]
+of = "seat"
+acceleration = "table.csv"
+
+[contact]
+law = {{ kind = "hunt_crossley", stiffness = "50 MN/m^1.5", damping = "1 s/m" }}
+
+[run]
+duration = "{duration}"
+time_step = "20 us"
+filter_width = "100 us"
+{more}
+"""
+
+
+def shaken(folder: Path, duration: str, more: str = "") -> Path:
+    """A ball on a table that shakes with 5 g at 50 Hz."""
+    rows = (f"{t / 4000:.5f},{49.05 * math.cos(100 * math.pi * t / 4000):.6f}" for t in range(12001))
+    (folder / "table.csv").write_text("\n".join(["time [s],acceleration [m/s^2]", *rows]) + "\n", encoding="utf-8")
+    path = folder / "shaken.toml"
+    path.write_text(SCENE.format(duration=duration, more=more), encoding="utf-8")
+    return path
+
+
+def summary_of(folder: Path, scene: Path) -> dict[str, object]:
+    run_command(["run", str(scene), "-o", str(folder / "out"), "--no-pictures", "--rounds", "1", "--quiet"])
+    return dict(json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8")))
+
+
+def test_a_shaken_ball_is_known_for_some_landings_only(tmp_path: Path) -> None:
+    summary = summary_of(tmp_path, shaken(tmp_path, "1.6 s", "ensemble = 4"))
+    known, inputs = summary[results.KNOWN_LANDINGS], summary[results.KNOWN_OF_INPUTS]
+    assert isinstance(known, int)
+    assert isinstance(inputs, int)
+    number = len(list(summary["landings"]))  # type: ignore[call-overload]
+    assert 1 <= inputs < known < number
+    assert summary[results.LANDING_GROWTH] > 2  # type: ignore[operator]
+    assert summary[results.ENSEMBLE] == 4
+    speed, bar, spread = (
+        summary[key]
+        for key in (
+            results.ENSEMBLE_SPEED,
+            f"error_bar_{results.ENSEMBLE_SPEED}",
+            results.spread_of(results.ENSEMBLE_SPEED),
+        )
+    )
+    assert 0 < bar < speed  # type: ignore[operator]
+    assert 0 < spread < speed  # type: ignore[operator]
+    words = horizon(summary)
+    assert f"landings 1 to {known} are known, from {known + 1} on only statistics" in words
+    assert "Mean of the others over 4 runs: closing speed" in words
+
+
+def test_a_run_with_two_landings_has_no_horizon(tmp_path: Path) -> None:
+    summary = summary_of(tmp_path, shaken(tmp_path, "70 ms"))
+    assert len(list(summary["landings"])) == 2  # type: ignore[call-overload]
+    assert results.KNOWN_LANDINGS not in summary
+    assert horizon(summary) == ""
+
+
+def landing(speed: float) -> Landing:
+    return Landing(0.0, 1.0, 0.5, 0, speed, 10 * speed, 0.0, 10 * speed, speed, False, False)
+
+
+def test_bars_are_of_the_members_and_spreads_of_single_landings() -> None:
+    """Means of 2, 4 and 6 m/s: their standard error is 2/sqrt(3); single landings of 1, 3, 4, 6 scatter by more."""
+    keys = ensemble_keys([[landing(1.0), landing(3.0)], [landing(4.0)], [landing(6.0)], []])
+    assert keys[results.ENSEMBLE] == 4
+    assert keys[results.ENSEMBLE_LANDINGS] == 4
+    assert keys[results.ENSEMBLE_SPEED] == pytest.approx(4.0)
+    assert keys[f"error_bar_{results.ENSEMBLE_SPEED}"] == pytest.approx(2 * 2 / math.sqrt(3))
+    assert keys[results.spread_of(results.ENSEMBLE_SPEED)] == pytest.approx(math.sqrt(13 / 3))
+    assert keys[results.ENSEMBLE_PEAK] == pytest.approx(40.0)
+
+
+def test_without_landings_beyond_the_horizon_there_are_no_means() -> None:
+    assert ensemble_keys([[], [], []]) == {results.ENSEMBLE: 3, results.ENSEMBLE_LANDINGS: 0}
+
+
+@pytest.mark.parametrize("members", ["1", "0", "1001", "2.0", '"many"'])
+def test_an_impossible_ensemble_is_refused(tmp_path: Path, members: str) -> None:
+    with pytest.raises(SceneError, match="ensemble"):
+        load_scene(shaken(tmp_path, "70 ms", f"ensemble = {members}"))
+
+
+@pytest.mark.parametrize(
+    ("known", "inputs", "words"),
+    [
+        (3, 3, "all 3 landings are known: a small difference grows 1.5-fold from one to the next"),
+        (2, 1, "landings 1 to 2 are known, from 3 on only statistics: a small difference grows 1.5-fold from one to "
+               "the next; with inputs known to 0.1 %, landing 1 is"),
+        (1, 0, "landing 1 is known, from 2 on only statistics: a small difference grows 1.5-fold from one to the next; "
+               "with inputs known to 0.1 %, no landing is"),
+    ],
+)  # fmt: skip
+def test_the_horizon_in_words(known: int, inputs: int, words: str) -> None:
+    summary = {
+        "landings": [{}, {}, {}],
+        results.KNOWN_LANDINGS: known,
+        results.KNOWN_OF_INPUTS: inputs,
+        results.LANDING_GROWTH: 1.5,
+    }
+    assert horizon(summary) == words
