@@ -32,7 +32,7 @@ from seatfem.study.impacts.life import LifeResult, block_from, life_notes
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs import reed_stress, seat_fields, stress_spots, stress_wave, summary
-from seatfem.study.runs.horizon import horizon_keys
+from seatfem.study.runs.horizon import has_horizon, horizon_keys
 from seatfem.study.runs.lives import (
     MarginCurve,
     Stressed,
@@ -324,9 +324,10 @@ def afterwards(
         with watch("gas bars"):
             keys |= gas_bars(done)
         keep(keys)
-    with watch("horizon"):
-        keys |= horizon_keys(done, progress)
-    keep(keys)
+    if has_horizon(done):
+        with watch("horizon"):
+            keys |= horizon_keys(done, progress)
+        keep(keys)
     stress, of_reed = None, done.plate
     if scene.stress is not None or scene.life is not None:
         with watch("reed stress" if scene.stress is None else "seat stress"):

@@ -27,12 +27,15 @@ INPUTS: Final = 1e-3
 STAGE: Final = "ensemble"
 
 
+def has_horizon(done: Round) -> bool:
+    """Return whether a run has so many landings that some may not be known."""
+    landings = done.touches.landings
+    return landings is not None and len(landings.seat) + len(landings.stopper) >= FEWEST
+
+
 def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
-    """Return how many landings are known, the growth of a difference, and what an ensemble says of later ones; nothing
-    of runs with fewer than `FEWEST` landings."""
-    landings, scene = done.touches.landings, done.plan.scene
-    if landings is None or len(landings.seat) + len(landings.stopper) < FEWEST:
-        return {}
+    """Return how many landings are known, the growth of a difference, and what an ensemble says of later ones."""
+    scene = done.plan.scene
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
     gap, both = _march(done, problem)
     twin, shift = twin_of(problem, gap, PERTURBATION)
