@@ -26,7 +26,10 @@ COARSE, FINE = (1, 0.025), (2, 0.0125)
 
 @dataclass(frozen=True)
 class Plates:
-    """Two legs on a plate that joins them, as one piece (SI); ``base``: thickness of the joining plate."""
+    """Two legs on a plate that joins them, as one piece (SI).
+
+    ``base``: thickness of the joining plate; ``joint``: modulus over that of the plates where a leg meets it.
+    """
 
     width: float
     depth: float
@@ -34,6 +37,7 @@ class Plates:
     thickness: float
     base: float
     material: Material
+    joint: float = 1.0
 
 
 def predict(record: MeasuredSet) -> Mapping[str, Estimate]:
@@ -42,17 +46,13 @@ def predict(record: MeasuredSet) -> Mapping[str, Estimate]:
     Bars: half of what the mesh changes, the fitted frequency's uncertainty, and the tolerances of height and thickness,
     each with its own fit.
     """
-    geometry = record.geometry
-    length = {key: parse_quantity(geometry[key], "length") for key in ("width", "depth", "height", "thickness")}
-    young, density = parse_quantity(geometry["young"], "pressure"), parse_quantity(geometry["density"], "density")
-    plates = Plates(**length, base=length["thickness"], material=Material(young, geometry["poisson"], density))
+    geometry, plates = record.geometry, plates_of(record)
     fitted = record.fitted["modulus"]["mode"] - 1
-    target, spread = _fitted_to(record)
+    target, spread = fitted_to(record, "modulus")
 
-    shapes = np.array(record.data["shapes"]["real"]) + 1j * np.array(record.data["shapes"]["imaginary"])
-    places = 1e-3 * np.array(record.data["shapes"]["points"], dtype=float)
-    fine, ours = _modes(plates, FINE, places)
-    coarse, coarse_shapes = _modes(plates, COARSE, places)
+    shapes, places = measured_shapes(record)
+    fine, ours = plate_modes(plates, FINE, places)
+    coarse, coarse_shapes = plate_modes(plates, COARSE, places)
     higher = replace(plates, height=plates.height + parse_quantity(geometry["tolerance_of_height"], "length"))
     thicker = replace(plates, base=plates.base + parse_quantity(geometry["tolerance_of_thickness"], "length"))
 
@@ -60,14 +60,14 @@ def predict(record: MeasuredSet) -> Mapping[str, Estimate]:
         return frequencies * (target / frequencies[fitted])
 
     changes = [(scaled(coarse) - scaled(fine)) / 2]
-    changes += [scaled(_modes(each, COARSE, places)[0]) - scaled(coarse) for each in (higher, thicker)]
+    changes += [scaled(plate_modes(each, COARSE, places)[0]) - scaled(coarse) for each in (higher, thicker)]
     bars = np.sqrt(np.sum(np.square(changes), axis=0) + (scaled(fine) * spread / target) ** 2)
     macs = np.array([assurance(a, b) for a, b in zip(shapes, ours.T, strict=True)])
     left = np.abs(macs - [assurance(a, b) for a, b in zip(shapes, coarse_shapes.T, strict=True)])
 
     names = {f"frequency of mode {k + 1}": Estimate(scaled(fine)[k], bars[k]) for k in range(MODES)}
     names |= {f"MAC of mode {k + 1}": Estimate(macs[k], left[k]) for k in range(MODES)}
-    modulus = 1e-9 * young * (target / fine[fitted]) ** 2
+    modulus = 1e-9 * plates.material.young * (target / fine[fitted]) ** 2
     error = abs((fine[fitted] - coarse[fitted]) / 2 / fine[fitted])
     return names | {"modulus": Estimate(modulus, 2 * modulus * math.hypot(spread / target, error))}
 
@@ -78,16 +78,31 @@ def assurance(a: Array, b: Array) -> float:
     return float(abs(np.vdot(a, b)) ** 2 / (np.vdot(a, a).real * np.vdot(b, b).real))
 
 
-def _fitted_to(record: MeasuredSet) -> tuple[float, float]:
-    """Return frequency and uncertainty [Hz] of the mode that is fitted."""
-    fit = record.fitted["modulus"]
-    ratio = record.data["damping"]["ratio"][fit["mode"] - 1]
-    return float(fit["frequency_hz"]), float(ratio * fit["frequency_hz"])
+def plates_of(record: MeasuredSet) -> Plates:
+    """Return the plates of a record, as one piece."""
+    geometry = record.geometry
+    length = {key: parse_quantity(geometry[key], "length") for key in ("width", "depth", "height", "thickness")}
+    young, density = parse_quantity(geometry["young"], "pressure"), parse_quantity(geometry["density"], "density")
+    return Plates(**length, base=length["thickness"], material=Material(young, geometry["poisson"], density))
 
 
-def _modes(plates: Plates, size: tuple[int, float], places: Sequence[Any] | Array) -> tuple[Array, Array]:
+def measured_shapes(record: MeasuredSet) -> tuple[Array, Array]:
+    """Return the (m, p) measured shapes and the places (p, 3) [m] of their points."""
+    shapes = record.data["shapes"]
+    measured = np.array(shapes["real"]) + 1j * np.array(shapes["imaginary"])
+    return measured, 1e-3 * np.array(shapes["points"], dtype=float)
+
+
+def fitted_to(record: MeasuredSet, name: str) -> tuple[float, float]:
+    """Return frequency and uncertainty [Hz] of the mode that a number is fitted to."""
+    fit = record.fitted[name]
+    return float(fit["frequency_hz"]), float(fit["uncertainty_hz"])
+
+
+def plate_modes(plates: Plates, size: tuple[int, float], places: Sequence[Any] | Array) -> tuple[Array, Array]:
     """Return the (m,) elastic frequencies [Hz] and the (p, m) displacements across the legs at the places [m]."""
-    model = assemble(_mesh(plates, *size), plates.material, fixed=(), ports={}, order=2)
+    soft = replace(plates.material, young=plates.joint * plates.material.young)
+    model = assemble(_mesh(plates, *size), {"plates": plates.material, "joints": soft}, fixed=(), ports={}, order=2)
     modes = solve_modes(model, RIGID + MODES, check=False, shift_hz=100.0)
     assert model.dofs is not None
     points = model.dofs.points
@@ -105,7 +120,10 @@ def _mesh(plates: Plates, layers: int, size: float) -> Any:
     z = _joined((0.0, base, layers), (base, half, _cells(half - base, size)), (half, 2 * half, _cells(half, size)))
     block = skfem.MeshHex.init_tensor(x, y, z)
     middle = block.p[:, block.t].mean(axis=1)
-    return block.restrict(np.flatnonzero((middle[0] < t) | (middle[0] > end) | (middle[2] < base)))
+    cut = block.restrict(np.flatnonzero((middle[0] < t) | (middle[0] > end) | (middle[2] < base)))
+    middle = cut.p[:, cut.t].mean(axis=1)
+    joints = (middle[2] < base) & ((middle[0] < t) | (middle[0] > end))
+    return cut.with_subdomains({"joints": np.flatnonzero(joints), "plates": np.flatnonzero(~joints)})
 
 
 def _cells(length: float, size: float) -> int:
