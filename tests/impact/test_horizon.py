@@ -123,3 +123,16 @@ def test_the_rate_is_that_of_small_differences() -> None:
 def test_bodies_that_never_part_have_no_horizon() -> None:
     with pytest.raises(impact.march.problem.ContactError, match="never part"):
         twin_of(dropped(1.0), np.full((3, 1), -1e-6), PERTURBATION)
+
+
+def test_between_two_walls_a_ball_falls_behind_by_two_a_flight() -> None:
+    """With both walls further off by d each flight but the first is longer by 2 d, and at the other wall's touch all of
+    it is missing: 1, 3, 5, ... d."""
+    law, width, v = impact.LinearSpring(stiffness=STIFFNESS), 0.2, 1.0
+    contacts = [
+        impact.Contact(impact.Body(rigid_seat()), gap=width / 2, law=law),
+        impact.Contact(impact.Body(rigid_seat()), gap=width / 2, law=law, side=-1),
+    ]
+    problem = impact.ContactProblem(impact.rigid_mass(mass=MASS, velocity=-v), contacts=contacts)
+    horizon = impact.measure_horizon(problem, dt=CONTACT / 40, duration=4.0 * width / v)
+    assert horizon.growth == pytest.approx([1, 3, 5, 7], rel=5e-3)
