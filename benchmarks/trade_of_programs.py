@@ -29,12 +29,12 @@ HERE: Final = Path(__file__).parent
 ROOT: Final = HERE.parent
 FILE: Final = RESULTS / "trade_of_programs.csv"
 DIGITS: Final = 9
-TARGETS: Final = (0.3, 0.1, 0.03, 0.01)
 LONGEST: Final = 600  # s for a point
 ONE_THREAD: Final = dict.fromkeys(
     ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
-OURS, PLAIN, POINTS, CALCULIX = "seatfem", "plain program", "plate on points", "CalculiX"
+OURS, PLAIN, POINTS, CALCULIX, SICONOS = "seatfem", "plain program", "plate on points", "CalculiX", "Siconos"
+MODULES: Final = {PLAIN: "plain_program", SICONOS: "siconos_landing"}
 IMPULSE, PEAK, STRESS, MARGIN, MASS = (
     *("impulse_Ns", "filtered_peak_force_N", "peak_reed_stress_after_contact_Pa"),
     *("life_margin", "gas_mass_forward_kg"),
@@ -44,22 +44,33 @@ CONTACT_STRESS: Final = "stress_at_contact_Pa"
 
 @dataclass(frozen=True)
 class Judged:
-    """A scene with the keys that are compared, the program that is the reference and its finest level."""
+    """A scene with the keys that are compared, the program that is the reference and its finest level.
+
+    ``besides``: levels of other programs. ``targets``: asked of ours.
+    """
 
     name: str
     keys: tuple[str, ...]
     reference: str
     finest: int
+    besides: tuple[tuple[str, int], ...] = ()
+    targets: tuple[float, ...] = (0.3, 0.1, 0.03, 0.01)
+
+    @property
+    def levels(self) -> list[tuple[str, int]]:
+        """Return every other program that is run, with its level."""
+        return [*((self.reference, level) for level in range(self.finest + 1)), *self.besides]
 
 
 SCENES: Final = (
     Judged("beam_on_rod", (IMPULSE, PEAK, STRESS, CONTACT_STRESS), PLAIN, 9),
-    Judged("mass_on_lip", (IMPULSE, PEAK), PLAIN, 7),
+    Judged("mass_on_lip", (IMPULSE, PEAK), PLAIN, 7, besides=tuple((SICONOS, level) for level in range(2, 6))),
     Judged("tilted_flapper", (IMPULSE, PEAK), POINTS, len(GRIDS) - 1),
     Judged("repeated_landing", (MARGIN,), PLAIN, 8),
     Judged("gas_valve", (IMPULSE, PEAK, MASS), PLAIN, 5),
     Judged("film_landing", (IMPULSE, PEAK), PLAIN, 9),
     Judged("sprung_ring", (IMPULSE, PEAK), PLAIN, 6),
+    Judged("mass_on_slot", (IMPULSE, PEAK), PLAIN, 6, targets=(0.3, 0.1, 0.03)),
 )
 SHORT: Final = 3  # scenes
 
@@ -122,18 +133,16 @@ def _first(bar: float | list[float] | None) -> float:
     return float(bar[0] if isinstance(bar, list) else bar)
 
 
-def measure_other(scene: Judged, level: int) -> list[Row]:
-    """Run the program that the scene is judged by."""
-    if scene.reference == POINTS:
+def measure_other(scene: Judged, program: str, level: int) -> list[Row]:
+    """Run another program."""
+    if program == POINTS:
         text, wall, processor = run_process(["-m", "points.flapper_landing", str(level)], HERE)
     else:
         path = HERE / "programs" / f"{scene.name}.toml"
-        text, wall, processor = run_process(["-m", "benchmarks.peers.plain_program", str(path), str(level)], ROOT)
+        text, wall, processor = run_process(["-m", f"benchmarks.peers.{MODULES[program]}", str(path), str(level)], ROOT)
     found = json.loads(text)
     nan = float("nan")
-    return [
-        Row(scene.name, scene.reference, f"level {level}", wall, processor, key, found[key], nan) for key in scene.keys
-    ]
+    return [Row(scene.name, program, f"level {level}", wall, processor, key, found[key], nan) for key in scene.keys]
 
 
 def measure_calculix() -> list[Row]:
@@ -160,16 +169,16 @@ def measure_calculix() -> list[Row]:
 def measure(scene: Judged) -> None:
     """Measure what the table lacks of a scene."""
     there = {(row.program, row.setting) for row in read_rows(Row, FILE) if row.scene == scene.name}
-    targets = [target for target in TARGETS if (OURS, f"{100 * target:g} %") not in there]
+    targets = [target for target in scene.targets if (OURS, f"{100 * target:g} %") not in there]
     if targets:
-        measure_ours(scene, TARGETS[0])  # not kept: it compiles what is not compiled yet
+        measure_ours(scene, scene.targets[0])  # not kept: it compiles what is not compiled yet
     for target in targets:
         append_rows(measure_ours(scene, target), FILE, DIGITS)
-    levels = [level for level in range(scene.finest + 1) if (scene.reference, f"level {level}") not in there]
+    levels = [(program, level) for program, level in scene.levels if (program, f"level {level}") not in there]
     if levels:
-        measure_other(scene, 0)
-    for level in levels:
-        append_rows(measure_other(scene, level), FILE, DIGITS)
+        measure_other(scene, *levels[0])
+    for program, level in levels:
+        append_rows(measure_other(scene, program, level), FILE, DIGITS)
     if scene.reference == POINTS and (CALCULIX, "one mesh") not in there:
         append_rows(measure_calculix(), FILE, DIGITS)
 

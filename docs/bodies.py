@@ -75,7 +75,7 @@ def target_pieces(body: Structure, size: float, *, cut: bool = False) -> list[Pi
         x, y = _sides(body)
         foot = _foot(max(0.12 * size, 0.6 * y), -body.length)
         return [Piece(_box(x, y, -body.length, 0.0), SEAT), *([foot] if body.far_end == "fixed" else [])]
-    part = body.elastic.part()
+    part = body.elastic.part() if body.elastic else None
     if part is None:
         raise ValueError(f"no surface of kind = {body.kind!r}")
     return _part_pieces(part, getattr(body, "arc", None), cut=cut)

@@ -1,7 +1,8 @@
 """Results of a run: every number of summary.json that people are shown, once, with its words, unit, group and digits.
 
 Whatever shows results reads this table: the terminal, reports, sentences, charts of studies. A row that is added here
-is shown by all of them; a measure that is defined anywhere, by being a `ResultSource`, is a row, too.
+is shown by all of them, and listed in docs/summary.md; a measure that is defined anywhere, by being a `ResultSource`,
+is a row, too.
 """
 
 import math
@@ -279,12 +280,13 @@ def _keys_asked(summary: Summary) -> tuple[str, ...]:
 def rows_of(summary: Summary) -> dict[Group, list[Result]]:
     """Return the rows of a run by group, in the order they are read: the group first by which the run is judged.
 
-    A key that is judged or asked for has a row, whoever defined it, and so has one without a value.
+    Every measure has a row, wherever it is defined; what is judged or asked for has one without a value, too.
     """
     judged, order = {*asked(summary), *_keys_asked(summary)}, [*HEADINGS]
     if asked(summary) and not any(key.startswith(LANDING) for key in asked(summary)):
         order[:2] = ["run", "landing"]
-    rows = (*RESULTS, *(result_of(key) for key in sorted(judged - _BY_KEY.keys())))
+    measured = {each.key for each in _sources()}
+    rows = (*RESULTS, *(result_of(key) for key in sorted((judged | measured) - _BY_KEY.keys())))
     groups = {group: [row for row in rows if row.group == group] for group in order}
     return {group: shown for group, of_it in groups.items() if (shown := list(_shown(summary, group, of_it, judged)))}
 

@@ -284,8 +284,8 @@ def fidelity(level: int) -> Fidelity:
 
 def bodies_of(scene: dict[str, Any], fine: Fidelity) -> tuple[Body, Body, float]:
     """Return the striker, the seat and the stiffness of a seat that is a spring."""
-    if {scene["reed"]["kind"], scene["seat"]["kind"]} & {"annular", "ring_plate"}:
-        from benchmarks.peers.plain_bodies import seat_modes, sprung_ring_modes  # scikit-fem takes a second to load
+    if {scene["reed"]["kind"], scene["seat"]["kind"]} & {"annular", "cad", "ring_plate"}:
+        from benchmarks.peers import plain_bodies  # scikit-fem takes a second to load
 
     reed, seat, contact = scene["reed"], scene["seat"], scene.get("contact", {})
     if reed["kind"] == "cantilever":
@@ -295,7 +295,9 @@ def bodies_of(scene: dict[str, Any], fine: Fidelity) -> tuple[Body, Body, float]
         zero, root = np.zeros(1), np.full(1, math.sqrt(mass))
         striker = Body(zero, zero, 1 / root, 0.0, speed * root, zero, zero, np.zeros((0, 1)), np.zeros(0))
     else:
-        omega, shapes, rates, push, residual = sprung_ring_modes(scene, number, fine.elements, 1 / fine.step)
+        omega, shapes, rates, push, residual = plain_bodies.sprung_ring_modes(
+            scene, number, fine.elements, 1 / fine.step
+        )
         zero = np.zeros_like(omega)
         damping = zero + number(reed["damping_ratio"])
         damping[0] = 0.0  # the ring on its springs, which have none
@@ -306,7 +308,8 @@ def bodies_of(scene: dict[str, Any], fine: Fidelity) -> tuple[Body, Body, float]
         return striker, massless(), number(seat["stiffness"])
     if seat["kind"] == "rod":
         return striker, rod(seat, 1 / fine.step), math.inf
-    omega, shapes, compliance = seat_modes(seat, number, fine.elements, 1 / fine.step)
+    modes = plain_bodies.cad_seat_modes if seat["kind"] == "cad" else plain_bodies.seat_modes
+    omega, shapes, compliance = modes(seat, number, fine.elements, 1 / fine.step)
     return striker, at_rest(omega, number(seat["damping_ratio"]), shapes, compliance), math.inf
 
 
@@ -378,11 +381,18 @@ def read_measures(
     return {key: float(value) for key, value in out.items()}
 
 
+def read_scene(path: Path) -> dict[str, Any]:
+    """Return a scene, the file of its seat by its whole path."""
+    scene = tomllib.loads(path.read_text(encoding="utf-8"))
+    if "file" in scene["seat"]:
+        scene["seat"]["file"] = str(path.parent / scene["seat"]["file"])
+    return scene
+
+
 def main(words: Sequence[str]) -> None:
     """Compute a scene and print its measures."""
     path = Path(words[0])
-    scene = tomllib.loads(path.read_text(encoding="utf-8"))
-    strength = None
+    scene, strength = read_scene(path), None
     if "life" in scene:
         strength = tomllib.loads((path.parent / scene["life"]["strength"]).read_text(encoding="utf-8"))
     print(json.dumps(solve(scene, fidelity(int(words[1])), strength)))  # noqa: T201

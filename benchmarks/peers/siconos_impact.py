@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,8 @@ from benchmarks.peers.calculix import PeerError
 from benchmarks.peers.impact_scene import DURATION, MASS, SPEED, STIFFNESS, Array, Course
 
 NAME, PYTHON = "Siconos", "/usr/bin/python3"
+FOOT = 1 / 2000  # of the mass
 PROGRAM = Path(__file__).with_name("siconos_program.py")
-FOOT = MASS / 2000
 RULES = {"theta_rule": "Siconos, theta rule", "moreau_jean": "Siconos, Moreau-Jean"}
 
 
@@ -32,12 +33,21 @@ def version() -> str:
     return f"{NAME} {subprocess.run(asked, capture_output=True, text=True, check=True).stdout}"
 
 
-def march(omega: Array, shares: Array, steps: tuple[float, ...]) -> dict[str, list[Course]]:
+@dataclass(frozen=True)
+class Impact:
+    """Mass [kg], closing speed [m/s], stiffness of the law [N/m] and duration [s]; those of all peers unless stated."""
+
+    mass: float = MASS
+    speed: float = SPEED
+    stiffness: float = STIFFNESS
+    duration: float = DURATION
+
+
+def march(omega: Array, shares: Array, steps: tuple[float, ...], impact: Impact = Impact()) -> dict[str, list[Course]]:
     """By each rule and each of ``steps`` [s], on undamped modes with the patch's ``shares`` in their shapes."""
     with tempfile.TemporaryDirectory() as folder:
         asked, answer = Path(folder) / "asked.npz", Path(folder) / "answer.npz"
-        scene = {"mass": MASS, "speed": SPEED, "stiffness": STIFFNESS, "duration": DURATION, "foot": FOOT}
-        np.savez(asked, omega=omega, shares=shares, steps=np.array(steps), **scene)
+        np.savez(asked, omega=omega, shares=shares, steps=np.array(steps), foot=FOOT * impact.mass, **asdict(impact))
         done = subprocess.run(
             [PYTHON, str(PROGRAM), str(asked), str(answer)], capture_output=True, text=True, check=False
         )

@@ -186,7 +186,7 @@ def siconos_table() -> Table:
         "Theta rule: `FirstOrderLinearTIDS`, `EulerMoreauOSI` (theta = gamma = 1/2, for the relation too), the spring "
         "as a complementarity condition: the same system. Moreau-Jean: `LagrangianLinearTIDS`, `MoreauJeanOSI` "
         "(theta = 1/2), `NewtonImpactNSL(0)`: contact without compliance, so that the spring ends in a foot of "
-        f"{1e6 * siconos_impact.FOOT:g} mg, which sticks as it meets the seat." + left,
+        f"{1e6 * siconos_impact.FOOT * scene.MASS:g} mg, which sticks as it meets the seat." + left,
     )
     columns = ("program", "step (ns)", "time (ms)", "apart (%)", "peak (%)", "impulse (%)", "duration (%)")
     return Table("One reduced system", notes, columns, tuple(rows))

@@ -1,6 +1,7 @@
 """`seatfem export`: a scene, or the folder of a run, in the formats of other programs."""
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -33,6 +34,19 @@ class ExportError(ValueError):
     """A format that there is not, or one that what is given has nothing for."""
 
 
+@dataclass(frozen=True)
+class Format:
+    """A format of other programs.
+
+    Attributes:
+        write: writes the folder of a run, or a scene, into a folder: (source, folder, progress).
+        takes_scenes: whether a scene (TOML) will do for a source.
+    """
+
+    write: Callable[[Path, Path, Progress], Written]
+    takes_scenes: bool = False
+
+
 def export(source: Path, to: str, output: Path | None = None, progress: Progress = silent) -> tuple[Path | str, ...]:
     """Write a scene or the folder of a run as ``to``, one of `FORMATS`, into a folder [that of the run, or the scene's
     name + "-" + the format]; the files written, and notes of what is left out.
@@ -45,13 +59,13 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
     """
     if to not in FORMATS:
         raise ExportError(f"--to: {to!r} is none of {', '.join(FORMATS)}")
-    if not source.is_dir() and to not in OF_SCENES:
+    if not source.is_dir() and not FORMATS[to].takes_scenes:
         raise ExportError(f"{source}: --to {to} takes the folder of a run; give one (seatfem run -o)")
     if not source.exists():
         raise ExportError(f"{source}: no such file or folder; give a scene (TOML) or the folder of a run")
     folder = output or (source if source.is_dir() else Path(f"{source.stem}-{to}"))
     folder.mkdir(parents=True, exist_ok=True)
-    return tuple(FORMATS[to](source, folder, progress))
+    return tuple(FORMATS[to].write(source, folder, progress))
 
 
 def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
@@ -139,16 +153,15 @@ def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
     yield output / "reed.dxf"
 
 
-FORMATS: Final[Mapping[str, Callable[[Path, Path, Progress], Written]]] = {
-    "csv": _as_csv,
-    "uff": _as_uff,
-    "vtk": _as_vtk,
-    "calculix": _as_calculix,
-    "reduced": _as_reduced,
-    "dxf": _as_dxf,
+FORMATS: Final[Mapping[str, Format]] = {
+    "csv": Format(_as_csv),
+    "uff": Format(_as_uff),
+    "vtk": Format(_as_vtk),
+    "calculix": Format(_as_calculix, takes_scenes=True),
+    "reduced": Format(_as_reduced, takes_scenes=True),
+    "dxf": Format(_as_dxf, takes_scenes=True),
 }
-"""What writes a scene or the folder of a run into a folder, by the name of the format."""
-OF_SCENES: Final = ("calculix", "reduced", "dxf")
+"""Formats by their names; the help of the verb, README.md and docs/exchange.md describe each, which a test compares."""
 
 
 def _scene_of(source: Path) -> Scene:

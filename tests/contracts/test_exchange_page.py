@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.exchange import FORMATS, OF_SCENES
+from seatfem.faces.exchange import FORMATS
+from seatfem.faces.other_verbs import export
 from seatfem.structures.formats.writing import WRITTEN
 from seatfem.structures.kinds.measured import UNIVERSAL
 from seatfem.structures.shapes.cad import BREP_SUFFIXES, STEP_SUFFIXES
@@ -46,7 +47,14 @@ def test_every_test_of_the_table_is_there() -> None:
 def test_what_export_writes_is_what_the_table_says() -> None:
     assert {name for row in ROWS for name in re.findall(r"--to (\w+)", row[3])} == {*FORMATS}
     of_scenes = {name for row in ROWS for name in re.findall(r"--to (\w+)", row[3]) if "SCENE" in row[3]}
-    assert of_scenes == {*OF_SCENES}
+    assert of_scenes == {name for name, how in FORMATS.items() if how.takes_scenes}
+
+
+def test_help_and_readme_describe_every_format() -> None:
+    help_of_to = str(export.__doc__).partition("to:")[2].partition("output:")[0]
+    assert set(re.findall(r"(\w+): ", help_of_to)) == {*FORMATS}
+    row = next(line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if "`export DIR" in line)
+    assert {*re.findall(r"`(?:export DIR --to )?(\w+)`", row)} == {*FORMATS}
 
 
 def test_every_suffix_that_is_read_stands_there() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from seatfem.faces.verdict import name_of
+from seatfem.results import rows_of
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
@@ -67,8 +68,16 @@ def test_a_toy_measure_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert name_of("force_squared_N2s", summary) == "squared force"
 
 
+@pytest.mark.usefixtures("toy")
+@pytest.mark.parametrize("value", [2.0, None])
+def test_a_toy_measure_has_a_row_where_nobody_asked_for_it(value: float | None) -> None:
+    rows = rows_of({"impulse_Ns": 1.0, "force_squared_N2s": value})
+    shown = [] if value is None else ["squared force (force_squared_N2s)"]
+    assert [row.words for row in rows["run"]] == ["impulse", *shown]
+
+
 def test_a_toy_measure_is_gone_afterwards(tmp_path: Path) -> None:
-    assert len(all_measures()) == 9
+    assert "toy_square" not in all_measures()
     with pytest.raises(
         SceneError, match=r"accuracy.measures.0: 'toy_square' is not one of 'impulse', 'filtered_peak', "
     ):
