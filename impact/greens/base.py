@@ -38,15 +38,15 @@ class GreensFunction(ABC):
     g_ij(t) [m/(N s)] is the displacement of port i at time t after a unit impulse on port j at time 0;
     g_ij = g_ji (reciprocity). It is zero for t < 0.
 
-    What the program asks of a body it asks here: a representation answers for itself, and nobody asks for its class.
+    Subclasses override these methods; code outside impact/greens must not test for a subclass.
     """
 
     closed_form: ClassVar[bool] = False
-    """Known by its parameters alone: it costs nothing to make again."""
-    lengthened: ClassVar[str] = "compute it for the whole run (seatfem.greens_function(..., duration=))"
-    """What makes `valid_for` longer."""
+    """Whether g follows from its parameters alone, so that making it again costs nothing."""
+    remedy_too_short: ClassVar[str] = "compute it for the whole run (seatfem.greens_function(..., duration=))"
+    """Text of the error message that says how to get a g known for longer than `valid_for`."""
     overhang: ClassVar[float] = 1.0
-    """Steps by which a run may last longer: durations are rounded up to whole steps."""
+    """Steps by which a run may exceed `valid_for`: durations are rounded up to whole steps."""
 
     @property
     @abstractmethod
@@ -74,7 +74,7 @@ class GreensFunction(ABC):
         if lasts - known > self.overhang * dt * (1 - 1e-6) + 1e-9 * known:
             raise GreensFunctionError(
                 f"the run lasts {lasts:.6g} s but g is known up to {known:.6g} s only: shorten the run "
-                f"to {int(known / dt * (1 + 1e-9))} steps, or {self.lengthened}"
+                f"to {int(known / dt * (1 + 1e-9))} steps, or {self.remedy_too_short}"
             )
 
     @property
@@ -129,7 +129,7 @@ class GreensFunction(ABC):
         return None
 
     def scaled(self, factor: float) -> GreensFunction:
-        """Return ``factor`` times g_ij, ``factor`` > 0: the body whose error is that relative size."""
+        """Return ``factor`` times g_ij, ``factor`` > 0; shows what a relative error ``factor - 1`` of g changes."""
         from impact.greens.sums import ScaledGreens  # here, for a multiple is made of this class, and this of it
 
         return ScaledGreens(self, factor)

@@ -32,7 +32,7 @@ _CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
     "delay_rod": rods.DelayRod,
     "damped_fixed_rod": rods.DampedFixedRod,
     "damped_free_rod": rods.DampedFreeRod,
-    "power_law": closed_form.PowerLaw,
+    "power_law": closed_form.PowerGreens,
     "half_space_patch": half_space.half_space_patch,
 }
 _KINDS = ("modal", "sampled", "poles", *_CLOSED, "sum", "scaled")
