@@ -44,7 +44,7 @@ class Replay:
     def __init__(
         self, modal: ModalGreens, dt: float, start: ModalState, relaxed: Array, held: Array, loads: Sequence[Array]
     ) -> None:
-        """Begin at modal state ``start``; ``relaxed`` (R,) relaxations, ``held`` (P,) last forces, ``loads`` (M,) shapes."""
+        """Begin at state ``start``, ``relaxed`` (R,) relaxations, ``held`` (P,) last forces; ``loads``: (M,) shapes."""
         rigid, rest = modal.omega == 0, modal.residual
         shapes = np.vstack([modal.shapes.T, *loads])
         omega, zeta = modal.omega[~rigid], modal.zeta[~rigid]

@@ -33,7 +33,7 @@ from seatfem.structures.reduction.greens import reduced as reduce_by_aims
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
-from seatfem.structures.rings import as_a_whole, divided_less, parts_behind, ring_names
+from seatfem.structures.rings import as_a_whole, divided_less, division_to_compare, ring_names
 from seatfem.structures.shapes import GeometryError
 
 AnyMesh = SeatMesh | MeridianMesh
@@ -146,7 +146,7 @@ def from_mesh(
     """Solve on a mesh that is given, with the patch in more parts on the same mesh."""
     check_arcs(body, mesh, method)
     solved = _solved(body, mesh, method, duration, watch, progress)
-    if parts_behind(method.division) == method.division:
+    if division_to_compare(method.division) == method.division:
         return replace(solved, in_rings=solved.greens)
     with watch("patch error"):
         return replace(solved, in_rings=_in_parts(body, mesh, method, duration, progress))
@@ -175,7 +175,9 @@ def _in_parts(
     body: Elastic, mesh: SeatMesh, method: Method, duration: float, progress: Progress
 ) -> base.GreensFunction | None:
     """Return the patch in more parts on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
-    loose = replace(method.divided(parts_behind(method.division)), tolerance=max(method.tolerance, RINGS_TOLERANCE))
+    loose = replace(
+        method.divided(division_to_compare(method.division)), tolerance=max(method.tolerance, RINGS_TOLERANCE)
+    )
     what = "contact face in segments" if method.in_arcs else "contact face in rings"
     try:
         return _solved(body, mesh, loose, duration, Stopwatch(), _for_error(progress, what)).greens
@@ -320,7 +322,7 @@ def _with_mesh_error(
 ) -> Solved:
     """Return ``solved`` with the mesh error by a coarser ``mesh`` of the same body, whose patch is in rings."""
     quiet = _for_error(progress, "coarser mesh")
-    coarse = _solved(body, mesh, method.divided(parts_behind(method.division)), duration, Stopwatch(), quiet)
+    coarse = _solved(body, mesh, method.divided(division_to_compare(method.division)), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     assert method.bandwidth is not None
     width = 1.0 / method.bandwidth

@@ -222,7 +222,7 @@ class Solved:
         about: numbers and words for the summary.
         level_error: relative, of the level of modelling itself.
         refinement: ratio of the element sizes of the two meshes.
-        in_rings: a model whose patch is in `rings_behind` rings, on the coarser mesh where there is one.
+        in_rings: a model whose patch is in `rings_to_compare` rings, on the coarser mesh where there is one.
         plane: the patch moves as a plane, whatever presses it.
         reused: it was computed before.
     """

@@ -38,14 +38,14 @@ from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene, measures
 
-CUT: Final = ("impulse_Ns", "duration_s")
-"""Numbers of a landing that its end takes part in."""
+KEYS_NEEDING_END: Final = ("impulse_Ns", "duration_s")
+"""Keys of a landing whose values are unknown if the record ends during it."""
 KEYS_OF_MEASURES: Final[Mapping[str, tuple[str, ...]]] = {
     measures.FilteredPeak.name: ("filtered_peak_force_N", "excess_peak_force_N"),
     measures.Impulse.name: ("impulse_Ns",),
     measures.ContactDuration.name: ("duration_s",),
 }
-"""Numbers in the record of a landing that measures of a landing are, too, or follow."""
+"""Keys in the record of a landing whose error bar is at least that of the measure."""
 
 
 def error_budget(
@@ -131,7 +131,7 @@ def with_cut_landings(budget: variations.Budget, landings: Landings | None) -> v
         landing_name(face, number, key)
         for face in get_args(Face)
         for number, landing in enumerate(landings.on(face))
-        for key in CUT
+        for key in KEYS_NEEDING_END
         if landing.cut_off
     ]
     for prefix, judged in measures.judged_landings(landings.seat).items():

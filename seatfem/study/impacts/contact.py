@@ -356,8 +356,8 @@ def in_flight(striker: impact.Body, dt: float, duration: float) -> motion.Discre
     return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 
-def time_step(scene: Scene, *bodies: GreensFunction) -> float:
-    """Return the time step [s]: a quarter radian of the highest rate, a twentieth of the filter, or `gas_step`."""
+def fallback_step(scene: Scene, *bodies: GreensFunction) -> float:
+    """Return the step of a method without one [s]: 1/4 rad of the highest rate, 1/20 of the filter, or `gas_step`."""
     limits = [scene.run.filter_width / STEPS_PER_FILTER, scene.run.duration / 200]
     limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (body.highest_rate for body in bodies) if rate > 0]
     return min(*limits, gas_step(scene))

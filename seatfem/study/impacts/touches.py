@@ -261,7 +261,7 @@ class RunRecord:
     """Histories and results of one run, from which its values are taken.
 
     Attributes:
-        blow: of the seat.
+        blow: histories of the seat's contact.
         landings: of the run; ``None``: not looked for.
         stopper: (n + 1,) force of the stopper [N]; ``None`` where there is none.
     """

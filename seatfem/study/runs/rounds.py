@@ -175,7 +175,7 @@ def _round(
     if scene.stopper is not None:
         with watch("stopper"):  # once for all runs of this process
             bodies += [body.greens for body in (contact.stopper_of(scene),) if body is not None]
-    dt = method.time_step or contact.time_step(scene, *bodies)
+    dt = method.time_step or contact.fallback_step(scene, *bodies)
     contact.check_length(scene, dt, method.seat.division.count)
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, dt, progress)

@@ -17,7 +17,7 @@ from pydantic_core import core_schema
 
 from seatfem import fields, units
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.structures.kinds.parts import Registered
+from seatfem.structures.kinds.parts import ReductionName
 from seatfem.study.scene import contact, load, measures, models
 from seatfem.study.scene.problems import did_you_mean, leaves, notes_of, own_keys, reader_of, tables_in
 
@@ -33,8 +33,8 @@ def holds(field: FieldInfo) -> str:
         origin = get_origin(field.annotation)
         return "tables by name" if origin is dict else "list of tables" if origin is tuple else "table"
     notes = list(notes_of(field))
-    registers = [note.func for note in notes if isinstance(note, AfterValidator) and isinstance(note.func, Registered)]
-    if options := [name for each in registers for name in each.options]:
+    fixed = [note.func for note in notes if isinstance(note, AfterValidator) and isinstance(note.func, ReductionName)]
+    if options := [name for each in fixed for name in each.options]:
         return _listed(options)
     if (quantity := _measured(notes)) is not None:
         return quantity

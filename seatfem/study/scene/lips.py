@@ -16,7 +16,7 @@ from impact.march.problem import ContactProblem
 from seatfem.fields import KeyProblem
 from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.lip import AnyLip, tilted
-from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, across_behind
+from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import Problem
@@ -60,7 +60,7 @@ def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> 
 def arcs_behind_rings(scene: Scene, division: Division) -> int:
     """Return the number of arcs in which rings across them are compared: half of those there are, or fewer where that
     makes more than `MOST_CHOSEN` parts, as far as they are whole and enough."""
-    arcs, most = division.arcs, max(division.rings, across_behind(division.rings)[0])
+    arcs, most = division.arcs, max(division.rings, arc_rings_to_compare(division.rings)[0])
     while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_CHOSEN):
         lip = scene.seat.lip(arcs // 2)
         if lip is None or lip.whole(arcs // 2) != arcs // 2:
@@ -72,7 +72,7 @@ def arcs_behind_rings(scene: Scene, division: Division) -> int:
 def across_of(scene: Scene) -> int:
     """Return the rings across the lip's arcs that show the error of the scene's own; a film knows none."""
     rings = scene.contact.rings
-    return rings if scene.contact.film is not None else max(rings, across_behind(rings)[0])
+    return rings if scene.contact.film is not None else max(rings, arc_rings_to_compare(rings)[0])
 
 
 def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:

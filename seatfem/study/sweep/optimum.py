@@ -23,8 +23,8 @@ from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep import sweep, table
 from seatfem.study.sweep.best import (
     NEAREST,
-    Level,
     Optimum,
+    SearchStage,
     Shift,
     changes_at,
     first_points,
@@ -83,8 +83,8 @@ def run_optimum(
             progress(STAGE, min(1.0, (len(search.found) + len(target.found) + 1) / (goal.most + CONFIRMED)))
             return outcomes
 
-        search = Level(study, Cases(study, rounds), _coarse(study), carry_out)
-        target = Level(study, Cases(study, rounds), {}, carry_out)
+        search = SearchStage(study, Cases(study, rounds), _coarse(study), carry_out)
+        target = SearchStage(study, Cases(study, rounds), {}, carry_out)
         _search(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
@@ -94,7 +94,7 @@ def run_optimum(
     return optimum
 
 
-def _search(search: Level, target: Level, goal: Optimise) -> None:
+def _search(search: SearchStage, target: SearchStage, goal: Optimise) -> None:
     keys = len(search.study.vary)
     model = 2 * keys + 1  # points of a first quadratic model
     search.evaluate(first_points(keys, max(1, min(goal.most // 3, goal.most - model)), search.study.seed))

@@ -19,7 +19,7 @@ from impact.march.problem import ContactError, ContactProblem
 from impact.runs.batch import ImpactBatch
 from seatfem.jobs.folders import private_folder
 from seatfem.structures import cache, rings
-from seatfem.study.impacts.contact import problem_of, seat_of, solved_striker, stress_of, striker_of, time_step
+from seatfem.study.impacts.contact import fallback_step, problem_of, seat_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.landings import landings_of_one_contact
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import SEAT_FILE
@@ -83,7 +83,7 @@ def _marched(
     with private_folder("sweep") as folder:
         seat = seat_of(base, cache.Cache(folder / SEAT_FILE), method=plan.method.seat)
     problem = _problem(base, plan, impact.Body(seat.greens))
-    dt = plan.method.time_step or time_step(base, problem.striker.greens, seat.greens)
+    dt = plan.method.time_step or fallback_step(base, problem.striker.greens, seat.greens)
     known = [_beside(problem, load_scene(path, {**changed, **other}), plan) for other in others]
     chosen = [each for each in known if each is not None]
     if not chosen:

@@ -100,7 +100,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
     longest = scene.run.filter_width / point.least_steps
     stopper = contact.stopper_of(scene)
     greens = (striker.greens, seat.greens) if stopper is None else (striker.greens, seat.greens, stopper.greens)
-    step = method.time_step or min(longest, contact.time_step(scene, *greens))
+    step = method.time_step or min(longest, contact.fallback_step(scene, *greens))
     contact.check_length(scene, step, method.seat.division.count)
     with watch("contact"):
         touches = contact.run_contacts(scene, striker, seat.greens, step, engine=point.engine)
