@@ -1,6 +1,5 @@
-"""Tables for the terminal: modes, installation, the answer of a run beside that of a spring, its landings. No markup
-in them.
-"""
+"""Tables of a terminal and of a report's page: modes, installation, the answer of a run beside that of a spring, its
+landings; without markup."""
 
 from __future__ import annotations
 

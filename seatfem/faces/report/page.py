@@ -20,7 +20,7 @@ from seatfem import readings, results
 from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
 from seatfem.faces.report.figures import MOST_OF_BODIES, body_figure, part_of_page
-from seatfem.faces.report.sections import (
+from seatfem.faces.report.fragments import (
     ReportError,
     first_picture,
     hot_spots,

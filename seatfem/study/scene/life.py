@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from impact import life
 from seatfem import fields, study, units
-from seatfem.study.scene.agreement import contradictions_of_start
 from seatfem.study.scene.contact import STEEPEST
+from seatfem.study.scene.contradictions import contradictions_of_start
 
 if TYPE_CHECKING:
     from seatfem.study.scene.models import Scene

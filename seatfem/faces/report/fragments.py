@@ -1,6 +1,5 @@
-"""Sections of the page of a run: its folder, tables as HTML, hot spots and life, gaps, true errors, provenance,
-pictures.
-"""
+"""HTML fragments of the page of a run, which page.py orders in sections: tables, hot spots, life, what was left out,
+who checked such scenes, provenance, pictures; and the reading of a run's folder."""
 
 from __future__ import annotations
 
