@@ -64,7 +64,7 @@ def transform(force: Array, dt: float, size: int) -> tuple[Array, Array]:
     return frequencies, np.asarray(np.abs(np.fft.rfft(force, size)) * dt * np.sinc(frequencies * dt))
 
 
-ON_A_STEP = 1e-6  # of a step: a landing that begins so little before a time begins at it
+ON_A_STEP = 1e-6  # largest time before a step, over the step, at which a landing counts as beginning at that step
 
 
 @dataclass(frozen=True)

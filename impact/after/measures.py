@@ -18,7 +18,7 @@ from impact.after.histories import MOVING_AVERAGE, Window, averaged, largest_ave
 from impact.after.result import ImpactResult, of_contacts
 from impact.greens.base import Array
 
-MERGE = 30e-6  # openings shorter than this [s] do not end a contact group
+MERGE = 30e-6  # longest opening [s] that does not end a contact group
 
 
 class MeasureError(ValueError):

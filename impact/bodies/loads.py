@@ -215,10 +215,12 @@ class BaseMotion:
         return Load(shape, lambda t: -mass * np.asarray(self.acceleration(t), dtype=float))
 
 
-ROUND_OFF: Final = 1e-10  # relative, of what springs and forces share with a motion that the springs leave free
+ROUND_OFF: Final = (
+    1e-10  # relative round-off of what springs and forces share with a motion that the springs leave free
+)
 
 SPRINGS: Final = "springs"
-"""In the origin of a Green's function: how many springs its modes are with."""
+"""Key in the origin of a Green's function of the number of springs that its modes include."""
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,7 @@ def _sum_of_k_powers(r: float, n: Array) -> Array:
 
 
 Term = Callable[[complex], ComplexArray]
-_TINY, _SMALL = 1e-4, 0.4  # |q| up to which the power series of the dilogarithm is summed
+_TINY, _SMALL = 1e-4, 0.4  # |q| up to which 4, and 36, terms of the dilogarithm's power series are summed
 
 
 def divided_difference(term: Term, zeta: float, omega: float) -> Array:

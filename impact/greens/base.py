@@ -239,7 +239,7 @@ def is_greens(thing: object) -> TypeGuard[GreensFunction]:
     return isinstance(thing, GreensFunction)
 
 
-_BLOCK = 256  # times at once: bounds the memory to that times the number of poles
+_BLOCK = 256  # instants evaluated at once: bounds the memory to that times the number of poles
 
 
 class StatedGreens(GreensFunction):

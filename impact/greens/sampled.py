@@ -17,7 +17,7 @@ from impact.quantities import percent
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]
 Pretrigger = Literal["refuse", "drop"]
-_GRID = 0.01  # of the spacing: times in files are rounded
+_GRID = 0.01  # largest deviation of a time from an even grid, over the spacing: times in files are rounded
 
 
 @dataclass(frozen=True)

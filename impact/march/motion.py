@@ -22,7 +22,7 @@ from impact.march.loop.past import FLOOR, displaced
 from impact.march.replay import Replay, blocks, resting, translate
 from impact.quantities import brief
 
-_ROUND_OFF = 1e-13  # relative, of a difference of inverse masses
+_ROUND_OFF = 1e-13  # relative round-off of a difference of inverse masses
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from impact.march.loop.several import active_set
 from impact.march.problem import ContactError, ContactProblem
 from impact.quantities import brief
 
-BLOCK = 512  # steps
+BLOCK = 512  # steps of free flight that are computed at once
 
 
 @dataclass(frozen=True)
@@ -116,8 +116,8 @@ class Pilot:
 
 
 RULES = {"passive": laws.PASSIVE, "conserving": laws.CONSERVING, "blended": laws.BLENDED}
-MOST_WEIGHTS = 8e9  # bytes of the step weights between all contacts
-MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
+MOST_WEIGHTS = 8e9  # most bytes of the step weights between all contacts
+MOST_STEPS = 2e8  # most steps of a run: it holds some 10 arrays of this length
 
 
 @dataclass(frozen=True)
