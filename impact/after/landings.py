@@ -27,9 +27,7 @@ from impact.quantities import brief
 
 BAND: Final = 0.1  # half width, over the quasi-static load, of the band about it within which a reed is pressed on
 DOUBT: Final = 0.2  # change of the band that shows how uncertain an end is: a decaying force may leave it a swing later
-NEAR: Final = (
-    0.25  # largest shift of a landing between two runs, over the time to the next, that keeps it the same landing
-)
+NEAR: Final = 0.25  # largest shift of a landing between two runs, over the time to the next one
 FAINT: Final = 1e-3  # least averaged force of a landing, over the largest of the record
 
 

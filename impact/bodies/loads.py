@@ -215,9 +215,7 @@ class BaseMotion:
         return Load(shape, lambda t: -mass * np.asarray(self.acceleration(t), dtype=float))
 
 
-ROUND_OFF: Final = (
-    1e-10  # relative round-off of what springs and forces share with a motion that the springs leave free
-)
+ROUND_OFF: Final = 1e-10  # relative round-off of the pull of springs and forces on a motion that they leave free
 
 SPRINGS: Final = "springs"
 """Key in the origin of a Green's function of the number of springs that its modes include."""

@@ -133,9 +133,7 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated) -> tuple[list[i
 HALF: Final = 7  # lines on either side of one that its local model is fitted to
 SMOOTH: Final = 61  # fewest lines over which the level of the noise is smoothed
 _MODELS: Final = ((7, 2), (7, 4), (4, 2))  # half width in lines, degree of numerator and denominator
-_MUCH_LESS: Final = (
-    0.3  # variance over that of the first local model, below which another one resolves what that does not
-)
+_MUCH_LESS: Final = 0.3  # variance, over the first local model's, below which another model resolves what that misses
 _OUTLIER: Final = 30.0  # local variance over its model, above which it is a resonance that no local model resolves
 _LEAST_COHERENCE: Final = 1e-4
 

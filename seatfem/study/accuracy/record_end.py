@@ -21,9 +21,9 @@ from impact.runs.variations import SAFETY, Budget, Values, changes, larger, tota
 from seatfem.study.scene.measures import ContactRecord, values_of
 
 CLOCK: Final = "last touch"
-"""Stands among the measures of the runs behind a budget: when they are half through the last whole touch [s]."""
+"""Name, among the measures of runs behind a budget, of the middle of the impulse of the last whole touch [s]."""
 
-FAINT: Final = 0.2  # of the largest impulse of a touch
+FAINT: Final = 0.2  # least impulse of a touch that counts, over the largest
 
 
 @dataclass(frozen=True)

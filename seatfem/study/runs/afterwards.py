@@ -51,7 +51,7 @@ from seatfem.study.scene.measures import LifeMargin
 
 PICTURE: Final = "margin_map.png"
 SHARE: Final = 0.3
-"""Of the largest range of von Mises stress: points below it, with some three times the least margin, are not judged."""
+"""Least range of von Mises stress of a judged point, over the largest; below it the margin is some 3 times more."""
 
 
 def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Picture]:

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     import pandas
 
 
-MOST_BYTES: Final = 100_000  # of a file
-OLDEST: Final = 2000  # files that are stored of numbers, the last written first
+MOST_BYTES: Final = 100_000  # most bytes of a kept file
+OLDEST: Final = 2000  # files of numbers that are kept, the last written ones
 NOTE: Final = "plan of the last run of this scene, which reached its target"
 UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 

@@ -44,7 +44,7 @@ from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.scene.life import OF_A_CURVE, UNITS, varied
 
-OF_SEAT = 12  # points of its surface that are judged
+OF_SEAT = 12  # points of the seat's surface whose life is judged, the hottest
 
 
 @dataclass(frozen=True)
@@ -162,9 +162,9 @@ def _millimetres(point: NDArray[np.float64]) -> str:
 
 
 MARGIN: Final = "life_margin"
-NEAR: Final = 1e-3  # of the allowed value, relative
-MOST: Final = 20  # runs that look for it
-FARTHEST: Final = 20.0  # |log margin|: further out it is as good as none, or infinite
+NEAR: Final = 1e-3  # accuracy of the allowed value that is looked for, relative
+MOST: Final = 20  # most runs of that search
+FARTHEST: Final = 20.0  # largest |log margin|: beyond it the margin counts as none, or infinite
 
 
 @dataclass(frozen=True)

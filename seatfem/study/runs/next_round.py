@@ -31,8 +31,8 @@ STAGES: Final[Mapping[str, tuple[str, ...]]] = {
     "seat": costs.OF_THE_SEAT,
     "contact": ("contact", "reed stress", "error budget"),
 }
-"""Stages of a round whose predicted times are off alike."""
-LEAST_PRICE: Final = 1e-3  # [s] that a price is taken for: no prediction is as exact
+"""Stages of a round by kind; predicted times of one kind are wrong by one factor."""
+LEAST_PRICE: Final = 1e-3  # least price [s] of a further round: no prediction is as exact
 STATED: Final = "is its key stated in the file?"
 AT_ITS_END: Final[Mapping[str, str]] = {
     STRIKER: "the reed's bandwidth is stated, or at the limit of plate theory",
@@ -40,7 +40,7 @@ AT_ITS_END: Final[Mapping[str, str]] = {
     RECORD: "it is given by the measurement",
 }
 CUT_OFF: Final = "the run ends during the judged landing; a longer run.duration includes all of it"
-AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its contact
+AFTER: Final = ("spring baseline", "files")  # last stages of a round, wrong by the factor of its contact
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,9 @@ from seatfem.study.impacts.plate_stress import has_plate_stress, in_some_modes, 
 from seatfem.study.impacts.touches import Touches, stress_since
 from seatfem.study.runs.round import Round
 
-FEWER: Final = 0.75  # of the modes, for the error bar
-OF_FEWER: Final = FEWER / (1 - FEWER)  # error of all of them over that change, where it falls like 1/modes
-BESIDE: Final = 3.0  # thicknesses from what touches a plate, within which a point lies beside the contact
+FEWER: Final = 0.75  # share of the modes in the run that is compared, for the error bar
+OF_FEWER: Final = FEWER / (1 - FEWER)  # error with all modes over the change with fewer, if it falls like 1/modes
+BESIDE: Final = 3.0  # largest distance of a point "beside the contact" from what touches the plate, in thicknesses
 
 
 @dataclass(frozen=True)

@@ -30,10 +30,10 @@ __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
-PRICED: Final = 60.0  # s predicted, from which on a first round is announced with its price
+PRICED: Final = 60.0  # predicted time [s] from which on a first round is announced with its price
 FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
-"""What a finer round may end with and cost no more than itself: all errors of the packages, of the factorizations and
-of the disk. What else there is, is a bug."""
+"""Errors that end a finer round alone: all of the packages, of the factorizations and of the disk. Any other is a
+bug."""
 BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model", LIP)
 
 

@@ -70,13 +70,13 @@ def shares_of(study: Study) -> NDArray[np.float64]:
 
 
 PILOTS: Final = 4
-"""Scenes with a seat that begin as the first one has ended. All others begin as the second dearest of these five has
-ended: one may be an exception, but what two had to refine most others would."""
+"""Scenes with a seat that begin when the first one has ended. All others begin when the second dearest of these five
+has ended: one may be an exception, but what two had to refine most others would."""
 OF_ALL: Final = ("contact", "reed stress", "error budget")
 NOTE: Final = "plan of another scene of the study, which reached its target"
 
 Start = Mapping[str, Any]
-"""Of JSON: a plan ("plan"), of which scenes ("like"), its predicted seconds ("work"), and the keys of its seat ("seat")
+"""A plan as JSON ("plan"), of which scenes ("like"), its predicted seconds ("work"), and the keys of its seat ("seat")
 as a scene file has them, as far as the scene's own does not say."""
 
 
@@ -125,7 +125,7 @@ def _like(scene: Scene) -> str:
     return content_key({"tables": tables, "stated": stated, "kinds": kinds, "law": scene.contact.law.kind})[:16]
 
 
-TOLD_EVERY: Final = 100  # scenes
+TOLD_EVERY: Final = 100  # scenes between two reports of progress
 
 
 @dataclass(frozen=True)

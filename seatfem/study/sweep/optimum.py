@@ -38,8 +38,8 @@ from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import STAGE, Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 
-RADIUS: Final = 0.2  # of the ranges, of the first trust region
-AGAIN: Final = 0.05  # and of that about a point that was confirmed
+RADIUS: Final = 0.2  # radius of the first trust region, over the ranges
+AGAIN: Final = 0.05  # radius of a trust region about a confirmed point, over the ranges
 
 
 def run_optimum(

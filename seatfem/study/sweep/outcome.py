@@ -27,7 +27,7 @@ Scalar = float | int | bool | str | None
 NOTES: Final = "notes"
 """Key of summary.json that lists what limits its numbers, a sentence each."""
 FAILURES: Final = (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError)
-"""What a scene that cannot be carried out raises."""
+"""Errors of a scene that cannot be carried out."""
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,9 @@ from seatfem.study.sweep.study import Study
 
 JOURNAL: Final = "study.jsonl"
 STAGE: Final = "scenes"
-TRIES: Final = 2  # of a scene whose process dies, as one that the system has killed for its memory
-SIDE_BY_SIDE: Final = 64  # scenes of a job that are marched so: four times the lanes of the march
-RENEW: Final = 500  # scenes after which a worker is replaced: whatever libraries leak goes with it
+TRIES: Final = 2  # runs of a scene whose process dies, as one that the system has killed for its memory
+SIDE_BY_SIDE: Final = 64  # most scenes of a job that are marched side by side: four times the lanes of the march
+RENEW: Final = 500  # scenes after which a worker is replaced, for memory that libraries leak
 WORKER: Final = "seatfem.study.sweep.outcome"
 
 

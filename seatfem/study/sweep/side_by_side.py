@@ -29,7 +29,7 @@ from seatfem.study.scene.measures import ContactRecord, judged_landing, key_of, 
 from seatfem.study.sweep.cases import begun
 from seatfem.study.sweep.outcome import Changes, Outcome, carry_out
 
-SAME = 1e-9  # relative, of two initial states of which one is a multiple of the other
+SAME = 1e-9  # relative difference of two initial states at which one counts as a multiple of the other
 
 
 @dataclass(frozen=True)

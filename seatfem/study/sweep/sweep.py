@@ -39,11 +39,11 @@ from seatfem.study.sweep.table import (
     write_parquet,
 )
 
-LOOKED_AT: Final = 1000  # scenes of a larger study that are checked before its price is told
+LOOKED_AT: Final = 1000  # scenes of a larger study that are checked before its price is stated
 SAMPLED: Final = 3  # scenes that are planned: the first, the middle and the last
-LANE: Final = 0.1  # of a scene marched side by side, over the march of one by itself with all energies
+LANE: Final = 0.1  # time of a scene marched side by side, over the march of one by itself with all energies
 NOT_HERE: Final = ("program start", "compilation", "pictures", "files", *OF_THE_SEAT)
-"""Stages that scenes of a study do without, or only the first one with a seat has."""
+"""Stages that a study's scenes do without, or that only the first scene with a seat has."""
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ from seatfem.study.sweep.study import Study
 
 Columns = Mapping[str, Sequence[object]]
 MODULES: Final[Mapping[str, str]] = {"pandas": "pandas", "pyarrow": "pyarrow.parquet"}
-"""What is imported of the optional packages by which tables are written, absent or whole."""
+"""Modules of the optional packages by which tables are written, to see whether they are absent or broken."""
 
 
 @dataclass(frozen=True)
@@ -231,8 +231,8 @@ def as_frame(columns: Columns) -> Any:
 
 SAFETY: Final = 1.25
 TIGHTER: Final = 0.6  # of accuracy.target, so that bars of others with their factor are within it
-LEAST: Final = 24  # scenes through the design
-CORNERS: Final = 32  # at most
+LEAST: Final = 24  # scenes of the sample that are spread evenly through the design
+CORNERS: Final = 32  # most scenes of the sample that are nearest to corners
 STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
 STRESS: Final = (
     *(f"{name}_{what}" for name in STRESSES for what in ("Pa", "at_m", "time_s")),

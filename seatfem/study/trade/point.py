@@ -24,7 +24,7 @@ from seatfem.study.sweep.outcome import FAILURES, Outcome
 Settings = Mapping[str, object]
 """Values by dotted key, written as in a scene file ("1 mm"); ``None`` takes the key out of the file."""
 
-ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # of bars none is chosen
+ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # keys left to the planner
 
 
 def stated_choices(scene: Scene, method: RunMethod) -> Settings:
@@ -35,10 +35,10 @@ def stated_choices(scene: Scene, method: RunMethod) -> Settings:
 
 PROCESSOR: Final = "processor_s"
 COSTS: Final = (PROCESSOR, "memory_bytes", "start_s")
-"""Seconds of all threads of the computation, mesher included, of a stopped one the limit; the largest of the process;
-seconds from the start of the process to the beginning of the computation."""
+"""Processor seconds of all threads, mesher included, or the limit if stopped; largest memory of the process; seconds
+from the start of the process to the beginning of the computation."""
 ABOUT: Final = (landings.STATUS, "seat_model", "seat_dof", "seat_poles", "reduction", "time_step_s", "engine")
-REPEATED_BELOW: Final = 4.0  # processor s; less is measured twice and the second counts: the first loads and compiles
+REPEATED_BELOW: Final = 4.0  # processor time [s] below which a point is run twice: the first time loads and compiles
 
 
 @dataclass(frozen=True)

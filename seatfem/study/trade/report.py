@@ -137,7 +137,7 @@ FAMILIES: Final = {
     "3d": (PURPLE, "3-D"),
     "as given": (SKY, "seat as given"),
 }
-"""Colour and name of each."""
+"""Colour and name of each family of points."""
 MARKERS: Final[Mapping[str, tuple[Any, str]]] = {
     "diagonal": ("o", "mesh and bandwidth"),
     "by hand": ("s", "chosen by hand, no error bar"),

@@ -42,12 +42,12 @@ from seatfem.study.prerun.look import BAND_PER_FILTER
 from seatfem.study.scene import Scene
 from seatfem.study.trade.point import Point, Settings
 
-BY_HAND: Final = "by hand"  # what is varied where there are no finite elements
+BY_HAND: Final = "by hand"  # name of the varied key of points without finite elements
 DEPTH: Final = 3  # rungs of the diagonal below the centre
-ACROSS: Final = {True: 1, False: 2}  # elements over the column's height and the patch's width; true: in 3-D
+ELEMENTS: Final = {True: 1, False: 2}  # elements over the column's height and the patch's width; true: in 3-D
 SOLID: Final = ("sector", "3d")  # levels with three-dimensional meshes
 ENGINES: Final[tuple[Engine, ...]] = ("poles", "fft", "direct")
-ENGINE_STEPS: Final = 100_000  # at most, where engines are compared: the direct sum takes their square
+ENGINE_STEPS: Final = 100_000  # most steps where engines are compared: the direct sum takes their square
 REFERENCE_MODES: Final = 128
 REFERENCE_PORTS: Final = 128
 _QUICK: Final = (
@@ -74,9 +74,9 @@ def centre_of(scene: Scene) -> RunMethod:
 
 
 def _sizes(seat: Drawn, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
-    """Return element sizes in bulk and contact: `ACROSS` the column's height and the patch, and the slowest wave."""
+    """Return element sizes in bulk and contact: `ELEMENTS` the column's height and the patch, and the slowest wave."""
     wave, column = seat.slowest / (PER_WAVELENGTH[seat.discrete(level)] * bandwidth), seat.column()
-    across = ACROSS[level in SOLID]
+    across = ELEMENTS[level in SOLID]
     size = stated.size or (wave if column is None else min(wave, column.height / across))
     contact = stated.contact_size or (0.4 * size if column is None else min(size, column.width / across))
     return size, min(contact, size)

@@ -34,13 +34,13 @@ from seatfem.study.trade.point import ALL_OPEN, PROCESSOR, Point, stated_choices
 from seatfem.study.trade.rungs import BY_HAND, Rungs
 from seatfem.units import write_quantity
 
-TIME_LIMIT: Final = 20.0  # processor s for one point, the start of its process included
-PATIENCE: Final = 10.0  # s of the clock for each of them: for what hangs, and for machines that are busy otherwise
-TOO_LONG: Final = 2.0  # predicted time over the limit from which a point is not tried: predictions are that good
+TIME_LIMIT: Final = 20.0  # processor time [s] for one point, the start of its process included
+PATIENCE: Final = 10.0  # time of the clock over that limit, after which a point is ended: enough on a busy machine
+TOO_LONG: Final = 2.0  # predicted time over the limit above which a point is not tried: predictions are no better
 PROGRAM: Final = Program(
     "seatfem.study.trade.point", renew=1, own_session=True, environment=ONE_THREAD, folder_in=(VARIABLE, "TMPDIR")
 )
-"""One thread, so that processor time is work; nothing computed before is at hand; what a point leaves goes with it."""
+"""Process of a point: one thread, so that processor time is work; a folder of its own, so that no result is at hand."""
 
 
 def run_points(
@@ -135,10 +135,10 @@ def _outcome(answer: str | Lost, limit: float) -> Outcome:
 
 PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
-LONGER: Final = 4.0  # time limits that the reference and the planner's choice may take
-FINEST: Final = 3  # notches of the diagonal above the centre, where they are cheap
+LONGER: Final = 4.0  # time, in time limits, that the reference and the planner's choice may take
+FINEST: Final = 3  # most notches of the diagonal above the centre, where they are cheap
 CARRIED_OUT: Final = ("mesh", "assembly", "reduction", "contact")  # stages of a plan that a point carries out
-GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # of the time from one rung to the next; true: in three dimensions
+GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # factor of the time from rung to rung; true: in three dimensions
 
 
 class TradeError(ValueError):
