@@ -24,9 +24,9 @@ from seatfem.study.scene import Contact, Scene, drives, files, keys, load
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
 
-SHOWN: Final = 4  # values of a list; of longer ones their number and range
+SHOWN: Final = 4  # most values of a list that are shown; of longer ones their number and range are
 HOW: Final = ("run", "accuracy", "title")
-"""Tables and keys that the plan's own table tells."""
+"""Tables and keys that are left out, as the plan's own table states them."""
 STRENGTHS: Final = ("strength", "seat_strength")
 NOT_SHOWN: Final = ("kind", "name", "mesh", "greens")
 _NONE: Final = FieldInfo(default=None)

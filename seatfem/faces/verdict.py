@@ -25,9 +25,9 @@ STATUS: Final[Mapping[str, str]] = {
         'Remedy: a longer run.duration, or loads that open the reed; accuracy.landing = "run" judges the whole run.'
     ),
 }
-"""What a run without a landing says first, by its landing_status."""
+"""First sentence about a run without a landing, by its landing_status."""
 OF_SPEED: Final = ("margin", "m_per_s", "limit_m_per_s")
-"""How the keys life_speed_... end that the sentence on the closing speed needs."""
+"""Ends of the keys life_speed_... that the sentence on the closing speed needs."""
 
 
 @dataclass(frozen=True)

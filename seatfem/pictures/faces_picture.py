@@ -31,14 +31,14 @@ VIEWS: Final[tuple[View, ...]] = (
 """Directions from the body to the camera that are tried in turn."""
 MOST_VIEWS: Final = 4
 SIZE: Final = (900, 760)
-LEGIBLE: Final = 150  # pixels of a face that is shown well enough
-LEAST: Final = 12  # and of one that is shown at all
-ROOM, APART = 16, 36  # pixels from a number to its face's border, and to other numbers
+LEGIBLE: Final = 150  # pixels of a face from which on it is shown well enough
+LEAST: Final = 12  # fewest pixels of a face that counts as shown
+ROOM, APART = 16, 36  # least pixels from a number to its face's border, and to other numbers
 PLAIN, DARK, GHOST = "#E9EBEE", "#2B2F36", "#9AA1AA"
 GROUPS: Final = {"contact": ORANGE, "fixed": BLUE}
-FURTHER: Final = ("#009E73", "#CC79A7", "#F0E442", "#56B4E9", "#E69F00")  # of Okabe and Ito's palette
+FURTHER: Final = ("#009E73", "#CC79A7", "#F0E442", "#56B4E9", "#E69F00")  # further colours, of Okabe and Ito's palette
 LIGHT: Final = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.55, "specular": 0.05}
-INCH: Final = 4.6  # side of a picture
+INCH: Final = 4.6  # side of a picture [inch]
 BOX: Final[dict[str, Any]] = {"boxstyle": "round,pad=0.18", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
 
 

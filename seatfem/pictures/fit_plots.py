@@ -28,7 +28,7 @@ QUANTITIES: Final[dict[str, tuple[int, str]]] = {
     "accelerance": (2, "1/kg"),
 }
 """Derivatives of the displacement, and their unit."""
-BEYOND: Final = 1.6  # by which the curve goes on beyond the measured lines, on either side
+BEYOND: Final = 1.6  # factor by which the curve extends beyond the measured lines, on either side
 POINTS: Final = 1500
 
 
@@ -127,9 +127,9 @@ def _misfit(fitted: modal.ModalGreens | PoleGreens) -> str:
     return f"misfit {percent(value)} (rms), {percent(missed)} beyond the noise; {modes}"
 
 
-SAME_FREQUENCY: Final = 0.01  # change of a frequency from one order to the next, below which a pole is stable
-SAME_DAMPING: Final = 0.05  # likewise of a damping ratio
-MARGIN: Final = 0.02  # of the band, on either side, so that poles at its ends are whole
+SAME_FREQUENCY: Final = 0.01  # relative change of a frequency from one order to the next, below which a pole is stable
+SAME_DAMPING: Final = 0.05  # relative change of a damping ratio below which it is stable
+MARGIN: Final = 0.02  # margin of the axis, over the band, on either side, so that poles at its ends are whole
 State = Literal["stable", "frequency", "new"]
 MARKS: Final[dict[State, tuple[str, str, str]]] = {
     "stable": ("o", GREEN, "stable: frequency within 1 %, damping within 5 %"),

@@ -193,7 +193,7 @@ READY: Final = "libraries"
 """Name sent in place of a picture's: only load the libraries."""
 
 Picture = tuple[str, Callable[..., object]]
-"""A file's name, and what draws it, called with ``path``."""
+"""A file's name, and the function that draws it, called with ``path``."""
 
 
 @contextmanager

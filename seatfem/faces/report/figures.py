@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 
-MOST_OF_BODIES: Final = 3 * MB  # of numbers, before base64 makes them a third longer
+MOST_OF_BODIES: Final = 3 * MB  # most bytes of numbers of bodies, before base64 makes them a third longer
 HINT: Final = (
     "Drag or use the arrow keys to turn, Shift and drag to move, + and - (or the wheel, once clicked) to zoom, 0 to "
     "reset, the space bar to play; a click on the body tells the values there; a section takes away "
@@ -142,11 +142,11 @@ def _coded(values: NDArray[Any], kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
 
 
-Landings = Sequence[Mapping[str, object]]  # as summary.json lists them
-MOST: Final = 6000  # points of a curve while a contact lasts, and as many beside: of each bin the smallest and largest
-MARGIN: Final = 0.05  # of the time of all contacts, before and after them
-CELLS: Final = 400  # of a map along time
-PULSES: Final = 60  # widths of the pulse over which a Green's function is shown
+Landings = Sequence[Mapping[str, object]]  # landings as summary.json lists them
+MOST: Final = 6000  # most points of a curve in contact, and as many beside: the smallest and largest of each bin
+MARGIN: Final = 0.05  # time shown before and after all contacts, over their duration
+CELLS: Final = 400  # columns of a map along time
+PULSES: Final = 60  # time over which a Green's function is shown, in widths of the pulse
 LINES: Final[Mapping[str, tuple[str, str]]] = {"wave": ("elastic seat", BLUE), "spring": ("spring baseline", ORANGE)}
 SOURCES: Final = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY, "#E69F00", "#000000")
 

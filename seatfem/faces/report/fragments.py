@@ -141,7 +141,7 @@ TOO_WIDE: Final = "Not known, since the uncertainty is above half of the value"
 NO_BAR: Final = "Without an uncertainty"
 STATES: Final = (BAR_UNKNOWN, TOO_WIDE, NO_BAR)
 BESIDE: Final = ("time_s", "_at_deg", "_at_m", "_over_rho_c0_v", "tilt_deg")
-"""How keys of rows end that say when and where another one is, what it is a multiple of, and what the scene states."""
+"""Ends of keys that state when and where another number holds, a multiple of it, or what the scene states."""
 
 
 def omissions(summary: readings.Summary) -> Iterator[str]:
@@ -267,9 +267,9 @@ def versions() -> str:
 
 
 MOST_OF_A_PICTURE: Final = 3 * MB
-MOST_OF_PICTURES: Final = 7 * MB // 2  # with plotly's 5 MB, bodies and curves the page stays below 15 MB
+MOST_OF_PICTURES: Final = 7 * MB // 2  # most bytes of pictures: with all else the page stays below 15 MB
 DRAWING: Final = "drawing.png"
-"""The picture that a page begins with."""
+"""File of the picture that a page begins with."""
 CAPTIONS: Final[Mapping[str, str]] = {
     DRAWING: "The scene as it was computed: section along the reed through the contact, and plan, with sizes.",
     "force.png": "Contact force, seat and spring baseline.",
@@ -294,9 +294,9 @@ INSTEAD: Final[Mapping[str, str]] = {
     "reed_stress_wave.gif": "reed_stress_wave.h5",
     "landing.gif": "landing.h5",
 }
-"""Pictures in whose place bodies are in the page, where there are any."""
+"""Pictures that are left out where the page has moving bodies, and the files of these."""
 STILLS: Final = ("landing.gif",)
-"""Those of them that are in the page all the same, for browsers that draw no bodies, and for what they print."""
+"""Pictures of `INSTEAD` that are kept all the same, for browsers that draw no bodies, and for prints."""
 
 
 def kept_pictures(folder: Path) -> str:

@@ -231,7 +231,7 @@ def _plotly() -> str:
 
 
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-"""Variables of the environment, one of which is set where a browser of its own window, or one of choice, can open."""
+"""Environment variables, one of which is set where a browser with a window of its own can open."""
 
 
 def open_in_browser(page: Path) -> bool:

@@ -30,7 +30,7 @@ _ELEMENTS = {
     ("RefHex", 1): ElementHex1,
     ("RefHex", 2): ElementHex2,
 }
-_FLAT = 1e-10  # of the element's longest side cubed: a smaller Jacobian is none
+_FLAT = 1e-10  # least Jacobian over the cube of the element's longest side
 
 
 @dataclass(frozen=True)

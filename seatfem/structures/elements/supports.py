@@ -23,8 +23,8 @@ from seatfem.structures.errors import ModelError
 
 Constraint = tuple[NDArray[np.integer], Array]
 """Nodes, and the (3,) direction in which none of them may move."""
-_ALIGNED = 1e-6  # a unit normal this close to an axis is that axis
-_FREE = 1e-9  # least eigenvalue of the sum of d d' over held unit directions d that counts as held
+_ALIGNED = 1e-6  # largest 1 - cos between a unit normal and the axis that it counts as
+_FREE = 1e-9  # eigenvalue of the sum of d d' over held unit directions d below which a direction is free
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ _MINDLIN = 0.82  # tangential over normal stiffness of a contact at nu = 0.3, 2 
 
 
 Densities = Sequence[tuple[Literal["K", "C"], Array, Array]]
-"""What is added to K or C per area, along and across the normal, at the points (f, Q) of a patch."""
+"""Terms of K or C per area, along and across the normal, at the points (f, Q) of a patch."""
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,12 @@ from impact.after.histories import Spans
 from seatfem.machine.compiling import threads
 from seatfem.structures.model import Array
 
-TIMES_PER_RADIAN: Final = 2  # of the highest frequency retained: when peaks are looked for
-LITTLE: Final = 1e-3  # of the largest stress, that may be missing at a point
-BETWEEN: Final = 5e-3  # of the largest stress: what may be missed between two times, sqrt(3/2) of it of von Mises's
-_BLOCK: Final = 1024  # times
-_PLACES: Final = 16  # at least, that a thread looks at in them
-_NUMBERS: Final = 2**18  # that it holds, where one place has fewer
+TIMES_PER_RADIAN: Final = 2  # instants per radian of the highest frequency retained at which peaks are looked for
+LITTLE: Final = 1e-3  # largest stress of the coordinates left out, over the largest stress
+BETWEEN: Final = 5e-3  # largest miss between two instants, over the largest stress; sqrt(3/2) of it of von Mises
+_BLOCK: Final = 1024  # instants of a block
+_PLACES: Final = 16  # fewest places that a thread evaluates at once
+_NUMBERS: Final = 2**18  # numbers that a thread holds, where one place has fewer
 
 Integers = NDArray[np.int64]
 

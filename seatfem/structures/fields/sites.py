@@ -21,10 +21,10 @@ from seatfem.structures.model import SecondOrderModel
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_NEAREST: Final = 24  # elements that are searched for a point, those with the nearest centres
+_NEAREST: Final = 24  # elements, those with the nearest centres, in which a point is searched
 _NEWTON: Final = 12
-_INSIDE: Final = 1e-6  # of the reference element: a point on the side of an element is in both
-_BESIDE: Final = 0.05  # of the reference element, that a point may lie off a curved surface
+_INSIDE: Final = 1e-6  # reference distance by which a point may lie outside an element: one on a side is in both
+_BESIDE: Final = 0.05  # reference distance by which a point may lie off a curved surface
 _CUTS: Final = ("symmetry_0", "symmetry_1")
 
 

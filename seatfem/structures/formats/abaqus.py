@@ -13,10 +13,10 @@ from seatfem.structures.mesh.io import Floats, Integers, MeshError, distinct
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "TRANSFORM SYSTEM")
-DEPTH = 8  # of files that include files
+DEPTH = 8  # most levels of files that include files
 MOST_FILES = 200
-MOST_BYTES = 512 * MB  # of all files of a deck together
-MOST_MEMBERS = 5_000_000  # of all sets of a deck together
+MOST_BYTES = 512 * MB  # most bytes of all files of a deck together
+MOST_MEMBERS = 5_000_000  # most members of all sets of a deck together
 _INCLUDE = re.compile(r'^\*[ \t]*INCLUDE[ \t]*,\s*INPUT[ \t]*=[ \t]*"?([^",\r\n]+)', re.IGNORECASE | re.MULTILINE)
 
 

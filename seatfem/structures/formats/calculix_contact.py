@@ -24,9 +24,9 @@ from seatfem.structures.formats.calculix_deck import CalculixBody, Integers, as_
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, ModelError
 
-HEAVIER: Final = 1e4  # the ballast than the plate
-AWAY: Final = 1.0  # the ballast from all else [m]
-ROOM: Final = 0.1  # of the patch's width, by which a rigid striker reaches beyond it
+HEAVIER: Final = 1e4  # mass of the ballast over that of the plate
+AWAY: Final = 1.0  # distance of the ballast from all else [m]
+ROOM: Final = 0.1  # overhang of a rigid striker beyond the patch, over the patch's width
 
 
 @dataclass(frozen=True, eq=False)

@@ -145,8 +145,8 @@ def cut(items: Sequence[Any], most: int) -> Iterator[Sequence[Any]]:
     return (items[k : k + most] for k in range(0, len(items), most))
 
 
-PATCH: Final = "PATCH"  # the set of the reference node
-FLAT: Final = 1e-6  # of a patch's width: by as much its vertices may differ in height
+PATCH: Final = "PATCH"  # name of the set of the reference node
+FLAT: Final = 1e-6  # largest difference in height of a flat patch's vertices, over its width
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from seatfem.structures.mesh import checks, io
 
-MOST_GROUPS = 5000  # of a file: sets of nodes, of elements, surfaces
+MOST_GROUPS = 5000  # most groups of a file: sets of nodes, of elements, surfaces
 Groups = tuple[tuple[int, ...], ...]
 TET_RING: Groups = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 BOTTOM: Groups = ((0, 1), (1, 2), (2, 3), (3, 0))

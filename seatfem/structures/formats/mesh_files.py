@@ -34,7 +34,7 @@ READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
 )
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
 LIMIT = 2048 * MB
-SMALLEST, LARGEST = 1e-4, 10.0  # metres: sizes of seats
+SMALLEST, LARGEST = 1e-4, 10.0  # sizes that a seat may have [m]
 
 
 def read_mesh(

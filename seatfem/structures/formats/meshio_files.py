@@ -18,7 +18,7 @@ from seatfem.structures.formats import abaqus, file_mesh
 from seatfem.structures.mesh.io import Integers, MeshError
 
 LIMIT: Final = 1024 * MB
-PATIENCE: Final = 3600.0  # s of the clock, on a machine that is busy otherwise too
+PATIENCE: Final = 3600.0  # seconds of the clock for a file, enough on a busy machine
 FORMATS: Final[Mapping[str, str]] = MappingProxyType(
     {
         ".vtu": "vtu",
@@ -51,7 +51,7 @@ SURFACES_ONLY: Final = (".stl", ".ply", ".obj", ".off", ".svg", ".wkt", ".ply2")
 SOLIDS = ("tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27")
 OTHER_SOLIDS = ("tetra", "hexa", "wedge", "pyramid", "poly", "voxel", "VTK_LAGRANGE_", "VTK_BEZIER_")
 SKINS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
-MOST_GROUPS = 256  # an array of more different values numbers the cells; it does not group them
+MOST_GROUPS = 256  # most values of an array that groups the cells; one with more numbers them
 _BESIDE = re.compile(r">([^<>:]*):/")  # blanks are stripped after: two ways to match one of them take squares of time
 
 

@@ -58,9 +58,9 @@ def listed(names: Collection[str]) -> str:
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-SAMPLED: Final = 400  # points of the struck outline that distances are taken from
-BLOCK: Final = 256  # points that distances are taken to at once
-DIRECTED: Final = 0.1  # excess of the normals along one direction; a cone of 60 degrees has 1/8
+SAMPLED: Final = 400  # points of the struck outline from which distances are taken
+BLOCK: Final = 256  # points to which distances are taken at once
+DIRECTED: Final = 0.1  # least excess of the normals along one direction; a cone of 60 degrees has 1/8
 BESIDE: Final = 0.5  # part of the depth by which held faces may lie beside the struck ones of a bulky body
 
 
@@ -162,7 +162,7 @@ def distances(points: Array, others: Array) -> Array:
     return np.asarray(np.sqrt(np.maximum(nearest, 0.0)))
 
 
-EVEN: Final = 1e-6  # of the cosine between normals of faces that look the same way
+EVEN: Final = 1e-6  # largest 1 - cos between normals of faces with the same direction
 
 
 EMPTY: Final = Shape(np.zeros((0, 3)), np.zeros((0, 3), np.int64), {}, np.zeros((0, 4), np.int64), 0.0)

@@ -21,7 +21,7 @@ from seatfem.structures.shapes import CadPart, Group, Selector, cad, inspect, lo
 from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.structures.shapes.selectors import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 
-PICOMETRE: Final = 12  # digits [m]
+PICOMETRE: Final = 12  # decimals of a metre
 
 
 @dataclass(frozen=True)
@@ -162,9 +162,9 @@ def _listed_sides(faces: list[FoundFace]) -> str:
     return "".join(lines) or "it has none"
 
 
-ROUND_OFF: Final = 1e-6  # [m], [rad]: what coordinates of exchange files are good for
-EDGE_POINTS: Final = 721  # of each edge of a lip
-BESIDE: Final = 1e-5  # [m]; what touches the reed's edge no further cuts into nothing
+ROUND_OFF: Final = 1e-6  # accuracy of coordinates in exchange files [m], [rad]
+EDGE_POINTS: Final = 721  # points of each edge of a lip
+BESIDE: Final = 1e-5  # distance [m] from the reed's edge within which a touching part does not count as cutting
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.inspect import Mark, area_of, colour_of, outline_of, patch_tags, volume_of
 from seatfem.structures.shapes.shape import cut, patches_in
 
-SAME_PLACE = 1e-5  # of the model's size
-OFF_SURFACE = 1e-3  # of the model's size
-SAMPLES = 4  # every so many points of a face's outline are compared
+SAME_PLACE = 1e-5  # distance of points that count as one, over the model's size
+OFF_SURFACE = 1e-3  # largest distance of edges from their surface, over the model's size
+SAMPLES = 4  # stride of the points of a face's outline that are compared
 
 
 @dataclass
@@ -201,8 +201,8 @@ def _replaced(
 
 MESH_ADAPT, FRONTAL = 1, 4
 TETRAHEDRON = {1: 4, 2: 11}  # gmsh element types by order
-LEAST_OF_PATCH = 0.25  # the smallest element that curvature may ask for, over the patch's
-EQUAL_SECTORS = 1e-6  # relative, of volumes
+LEAST_OF_PATCH = 0.25  # smallest element that curvature may ask for, over the patch's
+EQUAL_SECTORS = 1e-6  # largest relative difference of the volumes of sectors
 POOR_JACOBIAN = 0.05
 
 

@@ -230,7 +230,7 @@ def as_frame(columns: Columns) -> Any:
 
 
 SAFETY: Final = 1.25
-TIGHTER: Final = 0.6  # of accuracy.target, so that bars of others with their factor are within it
+TIGHTER: Final = 0.6  # target of the sample over accuracy.target: bars of the others, with their factor, keep that
 LEAST: Final = 24  # scenes of the sample that are spread evenly through the design
 CORNERS: Final = 32  # most scenes of the sample that are nearest to corners
 STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
