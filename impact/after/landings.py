@@ -1,4 +1,4 @@
-"""Landings: what of a contact is a blow, what is the load that presses a closed reed, and how the reed rebounds.
+"""Landings found in a contact force: what is a blow, what the load that presses a closed reed, how it rebounds.
 
 A *landing* begins at the first touch after an approach; a release at no gap, with a speed, counts, a preload does not.
 It ends when the bodies part for `MERGE`, or when the force averaged over the filter first stays within `BAND` of the

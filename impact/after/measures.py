@@ -1,4 +1,4 @@
-"""What is read off an impact: functions of an `ImpactResult`.
+"""Measures as functions of an `ImpactResult`: impulse, peaks, contact groups, restitution, work.
 
 Each asks one contact: with several, ``contact=`` 0, 1, ... says which; `total_impulse` adds up all. The force of step
 m, ``force[m]``, m = 1..n, is constant over the step that ends at ``time[m]``; integrals over it are exact.

@@ -1,4 +1,4 @@
-"""Stress in the bodies, recovered from the contact force."""
+"""Stress in reeds and rods, recovered from the contact force; displacement and axial force of rods at any x."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way from a beam to a body that takes part in an impact: contact points, release, loads."""
+"""From a beam to a `Body` that takes part in an impact: contact points, release, loads."""
 
 from __future__ import annotations
 

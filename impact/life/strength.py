@@ -1,4 +1,4 @@
-"""Measured strength: S-N curves with their scatter, and criteria made of a material's numbers."""
+"""Strength as numbers: S-N curves with their scatter, and criteria made of a material's measured numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of an impact: force, motion, energy, Green's function, and the gas of a reed valve."""
+"""Figures of an impact by matplotlib: force, motion, energy, Green's function, and the gas of a reed valve."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The runs behind an error budget, and the budget: how far each measure of an impact is from the truth.
+"""Runs with one thing changed, and the error budget from them: how far each measure of an impact is from the truth.
 
 Every source of error is varied on its own, from what was computed to something coarser, and the run repeated: the
 change of the *measure* is the size of that source's error in it. With a refinement ratio r and an order q the error

@@ -1,4 +1,4 @@
-"""Pictures of the seat: its mesh, its modes still and moving, and files for ParaView."""
+"""Pictures of bodies by VTK: the seat's mesh, its modes still and moving, and files for ParaView."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a body is computed, apart from what it is; the body that is computed, and the same as a spring."""
+"""The `Method` by which one body is computed, apart from what it is; the body computed, and the same as a spring."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Methods: how a scene is computed, which a plan chooses and a run carries out. The scene itself is what is asked.
+"""The `RunMethod` of a scene: how all its bodies and the march are computed; a plan chooses it, a run carries it out.
 
 A method has a value for each of `FIELDS`, the keys of a scene that say how and not what. What the file states is never
 touched; what it leaves open stands in the method alone.

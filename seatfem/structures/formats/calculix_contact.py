@@ -1,4 +1,4 @@
-"""Contact in decks for CalculiX: what strikes a body's patch, by ccx's own surface contact and direct dynamics.
+"""Lines of decks for CalculiX: what strikes a body's patch, by ccx's own surface contact and direct dynamics.
 
 The patch is the dependent surface, integrated face by face: pressure per penetration (*SURFACE BEHAVIOR,
 PRESSURE-OVERCLOSURE=LINEAR). *DYNAMIC, DIRECT has the numerical damping of alpha = -0.05 here, without which ccx does

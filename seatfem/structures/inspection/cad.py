@@ -1,4 +1,4 @@
-"""What a geometry's solids and faces are, before anything is planned: of a CAD file as gmsh reads it."""
+"""Inspection of a CAD file as gmsh reads it, before anything is planned: its solids and faces."""
 
 from __future__ import annotations
 

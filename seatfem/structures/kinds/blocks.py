@@ -1,4 +1,4 @@
-"""Solids between parallel planes: bars, blocks, and the valve plate with several ports."""
+"""Kinds of scenes: tables of solids between parallel planes (bars, blocks, the valve plate with several ports)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a striker starts and what drives it: velocities, deflections, courses of forces and pressures in time."""
+"""Tables of scenes on how a striker starts and what drives it: velocities, deflections, courses of forces in time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Flat reeds and springs, each a beam of its own theory."""
+"""Kinds of scenes: flat reeds and springs, each a beam of its own theory."""
 
 from __future__ import annotations
 

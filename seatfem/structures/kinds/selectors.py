@@ -1,4 +1,4 @@
-"""Ways of naming faces and solids of a CAD file; a new way is a new class and one name in `SimpleSelector`."""
+"""Tables of scenes that name faces and solids of a CAD file; a new way is a class and one name in `SimpleSelector`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parts drawn in a CAD program: STEP and BREP files."""
+"""Geometry in gmsh: parts drawn in a CAD program, STEP and BREP files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Selectors of faces: add a new way of selecting here, and to ``SELECTORS``. Lengths in metres, angles in radians."""
+"""Selectors that pick faces in gmsh; a new way is added here and to ``SELECTORS``. Lengths in m, angles in rad."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The contact of a scene: its bodies, computed or found, how finely time is stepped, and one run of it."""
+"""The contact problem of a scene: its bodies, computed or loaded, limits of the time step, and one run of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The gas of a scene: its loads on the reed, and what came of it in numbers."""
+"""The gas of a run: its loads on the reed in the march, and its results in numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The landings of a run of a scene, on its seat and its stopper, and the scenes in which the reed lands on its seat.
+"""Landings of a scene's run, on seat and stopper, with their status; the scenes in which the reed lands on its seat.
 
 A scene without a landing, or one that the end of the run cuts off in its landing, has numbers, but no answer: an
 impulse of zero, or the part of a peak that there was time for. Beside others they would bend every mean. They count for

@@ -1,4 +1,4 @@
-"""The drawing of a scene: its layout, bodies in their places, loads and motions in words, and the file."""
+"""From a scene to its drawing: bodies in their places, loads and motions in words, for `seatfem.pictures.layout`."""
 
 import math
 from collections.abc import Iterator, Sequence

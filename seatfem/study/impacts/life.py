@@ -1,4 +1,4 @@
-"""Life of the bodies of a run: histories of stress, judged as [life] asks, and as JSON holds it."""
+"""Life judged from the stress histories of one run, as [life] asks, and as JSON holds it; starts no runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The life of the bodies of a run, and margins of a life over values of one quantity."""
+"""Life of all bodies after a run, and margins over values of one quantity, for which it starts further runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""[gas]: what flows through the reed's valve, and the cylinder that it opens."""
+"""[gas] of a scene file, its table and checks: what flows through the reed's valve, and the cylinder that it opens."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""[life]: how long the reed has to live, by which strength and rules, and the values over which a margin is wanted."""
+"""[life] of a scene file, its table and checks: the life asked for, by which strength and rules, values for margins."""
 
 from __future__ import annotations
 

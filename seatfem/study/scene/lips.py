@@ -1,4 +1,4 @@
-"""Contact along a lip: where it runs on both bodies, in how many arcs, and how far it is open."""
+"""Geometry of a scene's contact along a lip: where it runs on both bodies, in how many arcs, how far it is open."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The measures of a run: what an accuracy may be asked of. A new one is a subclass of `Measure`, in any file."""
+"""Measures of a scene, for which an accuracy may be asked. A new one is a subclass of `Measure`, in any file."""
 
 from __future__ import annotations
 

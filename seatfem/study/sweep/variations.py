@@ -1,4 +1,4 @@
-"""[vary]: the values that one key of a scene takes, as a list, a range or a distribution."""
+"""[vary] of a study file: the values that one key of a scene takes, as a list, a range or a distribution."""
 
 import math
 from collections.abc import Mapping
