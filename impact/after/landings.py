@@ -78,7 +78,7 @@ def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[floa
 
 @dataclass(frozen=True)
 class Landing:
-    """One landing.
+    """Start, end, force and rebound of one landing on one face.
 
     Attributes:
         start, end: of the landing [s].

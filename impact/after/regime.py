@@ -24,7 +24,7 @@ MAPS = Path(__file__).parent / "data"  # folder of the regime maps that examples
 class Regime:
     """Dimensionless numbers of an impact; ``nan`` where one has no meaning.
 
-    A rod of the same static stiffness K and wave impedance Z = 1/g(0+) stands for any seat; for rods it is the rod.
+    Any seat is represented by a rod of its static stiffness K and wave impedance Z = 1/g(0+); a rod by itself.
 
     Attributes:
         mass_ratio: Z^2/K (rho A l of a rod) over the striker's mass, 1/phi_1^2 of a held one.
@@ -104,12 +104,12 @@ def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result
 
 
 def regime_card(striker: Body | GreensFunction, target: Body | GreensFunction, result: ImpactResult) -> str:
-    """Return `regime` as one line of text."""
+    """Return the numbers of `regime` as one line of text."""
     return in_words(regime(striker, target, result))
 
 
 def in_words(found: Regime) -> str:
-    """Return one line that says what each number is."""
+    """Return one line with the prediction and the numbers, each with its meaning."""
     verdict = {
         "unknown": "no prediction for a constant stiffness (outside the regime map)",
         "equal": "a constant stiffness should agree in peak force within 2 %",

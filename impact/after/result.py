@@ -1,4 +1,4 @@
-"""What an impact run leaves: data only, its energy ledger among them."""
+"""`ImpactResult`, the histories of a run, and `EnergyLedger`: data without references to the solver."""
 
 from __future__ import annotations
 

@@ -211,7 +211,7 @@ class BaseMotion:
         return tuple(self.load(load.shape, modes.line_density * modes.length) for load in Gravity(1.0).modal(modes))
 
     def load(self, shape: Array, mass: float) -> Load:
-        """Return the same on a body of a ``mass`` [kg] that is spread over its modes by ``shape`` (M,) [1/sqrt(kg)]."""
+        """Return the inertia load on a body of ``mass`` [kg] whose modes take part by ``shape`` (M,) [1/sqrt(kg)]."""
         return Load(shape, lambda t: -mass * np.asarray(self.acceleration(t), dtype=float))
 
 

@@ -324,7 +324,7 @@ class DampedFixedRod(DampedRod, ExactRod):
 
 
 class BareFixedRod(DampedFixedRod):
-    """The same rod where nobody asks for its energies: by step weights as soon as these are faster."""
+    """The fixed rod without its energies: by step weights as soon as these are faster than poles."""
 
     most_poles: ClassVar[tuple[int, float]] = 500, math.inf  # the benchmark `rod_kernels`
 

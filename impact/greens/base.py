@@ -1,4 +1,4 @@
-"""What every Green's function offers, whatever it is made of, and what computed and measured ones have in common."""
+"""`GreensFunction`, the base of all representations, and bases of computed, measured and closed-form ones."""
 
 from __future__ import annotations
 
@@ -79,17 +79,17 @@ class GreensFunction(ABC):
 
     @property
     def highest_rate(self) -> float:
-        """Return the highest angular frequency in it, for a step to resolve [rad/s]; 0 where it states none."""
+        """Return the highest angular frequency that a step should resolve [rad/s]; 0 where none is known."""
         return 0.0
 
     @property
     def modal(self) -> ModalGreens | None:
-        """Return the same function as a sum of oscillators, where it is one: what modal states and loads refer to."""
+        """Return the same function as a sum of oscillators, to which modal states and loads refer; else ``None``."""
         return None
 
     @property
     def pole_sum(self) -> PoleGreens | None:
-        """Return the same function as a sum of complex poles, where it is held as one."""
+        """Return the same function if it is stored as a sum of complex poles, else ``None``."""
         return None
 
     @property
@@ -99,7 +99,7 @@ class GreensFunction(ABC):
 
     @property
     def rod(self) -> Rod | None:
-        """Return the uniform rod that it is, if it is one."""
+        """Return the uniform rod whose Green's function this is; ``None`` for other bodies."""
         return None
 
     @property
@@ -135,7 +135,7 @@ class GreensFunction(ABC):
         return ScaledGreens(self, factor)
 
     def forces_only(self) -> GreensFunction:
-        """Return the same function in the form that marches fastest where no energies are asked for."""
+        """Return the same function in the form that marches fastest when energies are not needed."""
         return self
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> GreensFunction:

@@ -32,7 +32,7 @@ class Residues:
     rigid: Array
 
     def greens(self, port_names: tuple[str, ...]) -> PoleGreens:
-        """Return the same as a Green's function: each residue as a sum of rank-one terms."""
+        """Return the residues as a Green's function, each as a sum of rank-one terms."""
         p = len(port_names)
         pairs = [(s, shape) for s, r in zip(self.poles.pairs, self.pairs, strict=True) for shape in takagi(r)]
         real = [

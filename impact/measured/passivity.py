@@ -38,7 +38,7 @@ class PassivityReport:
 
     @property
     def passive(self) -> bool:
-        """Return the verdict."""
+        """Return whether no force can draw work from the body."""
         return self.smallest >= -self.tolerance
 
     @property
