@@ -60,7 +60,7 @@ class LastTouch:
 
 
 def clock_off(budget: Budget) -> float:
-    """Return by how much the runs behind a budget disagree when the last touch is, as a bar of it [s]."""
+    """Return by how much the runs of a budget disagree on the time of the last touch, as an error bar [s]."""
     return SAFETY * sum(part.get(CLOCK, 0.0) for part in budget.parts.values())
 
 
@@ -116,7 +116,7 @@ def _until(blow: ContactRecord, time: float) -> ContactRecord:
 
 
 def _landing_until(blow: ContactRecord, landing: Landing, time: float) -> Landing:
-    """Return a landing as far as it is over at a time [s]."""
+    """Return the part of a landing before a time [s]."""
     if landing.end <= time:
         return landing
     first, last, end = (round(at / blow.dt) for at in (landing.start, time, landing.end))

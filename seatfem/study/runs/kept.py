@@ -64,7 +64,7 @@ def plan_from_json(scene: Scene, data: Mapping[str, Any], note: str) -> Plan | N
 
 
 def plan_to_json(plan: Plan) -> dict[str, Any]:
-    """Return a plan without its scene, as JSON can hold it."""
+    """Return a plan without its scene, as JSON-compatible values."""
     return {
         "values": {key: plan.method.value(key) for key in FIELDS},
         "cost": asdict(plan.cost),

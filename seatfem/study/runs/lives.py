@@ -49,7 +49,7 @@ OF_SEAT = 12  # points of the seat's surface whose life is judged, the hottest
 
 @dataclass(frozen=True)
 class Stressed:
-    """Fields of stress in the bodies of a round, whatever they are touched by.
+    """Fields of stress in the bodies of a round, for the forces of any run.
 
     Attributes:
         reed: of a plate, in one of its faces; ``None`` of others.
@@ -65,7 +65,7 @@ class Stressed:
     def from_round(
         cls, done: Round, seat: SeatStress | None, plate: PlatePeaks | None, of_reed: PlateReedStress | None = None
     ) -> Stressed:
-        """Return the stressed bodies of a round, as far as its life is asked for."""
+        """Return the stressed bodies of a round whose life the scene asks for."""
         life = done.plan.scene.life
         reed = None if life is None or life.demand() is None or plate is None else plate.field
         after = None if of_reed is None else of_reed.found.after_contact
@@ -233,7 +233,7 @@ def traced(
 
 
 def _share(low: float, high: float) -> float:
-    """Return the share of the way from one to the other at which a line through both is zero."""
+    """Return the share of the way from one value to the other at which a line through both is zero."""
     return low / (low - high) if low != high else 0.0
 
 

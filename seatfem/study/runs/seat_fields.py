@@ -67,7 +67,7 @@ class SeatMesh:
 
     @property
     def distance(self) -> float:
-        """Return the distance from these within which no stress is known [m]."""
+        """Return the distance from singular points within which stress is left out [m]."""
         assert self.plan.scene.stress is not None
         return self.plan.scene.stress.distance
 
@@ -129,7 +129,7 @@ class SeatMesh:
         return isinstance(self.mesh, MeridianMesh)
 
     def _own(self, points: Array) -> Array:
-        """Return the points in the mesh's coordinates."""
+        """Return the points in the coordinates of the mesh."""
         return np.column_stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]]) if self.flat else points
 
     # Fields

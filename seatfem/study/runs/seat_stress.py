@@ -29,7 +29,7 @@ LEAST_SPOT: Final = 0.1  # least stress of a hot spot, over the largest
 
 @dataclass(frozen=True)
 class SeatStress:
-    """Stress in the seat.
+    """Stress in the seat: sites, peaks, hot spots and error bars.
 
     Attributes:
         mesh: scikit-fem's, of the body, its half section or its sector.

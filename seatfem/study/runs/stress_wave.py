@@ -71,7 +71,7 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
 
 
 def raising(problem: Exception, path: Path) -> None:
-    """Raise, in place of a picture that cannot be made, what kept it."""
+    """Raise the reason why a picture cannot be made; takes the place of the function that draws it."""
     raise problem
 
 

@@ -37,7 +37,7 @@ Shift = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Found:
-    """A point that was carried out."""
+    """A point of the search with its case and outcome."""
 
     point: Point
     case: Case
@@ -69,7 +69,7 @@ class SearchStage:
     found: dict[Point, Found] = field(default_factory=dict)
 
     def evaluate(self, points: Sequence[Point]) -> list[Found]:
-        """Return what was found at points; new ones are carried out. A scene that cannot be is an outcome, too."""
+        """Return the results at points; new ones are run. A scene that cannot be run is an outcome, too."""
         new: dict[Point, Case] = {}
         for point in dict.fromkeys(points):
             if point in self.found:
@@ -87,7 +87,7 @@ class SearchStage:
 
 
 class _SpentError(Exception):
-    """No evaluation is left."""
+    """All evaluations allowed are used."""
 
 
 def changes_at(study: Study, point: Point) -> dict[str, object]:
@@ -219,7 +219,7 @@ class Optimum:
         return replace(results, columns={**results.columns, **margins})
 
     def as_json(self) -> dict[str, Any]:
-        """Return the best point, how it stands to the limits, and how it was found."""
+        """Return the best point, its margins to the limits, and how it was found."""
         best, limits = self.best, []
         bars = {name: _bar(best, name) for name in self.goal.measures}
         for limit in self.goal.subject_to:
@@ -247,7 +247,7 @@ class Optimum:
         }
 
     def in_words(self) -> str:
-        """Return one sentence, with what has to be known of it."""
+        """Return the optimum in one sentence, with its reservations."""
         if not self.has_numbers:
             outcome = self.best.outcome
             why = outcome.message or f"landing_status is {outcome.summary.get(STATUS, LANDED)!r} at the target"

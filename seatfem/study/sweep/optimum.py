@@ -142,7 +142,7 @@ def optimise(
 
 @dataclass(frozen=True)
 class SearchAhead:
-    """Prediction of what an optimisation would take: its search, and the scenes that confirm it."""
+    """Predicted time of an optimisation: of its search, and of the scenes that confirm it."""
 
     search: sweep.Ahead
     target: sweep.Ahead
@@ -157,7 +157,7 @@ class SearchAhead:
         return json.dumps({**parts, "time_s": self.search.seconds() + self.target.seconds()}, indent=1)
 
     def in_words(self, workers: int) -> str:
-        """Return it in one line."""
+        """Return the prediction in one line."""
         return f"search: at most {self.search.in_words(1)}; then at the target: {self.target.in_words(1)}"
 
 

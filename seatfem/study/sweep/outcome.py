@@ -32,7 +32,7 @@ FAILURES: Final = (ArithmeticError, AssertionError, LookupError, MemoryError, OS
 
 @dataclass(frozen=True)
 class Outcome:
-    """Summary of a scene, or why there is none.
+    """Summary of a scene, or why it has none.
 
     Attributes:
         state: "done"; "missed": done, its target of accuracy missed; "stopped" at the limit of time; "failed".

@@ -34,7 +34,7 @@ SAME = 1e-9  # relative difference of two initial states at which one counts as 
 
 @dataclass(frozen=True)
 class _Scene:
-    """One of them: its problem of one contact, and the multiple of the first one's initial state."""
+    """One of the scenes: its problem of one contact, and the multiple of the first scene's initial state."""
 
     scene: Scene
     problem: ContactProblem
@@ -130,7 +130,7 @@ def _alike(one: Body, other: Body) -> bool:
 
 
 def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Collection[str]) -> dict[str, Any]:
-    """Return the summary as far as summary.json has the same."""
+    """Return the keys of summary.json that such a march has."""
     assert batch.force is not None
     assert batch.gap is not None
     force, problem, width = batch.force[place], each.problem, each.scene.run.filter_width

@@ -55,7 +55,7 @@ def _constraint(text: object) -> Constraint:
 
 
 class Optimise(Table):
-    """Which scene is sought."""
+    """The measure to be optimised, its limits and the effort."""
 
     minimise: str | None = absent("key of summary.json of which less is better", pattern=r"^\w+$")
     maximise: str | None = absent("key of summary.json of which more is better", pattern=r"^\w+$")
@@ -120,7 +120,7 @@ WholeKey = Annotated[str, AfterValidator(_whole_key)]
 
 
 class Outputs(Table):
-    """What is asked of the table."""
+    """The measures that tables and charts of a study show."""
 
     measures: tuple[str, ...] = default(
         (),

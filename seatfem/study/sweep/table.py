@@ -135,7 +135,7 @@ class StudyTable:
         return np.asarray(self.counted(name) & known)
 
     def failures(self) -> list[str]:
-        """Return what became of the scenes without numbers, in words."""
+        """Return the reasons of the scenes without numbers, in words."""
         shown = zip(*(self.columns[name] for name in ("scene", "status", "message", *self.parameters)), strict=True)
         return [
             f"scene {number} ({', '.join(f'{key} = {v}' for key, v in zip(self.parameters, row, strict=True))}): "
@@ -271,7 +271,7 @@ def divided(study: Study, cases: list[Case], scene: Scene, measures: Sequence[st
 
 
 def _needs(measures: Sequence[str]) -> tuple[str, ...]:
-    """Return what these keys of summary.json take beside the force."""
+    """Return the histories that these keys of summary.json need beside the force."""
     every = all_measures().values()
     moved = [key for each in every if each.needs_displacement for key in _keys(each)]
     stressed = [key for each in every if each.needs_stress for key in _keys(each)]

@@ -87,7 +87,7 @@ def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
 
 
 def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
-    """Return the time by the clock and of the processor [s], and the summary."""
+    """Return wall and processor time [s], and the summary."""
     wall, processor, watch = time.perf_counter(), _processor_time(), Stopwatch()
     method = stated_method(scene)
     if point.in_place:

@@ -57,8 +57,8 @@ _QUICK: Final = (
 
 
 def centre_of(scene: Scene) -> RunMethod:
-    """Return the method that the rungs are built around: what the file states; what it leaves open follows the filter's
-    band, its waves and the struck face."""
+    """Return the method that the rungs vary: as the file states, and what it leaves open by the filter's band, its
+    waves and the struck face."""
     seat, method = scene.seat, replace(stated_method(scene), time_step=None)
     if not seat.traits.is_reduced:
         return replace(method, seat=replace(method.seat, bandwidth=None, size=None, contact_size=None, lip=None))
@@ -83,7 +83,7 @@ def _sizes(seat: Drawn, stated: Method, level: AnyLevel, bandwidth: float) -> tu
 
 
 def settings_of(method: RunMethod, changes: Mapping[str, object] | None = None) -> Settings:
-    """Return a method of the trade as stated keys, with other values of some; without those that it leaves open."""
+    """Return a method of the trade as settings of keys, some replaced; keys that it leaves open are left out."""
     seat, drawn, along = method.seat, method.seat.size is not None, method.ports is not None
     values: dict[str, object] = {
         MODEL: seat.level if drawn else None,

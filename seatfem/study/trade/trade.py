@@ -88,7 +88,7 @@ def run_points(
 
 
 def _key(scene: Path, point: Point) -> str:
-    """Return what an outcome depends on: the text of the scene, what the point changes in it, and the code."""
+    """Return the cache key of an outcome: text of the scene, settings of the point, and the code."""
     parts = [code_version(), scene.read_text(encoding="utf-8"), asdict(point)]
     return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:20]
 
@@ -187,8 +187,8 @@ class Trade:
         return processor_of(outcome) if outcome.state == "done" else math.nan
 
     def error(self, name: str, measure: str) -> float:
-        """Return |value - reference|/|reference| of a point; not a number where it did not end, or does not tell: a
-        measure of a landing where it did not land, or was cut off."""
+        """Return |value - reference|/|reference| of a point; nan where it did not end, or has no such value: a measure
+        of a landing where it did not land, or was cut off."""
         outcome, exact = self.outcomes[name], self.outcomes[self.reference].summary
         if outcome.state != "done" or measure not in outcome.summary or not _answers(outcome, [measure]):
             return math.nan
@@ -343,7 +343,7 @@ class _Runs:
 
 
 def _planned(name: str, scene: Scene, empty: Store) -> Point:
-    """Return what the planner chooses for a scene, no seat of which is at hand."""
+    """Return the point with the planner's choices for a scene, without a cached seat."""
     plan = plan_scene(scene, store=empty)
     seconds = sum(plan.cost.parts.get(stage, 0.0) for stage in CARRIED_OUT)
     settings = {**ALL_OPEN, **stated_choices(plan.scene, plan.method)}
@@ -352,7 +352,7 @@ def _planned(name: str, scene: Scene, empty: Store) -> Point:
 
 
 def _answers(outcome: Outcome, measures: Sequence[str]) -> bool:
-    """Return whether a point has what these measures speak of: landings, or its whole run."""
+    """Return whether a point has the events that these measures need: landings, or its whole run."""
     return has_landed(outcome.summary) or not any(name.startswith((HARDEST, FIRST)) for name in measures)
 
 
