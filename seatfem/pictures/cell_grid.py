@@ -217,7 +217,7 @@ class Skin:
         return float(np.ptp(self.points, axis=0).max())
 
     def spread(self) -> Skin:
-        """Return the same with a node for each point, so that a half section may differ from angle to angle."""
+        """Return the skin with a node for each point: values of a half section may differ from angle to angle."""
         return replace(self, nodes=self.nodes[self.which], which=np.arange(len(self.points)))
 
     def moved(self, displacement: Array, harmonic: int = 0) -> Array:
@@ -306,7 +306,7 @@ def _skin(points: Array, triangles: Integers) -> Skin:
 
 
 def _outer(sides: Integers) -> Integers:
-    """Return the sides that belong to one cell alone."""
+    """Return the sides that only one cell has."""
     _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
     return np.asarray(sides[first[count == 1]])
 

@@ -97,7 +97,7 @@ class _Scene:
         self._flat.close()
 
     def shots(self) -> list[_Shot]:
-        """Return views until every face that some view shows is shown; then what is within."""
+        """Return views until every visible face is shown; then views of what is hidden within."""
         shots = [self._shot(VIEWS[0], None, ""), self._shot(VIEWS[1], None, "")]
         for view in VIEWS[2:]:
             if len(shots) == MOST_VIEWS or not self._poor(shots, LEGIBLE):
@@ -195,7 +195,7 @@ def _deepest(mask: Mask) -> tuple[tuple[float, float], float]:
 
 
 def _beside(place: tuple[float, float], taken: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Return a free place near another one, away from the middle of the picture."""
+    """Return a free place near another one, away from the picture's middle."""
     start = math.atan2(place[1] - SIZE[1] / 2, place[0] - SIZE[0] / 2)
     for radius in (48, 70, 95, 125, 160):
         for turn in (0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6, 2.3, -2.3, 3.1):

@@ -118,7 +118,7 @@ def _degrees(values: np.ndarray) -> np.ndarray:
 
 
 def _misfit(fitted: modal.ModalGreens | PoleGreens) -> str:
-    """Return what the fit states of its own errors."""
+    """Return the fit's own statement of its errors."""
     fit = fitted.provenance.get("fit")
     if not isinstance(fit, dict) or not isinstance(value := fit.get("misfit_rms"), float):
         return ""
@@ -141,7 +141,7 @@ MARKS: Final[dict[State, tuple[str, str, str]]] = {
 
 @dataclass(frozen=True)
 class Row:
-    """One order: number of pole pairs, their frequencies (K,) [Hz], what each is, and the information criterion."""
+    """Poles of one order: number of pairs, frequencies (K,) [Hz], the state of each, and the information criterion."""
 
     order: int
     frequency: base.Array
@@ -226,7 +226,7 @@ def _draw_magnitude(axes: Axes, response: frf.FrequencyResponse, rate: float) ->
 
 
 def _state(pole: complex, before: base.ComplexArray) -> State:
-    """Return what a pole is against those of the order before: by the nearest of them in frequency."""
+    """Return how the nearest pole in frequency of the order before agrees: by the rules of `MARKS`."""
     if not len(before):
         return "new"
     size = abs(pole)

@@ -90,7 +90,7 @@ class Frames:
     logarithmic: bool = False
 
     def check(self) -> None:
-        """Raise `PictureError` of what does not fit together."""
+        """Raise `PictureError` for arrays whose shapes do not fit together."""
         frames, count = len(self.labels), len(self.points) if self.points.ndim == 2 else -1
         whole = self.points.shape == (count, 3) and self.triangles.ndim == 2 and self.triangles.shape[1] == 3
         inside = self.triangles.size == 0 or (self.triangles.min() >= 0 and self.triangles.max() < count)

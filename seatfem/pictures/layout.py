@@ -53,7 +53,7 @@ class Action:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A scene, as it is drawn.
+    """Bodies, dimensions, loads and words of the drawing of a scene.
 
     Attributes:
         title: of the scene.
@@ -204,7 +204,7 @@ def _nice(factor: float) -> float:
 
 
 def _zones(layout: Layout, scale: float) -> Iterator[Zone]:
-    """Yield what is below the contact, the gap, the reed, what is above it up to the stopper, and the stopper."""
+    """Yield the zones below the contact, of the gap, the reed, the space up to the stopper, and the stopper."""
     depth = layout.seat.views.depth
     if depth == 0:
         yield Zone("seat", -1e-3, 0.0, SYMBOL + 0.2)
@@ -246,7 +246,7 @@ def _opened(height: float, scale: float) -> float:
 
 
 def factors_of(zones: Sequence[Zone], scale: float) -> str:
-    """Return in words by what factors heights are exaggerated."""
+    """Return the factors by which heights are exaggerated, in words."""
     words = {"gap": "gap", "reed": "reed", "lift": "lift above the reed"}
     factors = []
     for zone in zones:
@@ -257,7 +257,7 @@ def factors_of(zones: Sequence[Zone], scale: float) -> str:
 
 
 def _rows(layout: Layout, view: View, scale: float) -> tuple[tuple[tuple[Placed, Size], ...], ...]:
-    """Return the dimensions along x in rows, the shortest nearest to the body; in a row none meets another."""
+    """Return the dimensions along x in rows, the shortest nearest to the body; within a row none overlaps."""
     sizes = [
         (body, size)
         for body in layout.bodies

@@ -107,7 +107,7 @@ def load_moving(path: str | os.PathLike[str]) -> Frames:
 
 
 def moving_bodies(folder: Path) -> dict[str, Frames]:
-    """Return what a folder has of `KEPT`. Raises `StorageError` for a damaged file."""
+    """Return the bodies of `KEPT` in a folder, by file. Raises `StorageError` for a damaged file."""
     return {name: load_moving(folder / name) for name in KEPT if (folder / name).is_file()}
 
 
@@ -144,7 +144,7 @@ def _decimated(frames: Frames) -> Frames:
 
 
 def write_moving(frames: Frames, path: str | os.PathLike[str]) -> None:
-    """Write NAME.pvd and NAME/0001.vtu, ... of what a viewer would show: displacement and, where there are any, values.
+    """Write NAME.pvd and NAME/0001.vtu, ... for viewers: displacement and, where there are any, values.
 
     The body is at rest: warp it by its displacement. Frames are at their times [s], modes at their frequencies [Hz], or
     at their numbers.

@@ -198,7 +198,7 @@ Picture = tuple[str, Callable[..., object]]
 
 @contextmanager
 def drawing_apart() -> Iterator[Painter]:
-    """Start another process that draws what it is handed; leaving the block ends it.
+    """Start another process that draws the pictures it receives; leaving the block ends it.
 
     A process that crashes or hangs costs the picture it was at. What cannot be handed to another process is drawn here,
     when it is asked for.
@@ -212,7 +212,7 @@ def drawing_apart() -> Iterator[Painter]:
 
 
 class Painter:
-    """Client of a worker that draws one picture after the other; another worker follows one that has ended."""
+    """Client of a worker that draws one picture after the other; a worker that has ended is replaced."""
 
     def __init__(self, private: Path) -> None:
         self._private, self._taken, self._cannot, self._is_ending = private, 0, "", False
@@ -250,7 +250,7 @@ class Painter:
         return drawn.result() or gap_of(lambda path: _moved(self._private / name, path), folder / name)
 
     def end(self) -> None:
-        """End the worker at once, one that is only being started too."""
+        """End the worker at once, even one that is just starting."""
         self._is_ending = True
         self._thread.shutdown(wait=False, cancel_futures=True)
         asked = [each for each in (self._begun, *self._drawn.values()) if isinstance(each, Future)]
@@ -280,7 +280,7 @@ class Painter:
 
 
 def _handed_over(draw: Callable[..., object], drawing: Path) -> bool:
-    """Write a drawing down for another process, and return whether that can draw it."""
+    """Write a drawing to a file for another process, and return whether it can be pickled."""
     try:
         drawing.write_bytes(pickle.dumps(draw, protocol=pickle.HIGHEST_PROTOCOL))
     except (pickle.PicklingError, AttributeError, TypeError, OSError, MemoryError):

@@ -80,7 +80,7 @@ class _Sheet:
     # Strokes
 
     def _fill(self, loops: Sequence[Array], **style: Any) -> None:
-        """Fill what lies in an odd number of loops."""
+        """Fill the places that lie in an odd number of loops."""
         from matplotlib.patches import PathPatch
         from matplotlib.path import Path
 

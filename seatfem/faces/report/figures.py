@@ -80,7 +80,7 @@ def _axes(made: frames.Frames) -> str:
 
 
 def _thinned(made: frames.Frames, most: int) -> frames.Frames:
-    """Return every second frame, every third ..., until they fit."""
+    """Return every k-th frame, with the least k whose frames fit."""
     each = len(made.points) * (6 + 2 * (made.values is not None))
     room = max(each, most - 12 * (len(made.points) + len(made.triangles)))
     stride = math.ceil(each * len(made.labels) / room)
@@ -229,7 +229,7 @@ def greens_figure(greens: GreensFunction, width: float) -> Figure:
 
 
 def budget_figure(shares: Mapping[str, Mapping[str, float]]) -> Figure:
-    """Draw what each source of error may change each measure by, relative [%]: source -> measure -> share."""
+    """Draw the error of each measure by source, relative [%]: source -> measure -> share."""
     figure = _empty("")
     for (source, of), colour in zip(shares.items(), SOURCES, strict=False):
         names, values = list(of), [100 * value for value in of.values()]
@@ -299,7 +299,7 @@ class _Along:
 
 
 def _pressed(runs: Sequence[ImpactResult]) -> tuple[int, int]:
-    """Return the first step at which any of them is pressed, and the one after the last; all steps where none is."""
+    """Return the first step with force in any run, and the one after the last; all steps where none has."""
     steps = np.concatenate([np.flatnonzero(np.abs(run.force).reshape(len(run.time), -1).sum(axis=1)) for run in runs])
     return (int(steps.min()), int(steps.max()) + 1) if len(steps) else (0, len(runs[0].time))
 

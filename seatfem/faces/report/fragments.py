@@ -145,7 +145,7 @@ BESIDE: Final = ("time_s", "_at_deg", "_at_m", "_over_rho_c0_v", "tilt_deg")
 
 
 def omissions(summary: readings.Summary) -> Iterator[str]:
-    """Yield what the numbers of a run do not tell, a sentence each."""
+    """Yield what is missing in the numbers of a run, a sentence each."""
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"Not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}."
     for (words, group), names in _numbers_without_bar(summary).items():
@@ -164,7 +164,7 @@ def omissions(summary: readings.Summary) -> Iterator[str]:
 
 
 def _numbers_without_bar(summary: readings.Summary) -> dict[tuple[str, Group], list[str]]:
-    """Return the numbers of the result whose error is open, by what is open and by their group of rows."""
+    """Return the numbers whose error is unknown or too large, by the reason and by their group of rows."""
     open_numbers: dict[tuple[str, Group], list[str]] = {}
     for group, rows in rows_of(summary).items():
         parent = ""
@@ -182,7 +182,7 @@ def _numbers_without_bar(summary: readings.Summary) -> dict[tuple[str, Group], l
 
 
 def _not_computed(summary: readings.Summary) -> Iterator[str]:
-    """Yield the stresses and the fatigue that were not computed, and what asks for them."""
+    """Yield the stresses and the fatigue that were not computed, and the keys of the scene that request them."""
     if readings.as_number(summary.get(results.SEAT_STRESS)) is None:
         yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
     if readings.as_number(summary.get(results.REED_STRESS)) is None:
@@ -300,7 +300,7 @@ STILLS: Final = ("landing.gif",)
 
 
 def kept_pictures(folder: Path) -> str:
-    """Return the pictures that the page does not hold otherwise, each with its caption; what is too large is named."""
+    """Return the pictures that no other section shows, each with its caption; one that is too large is named."""
     shown, room = [], MOST_OF_PICTURES
     files = sorted(file for pattern in ("*.png", "*.gif") for file in folder.glob(pattern) if not file.is_symlink())
     for file in sorted(files, key=lambda file: file.name in STILLS):

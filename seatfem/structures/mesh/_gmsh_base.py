@@ -35,7 +35,7 @@ def send(**message: Any) -> None:
 
 
 def stage(what: str, done: float) -> None:
-    """Report what is begun; the system ends the process where reading a file takes longer than `LONGEST`."""
+    """Report the stage that begins; the system ends the process where reading a file takes longer than `LONGEST`."""
     if hasattr(signal, "alarm"):  # not on Windows
         signal.alarm(LONGEST if what in BOUNDED else 0)
     send(stage=what, done=done)

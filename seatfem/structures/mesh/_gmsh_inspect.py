@@ -82,7 +82,7 @@ def _built(
 
 
 def _sound_regions(gmsh: Any, part: CadPart, problems: list[Problem]) -> tuple[cad.Region, ...]:
-    """Return those that name solids of the file; each of the others is a problem."""
+    """Return the regions that name solids of the file; each of the others is a problem."""
     if not part.regions:
         return ()
     try:
@@ -142,7 +142,7 @@ def _described(gmsh: Any, face: Face, unit: float) -> dict[str, Any]:
 
 
 def _edges(gmsh: Any, groups: Sequence[list[int]], unit: float) -> dict[str, Any]:
-    """Return what bounds each group, in straight parts: their ends (e, 2, 3) [m], and the group's number (e,)."""
+    """Return the outlines of the groups in straight pieces: their ends (e, 2, 3) [m], and the group's number (e,)."""
     parts, of = [np.empty((0, 2, 3))], [np.empty(0, int)]
     for number, tags in enumerate(groups):
         curves = [abs(c) for tag in tags for _, c in gmsh.model.getBoundary([(2, tag)], oriented=True)]

@@ -154,7 +154,7 @@ def _marks(model: Any, part: CadPart) -> dict[int, Mark]:
 
 
 def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[int]]:
-    """Return the part's regions, and for solids that none of them names "seat", or "solid_1", "solid_2", ..."""
+    """Return the part's regions; solids outside all of them are "seat", or "solid_1", "solid_2", ..."""
     colours: list[Colour | None] = [colour_of(model, 3, tag) for tag in solids]
     names = [model.getEntityName(3, tag).rpartition("/")[2] for tag in solids]
     regions: dict[str, list[int]] = {}
@@ -322,7 +322,7 @@ def untangle(gmsh: Any, unit: float) -> None:
 
 
 def where_it_failed(gmsh: Any, unit: float) -> str:
-    """Return the surfaces and volumes that gmsh could not mesh, and where they are."""
+    """Return the surfaces and volumes that gmsh could not mesh, and their places."""
     places = []
     for dimension, tag in gmsh.model.mesh.getLastEntityError():
         x, y, z = (1e3 * unit * c for c in gmsh.model.occ.getCenterOfMass(dimension, tag))
