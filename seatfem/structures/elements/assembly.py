@@ -121,7 +121,7 @@ def assemble(
 
 @dataclass(frozen=True)
 class _Body:
-    """Elements, their solids and their unknowns: all that the matrices are made of."""
+    """Elements with their solids and unknowns, from which the matrices are made."""
 
     made: shape_functions.Discretization
     solids: tuple[Solid, ...]

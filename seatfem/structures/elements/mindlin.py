@@ -92,7 +92,7 @@ class PlateMesh:
         return math.sqrt(self.area / len(self.cells))
 
     def centre(self, cell: int) -> str:
-        """Return where an element is, for messages."""
+        """Return the centre of an element, for messages."""
         x, y = self.points[self.cells[cell, 8]]
         return f"({1e3 * x:.4g}, {1e3 * y:.4g}) mm"
 

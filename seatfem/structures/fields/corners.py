@@ -41,7 +41,7 @@ def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
 
 
 def near(points: Array, singular: Array, distance: float) -> NDArray[np.bool_]:
-    """Return (P,) which of the points are closer than ``distance`` [m] to one of them."""
+    """Return (P,) which of the points are closer than ``distance`` [m] to one of the ``singular`` ones."""
     return np.asarray(edge_distances(points, singular) < distance * (1 - 1e-9))
 
 

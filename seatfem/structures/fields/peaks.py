@@ -69,11 +69,11 @@ class Field(Protocol):
 
     @property
     def points(self) -> Array:
-        """Return (G A, d) where they are [m]."""
+        """Return the (G A, d) places [m]."""
 
     @property
     def radians(self) -> Array:
-        """Return the (K,) angular frequency of each coordinate; 0 of a force that is followed [rad/s]."""
+        """Return the (K,) angular frequency of each coordinate; 0 for a followed force [rad/s]."""
 
     @property
     def bounds(self) -> Array:
@@ -126,7 +126,7 @@ def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple
 
 
 def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array, found: Array) -> None:
-    """Update ``found`` (4, G, A) by what these times bring."""
+    """Update ``found`` (4, G, A) by the stress at these times."""
     most = max(found[0].max(initial=0.0), found[2].max(initial=0.0))
     part, times, kept = _thinned(part, times, bounds.max(axis=0, initial=0.0), most)
     if not kept.size:

@@ -131,7 +131,7 @@ def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coe
 
 
 def _pairs(model: SecondOrderModel, damping_ratio: float, step: tuple[float, bool], V: Array, ritz: Ritz) -> Pairs:
-    """Return those slower than pi/dt, by their coefficients C."""
+    """Return the modes slower than pi/dt, by their coefficients C."""
     (dt, resting), (omega, shapes, C), damping = step, ritz, model.damping.plus(damping_ratio)
     kept = omega * dt < math.pi
     if stiff := not kept.any():

@@ -30,7 +30,7 @@ _CUTS: Final = ("symmetry_0", "symmetry_1")
 
 @dataclass(frozen=True)
 class Sites:
-    """Points of a mesh and the elements around them: what is found in these is averaged.
+    """Points of a mesh and the elements around them, over which values are averaged.
 
     Attributes:
         points: (P, d) of them [m]; on a meridian r and z.
@@ -55,7 +55,7 @@ class Sites:
         return len(self.points)
 
     def at(self, chosen: NDArray[np.bool_]) -> Sites:
-        """Return those that are chosen (P,), numbered anew."""
+        """Return the chosen sites (P,), numbered anew."""
         kept, number = chosen[self.site], np.cumsum(chosen) - 1
         return Sites.averaged(self.points[chosen], number[self.site[kept]], self.element[kept], self.inside[:, kept])
 

@@ -131,7 +131,7 @@ def _strain(made: Discretization, sites: Sites) -> Array:
 
 
 def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
-    """Return the same of unit amplitudes (U, V, W), as in `revolved_elements`."""
+    """Return the (E, 6, L, 3) strains of unit amplitudes (U, V, W) of a harmonic, as in `revolved_elements`."""
 
     def strain(made: Discretization, sites: Sites) -> Array:
         on_axis = sites.points[sites.site, 0] <= _TO_AXIS * _TO_AXIS * made.places[:, 0].max()
@@ -155,7 +155,7 @@ _BY_SIN: Final = [3, 5]
 
 @dataclass(frozen=True)
 class Harmonic:
-    """One of them.
+    """Response of one Fourier harmonic and its share in each force.
 
     Attributes:
         number: n.

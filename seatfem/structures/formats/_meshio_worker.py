@@ -48,7 +48,7 @@ def _flat(values: Any) -> np.ndarray[Any, Any]:
 
 
 def answer(line: str) -> str:
-    """Read the file of a job; return what its arrays are called, or the error."""
+    """Read the file of a job; return the names of its arrays, or the error."""
     job = json.loads(line)
     limit_process(memory=MEMORY + PER_BYTE * job["size"], seconds=SECONDS + job["size"] // SIZE_A_SECOND)
     try:

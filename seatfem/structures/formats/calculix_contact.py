@@ -120,7 +120,7 @@ def mass_contact(
 
 
 def check_patch(deck: CalculixBody) -> None:
-    """Raise `ModelError` of a patch that contact is not written for."""
+    """Raise `ModelError` of a patch of an axisymmetric deck, or of one that is not flat and up along z."""
     if deck.plane:
         raise ModelError("ccx's surface contact finds no end between axisymmetric elements; state seat.model = '3d'")
     if not deck.flat:

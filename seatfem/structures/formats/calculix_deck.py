@@ -111,7 +111,7 @@ def held_of(model: SecondOrderModel) -> NDArray[np.bool_]:
 
 
 def materials_of(mesh: Any, material: Solid | Mapping[str, Any]) -> Iterator[str]:
-    """Yield sets of elements, and what each is made of."""
+    """Yield sets of elements, and the material of each."""
     solids, region = solids_by_region(mesh, material)
     for k, solid in enumerate(solids, start=1):
         yield from as_set(f"REGION{k}", np.flatnonzero(region == k - 1) + 1, "ELSET")

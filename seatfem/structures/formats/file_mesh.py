@@ -74,7 +74,7 @@ def one_kind(found: Mapping[str, tuple[int, io.Integers | None]], source: str) -
 
 
 def check_group_count(count: int, source: str) -> None:
-    """Raise `MeshError` for more groups than a mesh may have: each of them is looked for in the whole mesh."""
+    """Raise `MeshError` for more groups than `MOST_GROUPS`: each of them is looked up in the whole mesh."""
     if count > MOST_GROUPS:
         raise io.MeshError(
             f"{source}: {count} groups and sets, must be at most {MOST_GROUPS}; export those that are used"

@@ -31,7 +31,7 @@ _WORDS = {"real": 1, "integer": 1, "unsigned-integer": 1, "complex": 2, "pattern
 
 
 def load_matrix(path: Path) -> Any:
-    """Return what the file holds: an array or a sparse matrix whose indices are within its size.
+    """Return the matrix in the file: an array, or a sparse matrix whose indices are within its size.
 
     Raises `ValueError` for a file of another kind, values that are broken, and sizes that its bytes, or this machine,
     have no room for; whatever zipfile, gzip and scipy raise for a broken one.
@@ -270,7 +270,7 @@ def _symmetric(matrix: sparse.csr_array, path: Path) -> sparse.csr_array:
 
 
 def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Return the unknowns with a penalty, or in no equation."""
+    """Return the unknowns with a penalty, or in no equation at all."""
     diagonal = stiffness.diagonal()
     positive = diagonal[diagonal > 0]
     limit = PENALTY * float(np.median(positive)) if positive.size else np.inf
@@ -281,7 +281,7 @@ def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any
 def _refuse_indefinite(
     found: Mapping[str, sparse.csr_array], names: Mapping[str, Path | None], held: Any, first: int
 ) -> None:
-    """Raise `ModelError` of a matrix without what every positive semidefinite one has: |a_ij|^2 <= a_ii a_jj."""
+    """Raise `ModelError` of a matrix with |a_ij|^2 > a_ii a_jj, which no positive semidefinite one has."""
     numbers = np.flatnonzero(~held) + first
     for key, matrix in found.items():
         diagonal = matrix.diagonal()

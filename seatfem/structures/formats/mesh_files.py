@@ -116,7 +116,7 @@ def _check_request(path: Path, unit: float, merge: float | None) -> None:
 
 
 def read_file(path: Path) -> FileMesh:
-    """Return what a mesh file holds, in its unit and under its own names. Raises `MeshError`."""
+    """Return the content of a mesh file, in its unit and under its own names. Raises `MeshError`."""
     return _read(path, silent)[0]
 
 

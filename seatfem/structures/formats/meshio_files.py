@@ -119,7 +119,7 @@ def _other_half(path: Path) -> Path:
 
 
 def beside(path: Path) -> tuple[Path, ...]:
-    """Return the files that ``path`` is read with, be they there or not: tetgen's other half, the HDF5 of an .xdmf."""
+    """Return the other files of a mesh, whether they exist or not: tetgen's other half, the HDF5 of an .xdmf."""
     form = FORMATS.get(path.suffix.lower())
     if form == "tetgen":
         return (_other_half(path),)
@@ -130,7 +130,7 @@ def beside(path: Path) -> tuple[Path, ...]:
 
 
 def all_files(path: Path) -> tuple[Path, ...]:
-    """Return ``path`` and every file that it is read with and that is there: includes, and what lies `beside`."""
+    """Return ``path`` and every existing file that belongs to it: includes, and the files of `beside`."""
     included = abaqus.with_included(path)
     return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
 
@@ -191,7 +191,7 @@ def _joined(marks: list[NDArray[np.bool_]], blocks: list[int]) -> NDArray[np.boo
 
 
 def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
-    """Return names and values of the groups that an array tells apart; none for reals, vectors and numberings."""
+    """Return names and values of the groups in an array; none for reals, vectors and numberings."""
     joined = np.concatenate(data) if data else np.empty(0)
     if joined.dtype.kind not in "iub":
         return []

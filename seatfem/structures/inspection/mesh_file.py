@@ -73,7 +73,7 @@ def _around(quadrilaterals: Integers, points: Array) -> Integers:
 
 
 def regions_of(mesh: Any) -> tuple[str, ...]:
-    """Return the names of the volumes that materials may be given to; of a mesh that names none "seat"."""
+    """Return the names of the volumes that materials may be assigned to; "seat" where the mesh names none."""
     return tuple(name for name in getattr(mesh, "mesh", mesh).subdomains or () if name != "seat") or ("seat",)
 
 
@@ -177,7 +177,7 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
 
 
 def of_geometry(geometry: Geometry, name: str) -> Part:
-    """Return the faces of a geometry, with the keys of a scene that select none."""
+    """Return the faces of a geometry, with problems at the keys of a scene whose selectors match none."""
     return _of_found(name, inspect_geometry(geometry, picture=True), "seat.", ())
 
 
