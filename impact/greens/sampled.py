@@ -49,7 +49,7 @@ class SampledGreens(StatedGreens):
 
     __repr__ = StatedGreens.__str__
     overhang: ClassVar[float] = 0.0
-    lengthened: ClassVar[str] = "measure or compute longer, or state a tail rule (zero, hold, rigid)"
+    remedy_too_short: ClassVar[str] = "measure or compute longer, or state a tail rule (zero, hold, rigid)"
 
     def __post_init__(self) -> None:
         values = np.asarray(self.values, dtype=float)
