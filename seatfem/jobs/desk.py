@@ -19,7 +19,7 @@ ONE_THREAD: Final = dict.fromkeys(
 )
 """Variables of a process whose numbers, and times, are not to depend on how many run beside it."""
 FILES: Final = "@seatfem-files@"
-"""In a job that goes to another computer, and in its answer: the folder that its files are unpacked into."""
+"""Folder of the unpacked files, in a job for another computer and in its answer."""
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,7 @@ def _removed(folder: Path) -> bool:
         os.close(lock)
 
 
-PAUSE: Final = 0.02  # s between two looks at a lock that another program holds
+PAUSE: Final = 0.02  # time [s] between two tries of a lock that another program holds
 
 
 @contextmanager

@@ -24,7 +24,7 @@ from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import AUTO, Method, Solved
 from seatfem.structures.store import Store, StoreError, Tell, content_hash, content_key
 
-PATIENCE: Final = 3600.0  # s for which another program that computes the same function is waited for
+PATIENCE: Final = 3600.0  # longest wait [s] for another program that computes the same function
 
 # h5py takes long to load, and is rarely needed: what reads and writes functions is imported by what does so.
 

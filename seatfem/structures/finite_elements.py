@@ -124,9 +124,9 @@ def supports_of(body: Elastic) -> tuple[Support, ...]:
     return tuple(of_same_names(known[support.kind], support, boundary=support.on) for support in supports)
 
 
-LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
+LEAST_REFINEMENT: Final = 1.1  # least ratio of the element sizes of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found on random seats; benchmarks/coverage_of_scenes.py checks the bars that it is part of
-RINGS_TOLERANCE: Final = 0.05  # of the reduction in which only the change by the rings counts
+RINGS_TOLERANCE: Final = 0.05  # tolerance of the reduction in which only the change by the rings counts
 LIP: Final = "a body of revolution with lip segments: Fourier harmonics in the angle"
 FACE: Final = "contact by lip segments: no sectors are alike"
 LIP_MODES: Final = "finite elements, modes of each Fourier harmonic in the band, statics of each lip segment"

@@ -23,22 +23,22 @@ if TYPE_CHECKING:
 
 
 Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
-"""Descriptions of a body by finite elements, or in their place."""
+"""Models of a body by finite elements, or by a rod in their place."""
 AnyLevel = Literal["closed form", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"]
-"""The same with what needs no finite elements, and with their static compliance alone."""
+"""All models of a body: `Level`, closed forms, and the static compliance of finite elements alone."""
 Engine = Literal["built-in", "slepc"]
-"""What reduces: this process, or PETSc and SLEPc on several ranks."""
+"""Solver of the reduction: this process, or PETSc and SLEPc on several ranks."""
 
-LEFT: Final = 1e-3  # of a motion that counts as forgotten
-LOWEST: Final = 0.1  # of the band: the lowest frequency of interest; every reduction finds slower motions first
+LEFT: Final = 1e-3  # share of a motion that counts as forgotten
+LOWEST: Final = 0.1  # lowest frequency of interest, over the band; every reduction finds slower motions first
 AUTO: Final = "auto"
-"""In place of the name of a reduction: the cheapest that serves."""
+"""Name in place of a reduction's: the cheapest that is suitable."""
 CHEAPEST_FIRST: Final[tuple[Level, ...]] = ("rod", "axisymmetric", "harmonics", "sector", "3d")
 DISCRETE: Final[tuple[Level, ...]] = ("axisymmetric", "harmonics", "sector", "3d")
-BEYOND: Final = 3.0  # times the band, up to which the pairs of a lip's harmonics are kept
-MOST_MODES: Final = 3000  # of a body in space that is struck in arcs: minutes
+BEYOND: Final = 3.0  # highest frequency of the pairs of a lip's harmonics that are kept, over the band
+MOST_MODES: Final = 3000  # most modes of a body in space that is struck in arcs: minutes
 QUARTERS: Final = 4  # sectors of a body of revolution, a bar, a block: wide enough to be meshed well
-COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
+COARSENING: Final = 1.6  # element size of the mesh that gives the mesh error, over the run's
 PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}
 """Second-order elements per shear wavelength at the band edge, where the scene gives no size."""
 NAMES: Final[Mapping[Level, str]] = {
@@ -241,7 +241,7 @@ class Solved:
 
 
 START: Final = "initial_value"
-"""Key of a spring's provenance: g(0+) of the whole patch [m/(N s)], which the spring has not."""
+"""Key of a spring's provenance that holds g(0+) of the whole patch [m/(N s)], which a spring cannot have."""
 
 
 def without_waves(greens: ModalGreens) -> ModalGreens:

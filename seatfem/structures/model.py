@@ -16,7 +16,7 @@ from seatfem.structures.errors import ModelError as ModelError
 from seatfem.structures.materials import Material as Material
 
 Array = NDArray[np.float64]
-_SAME = 1e-9  # relative difference of matrices that are taken for equal
+_SAME = 1e-9  # relative difference of matrices that count as equal
 
 
 @dataclass(frozen=True)

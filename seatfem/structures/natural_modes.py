@@ -28,12 +28,12 @@ from seatfem.structures.reduction import factorization, ring_patches
 from seatfem.structures.reduction.modes import Modes, solve_modes
 
 DEFAULT_COUNT: Final = 20
-_FEWEST_SEEN: Final = 10  # modes that a mesh can tell apart, however few are asked for
-_FINER: Final = 2.5  # than a band's elements: frequencies of a bolted CAD body are then within 0.5 % of far finer ones
-_EMPTY: Final = 3  # harmonics in a row without a mode below the limit, after which no higher one has any
-_FEWEST: Final = 5  # harmonics looked at: the lowest frequency of each first falls, then rises
+_FEWEST_SEEN: Final = 10  # fewest modes that a mesh must resolve
+_FINER: Final = 2.5  # factor by which elements are finer than a band's: frequencies of a CAD body err by 0.5 %
+_EMPTY: Final = 3  # harmonics in a row without a mode below the limit, after which the search ends
+_FEWEST: Final = 5  # fewest harmonics searched: the lowest frequency of each first falls, then rises
 _SAMPLED: Final = (16, 32, 64, 128, 256)  # harmonics whose static compliance is computed for an arc
-_ALL: Final = 20000  # harmonics of its sum
+_ALL: Final = 20000  # harmonics of the sum that their static compliance is extrapolated to
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
 
-WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a ring-shaped face of other bodies
+WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # levels in which a ring-shaped face is struck as a whole
 
 
 class Drawn(elastic.Elastic):

@@ -37,7 +37,7 @@ NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
 )
 _READS: Final[Mapping[str, Any]] = MappingProxyType({"length": Length, "gap": Gap, "angle": Angle})
-"""What keys of shapes are read by, `seatfem.structures.shapes.shape.Key`."""
+"""Types that read keys of shapes, by `seatfem.structures.shapes.shape.Key`."""
 Finding = tuple[tuple[str | int, ...], str]
 """A key, from the structure's own table on, and what is wrong with it."""
 
@@ -327,7 +327,7 @@ def kinds_of() -> tuple[type[Structure], ...]:
 
 
 _AS_IF = r"(?<![\w/\\.])(?:seat|reed)\."
-"""The tables that the messages of structures speak of, as if the body stood there."""
+"""Tables in messages of structures, as if the body were in them."""
 
 
 def in_words_of(role: str, structure: Structure, text: str) -> str:

@@ -23,8 +23,8 @@ from seatfem.structures.outlines import BodyViews, arc, of_sheet
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 
-SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
-ROUND_OFF: Final = 1e-9  # relative, of a contact that reaches to the edge of its plate
+SHORTEST: Final = 1 / 6  # largest thickness over a bending wave for which plate theory holds
+ROUND_OFF: Final = 1e-9  # relative round-off of a contact that reaches to the edge of its plate
 
 
 class SheetMesh(Table):
@@ -43,7 +43,7 @@ class PlateGreens(Table):
     bandwidth: Frequency = default("100 kHz", "highest frequency that must be right; modes up to 3 times it are kept")
 
 
-FRONTS: Final = "5 us"  # width of the filter: the fronts of a flat landing are shorter than its modes
+FRONTS: Final = "5 us"  # usual width of the filter: the fronts of a flat landing are shorter than its modes
 
 
 class ThinPlate(motion.Moving):

@@ -29,18 +29,18 @@ from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, lips, measures
 from seatfem.units import write_quantity
 
-STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
+STEPS_PER_RADIAN = 4  # steps per radian of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
 GAS_PER_DEGREE = 2
-LEAST_STEPS_PER_FILTER = 2  # fewer do not resolve the filtered force
+LEAST_STEPS_PER_FILTER = 2  # fewest steps in the filter's width that resolve the filtered force
 MAX_STEPS = 20_000_000
-STEP_BYTES = 530  # of the histories that a run holds at once, for each step, and of their file while it is put together
-CONTACT_BYTES = 48  # the same for each further contact
-PAIR_TIME = 6e-9  # s of a step for each pair of contacts, by spring laws; rigid ones take a quarter
-LONGEST_MARCH = 86400.0  # s that contacts may be predicted to take
+STEP_BYTES = 530  # bytes per step of all histories of a run, and of their file while it is put together
+CONTACT_BYTES = 48  # bytes per step of each further contact
+PAIR_TIME = 6e-9  # time [s] of a step for each pair of contacts, by spring laws; rigid ones take a quarter
+LONGEST_MARCH = 86400.0  # longest predicted time of the march [s]
 
 StressLook = Callable[[impact.ContactStepper, float | None], ReedStress | None]
-"""The largest stresses of a reed in a march, before and after the time at which a landing begins [s], too."""
+"""Function that returns the largest stresses of a reed in a march, also before and after the begin of a landing [s]."""
 
 
 class RunError(ValueError):

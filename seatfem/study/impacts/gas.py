@@ -22,7 +22,7 @@ from impact.quantities import brief
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene
 
-OPEN = 0.01  # of its largest lift, above which the valve counts as open
+OPEN = 0.01  # lift, over its largest, above which the valve counts as open
 
 
 def gas_of(scene: Scene) -> Compressor | Prescribed:

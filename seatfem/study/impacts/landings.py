@@ -198,7 +198,7 @@ STATUS: Final = "landing_status"
 LANDED: Final = "landed"
 BAR: Final = "error_bar_"
 NO_LANDING_NEEDED: Final = ("stopper_", "gas_", "pressed_on_", "landing_count", STATUS)
-"""What keys of summary.json begin with that speak of something else than a landing on the seat."""
+"""Prefixes of the keys of summary.json that need no landing on the seat."""
 
 
 def has_landed(summary: Mapping[str, object]) -> bool:

@@ -20,11 +20,11 @@ from seatfem.study.scene import Scene, drives, files, lips
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
-"""Of the reed's shape at its start."""
-SAMPLES: Final = 1024  # of the run, for the range of a load
-WHOLLY: Final = 0.999  # share of a struck face below the reed that is all of it, by sampled points
+"""Points of the reed's shape at its start."""
+SAMPLES: Final = 1024  # instants of the run at which the range of a load is taken
+WHOLLY: Final = 0.999  # share of a struck face below the reed, by sampled points, that counts as all of it
 SHOWN_ARCS: Final = 400
-"""Arcs whose borders are drawn, at most."""
+"""Most arcs whose borders are drawn."""
 
 
 def layout_of(scene: Scene, division: Division | None = None) -> Layout:

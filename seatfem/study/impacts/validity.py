@@ -21,9 +21,9 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
-SAMPLES: Final = 4096  # of a run, for the largest pressure
-POINTS: Final = 720  # around a lip
-COVERED: Final = 0.95  # of a lip, from which on a beam is taken to cover it
+SAMPLES: Final = 4096  # instants of a run at which the largest pressure is taken
+POINTS: Final = 720  # points around a lip
+COVERED: Final = 0.95  # share of a lip above which a beam counts as covering it
 THICKEST_GAS: Final = 1e-4
 """Viscosity [Pa s] above which a fluid is a liquid."""
 

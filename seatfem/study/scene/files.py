@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 PLATE: Final = 0.97
-"""Least share of a struck face that a plate covers: all of it, but for what chords of arcs and sampled points leave."""
+"""Least share of a struck face that a plate covers; chords of arcs and sampled points leave the rest."""
 BEAM: Final = 0.1
 """The same of a beam, or of a plate with a contact face of its own, which strikes with one rigid face: with its tip
 over the middle of a lip a beam covers a half or a third; less than a tenth of a ring is not over the port."""

@@ -46,10 +46,10 @@ from seatfem.fields import (
 from seatfem.structures.kinds.motion import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.units import write_quantity
 
-WIDEST: Final = 30.0  # degrees of crank angle between two samples of a record
+WIDEST: Final = 30.0  # largest crank angle [degrees] between two samples of a record
 OF_THE_CRANK: Final = ("bore", "stroke", "rod", "clearance")
 BESIDE: Final = ("start_pressure", "other_valve_area")
-"""Other keys of a cylinder whose pressure is computed."""
+"""Further keys of a cylinder whose pressure is computed."""
 
 
 class Fluid(Table):

@@ -125,7 +125,7 @@ def as_toml(value: object) -> str:
 
 SCHEMA_FILE: Final = "seatfem.schema.json"
 _NOT_FOR_EDITORS: Final = ("title", "ge", "gt", "le", "lt")
-"""Keywords of pydantic's that editors have no use for."""
+"""Keywords of pydantic's schema that editors do not use."""
 
 
 class _AsWritten(GenerateJsonSchema):
@@ -198,8 +198,8 @@ def _as_in_a_file(value: Any, *, keys: bool = False) -> Any:
     return {key: _as_in_a_file(each, keys=key in ("properties", "$defs")) for key, each in kept.items()}
 
 
-WIDE: Final = 118  # characters
-AT: Final = 40  # where comments begin
+WIDE: Final = 118  # most characters of a line
+AT: Final = 40  # column where comments begin
 _HEAD: Final = """\
 # seatfem plan {file}    what it would take, and how accurate it will be
 # seatfem run {file}     force, motion, stress, error bars, pictures
@@ -209,9 +209,9 @@ _HEAD: Final = """\
 DURATION: Final = "2 ms"
 TARGET: Final = "5 %"
 STEEL: Final = {"material": "steel", "damping_ratio": 0.02}
-"""Of a kind with these keys, unless its sample says otherwise."""
+"""Values of these keys of a kind, unless its sample has others."""
 Stated = dict[str, Mapping[str, Any]]
-"""Tables of a scene, and what stands in them without #."""
+"""Tables of a scene, and their keys that are not commented out."""
 _SPOKEN: Final = {"number": "0.1", "whole number": "1", "text": '"..."', "file name": '"file.csv"'}
 
 

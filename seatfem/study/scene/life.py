@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 UNITS = {"speed": ("m/s", 1.0), "tilt": ("deg", math.degrees(1.0)), "lift": ("mm", 1e3)}
-"""Of each curve in tables and pictures, and how many of them are one SI unit."""
+"""Unit of each curve in tables and pictures, and how many of them are one SI unit."""
 
 
 OF_A_CURVE: Final = 4
-"""Runs beside the values that the scene names, which look for the value with a margin of 1."""
+"""Further runs, beside the values that the scene names, in search of the value with a margin of 1."""
 
 
 class Curves(fields.Table):
@@ -92,9 +92,9 @@ def varied(scene: Scene, name: str, value: float) -> Scene:
 
 
 OF_SPEED: Final = frozenset({"impact_speed_limit", "source"})
-"""Keys that need no strength."""
+"""Keys of the speed limit, which need no other strength."""
 Of = Literal["reed", "seat", "contact"]
-TURNS: Final = 2  # of the crank at least, for the last one to be none of the start
+TURNS: Final = 2  # fewest turns of the crank, so that the last one is free of the start
 
 
 class LifeTable(fields.Table):

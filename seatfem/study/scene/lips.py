@@ -25,9 +25,9 @@ NO_ANGLES: Final = (
     "the struck lip is a strip, several faces, or winds about its centroid, so that an angle does not define a place "
     "on it; remove the key, or strike one ring that each ray from its centroid crosses once"
 )
-STOPPER: Final = "stopper_"  # what the names of ports begin with that a stopper meets
+STOPPER: Final = "stopper_"  # prefix of the names of ports that meet a stopper
 ACROSS: Final = 9  # lines from rim to rim of which the lowest is sought: a reed may sag between them
-USUAL: Final = 32  # arcs, where nothing else is known
+USUAL: Final = 32  # arcs of a lip by default
 
 
 def usual_ports(scene: Scene) -> int:

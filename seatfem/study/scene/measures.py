@@ -21,7 +21,7 @@ LandingChoice = Literal["hardest", "first", "run"]
 HARDEST: Final = "landing_"
 FIRST: Final = "first_landing_"
 PREFIXES: Final[Mapping[LandingChoice, str]] = {"hardest": HARDEST, "first": FIRST, "run": ""}
-"""What the names of measures begin with when they are asked of a landing."""
+"""Prefixes of the names of measures of a landing."""
 LANDING_WORDS: Final[Mapping[str, str]] = {HARDEST: " of the hardest landing", FIRST: " of the first landing", "": ""}
 
 

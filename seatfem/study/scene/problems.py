@@ -119,9 +119,9 @@ class _Reader:
 
 MOST: Final = 100
 _LINE_END: Final = re.compile(r"\n(?!  )")
-"""Those of keys and values, which must not look like the next problem; lines of a list are indented."""
+"""Line ends of keys and values, which must not look like the next problem; lines of a list are indented."""
 ALIKE: Final = 0.7
-"""Words that have less in common were not meant."""
+"""Least similarity of a word that was probably meant."""
 
 
 @dataclass(frozen=True)
