@@ -125,7 +125,7 @@ def supports_of(body: Elastic) -> tuple[Support, ...]:
 
 
 LEAST_REFINEMENT: Final = 1.1  # least ratio of the element sizes of two meshes that are compared
-MESH_SAFETY: Final = 1.75  # found on random seats; benchmarks/coverage_of_scenes.py checks the bars that it is part of
+MESH_SAFETY: Final = 1.75  # safety factor of the mesh error, found on random seats (benchmarks/coverage_of_scenes.py)
 RINGS_TOLERANCE: Final = 0.05  # tolerance of the reduction in which only the change by the rings counts
 LIP: Final = "a body of revolution with lip segments: Fourier harmonics in the angle"
 FACE: Final = "contact by lip segments: no sectors are alike"
