@@ -186,7 +186,7 @@ class Drawn(elastic.Elastic):
         return estimates.costs.numbers_of_drawn(self, method, coarser)
 
     def measures_inside(self, level: Level) -> float:
-        """Return the volume of what is modelled [m^3], or area of a half section [m^2]."""
+        """Return the volume of the modelled part [m^3], or the area of a half section [m^2]."""
         copies = self.copies.get(level, 1)
         return estimates.sizes.body_in_numbers(self.geometry()).inner.total / copies
 
@@ -196,7 +196,7 @@ class Drawn(elastic.Elastic):
 
     @property
     def form_error(self) -> float:
-        """Return the relative error of g by the closed form, beside what `beyond` knows."""
+        """Return the relative error of g by the closed form, beside that of `beyond`."""
         return 0.0
 
     def mass(self) -> float:

@@ -228,5 +228,5 @@ thickness = "0.3 mm"
 
 
 def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> inspection.outline.DrawnOutline:
-    """Return what a file holds; raises `KeyProblem`."""
+    """Return the outline in a file; raises `KeyProblem`."""
     return selectors.in_scene_words(lambda: outline_in(file, unit, oblique=oblique))

@@ -39,7 +39,7 @@ class KnownStress(Protocol):
 
 
 class Striking(Table):
-    """A body in the role of a striker; what is said here holds for one that is at rest and has no positions."""
+    """A body in the role of a striker; the defaults are those of one at rest without positions."""
 
     kind: str
 

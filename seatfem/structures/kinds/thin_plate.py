@@ -160,7 +160,7 @@ class ThinPlate(motion.Moving):
         return own * (SHORTEST * self.sheet().bending_wave(own) / self.thickness) ** 2 / structures.sheets.CUTOFF
 
     def sheet(self, band: float | None = None) -> structures.sheets.Sheet:
-        """Return what its modes depend on; ``band``: in place of the table's [Hz]."""
+        """Return the data on which its modes depend; ``band``: in place of the table's [Hz]."""
         return structures.sheets.Sheet(
             self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size
         )
@@ -172,7 +172,7 @@ class ThinPlate(motion.Moving):
 
     @property
     def states_contact(self) -> bool:
-        """Return whether its table says with which part of it it touches."""
+        """Return whether its table states the part with which it touches."""
         return self.contact_radius is not None
 
     def solved(

@@ -143,7 +143,7 @@ def _computed(
 
 @dataclass(frozen=True)
 class _Asked:
-    """A body whose Green's function is computed: once in a process, for it is asked for again and again."""
+    """Arguments of a computed Green's function, by which it is cached in a process."""
 
     key: str
     mesh_error: bool
@@ -301,7 +301,7 @@ def record_of(
     stresses: bool = True,
     look: StressLook | None = None,
 ) -> touches.RunRecord:
-    """Return what the measures of a run are taken from, of its forces as `marched`.
+    """Return the record of a run for its measures, from its forces as `marched`.
 
     ``stresses``: whether with those that are asked for; ``look``: at them, in place of `bending_look`.
     """
@@ -369,7 +369,7 @@ def gas_step(scene: Scene) -> float:
 
 
 def check_step(scene: Scene) -> None:
-    """Refuse what cannot serve, before anything expensive happens: a given step, a seat that nothing holds."""
+    """Raise `RunError` for a stated step or a seat that cannot serve, before anything expensive happens."""
     for role, body in (("reed", scene.reed), ("seat", scene.seat)):
         if body.slender is not None and (thick := body.slender.too_thick()):
             raise RunError(in_words_of(role, body, thick))

@@ -26,7 +26,7 @@ OPEN = 0.01  # lift, over its largest, above which the valve counts as open
 
 
 def gas_of(scene: Scene) -> Compressor | Prescribed:
-    """Return what drives the reed of a scene with a table [gas]."""
+    """Return the gas that drives the reed of a scene with a table [gas]."""
     gas = scene.gas
     assert gas is not None
     common = (gas.areas, *gas.plenums, gas.valve)

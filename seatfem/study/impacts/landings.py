@@ -76,7 +76,7 @@ class Landings:
         return "cut off" if hard.cut_off or any(fast) else "landed"
 
     def on(self, face: Face) -> tuple[Landing, ...]:
-        """Return those on the seat or on the stopper."""
+        """Return the landings on the seat or on the stopper."""
         return self.seat if face == "seat" else self.stopper
 
 
@@ -163,7 +163,7 @@ class _March:
     width: float
 
     def landings(self, load: StaticLoad, stored: Stored, pushed: Array) -> Landings:
-        """Return what it holds; ``pushed`` (L, n): amplitudes of the striker's loads [N]."""
+        """Return the landings of the march; ``pushed`` (L, n): amplitudes of the striker's loads [N]."""
         seats = _seats(self.problem)
         on_seat = self._record(seats, load)
         on_stopper = self._record(~seats, load) if not np.all(seats) else None

@@ -26,7 +26,7 @@ from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, jud
 
 @dataclass(frozen=True)
 class Touches:
-    """One run, contact by contact; the energies in each are those of the whole run.
+    """Results of one run, contact by contact; the energies in each are those of the whole run.
 
     Attributes:
         seat: its patch, all parts seen as one contact.
@@ -209,7 +209,7 @@ OF_A_LANDING: Final[Mapping[str, str]] = {
 
 
 def landing_name(face: Face, number: int, key: str) -> str:
-    """Return what a key of a landing, numbered from 0 on, is called among the values of a run."""
+    """Return the name of a landing's key among the values of a run; landings are numbered from 0 on."""
     return f"{face} {number} {key}"
 
 

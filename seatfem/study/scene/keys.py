@@ -26,7 +26,7 @@ _NUMBERS: Final = {2: "two", 3: "three", 4: "four"}
 
 
 def holds(field: FieldInfo) -> str:
-    """Return what the value is, in Markdown: a quantity with an example, the options, "table"."""
+    """Return the type of the value in Markdown: a quantity with an example, the options, "table"."""
     if elements := _elements(field):
         return _several(field, elements)
     if tables_in(field.annotation):
@@ -287,7 +287,7 @@ def table_lines(
 
 
 def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
-    """Return a table behind #, as its class has it, where a scene with it is one; else what it would be, in words."""
+    """Return a table as comments, with its class's keys where a scene with it is one; else with its words."""
     words = " ".join((field.description or "").split()).replace("`", "")
     several = get_origin(field.annotation) is tuple
     header = f"[[{name}]]" if several else f"[{name}]"
@@ -337,7 +337,7 @@ def _example(field: FieldInfo) -> str:
 
 
 def _commented(text: str, words: str) -> list[str]:
-    """Return a line with what it means behind it, on lines of their own where that is long."""
+    """Return a line with its meaning as a comment behind it, on lines of its own where that is long."""
     words = " ".join(words.split()).replace("`", "")
     if not words:
         return [text]

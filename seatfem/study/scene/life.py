@@ -186,7 +186,7 @@ source = "report, page"
             raise fields.KeyProblem(key, str(problem).replace("\n", "; ")) from None
 
     def demand(self, of: Of = "reed") -> life.places.Demand | None:
-        """Return what a body or the contact has to endure; ``None`` where no strength is given, or nobody asks.
+        """Return the life that a body or the contact must endure; ``None`` without a strength, or without a request.
 
         Raises `KeyProblem`: a file of strength that is wrong, or lacks what the criterion or the survival needs.
         """

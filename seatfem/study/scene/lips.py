@@ -58,8 +58,8 @@ def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> 
 
 
 def arcs_behind_rings(scene: Scene, division: Division) -> int:
-    """Return the number of arcs in which rings across them are compared: half of those there are, or fewer where that
-    makes more than `MOST_CHOSEN` parts, as far as they are whole and enough."""
+    """Return the number of arcs in which rings across them are compared: half of those there are, or fewer, at least
+    `FEWEST_ARCS`, where that makes more than `MOST_CHOSEN` parts."""
     arcs, most = division.arcs, max(division.rings, arc_rings_to_compare(division.rings)[0])
     while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_CHOSEN):
         lip = scene.seat.lip(arcs // 2)
@@ -70,20 +70,20 @@ def arcs_behind_rings(scene: Scene, division: Division) -> int:
 
 
 def across_of(scene: Scene) -> int:
-    """Return the rings across the lip's arcs that show the error of the scene's own; a film knows none."""
+    """Return the rings across the lip's arcs to compare the scene's own with; with a film that own number."""
     rings = scene.contact.rings
     return rings if scene.contact.film is not None else max(rings, arc_rings_to_compare(rings)[0])
 
 
 def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
-    """Return the same lip as a plate sees it, off its centre; ``None`` for a striker that touches as one rigid face."""
+    """Return the lip in a plate's coordinates, off its centre; ``None`` for a striker with one rigid face."""
     if lip is None or scene.reed.thin_plate is None:
         return None
     return replace(lip, offset=scene.contact.offset)  # type: ignore[type-var]
 
 
 def stopper_lip(scene: Scene) -> AnyLip | None:
-    """Return the part of the stopper that is met, in the parts that the scene asks for; ``None``: it is met as a whole.
+    """Return the part of the stopper that the reed meets, in the parts asked for; ``None``: as a whole.
 
     Its own flat face, or what the reed touches with of a body that has none. Raises `ModelError` of a face of a file
     that is no lip.
@@ -96,7 +96,7 @@ def stopper_lip(scene: Scene) -> AnyLip | None:
 
 
 def behind_the_reed(scene: Scene) -> AnyLip | None:
-    """Return the stopper's lip as the reed sees it, by names of its own."""
+    """Return the stopper's lip in the reed's coordinates, under names of its own."""
     lip = stopper_lip(scene)
     return None if lip is None else replace(lip, side=STOPPER)  # type: ignore[type-var]
 

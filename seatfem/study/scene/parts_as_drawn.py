@@ -58,7 +58,7 @@ class DrawnClamp:
 
 @dataclass(frozen=True, eq=False)
 class PartsAsDrawn:
-    """Both parts as their files have them.
+    """Reed and seat in the positions of their files.
 
     Attributes:
         seat, file: the seat's table and the reed's file.
@@ -86,7 +86,7 @@ class PartsAsDrawn:
         return self.drawn.frame
 
     def clamp(self, given: object) -> DrawnClamp:
-        """Return what [reed] clamped means.
+        """Return the clamp that [reed] clamped states: a line and the side beyond it.
 
         Raises:
             ValidationError: a key that cannot be read.
@@ -220,7 +220,7 @@ class PartsAsDrawn:
         return f"{self._name} is in {_unit(self.seat.geometry())}, {self.file.name} in {_unit(CadPart(self.file))}"
 
     def _facing(self) -> str:
-        """Return what to select: the nearest flat faces of the seat that look towards the reed."""
+        """Return selectors of the nearest flat faces of the seat that face the reed."""
         faces = []
         for face in self.found.faces:
             if face.normal is not None and self.seat.struck_face not in face.groups:
