@@ -114,9 +114,8 @@ def ledger(
 class ImpactResult:
     """Time histories of one contact, all (n + 1,), or of p contacts, (n + 1, p), SI.
 
-    ``force[m]``, m >= 1, is constant over the step that ends at ``time[m]``: the impulse is exactly ``sum(force[1:]) *
-    dt``. ``force[0]`` is the preload, 0 without. Displacements are along the normal from target to striker; ``gap`` > 0
-    is open.
+    ``force[m]`` is constant over the step that ends at ``time[m]``: the impulse is exactly ``sum(force[1:]) * dt``;
+    ``force[0]`` is the preload. Displacements are along the normal from target to striker; ``gap`` > 0 is open.
 
     Attributes:
         time: uniform from 0 [s].
