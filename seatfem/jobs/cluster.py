@@ -106,7 +106,7 @@ def threads_of(address: str) -> int:
 
 
 def _settle(client: Client, address: str) -> None:
-    """Put desks on all workers, those that are still to come too."""
+    """Start desks on all workers, also on those that join later."""
     version = code_version()
     try:
         client.register_plugin(seatfem.jobs.remote.Desks(version), name=seatfem.jobs.remote.name_of(version))

@@ -39,7 +39,7 @@ class Lost:
     seconds: float
 
     def in_words(self) -> str:
-        """Return how a worker ended, and the last that it said."""
+        """Return how a worker ended, and its last words."""
         lines = self.log.strip().splitlines() or ["no message"]
         by = "with its computer" if self.code is None else f"exit code {self.code}"
         if self.code is not None and -self.code in set(signal.Signals):
@@ -115,7 +115,7 @@ class Desk:
             self.end()
 
     def end(self) -> None:
-        """End the worker, whatever it does."""
+        """End the worker at once."""
         worker, self.worker = self.worker, None
         if worker is not None:
             worker.end()

@@ -29,7 +29,7 @@ class OtherVersionError(RuntimeError):
 
 @dataclass(frozen=True)
 class Task:
-    """A job with all it needs, but its files.
+    """A job with all its data but its files.
 
     Attributes:
         program: that answers it.
@@ -75,7 +75,7 @@ class Desks(WorkerPlugin):
         self.made = 0
 
     def teardown(self, worker: Worker) -> None:
-        """End all desks, and remove what they have left."""
+        """End all desks, and remove their files."""
         if "lock" not in vars(self):  # refused
             return
         with self.lock:

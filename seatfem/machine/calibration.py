@@ -88,7 +88,7 @@ def _time(work: Callable[[], object], repeats: int = 2) -> float:
 
 
 def _once(work: Callable[[], Made]) -> tuple[Made, float]:
-    """Return what the work made, and its time [s]."""
+    """Return the result of the work, and its time [s]."""
     wall, processor = perf_counter(), _processor()
     result = work()
     return result, min(perf_counter() - wall, _processor() - processor)

@@ -100,7 +100,7 @@ class Machine:
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Read what `save` wrote.
+        """Read the file that `save` wrote.
 
         Raises:
             MachineError: damaged, or of another schema.

@@ -118,7 +118,7 @@ def matrices(
 
 
 def supports_of(body: Elastic) -> tuple[Support, ...]:
-    """Return what holds the body beside its fixed and sliding faces."""
+    """Return the supports of the body beside its fixed and sliding faces."""
     known = {"foundation": Foundation, "bolted": Bolted, "dashpot": Dashpot, "absorbing": Absorbing}
     supports = (support for support in body.supports if support.kind in known)
     return tuple(of_same_names(known[support.kind], support, boundary=support.on) for support in supports)
@@ -312,7 +312,7 @@ def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:
 
 
 def _from_mesh(greens: base.GreensFunction, mesh: AnyMesh) -> base.GreensFunction:
-    """Return ``greens`` that knows the mesh it came from."""
+    """Return ``greens`` with the provenance of its mesh."""
     known = {"mesh": mesh.provenance.source, "mesh_hash": mesh.provenance.content_hash}
     return greens.with_error(greens.error_estimate, {**greens.provenance, **known})
 

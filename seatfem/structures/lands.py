@@ -42,7 +42,7 @@ class Land:
 
     @cached_property
     def digest(self) -> str:
-        """Return the digest of all of it."""
+        """Return a hash of the land's outlines and frame."""
         digest = hashlib.sha256(repr((self.centre, self.x, self.y)).encode())
         for strip in self.strips:
             digest.update(np.ascontiguousarray(np.stack([strip.left, strip.right])).tobytes())

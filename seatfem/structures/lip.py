@@ -68,11 +68,11 @@ class AnyLip(ABC):
     @property
     @abstractmethod
     def content(self) -> Mapping[str, object]:
-        """Return what it is, in short: another lip has another one."""
+        """Return a short text that identifies the lip: another lip has another one."""
 
     @property
     def is_round(self) -> bool:
-        """Return whether it is the same all around."""
+        """Return whether the lip is the same all around."""
         return False
 
     @property

@@ -52,7 +52,7 @@ NAMES: Final[Mapping[Level, str]] = {
 
 @dataclass(frozen=True)
 class Aims:
-    """The aims that a reduction must reach, and what it may take for them.
+    """Band, duration and tolerance of a reduction, and its limits.
 
     Attributes:
         bandwidth: highest frequency that must be right [Hz].
@@ -137,7 +137,7 @@ class Method:
 
     @property
     def static(self) -> bool:
-        """Return whether the body stands for its static compliance alone, without waves."""
+        """Return whether only the static compliance of the body is used, without waves."""
         return self.level == "spring"
 
     @property
@@ -151,7 +151,7 @@ class Method:
         return Division(1 if self.lip is None else self.lip.arcs, self.rings or 1)
 
     def divided(self, division: Division) -> Method:
-        """Return the same with the struck patch in other parts."""
+        """Return the method with the struck patch in other parts."""
         arcs, rings = division.arcs, division.rings
         lip = None if self.lip is None else replace(self.lip, arcs=arcs, rings=rings)  # type: ignore[type-var]
         return replace(self, rings=rings, lip=lip)
@@ -190,7 +190,7 @@ class Applicability:
 
 
 class LevelError(ValueError):
-    """A level that does not describe the structure; the message names key, reason and what does."""
+    """A level that does not describe the structure; the message names key, reason and a level that does."""
 
 
 def choose_level(found: tuple[Applicability, ...], error: float, named: str = "auto") -> Applicability:
@@ -245,7 +245,7 @@ START: Final = "initial_value"
 
 
 def without_waves(greens: ModalGreens) -> ModalGreens:
-    """Return the same with its static compliance in place of all waves."""
+    """Return the function with its static compliance in place of all waves."""
     start = float(as_a_whole(greens).initial_value()[0, 0])
     return replace(spring_of(greens.static_compliance(), start, greens.port_names, greens.origin), error=greens.error)
 

@@ -192,7 +192,7 @@ def _bound(found: list[Mode], wanted: Wanted) -> float | None:
 
 
 def _kept(found: list[Mode], wanted: Wanted) -> list[Mode]:
-    """Return the lowest of them; a pair at the end stays whole."""
+    """Return the lowest modes wanted; a pair at the end stays whole."""
     ordered = sorted(found, key=lambda mode: (mode.frequency_hz, mode.diameters or 0, mode.family))
     count = int(min(wanted.limit, len(ordered)))
     if 0 < count < len(ordered) and ordered[count].repeats and ordered[count - 1].family == "cos":

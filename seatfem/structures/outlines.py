@@ -99,7 +99,7 @@ class BodyViews:
 
     @property
     def depth(self) -> float:
-        """Return how far it reaches below its struck face [m]; 0 of a symbol."""
+        """Return how far the body reaches below its struck face [m]; 0 of a symbol."""
         return max((-float(loop[:, 1].min()) for loop in self.section), default=0.0)
 
     @property
@@ -150,7 +150,7 @@ def round_sizes(loops: Loops) -> tuple[float, ...]:
 
 
 def length_text(value: float) -> str:
-    """Return a length as drawings have it: in mm, below a tenth of a millimetre in um."""
+    """Return a length as on drawings: in mm, below a tenth of a millimetre in um."""
     return f"{1e3 * value:.4g} mm" if abs(value) >= 0.999e-4 or value == 0 else in_units(value, "m")
 
 

@@ -55,7 +55,7 @@ ORDER: Final = 2.0  # order of the error between two meshes; corners take away h
 
 @dataclass(frozen=True)
 class Sheet:
-    """A plate whose modes are asked for.
+    """A plate, and the band and mesh of its modes.
 
     Attributes:
         shape, material: of the plate.

@@ -64,7 +64,7 @@ class Strip:
         return np.asarray((twice[:, None] * (corners + ahead)).sum(axis=0) / (3 * twice.sum()))
 
     def moved(self, by: Array) -> Strip:
-        """Return it moved by a vector (2,)."""
+        """Return the strip moved by a vector (2,)."""
         return Strip(self.left + by, self.right + by, self.closed)
 
     def begun_on_the_axis(self) -> Strip:

@@ -22,7 +22,7 @@ ABOVE: Final = 0.5  # depth below the struck face, over the body's, down to whic
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A body known by the triangles of its surface, and how the drawing sees it.
+    """A body known by the triangles of its surface, and its position in the drawing.
 
     Attributes:
         shape: the triangles, with the struck group "contact".
