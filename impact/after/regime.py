@@ -234,9 +234,8 @@ def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float)
 def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> Iterator[notices.Advice]:
     """Yield advice on the round-off of gaps that the bodies' ``deflection`` [m] at t = 0 causes; force [N], gap [m].
 
-    ``own`` is the (p, p) W_0, displacement of the contacts per force within one step [m/N]. A gap is known to eps times
-    the largest displacement. It must resolve the displacement W_0 N of a contact under its largest force N and the
-    penetration; without contact, the gap itself.
+    ``own``: (p, p) W_0, displacement of the contacts per force within one step [m/N]. Gaps are known to eps times the
+    largest displacement; they must resolve W_0 N under the largest force N and the penetration, or, open, themselves.
     """
     yields = np.diag(own) * force.max(axis=0, initial=0.0) + np.maximum(-gap, 0.0).max(axis=0)
     touched = force.any(axis=0)
