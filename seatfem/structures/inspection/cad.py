@@ -162,7 +162,7 @@ def distances(points: Array, others: Array) -> Array:
     return np.asarray(np.sqrt(np.maximum(nearest, 0.0)))
 
 
-EVEN: Final = 1e-6  # largest 1 - cos between normals of faces with the same direction
+EVEN: Final = 1e-6  # of the cosine between normals of faces that look the same way
 
 
 EMPTY: Final = Shape(np.zeros((0, 3)), np.zeros((0, 3), np.int64), {}, np.zeros((0, 4), np.int64), 0.0)

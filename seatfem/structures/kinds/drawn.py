@@ -31,7 +31,7 @@ from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
 
-WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # levels in which a ring-shaped face is struck as a whole
+WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a ring-shaped face of other bodies
 
 
 class Drawn(elastic.Elastic):
@@ -186,7 +186,7 @@ class Drawn(elastic.Elastic):
         return estimates.costs.numbers_of_drawn(self, method, coarser)
 
     def measures_inside(self, level: Level) -> float:
-        """Return the volume of the modelled part [m^3], or the area of a half section [m^2]."""
+        """Return the volume of what is modelled [m^3], or area of a half section [m^2]."""
         copies = self.copies.get(level, 1)
         return estimates.sizes.body_in_numbers(self.geometry()).inner.total / copies
 

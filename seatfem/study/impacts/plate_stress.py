@@ -28,7 +28,7 @@ from seatfem.study.impacts.touches import parts_of, stopper_force_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of, on_the_reed
 
-AT_REST: Final = 1e-2  # frequency, over the lowest, below which a free plate bends as if at rest
+AT_REST: Final = 1e-2  # of the lowest frequency: what moves so slowly bends a free plate as if at rest
 AS_IF_HELD: Final = 1e-8  # residual of a first solve, as of a plate that is held
 MODES_LOOKED_AT: Final = 12  # lowest modes whose most stressed places are checked in pre-runs
 PLACES_OF_A_MODE: Final = 3
