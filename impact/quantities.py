@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 _PREFIXES: Final = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _FIXED: Final = {"": (1.0, ""), "rad": (180 / math.pi, "deg"), "kg": (1e3, "g"), "m^2": (1e6, "mm^2")}
-"""Factor and unit where no prefix stands: a prefix before a square is not one of the area."""
+"""Factor and unit for which no prefix is chosen: a prefix before a square is not one of the area."""
 
 
 ROUND_OFF: Final = 1e-9
@@ -91,8 +91,8 @@ def enumeration(words: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-WIDTH = 70  # characters of one value
-MOST = 6  # values of a sequence
+WIDTH = 70  # most characters of one value
+MOST = 6  # most items of a sequence that are shown
 
 
 def brief(thing: object) -> str:

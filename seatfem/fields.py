@@ -34,7 +34,7 @@ class KeyProblem(ValueError):
 
 @contextmanager
 def keys_of(table: str) -> Iterator[None]:
-    """Tell the problems of a ``table`` by the dotted keys that they have in the table around it."""
+    """Name the problems of a ``table`` by the dotted keys of the table around it."""
     try:
         yield
     except KeyProblem as problem:
@@ -42,7 +42,7 @@ def keys_of(table: str) -> Iterator[None]:
 
 
 def within(table: str, contradictions: Iterable[tuple[str, str]]) -> Contradictions:
-    """Yield the contradictions in a ``table`` by the dotted keys that they have in the table around it."""
+    """Yield the contradictions in a ``table`` by the dotted keys of the table around it."""
     yield from ((f"{table}.{key}", words) for key, words in contradictions)
 
 
@@ -70,7 +70,7 @@ class Table(BaseModel):
     """Names of other kinds under which this one is meant, where one of these keys of its own stands beside them."""
 
     def given_keys(self, *keys: str) -> list[str]:
-        """Return those of these keys that have a value."""
+        """Return the keys, of these, that have a value."""
         return [key for key in keys if getattr(self, key) is not None]
 
     def contradictions(self) -> Contradictions:

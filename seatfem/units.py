@@ -42,7 +42,7 @@ class Dimension:
     si: str
     example: str
     usual: Mapping[str, str]
-    """Units that need no pint, each in SI units: a decimal number as pint has it."""
+    """Values in SI units, as decimal text, of the units that need no pint."""
     sane: tuple[float, float]
     made_of: tuple[str, ...] = ()
     """The only base names allowed; keeps hertz, 1/s and rad/s apart, which have one dimension."""

@@ -64,12 +64,12 @@ def transform(force: Array, dt: float, size: int) -> tuple[Array, Array]:
     return frequencies, np.asarray(np.abs(np.fft.rfft(force, size)) * dt * np.sinc(frequencies * dt))
 
 
-ON_A_STEP = 1e-6  # of a step: a landing that begins so little before a time begins at it
+ON_A_STEP = 1e-6  # largest time before a step, over the step, at which a landing counts as beginning at that step
 
 
 @dataclass(frozen=True)
 class Spans:
-    """Spans of time whose largest values are looked for, each after one cut up to the next, with that.
+    """Spans of time whose largest values are wanted; each begins after one cut and includes the next.
 
     ``touch``: number of the recorded time at which the first contact begins; -1 under a preload, inf without contact.
     ``landing``: likewise of a landing; inf where none is stated.

@@ -1,4 +1,4 @@
-"""Landings: what of a contact is a blow, what is the load that presses a closed reed, and how the reed rebounds.
+"""Landings found in a contact force: what is a blow, what the load that presses a closed reed, how it rebounds.
 
 A *landing* begins at the first touch after an approach; a release at no gap, with a speed, counts, a preload does not.
 It ends when the bodies part for `MERGE`, or when the force averaged over the filter first stays within `BAND` of the
@@ -25,10 +25,10 @@ from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
-BAND: Final = 0.1  # of the quasi-static load, within which a reed is pressed on
-DOUBT: Final = 0.2  # of the band: a decaying force leaves it for the last time now or a swing later
-NEAR: Final = 0.25  # of the time between two landings: one that is off by less is no other one
-FAINT: Final = 1e-3  # of the largest averaged force of the record
+BAND: Final = 0.1  # half width, over the quasi-static load, of the band about it within which a reed is pressed on
+DOUBT: Final = 0.2  # change of the band that shows how uncertain an end is: a decaying force may leave it a swing later
+NEAR: Final = 0.25  # largest shift of a landing between two runs, over the time to the next one
+FAINT: Final = 1e-3  # least averaged force of a landing, over the largest of the record
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[floa
 
 @dataclass(frozen=True)
 class Landing:
-    """One landing.
+    """Start, end, force and rebound of one landing on one face.
 
     Attributes:
         start, end: of the landing [s].

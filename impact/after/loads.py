@@ -24,11 +24,11 @@ from impact.march.problem import Contact, ContactProblem
 from impact.march.stepper import held_course
 from impact.quantities import brief
 
-INSTANTS: Final = 4096  # at which one contact or two are solved
-INSTANTS_OF_MANY: Final = 512  # the same of a lip in arcs, whose equations are larger
-FEW: Final = 2  # contacts
-SOFT: Final = 1e-4  # share of a load that holds a free body in place of the contact
-SECANTS: Final = 12  # of a law whose stiffness grows with the force: each divides the error by three or more
+INSTANTS: Final = 4096  # most instants at which one contact or two are solved
+INSTANTS_OF_MANY: Final = 512  # most instants at which a lip in arcs is solved, whose equations are larger
+FEW: Final = 2  # most contacts that are solved at `INSTANTS`
+SOFT: Final = 1e-4  # share of a load that the springs bear which hold a free body in place of the contact
+SECANTS: Final = 12  # secant steps for a law that stiffens with the force: each divides the error by three or more
 ROUND_OFF: Final = 1e-12
 
 

@@ -1,6 +1,6 @@
-"""What is read off an impact: functions of an `ImpactResult`.
+"""Measures as functions of an `ImpactResult`: impulse, peaks, contact groups, restitution, work.
 
-Each asks one contact: with several, ``contact=`` 0, 1, ... says which; `total_impulse` adds up all. The force of step
+Each takes one contact: of several, ``contact=`` 0, 1, ... names it; `total_impulse` adds up all. The force of step
 m, ``force[m]``, m = 1..n, is constant over the step that ends at ``time[m]``; integrals over it are exact.
 ``force[0]`` is the preload: it held before t = 0, and is no part of the record's impulse or work. With a
 film in the gap, forces, impulses and work are those of film and bodies together; contacts begin and end with the
@@ -18,7 +18,7 @@ from impact.after.histories import MOVING_AVERAGE, Window, averaged, largest_ave
 from impact.after.result import ImpactResult, of_contacts
 from impact.greens.base import Array
 
-MERGE = 30e-6  # openings shorter than this [s] do not end a contact group
+MERGE = 30e-6  # longest opening [s] that does not end a contact group
 
 
 class MeasureError(ValueError):
@@ -307,7 +307,7 @@ def work(result: ImpactResult, *, contact: int | None = None) -> Work:
 
 
 def _step(result: ImpactResult, time: float) -> int:
-    """Return the recorded time, as its number."""
+    """Return the number of the recorded time."""
     return int(np.searchsorted(result.time, time))
 
 
@@ -316,7 +316,7 @@ def _contacts(result: ImpactResult) -> int:
 
 
 def _told_side(one: ImpactResult) -> int:
-    """Return the side, of a contact that pressed; `MeasureError` if it is unknown."""
+    """Return the `_side` of a contact that pressed; raises `MeasureError` if it is unknown."""
     side = _side(one)
     if side == 0:
         raise MeasureError(

@@ -1,4 +1,4 @@
-"""The regime in which an impact took place, and what its answer should be read with."""
+"""Dimensionless numbers of an impact, and warnings about a result: unresolved contacts, energy gain, round-off."""
 
 import math
 from collections.abc import Iterator
@@ -16,15 +16,15 @@ from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.march.laws import Signorini
 from impact.march.problem import ContactProblem
 
-EQUAL = 0.02  # smaller errors of the constant stiffness have no sign
-MAPS = Path(__file__).parent / "data"  # written by examples/paper/regimes.py
+EQUAL = 0.02  # relative error below which the constant-stiffness model counts as equal to the seat
+MAPS = Path(__file__).parent / "data"  # folder of the regime maps that examples/paper/regimes.py writes
 
 
 @dataclass(frozen=True)
 class Regime:
     """Dimensionless numbers of an impact; ``nan`` where one has no meaning.
 
-    A rod of the same static stiffness K and wave impedance Z = 1/g(0+) stands for any seat; for rods it is the rod.
+    Any seat is represented by a rod of its static stiffness K and wave impedance Z = 1/g(0+); a rod by itself.
 
     Attributes:
         mass_ratio: Z^2/K (rho A l of a rod) over the striker's mass, 1/phi_1^2 of a held one.
@@ -73,7 +73,7 @@ def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result
     else:
         try:
             compliance = float(seat.static_compliance()[0, 0])
-        except GreensFunctionError:  # sampled without a rest
+        except GreensFunctionError:  # samples whose tail is not known
             compliance = math.nan
         stiffness, reflection = _ratio(1.0, compliance), -1.0
         impedance = _ratio(1.0, float(seat.initial_value()[0, 0]))
@@ -104,12 +104,12 @@ def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result
 
 
 def regime_card(striker: Body | GreensFunction, target: Body | GreensFunction, result: ImpactResult) -> str:
-    """Return `regime` as one line of text."""
+    """Return the numbers of `regime` as one line of text."""
     return in_words(regime(striker, target, result))
 
 
 def in_words(found: Regime) -> str:
-    """Return one line that says what each number is."""
+    """Return one line with the prediction and the numbers, each with its meaning."""
     verdict = {
         "unknown": "no prediction for a constant stiffness (outside the regime map)",
         "equal": "a constant stiffness should agree in peak force within 2 %",
@@ -154,17 +154,17 @@ def _number(value: float) -> str:
     return "–" if math.isnan(value) else f"{value:.3g}"
 
 
-FEWEST_STEPS = 10  # of a contact that counts as resolved; the impulse of shorter ones is off by a per cent and more
-UNRESOLVED_LIMIT = 0.1  # of the impulse
-DIGITS_LIMIT = 1e-6  # of the way that a contact yields
-GAIN_LIMIT = 1e-6  # of the energy that a law took: what round-off of the gap may pretend, as by `DIGITS_LIMIT`
+FEWEST_STEPS = 10  # steps of the shortest contact that counts as resolved; shorter ones err by 1 % of impulse and more
+UNRESOLVED_LIMIT = 0.1  # largest share of the impulse in unresolved contacts that needs no advice
+DIGITS_LIMIT = 1e-6  # largest round-off of the gap, over the displacement of a contact under its largest force
+GAIN_LIMIT = 1e-6  # largest gain over the energy that a law took; round-off of the gap (`DIGITS_LIMIT`) explains it
 
 
 def contact_advice(force: Array, dt: float) -> Iterator[notices.Advice]:
     """Yield advice on the share of the impulse of ``force`` (n, p) [N] in contacts of fewer than `FEWEST_STEPS` steps.
 
-    One that the record's end cuts counts by its steps so far: where a force rises over n steps, 1/n of it is the
-    step's.
+    A contact that the end of the record cuts off counts with the steps it has; a force that rose over n steps is wrong
+    by about 1/n.
     """
     total = float(force.sum())
     short, shortest = 0.0, FEWEST_STEPS
@@ -232,10 +232,10 @@ def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float)
 
 
 def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> Iterator[notices.Advice]:
-    """Yield advice on what round-off of the bodies' ``deflection`` [m] at t = 0 leaves of a gap; W_0 is ``own``.
+    """Yield advice on the round-off of gaps that the bodies' ``deflection`` [m] at t = 0 causes; force [N], gap [m].
 
-    A gap is known to eps times the largest displacement. What it must resolve is the way that a contact yields under
-    its largest force, W_0 N and the penetration; without contact, the gap itself.
+    ``own``: (p, p) W_0, displacement of the contacts per force within one step [m/N]. Gaps are known to eps times the
+    largest displacement; they must resolve W_0 N under the largest force N and the penetration, or, open, themselves.
     """
     yields = np.diag(own) * force.max(axis=0, initial=0.0) + np.maximum(-gap, 0.0).max(axis=0)
     touched = force.any(axis=0)

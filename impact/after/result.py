@@ -1,4 +1,4 @@
-"""What an impact run leaves: data only, its energy ledger among them."""
+"""`ImpactResult`, the histories of a run, and `EnergyLedger`: data without references to the solver."""
 
 from __future__ import annotations
 
@@ -114,8 +114,8 @@ def ledger(
 class ImpactResult:
     """Time histories of one contact, all (n + 1,), or of p contacts, (n + 1, p), SI.
 
-    ``force[m]`` is constant over the step that ends at ``time[m]`` (``force[0]`` = 0), so that the impulse is exactly
-    ``sum(force) * dt``. Displacements are along the normal from target to striker; ``gap`` > 0 is open.
+    ``force[m]`` is constant over the step that ends at ``time[m]``: the impulse is exactly ``sum(force[1:]) * dt``;
+    ``force[0]`` is the preload. Displacements are along the normal from target to striker; ``gap`` > 0 is open.
 
     Attributes:
         time: uniform from 0 [s].

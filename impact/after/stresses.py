@@ -1,4 +1,4 @@
-"""Stress in the bodies, recovered from the contact force."""
+"""Stress in reeds and rods, recovered from the contact force; displacement and axial force of rods at any x."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.march import history, motion
 from impact.march.replay import Replay, blocks
 
-POINTS_PER_WAVE = 8  # of the shortest wave retained: where a peak is looked for along the reed
-ROUND_OFF = 1e-12  # relative, of sums over modes
-SAME = 1e-9  # relative, of the shape of a load and that of forces on ports
-_BLOCK = 1024  # times held at once
+POINTS_PER_WAVE = 8  # points along the reed per shortest wave retained, among which a peak is looked for
+ROUND_OFF = 1e-12  # relative round-off of sums over modes
+SAME = 1e-9  # largest relative difference between the shape of a load and that of forces on ports that counts as none
+_BLOCK = 1024  # instants whose stresses are held at once
 
 
 At = float | tuple[float, ...] | None

@@ -1,4 +1,4 @@
-"""Modes of a straight beam, its section, and the integrals along it."""
+"""Modes of a straight beam in closed form, its section, and the integrals along it."""
 
 import math
 from collections.abc import Callable, Mapping

@@ -18,9 +18,9 @@ from impact.beams.modes import BeamModes, gauss, positive
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import Residual
 
-PER_MODE: Final = 0.75  # elements per half wave of the highest mode: it is 1e-6 off, and the error falls by order 12
-LEAST: Final = 0.1  # of an element; shorter ones hold several breaks, between which they are integrated
-_BUBBLES: Final = 4  # beside four cubics of deflections and slopes: polynomials of degree 7
+PER_MODE: Final = 0.75  # elements per half wave of the highest mode: its error is 1e-6, and falls with order 12
+LEAST: Final = 0.1  # shortest element, over the usual one; several breaks nearer to each other lie within one element
+_BUBBLES: Final = 4  # shapes without end values beside four cubics of deflections and slopes: polynomials of degree 7
 
 
 @dataclass(frozen=True)

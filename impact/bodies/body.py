@@ -67,7 +67,7 @@ class Load:
 
 @dataclass(frozen=True)
 class Body:
-    """One of the partners of an impact, at rest and without loads unless stated.
+    """One of the bodies in an impact, at rest and without loads unless stated.
 
     Attributes:
         greens: its Green's function.
@@ -179,7 +179,7 @@ class Body:
 
 
 def as_body(partner: Body | GreensFunction) -> Body:
-    """Return a partner of an impact; a Green's function is a body at rest. Raises `GreensFunctionError` for others."""
+    """Return a body; a Green's function becomes a body at rest. Raises `GreensFunctionError` for anything else."""
     if isinstance(partner, Body):
         return partner
     if is_greens(partner):
@@ -190,7 +190,7 @@ def as_body(partner: Body | GreensFunction) -> Body:
 
 
 class AtRest(Body):
-    """A Green's function given where a body is wanted: wherever the same one is given, the same body is meant."""
+    """A body at rest made from a bare Green's function; the same function always means the same body."""
 
 
 def rigid_mass(*, mass: float, velocity: float) -> Body:

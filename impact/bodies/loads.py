@@ -211,14 +211,14 @@ class BaseMotion:
         return tuple(self.load(load.shape, modes.line_density * modes.length) for load in Gravity(1.0).modal(modes))
 
     def load(self, shape: Array, mass: float) -> Load:
-        """Return the same on a body of a ``mass`` [kg] that is spread over its modes by ``shape`` (M,) [1/sqrt(kg)]."""
+        """Return the inertia load on a body of ``mass`` [kg] whose modes take part by ``shape`` (M,) [1/sqrt(kg)]."""
         return Load(shape, lambda t: -mass * np.asarray(self.acceleration(t), dtype=float))
 
 
-ROUND_OFF: Final = 1e-10  # relative, of what springs and forces share with a motion that the springs leave free
+ROUND_OFF: Final = 1e-10  # relative round-off of the pull of springs and forces on a motion that they leave free
 
 SPRINGS: Final = "springs"
-"""In the origin of a Green's function: how many springs its modes are with."""
+"""Key in the origin of a Green's function of the number of springs that its modes include."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The way from a beam to a body that takes part in an impact: contact points, release, loads."""
+"""From a beam to a `Body` that takes part in an impact: contact points, release, loads."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from impact.bodies.loads import ReedLoad
 from impact.greens.base import Array, ErrorEstimate, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 
-_ROUND_OFF = 1e-13  # of the static compliance: a residual below it is what the subtraction left
-_OFF = 1e-6  # of it: no sum of modes is above by more; the shapes of a thousand by finite elements are 5e-7 off
+_ROUND_OFF = 1e-13  # largest residual, over the static compliance, that is round-off of the subtraction
+_OFF = 1e-6  # largest excess of a sum of modes over the static compliance; 5e-7 of a thousand by finite elements
 
 
 class Beam(Protocol):

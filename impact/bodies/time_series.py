@@ -19,10 +19,10 @@ Outside = Literal["forbid", "hold", "zero", "repeat"]
 Quantity = Literal["pressure", "force", "acceleration", "velocity", "displacement"]
 
 Stated = Mapping[str, str]
-"""What a header does not say, by the role of a column."""
+"""Column names or units that a header does not state, by the role of a column."""
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 TURN = 360.0  # degrees of crank angle after which a record in angles repeats
-MOST_GAP = 90.0  # degrees between neighbours all around the turn: a line over more is no record
+MOST_GAP = 90.0  # largest distance of neighbours [degrees] in a record of a turn, over which a straight line is drawn
 _UNITS: dict[str, dict[str, float]] = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293168361},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},

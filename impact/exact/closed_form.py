@@ -19,7 +19,7 @@ from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, che
 
 
 def spring(*, stiffness: float) -> modal.ModalGreens:
-    """Return a massless spring: u = N / stiffness [N/m]. The usual seat model, and the baseline beside every result."""
+    """Return a massless spring: u = N/k, ``stiffness`` k [N/m]. The usual seat model, and baseline of every result."""
     check_positive(stiffness=stiffness)
     return _closed(modal.Residual.spring(1.0 / stiffness), kind="spring", stiffness=stiffness)
 
@@ -53,7 +53,7 @@ def infinite_plate(*, young: float, poisson: float, density: float, thickness: f
     return _dashpot(value, kind="infinite_plate", young=young, poisson=poisson, density=density, thickness=thickness)
 
 
-def infinite_beam(*, young: float, density: float, area: float, second_moment: float) -> PowerLaw:
+def infinite_beam(*, young: float, density: float, area: float, second_moment: float) -> PowerGreens:
     """Return an infinite Euler-Bernoulli beam struck at a point: g = C t^(1/2)/Gamma(3/2), C = (4EI/rho A)^(3/4)/(8EI).
 
     E [Pa], rho [kg/m^3], A [m^2], I [m^4]; from u(0) = F/(8 EI b^3), 4 b^4 = rho A s^2/EI, in the Laplace domain.
@@ -61,14 +61,14 @@ def infinite_beam(*, young: float, density: float, area: float, second_moment: f
     check_positive(young=young, density=density, area=area, second_moment=second_moment)
     ei = young * second_moment
     coefficient = (4 * ei / (density * area)) ** 0.75 / (8 * ei)
-    return PowerLaw(coefficient / math.gamma(1.5), 0.5)
+    return PowerGreens(coefficient / math.gamma(1.5), 0.5)
 
 
 def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0) -> modal.ModalGreens:
     """Return one damped oscillator of modal ``mass`` m [kg]: g(t) = exp(-zeta w t) sin(wd t)/(m wd), w = 2 pi
     frequency_hz.
 
-    As g(0+) = 0, it needs a law that yields, or a partner that does.
+    As g(0+) = 0, a rigid (Signorini) contact with it needs another body with g(0+) > 0; else take a compliant law.
     """
     check_positive(frequency_hz=frequency_hz, mass=mass)
     omega = np.array([2 * np.pi * frequency_hz])
@@ -126,7 +126,7 @@ def rod_with_end_impedance(
 
 
 @dataclass(frozen=True)
-class PowerLaw(base.ExactPort):
+class PowerGreens(base.ExactPort):
     """A Green's function g(t) = coefficient * t^exponent, exponent > -1."""
 
     kind: ClassVar[str] = "power_law"
@@ -134,10 +134,10 @@ class PowerLaw(base.ExactPort):
     exponent: float
 
     def inverse_mass(self) -> Array:
-        """Return the coefficient of t; 0 below it, for a body without end [1/kg]."""
+        """Return lim g/t [1/kg]: the coefficient for exponent 1, 0 below (an infinite body), ``inf`` above."""
         return np.array([[self.coefficient if self.exponent == 1 else 0.0 if self.exponent < 1 else math.inf]])
 
-    def scaled(self, factor: float) -> PowerLaw:
+    def scaled(self, factor: float) -> PowerGreens:
         return replace(self, coefficient=check_factor(factor) * self.coefficient)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:

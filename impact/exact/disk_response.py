@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from impact.greens.base import Array, ComplexArray, GreensFunctionError
 
-_NEARLY_DOUBLE = 1e-3  # roots closer than this lose digits in partial fractions
+_NEARLY_DOUBLE = 1e-3  # least distance of roots at which partial fractions keep their digits
 
 
 @dataclass(frozen=True)
@@ -108,8 +108,8 @@ def _roots(kappa2: float) -> tuple[complex, complex, complex]:
     return complex(x1), complex(x2), complex(roots[last])
 
 
-_DEGREE = 96  # of each piece of g
-_ERROR_LIMIT = 1e-9  # the error found is below 3e-11 for every Poisson ratio
+_DEGREE = 96  # degree of the Chebyshev polynomial of each piece of g
+_ERROR_LIMIT = 1e-9  # largest relative error of g accepted; below 3e-11 for every Poisson ratio so far
 
 
 @dataclass(frozen=True)

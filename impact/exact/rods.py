@@ -134,7 +134,7 @@ def _sum_of_k_powers(r: float, n: Array) -> Array:
 
 
 Term = Callable[[complex], ComplexArray]
-_TINY, _SMALL = 1e-4, 0.4  # |q| up to which the power series of the dilogarithm is summed
+_TINY, _SMALL = 1e-4, 0.4  # |q| up to which 4, and 36, terms of the dilogarithm's power series are summed
 
 
 def divided_difference(term: Term, zeta: float, omega: float) -> Array:
@@ -324,7 +324,7 @@ class DampedFixedRod(DampedRod, ExactRod):
 
 
 class BareFixedRod(DampedFixedRod):
-    """The same rod where nobody asks for its energies: by step weights as soon as these are faster."""
+    """The fixed rod without its energies: by step weights as soon as these are faster than poles."""
 
     most_poles: ClassVar[tuple[int, float]] = 500, math.inf  # the benchmark `rod_kernels`
 

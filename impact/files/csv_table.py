@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 MOST_COLUMNS: Final = 64
 MOST_LINES: Final = 2_000_000
 SEPARATORS: Final[Mapping[str, str]] = {"\t": "tabs", ";": "semicolons", ",": "commas"}
-_LOOKED_AT: Final = 200  # lines that the separator and the decimal mark are told from
+_LOOKED_AT: Final = 200  # lines that separator and decimal mark are read from
 _NUMBER: Final = re.compile(r"\s*[+-]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][+-]?\d+)?\s*")
 _SAME: Final = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": " ", "*": " ", "⋅": " ", "°": "deg"})
 

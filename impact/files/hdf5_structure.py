@@ -23,8 +23,8 @@ MB: Final = 1 << 20
 MOST_OBJECTS: Final = 20_000
 MOST_ATTRIBUTES: Final = 200_000
 DEEPEST: Final = 32
-OWN_FILTERS: Final = (*range(1, 7), 32000)  # HDF5's own, and 32000: LZF, which h5py brings along
-FREE: Final = 64 * MB  # bytes that any file may claim
+OWN_FILTERS: Final = (*range(1, 7), 32000)  # numbers of HDF5's own filters, and of LZF, which h5py brings along
+FREE: Final = 64 * MB  # bytes that the datasets of any file may claim, however small it is
 
 
 def check_structure(path: Path, error: type[Exception], most_packed: float = 100.0) -> None:
@@ -139,8 +139,8 @@ def _not_plain(dataset: Any) -> str:
 
 USER_BLOCK = 512
 _MAGIC = b"impact file, sha256 of all after byte 512: "
-_PROBE_MEMORY: Final = 1024 * MB  # of address space, and as much as the file has
-_PROBE_SECONDS: Final = 20  # of the processor
+_PROBE_MEMORY: Final = 1024 * MB  # bytes of address space of the process that probes a file, beside the file's size
+_PROBE_SECONDS: Final = 20  # seconds of processor time of that process
 
 
 def seal_of(image: bytes) -> bytes:

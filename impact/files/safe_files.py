@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 FULL = (errno.ENOSPC, errno.EFBIG, *(getattr(errno, name) for name in ("EDQUOT",) if hasattr(errno, name)))
-"""What the system says where a disk, a quota or the largest size of a file is exhausted."""
+"""Errors of the system where a disk, a quota or the largest size of a file is exhausted."""
 
 
 class OutputError(ValueError):
@@ -82,7 +82,7 @@ def check_writable(*paths: str | os.PathLike[str]) -> None:
 
 MB: Final = 1 << 20
 CSV_LIMIT: Final = 128 * MB
-"""Bytes of a table of numbers: some five million lines."""
+"""Most bytes of a table of numbers: some five million lines."""
 
 _KINDS = (
     (stat.S_ISDIR, "a folder"),

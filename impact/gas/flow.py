@@ -82,12 +82,12 @@ GASES: Final = {
         1.108, 102.032e-3, "ideal-gas limit at 300 K: Tillner-Roth and Baehr, J. Phys. Chem. Ref. Data 23 (1994) 657"
     ),
 }
-"""By name, in the ideal-gas limit: near saturation real gases are denser, state k and molar mass that fit there."""
+"""Ideal gases by name: near saturation real gases are denser, state k and molar mass that fit there."""
 
 
 PRESSURE, MASS, FORWARD, BACK, OTHER, WORK, ENTHALPY = range(7)
-"""Of a state: p [Pa] and m [kg] of the gas; mass through the reed valve forward and back, through the other valve [kg];
-work done on the gas, enthalpy it received [J]."""
+"""Rows of a state: p [Pa] and m [kg] of the gas; mass through the reed valve forward and back, and through the other
+valve [kg]; work done on the gas, enthalpy it received [J]."""
 STATE: Final = 7
 
 

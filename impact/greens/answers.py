@@ -115,6 +115,6 @@ def check_factor(factor: float) -> float:
 
 
 def check_valid_for(time: float) -> None:
-    """Raise `GreensFunctionError` for a time limit that is none."""
+    """Raise `GreensFunctionError` for a time limit that is not positive."""
     if not time > 0:
         raise GreensFunctionError(f"valid_for = {time} s must be positive (inf: without limit)")

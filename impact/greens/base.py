@@ -1,4 +1,4 @@
-"""What every Green's function offers, whatever it is made of, and what computed and measured ones have in common."""
+"""`GreensFunction`, the base of all representations, and bases of computed, measured and closed-form ones."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ class GreensFunction(ABC):
     g_ij(t) [m/(N s)] is the displacement of port i at time t after a unit impulse on port j at time 0;
     g_ij = g_ji (reciprocity). It is zero for t < 0.
 
-    What the program asks of a body it asks here: a representation answers for itself, and nobody asks for its class.
+    Subclasses override these methods; code outside impact/greens must not test for a subclass.
     """
 
     closed_form: ClassVar[bool] = False
-    """Known by its parameters alone: it costs nothing to make again."""
-    lengthened: ClassVar[str] = "compute it for the whole run (seatfem.greens_function(..., duration=))"
-    """What makes `valid_for` longer."""
+    """Whether g follows from its parameters alone, so that making it again costs nothing."""
+    remedy_too_short: ClassVar[str] = "compute it for the whole run (seatfem.greens_function(..., duration=))"
+    """Text of the error message that says how to get a g known for longer than `valid_for`."""
     overhang: ClassVar[float] = 1.0
-    """Steps by which a run may last longer: durations are rounded up to whole steps."""
+    """Steps by which a run may exceed `valid_for`: durations are rounded up to whole steps."""
 
     @property
     @abstractmethod
@@ -74,22 +74,22 @@ class GreensFunction(ABC):
         if lasts - known > self.overhang * dt * (1 - 1e-6) + 1e-9 * known:
             raise GreensFunctionError(
                 f"the run lasts {lasts:.6g} s but g is known up to {known:.6g} s only: shorten the run "
-                f"to {int(known / dt * (1 + 1e-9))} steps, or {self.lengthened}"
+                f"to {int(known / dt * (1 + 1e-9))} steps, or {self.remedy_too_short}"
             )
 
     @property
     def highest_rate(self) -> float:
-        """Return the highest angular frequency in it, for a step to resolve [rad/s]; 0 where it states none."""
+        """Return the highest angular frequency that a step should resolve [rad/s]; 0 where none is known."""
         return 0.0
 
     @property
     def modal(self) -> ModalGreens | None:
-        """Return the same function as a sum of oscillators, where it is one: what modal states and loads refer to."""
+        """Return the same function as a sum of oscillators, to which modal states and loads refer; else ``None``."""
         return None
 
     @property
     def pole_sum(self) -> PoleGreens | None:
-        """Return the same function as a sum of complex poles, where it is held as one."""
+        """Return the same function if it is stored as a sum of complex poles, else ``None``."""
         return None
 
     @property
@@ -99,7 +99,7 @@ class GreensFunction(ABC):
 
     @property
     def rod(self) -> Rod | None:
-        """Return the uniform rod that it is, if it is one."""
+        """Return the uniform rod whose Green's function this is; ``None`` for other bodies."""
         return None
 
     @property
@@ -129,13 +129,13 @@ class GreensFunction(ABC):
         return None
 
     def scaled(self, factor: float) -> GreensFunction:
-        """Return ``factor`` times g_ij, ``factor`` > 0: the body whose error is that relative size."""
+        """Return ``factor`` times g_ij, ``factor`` > 0; shows what a relative error ``factor - 1`` of g changes."""
         from impact.greens.sums import ScaledGreens  # here, for a multiple is made of this class, and this of it
 
         return ScaledGreens(self, factor)
 
     def forces_only(self) -> GreensFunction:
-        """Return the same function in the form that marches fastest where no energies are asked for."""
+        """Return the same function in the form that marches fastest when energies are not needed."""
         return self
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> GreensFunction:
@@ -239,7 +239,7 @@ def is_greens(thing: object) -> TypeGuard[GreensFunction]:
     return isinstance(thing, GreensFunction)
 
 
-_BLOCK = 256  # times at once: bounds the memory to that times the number of poles
+_BLOCK = 256  # instants evaluated at once: bounds the memory to that times the number of poles
 
 
 class StatedGreens(GreensFunction):

@@ -85,12 +85,12 @@ class Residual:
 
     @staticmethod
     def together(residuals: Sequence[Residual]) -> Residual:
-        """Return their sum."""
+        """Return the sum of several residuals."""
         shapes, rates = (np.concatenate([getattr(r, name) for r in residuals]) for name in ("shapes", "rates"))
         return Residual(shapes, rates, np.asarray(sum(residual.compliance for residual in residuals)))
 
     def scaled(self, factor: float) -> Residual:
-        """Return ``factor`` times it."""
+        """Return the residual times ``factor``."""
         return Residual(math.sqrt(factor) * self.shapes, self.rates, factor * self.compliance)
 
     def static(self) -> answers.Array:

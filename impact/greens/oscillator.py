@@ -136,7 +136,7 @@ def _panels(dt: float, w: float, z: float) -> Array:
 
 
 def hann(t: Array, width: float) -> Array:
-    """Return p(t) [1/s]."""
+    """Return the Hann pulse p(t) of unit area [1/s]."""
     return np.where((t >= 0) & (t <= width), 1 - np.cos(2 * np.pi * t / width), 0.0) / width
 
 

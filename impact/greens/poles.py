@@ -11,7 +11,7 @@ import numpy as np
 from impact.greens import answers, base, oscillator
 from impact.greens.modal import ModalGreens, Residual, endless
 
-_BLOCK = 4096  # poles at once
+_BLOCK = 4096  # poles evaluated at once
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from impact.quantities import percent
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]
 Pretrigger = Literal["refuse", "drop"]
-_GRID = 0.01  # of the spacing: times in files are rounded
+_GRID = 0.01  # largest deviation of a time from an even grid, over the spacing: times in files are rounded
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class SampledGreens(StatedGreens):
 
     __repr__ = StatedGreens.__str__
     overhang: ClassVar[float] = 0.0
-    lengthened: ClassVar[str] = "measure or compute longer, or state a tail rule (zero, hold, rigid)"
+    remedy_too_short: ClassVar[str] = "measure or compute longer, or state a tail rule (zero, hold, rigid)"
 
     def __post_init__(self) -> None:
         values = np.asarray(self.values, dtype=float)

@@ -16,7 +16,7 @@ from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
 from impact.quantities import brief
 
-_BLOCK = 1 << 20  # frequencies times modes at once
+_BLOCK = 1 << 20  # frequencies times modes evaluated at once
 
 
 def receptance(

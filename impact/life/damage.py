@@ -264,8 +264,8 @@ def mean_stress(name: str, strength: Strength) -> MeanStress:
     return criterion(MeanStress, name, strength)  # type: ignore[type-abstract]
 
 
-_STEEPEST = 700.0  # of log(damage): further out it is none or infinite
-_WIDEST = 1e12  # stresses that are looked at, over the curve's own, and their inverse
+_STEEPEST = 700.0  # largest |log(damage)| of the search for a margin; beyond it damage is none or infinite
+_WIDEST = 1e12  # largest stress of that search, over the curve's own; its inverse is the smallest
 
 
 def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: float | None = None) -> float:

@@ -172,9 +172,9 @@ def _checked(stress: ArrayLike) -> Array:
 
 
 DEPTHS: Final = 40
-"""On the axis, down to 1.5 radii of the largest contact: the largest shear stress lies at 0.5."""
+"""Points along the axis, down to 1.5 radii of the largest contact: the largest shear stress lies at 0.5."""
 WIDTHS: Final = 60
-"""Of the contact, from none to the largest."""
+"""Widths of the contact, from none to the largest."""
 
 
 def hertz_path(force: float, *, stiffness: float, modulus: float, poisson: float = 0.3) -> Iterator[tuple[str, Array]]:

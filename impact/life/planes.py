@@ -8,8 +8,8 @@ from numba import njit
 from impact.greens.base import Array
 from impact.life.strength import LifeError
 
-_FIRST, _FINEST = 8, 256  # values of the polar angle over the sphere
-_FEW = 64  # points that are sorted as they are
+_FIRST, _FINEST = 8, 256  # values of the polar angle over the sphere: of the first grid, of the finest
+_FEW = 64  # most points whose hull is found without leaving out inner ones first
 
 
 def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
@@ -145,8 +145,8 @@ def _hull_edges(points):  # type: ignore[no-untyped-def]
     return edges
 
 
-_INSIDE = 1e-12  # relative, of a squared radius: what round-off puts outside
-_MOST = 2000  # exchanges; some ten happen
+_INSIDE = 1e-12  # relative round-off of a squared radius: a point this far outside counts as inside
+_MOST = 2000  # most exchanges of the smallest sphere; some ten happen
 
 
 def enclosing_sphere(points: Array) -> tuple[Array, float]:

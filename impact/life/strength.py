@@ -1,4 +1,4 @@
-"""Measured strength: S-N curves with their scatter, and criteria made of a material's numbers."""
+"""Strength as numbers: S-N curves with their scatter, and criteria made of a material's measured numbers."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class Curve:
         return float(np.exp(level))
 
     def _shift(self, survival: float | None) -> float:
-        """Return the shift of log N, towards the safe side."""
+        """Return by how much ln N falls at this survival; > 0 means fewer cycles."""
         if survival is None or survival == self.survival:
             return 0.0
         if self.scatter is None:
@@ -228,11 +228,11 @@ class Strength:
         return [getattr(self, name) for name in names]
 
 
-def kinds(base: type[Kind]) -> Iterator[type[Kind]]:
+def all_criteria(base: type[Kind]) -> Iterator[type[Kind]]:
     """Yield the criteria there are: every subclass with a ``name``, those defined elsewhere, too."""
     for each in base.__subclasses__():
         yield from [each] if "name" in vars(each) else []
-        yield from kinds(each)
+        yield from all_criteria(each)
 
 
 def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
@@ -241,7 +241,7 @@ def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
     ``base`` is `MeanStress` or `Multiaxial`, ``name`` "goodman", ..., or "crossland", .... Raises `LifeError`: no
     criterion of that name, or constants that are missing or outside its range.
     """
-    known: dict[str, Any] = {each.name: each for each in kinds(base)}  # type: ignore[attr-defined]
+    known: dict[str, Any] = {each.name: each for each in all_criteria(base)}  # type: ignore[attr-defined]
     if name not in known:
         close = get_close_matches(name, known, n=1)
         meant = f"did you mean {close[0]!r}? " if close else ""

@@ -23,8 +23,8 @@ from impact.march.problem import ContactError
 from impact.quantities import brief
 
 BLOCK = 1024  # steps summed directly; 512 to 2048 are equally fast
-FEWEST = 8  # contacts from which on poles that are seen alike are looked for
-ALIKE, NEARLY = 64 * np.finfo(float).eps, 1e-9  # what two shapes may differ by; of what tells them apart, at first
+FEWEST = 8  # fewest contacts at which poles with proportional shapes are merged
+ALIKE, NEARLY = 64 * np.finfo(float).eps, 1e-9  # largest relative difference of equal shapes; of their ratios, first
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ def convolve(weights: Array, force: Array) -> Array:
 
 
 Engine = Literal["auto", "poles", "fft", "direct"]
-MARGIN = 0.8  # poles are left for step weights only where these are predicted to take less than this part of the time
+MARGIN = 0.8  # largest predicted time with step weights, over that with poles, at which poles are left for them
 
 
 @dataclass(frozen=True)

@@ -22,12 +22,12 @@ from impact.march.loop.past import FLOOR, displaced
 from impact.march.replay import Replay, blocks, resting, translate
 from impact.quantities import brief
 
-_ROUND_OFF = 1e-13  # relative, of a difference of inverse masses
+_ROUND_OFF = 1e-13  # relative round-off of a difference of inverse masses
 
 
 @dataclass(frozen=True)
 class Motion:
-    """One body over time: (P, n + 1) ``displacement`` of its ports [m], and energies (n + 1,) [J].
+    """History of one body: (P, n + 1) ``displacement`` of its ports [m], and energies (n + 1,) [J].
 
     ``stored`` is elastic and kinetic (``by_work``: of its translation, and all work received), ``dissipated`` lost in
     its damping so far, ``load_work`` of the prescribed loads so far.

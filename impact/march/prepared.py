@@ -23,7 +23,7 @@ from impact.march.loop.several import active_set
 from impact.march.problem import ContactError, ContactProblem
 from impact.quantities import brief
 
-BLOCK = 512  # steps
+BLOCK = 512  # steps of free flight that are computed at once
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Flight:
 
 @dataclass(frozen=True)
 class Flying:
-    """The same of one body: ``free``, the translations alone, on whose ports the contacts act by ``turn`` (P, p)."""
+    """Loaded translations of one body, ``free``, on whose ports the contacts act by ``turn`` (P, p)."""
 
     free: ModalGreens
     turn: Array
@@ -86,7 +86,7 @@ class Pilot:
         self._end = self._lay(0)
 
     def resume(self, done: int) -> None:
-        """Go on after ``base`` was set anew, that of the block that step ``done`` lies in."""
+        """Continue after ``base``, of the block that holds step ``done``, was replaced."""
         self._end = self._lay(done - done % BLOCK)
 
     def turn(self, done: int, state: tuple[Array, Array], last: Array, folded: bool) -> None:
@@ -116,8 +116,8 @@ class Pilot:
 
 
 RULES = {"passive": laws.PASSIVE, "conserving": laws.CONSERVING, "blended": laws.BLENDED}
-MOST_WEIGHTS = 8e9  # bytes of the step weights between all contacts
-MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
+MOST_WEIGHTS = 8e9  # most bytes of the step weights between all contacts
+MOST_STEPS = 2e8  # most steps of a run: it holds some 10 arrays of this length
 
 
 @dataclass(frozen=True)
@@ -264,7 +264,7 @@ def _preloaded(
 
 
 def _rules(problem: ContactProblem, rule: str) -> NDArray[np.int64]:
-    """Return the (p,) codes."""
+    """Return the (p,) codes of the step rules."""
     if rule == "auto":
         return np.array([laws.BLENDED if contact.law.elastic else laws.PASSIVE for contact in problem.contacts])
     if rule not in RULES:

@@ -14,7 +14,7 @@ from impact.march.laws import NO_FILM, Law, Parameters, Signorini, SqueezeFilm
 from impact.quantities import as_html, brief
 
 MOST_CONTACTS: Final = 8192
-"""Of a problem: what each yields to every other is kept in memory, 0.5 GB of so many."""
+"""Most contacts of a problem: the displacement of each per force on each other is kept, 0.5 GB of so many."""
 
 
 class ContactError(ValueError):

@@ -1,7 +1,7 @@
-"""Modal coordinates under known forces: the one replay behind energies, displacements, bending stress and flight.
+"""Integrates modal coordinates under known forces; energies, displacements, bending stress and free flight all use it.
 
-The forces are constant over each step, and every recursion is exact for such. A replay goes on from block to block, so
-that its memory does not grow with the run; who asks takes from each block what it needs.
+The forces are constant over each step, and every recursion is exact for such forces. A replay runs block by block, so
+that its memory does not grow with the run; the caller keeps what it needs of each block.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,8 +17,8 @@ from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
 from impact.march.loop.past import FLOOR, oscillate, padded
 
-BLOCK = 4096  # steps
-NEAR, LEAST = 2**17, 64  # coordinates of some steps that stay near the processor; steps worth a product of matrices
+BLOCK = 4096  # steps of a block
+CACHED_VALUES, LEAST_TILE = 2**17, 64  # floats of a tile that fit in the cache; fewest steps of a tile
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Replay:
     def __init__(
         self, modal: ModalGreens, dt: float, start: ModalState, relaxed: Array, held: Array, loads: Sequence[Array]
     ) -> None:
-        """Begin at these modal coordinates, relaxations (R,) and port forces (P,) so far; ``loads``: shapes (M,)."""
+        """Begin at state ``start``, ``relaxed`` (R,) relaxations, ``held`` (P,) last forces; ``loads``: (M,) shapes."""
         rigid, rest = modal.omega == 0, modal.residual
         shapes = np.vstack([modal.shapes.T, *loads])
         omega, zeta = modal.omega[~rigid], modal.zeta[~rigid]
@@ -59,13 +59,13 @@ class Replay:
         self._relaxing = np.array([np.exp(span), *gains, rest.rates])
         self._amplitudes = np.ascontiguousarray(rest.shapes.T)
         self._y, self._last = relaxed.astype(float), held.astype(float)
-        self._seen = shapes[self._ports :] @ start.displacement  # by the loads
-        self._tile = max(LEAST, NEAR // (self._q.size + self._y.size + 1))
+        self._load_displacement = shapes[self._ports :] @ start.displacement  # (L,), after the last step
+        self._tile = max(LEAST_TILE, CACHED_VALUES // (self._q.size + self._y.size + 1))
         self._rooms = [np.empty((self._tile, state.size)) for state in (self._q, self._y)]
 
     @cached_property
     def _form(self) -> Array:
-        """Return the (6, K) form of what damping takes from each oscillator during a step."""
+        """Return the (6, K) quadratic form of the energy that damping takes from each oscillator during a step."""
         form = oscillator.dissipation_form(self._dt, *self._rates)
         rows = [form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]]
         return padded(np.array(rows))
@@ -95,8 +95,8 @@ class Replay:
                 q = _pushed(channels[:, part], self._shapes, self._rooms[0])
                 self._oscillate(q, stored_and_lost[:, part] if energies else None)
                 u[:, part] += self._shapes @ q.T
-        work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._seen[:, None]), axis=0)
-        self._seen = u[ports:, -1].copy()
+        work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._load_displacement[:, None]), axis=0)
+        self._load_displacement = u[ports:, -1].copy()
         if self._y.size and (np.any(self._y) or np.any(force)):
             for part in blocks(m, self._tile):
                 y = _pushed(force[:, part], self._amplitudes, self._rooms[1])
@@ -112,12 +112,12 @@ class Replay:
         self._last = force[:, -1].copy()
         return Block(u[:ports], stored, lost, work)
 
-    def _oscillate(self, pushed: Array, told: Array | None) -> None:
-        """Turn modal forces (m, K) into coordinates; ``told`` (2, m) gains energies stored and lost."""
-        form, energies = (None, None) if told is None else (self._form, np.zeros(told.shape))
+    def _oscillate(self, pushed: Array, total: Array | None) -> None:
+        """Turn modal forces (m, K) into coordinates; add the energies stored and lost to ``total`` (2, m)."""
+        form, energies = (None, None) if total is None else (self._form, np.zeros(total.shape))
         oscillate(self._steps, form, self._q, self._p, pushed, energies)
-        if told is not None and energies is not None:
-            told += energies
+        if total is not None and energies is not None:
+            total += energies
 
     def coordinates(self, force: Array, loads: Array, stride: int) -> Array:
         """Return the (m // stride, K + R) oscillators and relaxations, at every ``stride``-th step; no translations."""

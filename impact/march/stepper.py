@@ -33,7 +33,7 @@ from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import ContactError
 from impact.quantities import brief
 
-SHORTEST, LONGEST = 4, 13  # powers of two, of steps; a shorter stride costs what it saves
+SHORTEST, LONGEST = 4, 13  # binary logarithms of the steps of a stride; a shorter stride costs what it saves
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Strides:
         return Strides(np.array(lengths, dtype=np.int64), np.ascontiguousarray(powers), swing)
 
 
-FOLLOW = 32  # steps for which a load that depends on the opening keeps what it has in their middle
+FOLLOW = 32  # steps for which a load that depends on the opening keeps its value at their middle
 
 
 @dataclass(frozen=True)

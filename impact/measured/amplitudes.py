@@ -15,7 +15,7 @@ from impact.measured import vector_fitting
 from impact.measured.passivity import positive_part
 
 _ROUNDS = 12
-_MARGIN = 1e-4  # of the sum of the sizes of the terms: what each violation is lifted to
+_MARGIN = 1e-4  # eigenvalue to which each violation is lifted, over the sum of the sizes of the terms
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Residues:
     rigid: Array
 
     def greens(self, port_names: tuple[str, ...]) -> PoleGreens:
-        """Return the same as a Green's function: each residue as a sum of rank-one terms."""
+        """Return the residues as a Green's function, each as a sum of rank-one terms."""
         p = len(port_names)
         pairs = [(s, shape) for s, r in zip(self.poles.pairs, self.pairs, strict=True) for shape in takagi(r)]
         real = [
@@ -134,7 +134,7 @@ def _moved(residues: Residues, change: Array, ports: list[tuple[int, int]]) -> R
 
 
 _ITERATIONS = 3000
-_NOTHING = 1e-12  # of the largest response: a compliance that is round-off
+_NOTHING = 1e-12  # compliance that is round-off, over the largest response
 
 
 @dataclass(frozen=True)

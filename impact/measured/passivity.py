@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from impact.greens.base import Array, GreensFunction, GreensFunctionError, is_greens, step_weights
 from impact.greens.sampled import SampledGreens
 
-TOLERANCE = 1e-9  # of the largest eigenvalue
+TOLERANCE = 1e-9  # largest negative eigenvalue that counts as round-off, over the largest eigenvalue
 _LANCZOS = 80
 
 
@@ -38,7 +38,7 @@ class PassivityReport:
 
     @property
     def passive(self) -> bool:
-        """Return the verdict."""
+        """Return whether no force can draw work from the body."""
         return self.smallest >= -self.tolerance
 
     @property
@@ -202,10 +202,10 @@ def _smallest_ritz_value(symbol: Array, start: Array) -> float:
 
 
 _ITERATIONS = 2000
-_ACCURACY = 1e-3  # of the peak: what the iteration may leave to the lift
-_MARGIN = 1.000001  # for round-off
-_FREEDOM = 100.0  # 1/weight of a change beyond the record, where nothing is known, against one within
-_ROUNDS = 8  # of making the continuation found the one to be near to
+_ACCURACY = 1e-3  # accuracy of the iteration, over the peak of g; the lift removes the rest
+_MARGIN = 1.000001  # factor on the lift, for round-off
+_FREEDOM = 100.0  # 1/weight of a change beyond the record, where nothing is known, over that of one within
+_ROUNDS = 8  # rounds in which the continuation found becomes the one to stay near to
 
 
 def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:

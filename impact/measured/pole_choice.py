@@ -16,12 +16,12 @@ from impact.greens.base import Array, ComplexArray
 from impact.measured.amplitudes import FitData, oscillators
 from impact.measured.vector_fitting import Lines, Poles, fitted_poles, left_over, refined, starting_poles
 
-ABOVE_NOISE: Final = 5.0  # times the noise of a line: what counts as a resonance
-BEYOND: Final = (1.03, 1.08, 1.16, 1.3, 1.6, 2.5)  # over the highest line: oscillators that stand for all above it
-_PATIENCE: Final = 3  # rounds of more poles in vain
-_MOST_ROUNDS: Final = 20  # of more poles; a record that no number of poles explains would take minutes
-_MOST_IDLE: Final = 12  # poles that are taken out again
-_PROMINENCE: Final = 0.5  # of a resonance, in the logarithm of the mobility
+ABOVE_NOISE: Final = 5.0  # least height of a resonance, over the noise of a line
+BEYOND: Final = (1.03, 1.08, 1.16, 1.3, 1.6, 2.5)  # frequencies, over the highest line, of oscillators for all above
+_PATIENCE: Final = 3  # rounds with more poles and no gain, after which the search ends
+_MOST_ROUNDS: Final = 20  # most rounds with more poles; a record that no number of poles explains would take minutes
+_MOST_IDLE: Final = 12  # most poles that are taken out again
+_PROMINENCE: Final = 0.5  # least prominence of a resonance, in the logarithm of the mobility
 
 
 @dataclass(frozen=True)

@@ -18,24 +18,24 @@ from impact.measured.vector_fitting import Poles, basis, left_over, pole_passivi
 
 Form = Literal["auto", "modal", "complex"]
 Fitted = ModalGreens | PoleGreens
-NOT_CAUSAL: Final = 0.5  # causality defect from which a response is refused
-DRAWS: Final = 24  # of the record with other noise, each fitted anew
-MOST_UNEXPLAINED: Final = 0.5  # of the response, from which on a fit is refused
+NOT_CAUSAL: Final = 0.5  # causality defect above which a response is refused
+DRAWS: Final = 24  # copies of the record with other noise that are fitted anew, over the number of ports
+MOST_UNEXPLAINED: Final = 0.5  # share of the response left unexplained above which a fit is refused
 _SEED: Final = 20_261
-_FLOOR: Final = 0.1  # of the tolerance: what a fit need not explain, whatever the noise
-_LEAN: Final = 0.01  # of a mode's amplitude matrix: what noise adds to its rank one
-_SURE: Final = 30.0  # decrease of the squares, in variances of the noise, from which on a term is in the lines
+_FLOOR: Final = 0.1  # misfit, over the tolerance, that a fit need not explain, whatever the noise
+_LEAN: Final = 0.01  # least eigenvalue of a mode's amplitude matrix, over the largest: noise adds to its rank one
+_SURE: Final = 30.0  # decrease of the squares, in variances of the noise, above which the lines support a term
 _BEYOND: Final = (1.02, 1.04, 1.06, 1.09, 1.13, 1.18, 1.25, 1.35, 1.5, 1.8, 2.5, 4.0)
-"""Over the highest line: where modes above the band are looked for."""
+"""Frequencies, over the highest line, at which modes above the band are looked for."""
 _MOST_BEYOND: Final = 3
-_FARTHEST: Final = 6.0  # likewise, where they may move to
-_MOST_DAMPED: Final = 0.3  # damping ratio that they may have
-_SIGNAL: Final = 10.0  # standard deviations of the noise's power by which a response must exceed it
-_MARGIN: Final = 1.5  # on the largest change among the draws
-_BLOCK: Final = 9  # lines whose misfit is looked at together
+_FARTHEST: Final = 6.0  # highest frequency, over the highest line, that modes above the band may move to
+_MOST_DAMPED: Final = 0.3  # largest damping ratio of modes above the band
+_SIGNAL: Final = 10.0  # least excess of a response's power over the noise's, in standard deviations of that
+_MARGIN: Final = 1.5  # safety factor on the largest change among the draws
+_BLOCK: Final = 9  # neighbouring lines over which the misfit is averaged
 BLOCK_LIMIT: Final = 4.5
-"""Of the mean square of their misfit, in variances of the noise: five deviations, where noise is known to 20 %."""
-_RANGES: Final = 5  # of lines that are named at most
+"""Largest mean square of their misfit, in variances of the noise: five deviations, for noise known to 20 %."""
+_RANGES: Final = 5  # most ranges of lines that are named
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from impact.greens.sampled import Pretrigger, SampledGreens, Tail
 from impact.measured.passivity import passivity
 from impact.notices import Advice
 
-UNRESOLVED_LIMIT = 0.01  # share of the response above the run's Nyquist frequency
-REST_LIMIT = 0.05  # of the largest value: what a record may end with under the tail rule 'zero'
+UNRESOLVED_LIMIT = 0.01  # largest share of the response above the run's Nyquist frequency without advice
+REST_LIMIT = 0.05  # largest end of a record, over its largest value, without advice under the tail rule 'zero'
 _CHECKED_STEPS = 8192
 _LIKE = "'time [us],impulse_response [um/(N s)]'"
 _UNITS = {"m/(N s)": 1.0, "mm/(N s)": 1e-3, "um/(N s)": 1e-6, "nm/(N s)": 1e-9}
@@ -130,11 +130,11 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated) -> tuple[list[i
     return [column for column, _, _ in entries], np.array(factors)
 
 
-HALF: Final = 7  # lines on either side that a local model is fitted to
-SMOOTH: Final = 61  # lines at least over which the noise keeps its course
-_MODELS: Final = ((7, 2), (7, 4), (4, 2))  # half width and degree of numerator and denominator
-_MUCH_LESS: Final = 0.3  # of the variance that another local model leaves: it resolves what the first does not
-_OUTLIER: Final = 30.0  # times its model, from which on a local variance is a resonance that no local model resolves
+HALF: Final = 7  # lines on either side of one that its local model is fitted to
+SMOOTH: Final = 61  # fewest lines over which the level of the noise is smoothed
+_MODELS: Final = ((7, 2), (7, 4), (4, 2))  # half width in lines, degree of numerator and denominator
+_MUCH_LESS: Final = 0.3  # variance, over the first local model's, below which another model resolves what that misses
+_OUTLIER: Final = 30.0  # local variance over its model, above which it is a resonance that no local model resolves
 _LEAST_COHERENCE: Final = 1e-4
 
 

@@ -177,9 +177,9 @@ def _stable(pairs: ComplexArray) -> ComplexArray:
     return np.asarray(np.minimum(-np.abs(pairs.real), -1e-7 * np.abs(pairs)) + 1j * np.abs(pairs.imag))
 
 
-TOLERANCE = 1e-9  # of the sum of the sizes of the terms
-_AROUND = np.concatenate([-np.geomspace(30, 0.03, 10), [0.0], np.geomspace(0.03, 30, 10)])  # half widths off a pole
-_CHUNK = 2_000_000  # numbers at once
+TOLERANCE = 1e-9  # largest negative eigenvalue that counts as round-off, over the sum of the sizes of the terms
+_AROUND = np.concatenate([-np.geomspace(30, 0.03, 10), [0.0], np.geomspace(0.03, 30, 10)])  # half widths from a pole
+_CHUNK = 2_000_000  # numbers evaluated at once
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PER_PULSE = 48  # samples per pulse: the sampled convolution is then exact to about 1e-4
-EXCITED = 1e-3  # of the compliance: a pole with less is not told to be a mode
-_UNSEEN = 1e-9  # of the largest shape at a port: round-off
+EXCITED = 1e-3  # least compliance of a pole that is named as a mode, over the port's whole compliance
+_UNSEEN = 1e-9  # shape at a port that is round-off, over the largest
 _WINDOW = math.log(100.0)  # exponential window of a sampled receptance: 1 % is left at its end
-_LEGEND = 0.45  # of the height of the curves, as room for the legend above them
+_LEGEND = 0.45  # room above the curves for the legend, over their height
 
 
 def plot_greens(

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-MOST: Final = 10  # that are marked, the hardest
-FEW: Final = 20  # filter widths, the least that an enlarged landing shows
+MOST: Final = 10  # most landings that are marked, the hardest
+FEW: Final = 20  # least width of the view of an enlarged landing, in filter widths
 COLOUR: Final = PURPLE
-APART: Final = 0.02  # of the width of axes: of marks that are closer the hardest has its number
-ROOM: Final = 0.12  # of the height of axes, above which numbers stand
+APART: Final = 0.02  # least distance of numbered marks, over the width of axes; of nearer ones the hardest is numbered
+ROOM: Final = 0.12  # room for numbers above the curves, over their height
 Body = Literal["seat", "stopper"]
 BODIES: Final[tuple[Body, ...]] = ("seat", "stopper")
 SHAPES: Final[Mapping[Body, str]] = {"seat": "v", "stopper": "^"}
@@ -124,8 +124,8 @@ def value_at(run: ImpactResult, values: Array, time: float) -> float:
 
 NAMES = ("elastic seat", "bed of springs")
 COLOURS = "viridis"
-COLUMNS = 900  # of the map: times
-SHOWN = 1e-3  # of the largest force per length: the map is white below it
+COLUMNS = 900  # columns of the map: instants
+SHOWN = 1e-3  # least force per length that is coloured, over the largest; the map is white below it
 QUARTERS = (0.0, 0.25, 0.5, 0.75)
 _STYLES: tuple[tuple[str, Any], ...] = ((BLUE, "solid"), (ORANGE, (0, (4, 2))))
 _OF_QUARTERS = (BLUE, ORANGE, GREEN, PURPLE)

@@ -1,4 +1,4 @@
-"""Figures of an impact: force, motion, energy, Green's function, and the gas of a reed valve."""
+"""Figures of an impact by matplotlib: force, motion, energy, Green's function, and the gas of a reed valve."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 NAMES = ("elastic seat", "spring of equal static stiffness")
 _Curve = tuple[ImpactResult, Array, str, str, Any]  # of a run: values, name, colour and line style
-SPIKES = 2.5  # times the largest mean: where forces of single steps leave the figure
+SPIKES = 2.5  # top of the axis, over the largest mean force; forces of single steps may exceed it
 _COLOURS = (BLUE, ORANGE)
 _STYLES = ("solid", (0, (4, 2)))  # dashes above the solid curve: both stay visible where they coincide
 

@@ -38,7 +38,7 @@ from impact.runs.variations import (
     with_body,
 )
 
-RESOLUTION_LIMIT = 0.5  # w_max h: above it the step's own damping is felt in the highest retained mode
+RESOLUTION_LIMIT = 0.5  # largest w_max h without advice: above it the highest mode feels the step's own damping
 
 
 def solve(
@@ -168,7 +168,7 @@ def _advice(s: Prepared, energy: EnergyLedger) -> Iterator[Advice]:
 
 
 Measure = Callable[[ImpactResult], float]
-RATIOS: Final = (NARROWER, 2.5)  # of bandwidths: one change may be small by accident
+RATIOS: Final = (NARROWER, 2.5)  # ratios of bandwidths that are compared: one change may be small by accident
 NOTHING: Final[Mapping[str, ContactProblem]] = MappingProxyType({})
 
 

@@ -1,4 +1,4 @@
-"""The runs behind an error budget, and the budget: how far each measure of an impact is from the truth.
+"""Runs with one thing changed, and the error budget from them: how far each measure of an impact is from the truth.
 
 Every source of error is varied on its own, from what was computed to something coarser, and the run repeated: the
 change of the *measure* is the size of that source's error in it. With a refinement ratio r and an order q the error
@@ -22,8 +22,8 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
-SAFETY: Final = 1.5  # on the sum of the sources, which need not be independent
-STRESS_SAFETY: Final = 2.25  # likewise: the largest stress of all times and places jumps from one to another
+SAFETY: Final = 1.5  # safety factor on the sum of the sources, which need not be independent
+STRESS_SAFETY: Final = 2.25  # the same of stresses: the largest of all times and places jumps from one to another
 
 Values = Mapping[str, float]
 """Measures by name [SI]."""
@@ -102,10 +102,10 @@ def total(one: Values, other: Values) -> Values:
     return {name: one[name] + other[name] for name in one}
 
 
-FINE: Final = 16  # steps per filter width from which on coarser steps tell enough
-NARROWER: Final = 1.6  # ratio of bandwidths behind the share of the modes left out
-AT_ONCE: Final = 0.01  # of what lies above the modes, where it is taken for one that rings
-ROUND_OFF: Final = 1e-12  # of a compliance: what is less is no way that a body yields
+FINE: Final = 16  # steps per filter width from which on coarser steps show the error of the step
+NARROWER: Final = 1.6  # ratio of bandwidths whose runs show the error of the modes left out
+AT_ONCE: Final = 0.01  # share of the residual compliance that stays without inertia; the rest is given a frequency
+ROUND_OFF: Final = 1e-12  # compliance that is round-off, over the largest
 
 Run = Callable[[ContactProblem, float], Values]
 """The measures of a problem, marched with a step [s]."""

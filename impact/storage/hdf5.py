@@ -26,13 +26,13 @@ from impact.notices import Advice
 
 SCHEMA = 1
 BLOCK = 1 << 20  # bytes by which a file grows in memory
-DEEPEST = 8  # sums of sums in one file
-MOST_PARTS = 1000  # of all sums of a file
+DEEPEST = 8  # levels of sums within sums in one file
+MOST_PARTS = 1000  # most parts of all sums of a file
 _CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
     "delay_rod": rods.DelayRod,
     "damped_fixed_rod": rods.DampedFixedRod,
     "damped_free_rod": rods.DampedFreeRod,
-    "power_law": closed_form.PowerLaw,
+    "power_law": closed_form.PowerGreens,
     "half_space_patch": half_space.half_space_patch,
 }
 _KINDS = ("modal", "sampled", "poles", *_CLOSED, "sum", "scaled")
@@ -43,9 +43,9 @@ _BROKEN = (OSError, LookupError, ValueError, TypeError, AttributeError, Arithmet
 """What reading damaged bytes raises; RuntimeError: HDF5's own."""
 _NUMBERS = ("dt", "striker_mass", "target_mass", "striker_velocity", "target_velocity")
 _NUMBER_ATTRIBUTES = ("schema", "factor", "valid_for", "error_reduction", "error_mesh", *_NUMBERS)
-_NUMBERS_OF_ORIGIN = ("valid_for_s", "refinement")  # of a seat's provenance
+_NUMBERS_OF_ORIGIN = ("valid_for_s", "refinement")  # keys of a seat's provenance that hold numbers
 FILE_LIMIT = 8192 * safe_files.MB
-_DEFLATE = 1032  # the most that compression saves, bytes per byte
+_DEFLATE = 1032  # largest compression, bytes per byte
 # bytes per byte of the file: histories are packed, those of no stress to nothing; Green's functions are not
 MOST_PACKED = {"result": 100.0, "stress": float(_DEFLATE)}
 
@@ -302,7 +302,7 @@ def _known(value: float) -> float | None:
     return None if np.isnan(value) else float(value)
 
 
-SAME = 1e-9  # relative difference up to which two discretised problems count as the same
+SAME = 1e-9  # largest relative difference at which two discretised problems count as the same
 _PARTS = ("problem", "state")
 
 

@@ -39,10 +39,10 @@ __all__ = [
 ]
 
 
-WIDEST: Final = 1000  # characters of a line of a message
+WIDEST: Final = 1000  # most characters of a line of a message
 MOST_LINES: Final = 40
 _KEY: Final = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+(?=: | = )")
-"""With which messages about a key of a scene begin."""
+"""Begin of a message that names a key of a scene."""
 
 
 def _is_ours(error: Exception) -> bool:

@@ -12,7 +12,7 @@ from impact.files.csv_table import write_csv
 from impact.greens.base import GreensFunction
 from impact.notices import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
-from seatfem.faces.report import asked, sections
+from seatfem.faces.report import asked, fragments
 from seatfem.faces.terminal import load
 from seatfem.pictures.moving import KEPT, SOURCES, load_moving, write_moving
 from seatfem.readings import as_number, measured
@@ -69,7 +69,7 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
 
 
 def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
-    summary = sections.run_summary(source)
+    summary = fragments.run_summary(source)
     runs, width = load_results(source / RESULT_FILE), _filter_width(source, summary)
     columns = {"time [s]": runs["wave"].time}
     for name, words in (("wave", ""), ("spring", "spring ")):
@@ -102,7 +102,7 @@ def _as_uff(source: Path, output: Path, progress: Progress) -> Written:
     modes = source / pictures.MODES_FILE
     if not modes.is_file() or (source / SUMMARY_FILE).is_file():
         greens: GreensFunction = as_a_whole(load_greens(_seat_of(source)))
-        highest = PER_BAND / _filter_width(source, sections.run_summary(source))
+        highest = PER_BAND / _filter_width(source, fragments.run_summary(source))
         uff.write_receptance_uff(greens, np.linspace(highest / BINS, highest, BINS), output / "receptance.uff")
         yield output / "receptance.uff"
     if not modes.is_file():
@@ -172,7 +172,7 @@ def _scene_of(source: Path) -> Scene:
     if not path.is_file():
         raise ExportError(f"{source}: keeps no {asked.SCENE_COPY}; give the scene itself")
     try:
-        return load(path, asked.changes_in(sections.text_of(path)))
+        return load(path, asked.changes_in(fragments.text_of(path)))
     except SceneError as error:
         raise ExportError(
             f"{error}\n{path} is a copy of the scene that was run and names its files where they were: "

@@ -24,9 +24,9 @@ from seatfem.study.scene import Contact, Scene, drives, files, keys, load
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
 
-SHOWN: Final = 4  # values of a list; of longer ones their number and range
+SHOWN: Final = 4  # most values of a list that are shown; of longer ones their number and range are
 HOW: Final = ("run", "accuracy", "title")
-"""Tables and keys that the plan's own table tells."""
+"""Tables and keys that are left out, as the plan's own table states them."""
 STRENGTHS: Final = ("strength", "seat_strength")
 NOT_SHOWN: Final = ("kind", "name", "mesh", "greens")
 _NONE: Final = FieldInfo(default=None)
@@ -43,7 +43,7 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
 
 
 def read_table(scene: Scene) -> Table | None:
-    """Return the same for a terminal, where anything is read from files; ``None`` of others; raises as `read_back`."""
+    """Return the rows of `read_back` as a table, for scenes with files; ``None`` for others; raises as it."""
     if not any(_files_in(scene)):
         return None
     table = Table("table", "what was read")
@@ -74,7 +74,7 @@ def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:
-    """Return what is known of a body's struck face, and of a response that was measured, without any mesh."""
+    """Return facts on a body's struck face, and on a measured response, that need no mesh."""
     facts = []
     if (ring := body.lip_face.ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
@@ -174,7 +174,7 @@ COUNTS: Final = 0.01
 
 
 def choices_table(plan: Plan) -> Table:
-    """Return what is chosen or stated, the error that it leaves, and why."""
+    """Return a table of each choice, chosen or stated, its error and its reason."""
     table = Table("key", "value", "from", "error left", "why")
     for choice in plan.choices:
         table.add_row(choice.key, choice.value, "file" if choice.given else "plan", choice.leaves, choice.reason)
@@ -182,7 +182,7 @@ def choices_table(plan: Plan) -> Table:
 
 
 def costs_table(plan: Plan) -> Table:
-    """Time, memory and error of the plan, and of what would be cheaper or more accurate."""
+    """Return time, memory and error of the plan, and of cheaper and more accurate ones."""
     words = (f"uncertainty of\n{short_words(name)}" for name in plan.error)
     table = Table("", "time", "memory", *words)
     for what, cost, error in (
@@ -196,9 +196,9 @@ def costs_table(plan: Plan) -> Table:
 
 
 def plan_lines(plan: Plan) -> Iterator[str]:
-    """Yield what the target of accuracy speaks of; predicted seconds by stage, the longest first; how many rounds of
-    refinement are expected, what they take, and the price of one more; where the error of each measure comes from, the
-    largest first, without what hardly counts; notes."""
+    """Yield which measures the target is for; predicted seconds by stage, longest first; rounds of refinement expected,
+    their time, and the price of one more; the sources of each measure's error, largest first, those that count;
+    notes."""
     yield f"accuracy asked for: {judged_line(plan)}"
     stages = sorted(plan.cost.parts.items(), key=lambda item: -item[1])
     shown = (f"{safety.STAGES.get(stage, stage)} {in_time(seconds)}" for stage, seconds in stages if seconds >= 0.05)
@@ -218,7 +218,7 @@ def plan_lines(plan: Plan) -> Iterator[str]:
 
 
 def judged_line(plan: Plan) -> str:
-    """Return what the target of accuracy speaks of: the measures, and of which landing."""
+    """Return which measures, of which landing, must meet the target of accuracy."""
     accuracy = plan.scene.accuracy
     of_it = "of the whole run" if accuracy.landing == "run" else f"of the {accuracy.landing} landing on the seat"
     names = enumeration(all_measures()[name].words for name in accuracy.measures)
@@ -256,7 +256,7 @@ def plan_json(plan: Plan) -> str:
 
 
 def _by_asked_name(error: Mapping[str, float]) -> dict[str, float]:
-    """Return predicted errors by the names that the scene asks for them by."""
+    """Return predicted errors under the names that the scene uses for the measures."""
     return {asked_name(name): value for name, value in error.items()}
 
 

@@ -1,6 +1,5 @@
-"""Tables for the terminal: modes, installation, the answer of a run beside that of a spring, its landings. No markup
-in them.
-"""
+"""Tables of a terminal and of a report's page: modes, installation, the answer of a run beside that of a spring, its
+landings; without markup."""
 
 from __future__ import annotations
 
@@ -167,7 +166,7 @@ def _last_cycle(summary: readings.Summary, row: results.Result) -> readings.Summ
 
 
 def _notes(summary: readings.Summary) -> Iterator[str]:
-    """Yield what stands below the table: over what is averaged, what no bar knows, what has no value."""
+    """Yield the notes below the table: averaging times, numbers without a bar, and why values are missing."""
     width, part = summary.get("line_force_width_s"), readings.as_number(summary.get("line_force_arc_m"))
     shown = [row for rows in results.rows_of(summary).values() for row in rows]
     if part is not None:
@@ -208,7 +207,7 @@ def _most_stressed(summary: readings.Summary) -> str:
 
 
 def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
-    """Return value and bar, the spring's value, their difference in per cent and bars, and what the target became."""
+    """Return value and bar, the spring's value, their difference in per cent and bars, the state of the target."""
     if row.key == results.CONTACTS:
         return (
             _contacts(summary, ""),
@@ -290,7 +289,7 @@ def faces_table(part: mesh_file.Part) -> Table:
 
 
 def faces_csv(part: mesh_file.Part) -> str:
-    """Return the same as comma-separated values, all columns."""
+    """Return the faces as comma-separated values, all columns."""
     return csv_text((_head(column, "[{}]") for column in range(len(FACE_COLUMNS))), map(_face_cells, part.faces))
 
 

@@ -36,7 +36,7 @@ _UNSEEN: Final = re.compile(
 
 
 def visible(text: str) -> str:
-    """Return the text with every character that is not seen as itself written as an escape; tabs and line ends stay."""
+    """Return the text with every invisible or control character as an escape; tabs and line ends stay."""
     return _UNSEEN.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
@@ -107,7 +107,7 @@ COMMON: Final = Common()
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Effort:
-    """Limits on what a run may take."""
+    """Limits on a run, as options of a verb."""
 
     no_pictures: Annotated[bool, Parameter(negative="", help="Numbers and files only.")] = False
     max_time: Annotated[
@@ -157,7 +157,7 @@ def changed(given: str) -> tuple[str, object]:
 
 
 def tell(outcome: RunOutcome, common: Common, more: Sequence[Path] = ()) -> None:
-    """Print what is worth knowing, what was written, and where the time went."""
+    """Print notes, the files written, and the time by stage."""
     if common.quiet:
         return
     print_outcome(lines(), (), outcome.messages, (*outcome.files, *more))
@@ -167,7 +167,7 @@ def tell(outcome: RunOutcome, common: Common, more: Sequence[Path] = ()) -> None
 def print_outcome(
     terminal: Console, sentences: Iterable[object], notes: Iterable[str | None], files: Iterable[Path]
 ) -> None:
-    """Print the sentences and notes that say something, and what was written."""
+    """Print the sentences and notes of a run, and the files written."""
     for words in filter(None, sentences):
         terminal.print(words)
     for note in filter(None, notes):

@@ -25,14 +25,14 @@ STATUS: Final[Mapping[str, str]] = {
         'Remedy: a longer run.duration, or loads that open the reed; accuracy.landing = "run" judges the whole run.'
     ),
 }
-"""What a run without a landing says first, by its landing_status."""
+"""First sentence about a run without a landing, by its landing_status."""
 OF_SPEED: Final = ("margin", "m_per_s", "limit_m_per_s")
-"""How the keys life_speed_... end that the sentence on the closing speed needs."""
+"""Ends of the keys life_speed_... that the sentence on the closing speed needs."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """The spring baseline against the seat, in one measure.
+    """Difference between spring baseline and seat in one measure.
 
     Attributes:
         key: of the measure in summary.json.
@@ -72,7 +72,7 @@ def difference(summary: Summary, key: str) -> Difference | None:
 
 
 def verdict(summary: Summary) -> str:
-    """Return what a run means for people, from the numbers of summary.json.
+    """Return the result of a run in sentences, from the numbers of summary.json.
 
     A run without a landing says so first. Then the measures that the accuracy was asked for are compared with those of
     the spring baseline, or, where a spring has none of them, filtered peak and impulse. A difference counts if it is
@@ -150,14 +150,14 @@ def _count(known: int) -> str:
 
 
 def judged_words(summary: Summary) -> str:
-    """Return what the accuracy speaks of: the judged measures, of which landing."""
+    """Return which measures the accuracy is for, and of which landing."""
     keys = asked(summary)
     of_landing = f" of the {which_landing(summary)}" if any(key.startswith(results.LANDING) for key in keys) else ""
     return enumeration(name_of(key, summary) for key in keys) + of_landing
 
 
 def simpler(summary: Summary) -> str:
-    """Return what simpler models would say of a contact with a film or along a lip, in one line; "" of others."""
+    """Return the results of simpler models of a contact with a film or along a lip, in one line; "" of others."""
     models: list[str] = []
     for words, name in (("without the film", "without_film"), ("single contact point", "one_port"), ("beam", "beam")):
         peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in (results.PEAK, results.IMPULSE))
@@ -168,7 +168,7 @@ def simpler(summary: Summary) -> str:
 
 
 def lasting(summary: Summary) -> str:
-    """Return how long the reed lives, in one line with the source of its strength; "" where nobody asked.
+    """Return the life of the reed in one line, with the source of its strength; "" where it was not requested.
 
     What the summary does not hold, as that of an earlier version, is left out of the sentences.
     """

@@ -23,8 +23,8 @@ from seatfem.machine.code import code_version
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-PATIENCE: Final = 10.0  # s for the scheduler to answer
-MOST: Final = 256 * MB  # of the files of one job
+PATIENCE: Final = 10.0  # longest wait [s] for the scheduler's answer
+MOST: Final = 256 * MB  # most bytes of the files of one job
 
 
 class ClusterError(ValueError):
@@ -45,7 +45,7 @@ class Parcel:
 
 
 Pack = Callable[[str], Parcel]
-"""A job of this computer as one for any."""
+"""Function that makes a job of this computer into one for any computer."""
 
 
 def check_address(address: str) -> None:
@@ -106,7 +106,7 @@ def threads_of(address: str) -> int:
 
 
 def _settle(client: Client, address: str) -> None:
-    """Put desks on all workers, those that are still to come too."""
+    """Start desks on all workers, also on those that join later."""
     version = code_version()
     try:
         client.register_plugin(seatfem.jobs.remote.Desks(version), name=seatfem.jobs.remote.name_of(version))

@@ -19,7 +19,7 @@ ONE_THREAD: Final = dict.fromkeys(
 )
 """Variables of a process whose numbers, and times, are not to depend on how many run beside it."""
 FILES: Final = "@seatfem-files@"
-"""In a job that goes to another computer, and in its answer: the folder that its files are unpacked into."""
+"""Folder of the unpacked files, in a job for another computer and in its answer."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Lost:
     seconds: float
 
     def in_words(self) -> str:
-        """Return how a worker ended, and the last that it said."""
+        """Return how a worker ended, and its last words."""
         lines = self.log.strip().splitlines() or ["no message"]
         by = "with its computer" if self.code is None else f"exit code {self.code}"
         if self.code is not None and -self.code in set(signal.Signals):
@@ -115,7 +115,7 @@ class Desk:
             self.end()
 
     def end(self) -> None:
-        """End the worker, whatever it does."""
+        """End the worker at once."""
         worker, self.worker = self.worker, None
         if worker is not None:
             worker.end()

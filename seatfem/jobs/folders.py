@@ -41,7 +41,7 @@ def private_folder(purpose: str) -> Iterator[Path]:
 
 
 def sweep(among: Path | None = None) -> tuple[Path, ...]:
-    """Remove the private folders whose owners have ended, and say which.
+    """Remove the private folders whose owners have ended, and return their paths.
 
     Only folders of this user that carry our prefix and our lock, with the lock free, directly in ``among`` (default:
     the folder for temporary files). Links are neither followed nor removed. What cannot be read or removed is left.
@@ -103,7 +103,7 @@ def _removed(folder: Path) -> bool:
         os.close(lock)
 
 
-PAUSE: Final = 0.02  # s between two looks at a lock that another program holds
+PAUSE: Final = 0.02  # time [s] between two tries of a lock that another program holds
 
 
 @contextmanager
@@ -199,7 +199,7 @@ def entries(path: Path) -> Iterator[dict[str, Any]]:
 
 
 def outcomes(path: Path, key: str, made: Callable[..., T], **same: object) -> dict[str, T]:
-    """Return what a journal holds by the names under ``key``: ``made`` of the other fields of each line.
+    """Return the content of a journal by the names under ``key``: ``made`` of the other fields of each line.
 
     Lines in which a field of ``same`` is another (the version of the code) are passed, as are those that do not fit.
     """

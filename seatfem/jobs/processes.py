@@ -108,13 +108,14 @@ class LineWorker:
         return self._answer(most)
 
     def code(self) -> int | None:
-        """Return its exit code, negative for a signal; None while it runs. Wait for one that closed its answers."""
+        """Return the exit code, negative for a signal; None while it runs. Wait for a worker that closed its
+        answers."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(1.0)
         return self._process.returncode
 
     def finish(self, patience: float) -> None:
-        """Close its input, and let it end by itself within ``patience`` seconds."""
+        """Close the worker's input, and let it end by itself within ``patience`` seconds."""
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):
             self._process.stdin.close()
@@ -122,7 +123,7 @@ class LineWorker:
             self._process.wait(patience)
 
     def end(self) -> None:
-        """End it at once, whatever it does."""
+        """End the worker at once."""
         end_worker(self._process)
 
     def _answer(self, most: float | None) -> str:

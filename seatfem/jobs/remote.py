@@ -18,8 +18,8 @@ from seatfem.jobs.desk import FILES, Desk, Lost, Program
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.code import code_version
 
-IDLE: Final = 60.0  # s after which a process without a job ends
-ENDED: Final = ("cancelled", "released", "forgotten")  # states of a task that nobody wants any more
+IDLE: Final = 60.0  # time [s] without a job after which a process ends
+ENDED: Final = ("cancelled", "released", "forgotten")  # states of a task whose result is not wanted any more
 _NAME: Final = re.compile(r"[0-9]{1,4}/[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 
 
@@ -29,7 +29,7 @@ class OtherVersionError(RuntimeError):
 
 @dataclass(frozen=True)
 class Task:
-    """A job with all it needs, but its files.
+    """A job with all its data but its files.
 
     Attributes:
         program: that answers it.
@@ -75,7 +75,7 @@ class Desks(WorkerPlugin):
         self.made = 0
 
     def teardown(self, worker: Worker) -> None:
-        """End all desks, and remove what they have left."""
+        """End all desks, and remove their files."""
         if "lock" not in vars(self):  # refused
             return
         with self.lock:

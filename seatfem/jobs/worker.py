@@ -1,8 +1,8 @@
 """Worker: `python -m seatfem.jobs.worker MODULE ARGUMENTS` runs a module in a process that ends with its parent.
 
-Two ways at once. The first works everywhere: a worker's standard input (or `multiprocessing`'s own pipe) is held open
-by its parent alone, and a thread of the worker ends it when that closes. The second is the Linux kernel's: it kills the
-worker with its parent (PR_SET_PDEATHSIG), in the midst of compiled code too that keeps threads from running.
+Two mechanisms do this. The first works everywhere: only the parent holds the worker's standard input (or the pipe of
+`multiprocessing`) open, and a thread of the worker ends it when that closes. The second is the Linux kernel's signal at
+the parent's death (PR_SET_PDEATHSIG); it works even while compiled code blocks Python threads.
 """
 
 import ctypes
@@ -26,8 +26,8 @@ _PR_SET_PDEATHSIG: Final = 1
 def end_with_parent(parent: str = "", take: Callable[[bytes], None] = lambda _: None) -> None:
     """End this process, from now on, when its parent ends; called by the module that a worker runs, first of all.
 
-    ``take`` receives what the parent writes to the standard input; workers of `multiprocessing` have none, and give as
-    ``parent`` what `started_by` said there.
+    ``take`` receives what the parent writes to the standard input. ``parent``: the parent's process id as text
+    (`started_by`), of workers of `multiprocessing`, which have no standard input.
     """
     _die_with(parent)
     threading.Thread(target=_watch, args=(take,), name="end with parent", daemon=True).start()

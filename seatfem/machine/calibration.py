@@ -39,9 +39,9 @@ STEEL: Final = materials.Material(young=2e11, poisson=0.3, density=7850.0)
 BODY: Final = Block(20e-3, 20e-3, 8e-3, 5e-3, 5e-3)
 COARSE, FINE = MeshSpec(size=8e-3), MeshSpec(size=1.7e-3)
 STEPS: Final = 100_000
-STEP: Final = 1e-8  # s
+STEP: Final = 1e-8  # time step of the marches that are timed [s]
 POLES: Final = 500
-BEYOND_IMPORTS: Final = 1.3  # the program's start over its imports
+BEYOND_IMPORTS: Final = 1.3  # time of the program's start over that of its imports
 FRAMES: Final = 3
 SAVED: Final = 22
 _IMPORTS: Final = "import seatfem.faces.cli, seatfem.study.runs.pipeline, seatfem.study.scene, matplotlib.figure"
@@ -88,7 +88,7 @@ def _time(work: Callable[[], object], repeats: int = 2) -> float:
 
 
 def _once(work: Callable[[], Made]) -> tuple[Made, float]:
-    """Return what the work made, and its time [s]."""
+    """Return the result of the work, and its time [s]."""
     wall, processor = perf_counter(), _processor()
     result = work()
     return result, min(perf_counter() - wall, _processor() - processor)

@@ -9,8 +9,8 @@ from impact.march.loop.marches import march_many, march_one
 from seatfem.machine.resources import Machine, cores
 
 MARCHES: Final = (march_one, march_many)
-"""Both with all that they call; a run needs either, the second for its error bars. Other loops take little."""
-EACH: Final = 2.7  # time of its compilation over that of the program's start: 15.3 s both, with a start of 2.8 s
+"""Compiled marches, of one and of many contacts: a run needs one, error bars the second. Other loops take little."""
+EACH: Final = 2.7  # time to compile one of them over that of the program's start: 15.3 s both, with a start of 2.8 s
 
 
 def compilation(rates: Machine) -> float:

@@ -74,7 +74,7 @@ def requirements(package: str = "seatfem") -> dict[str, tuple[str, ...]]:
 
 
 def _needs(package: str) -> set[str]:
-    """Return the distributions that one requires, if it is installed."""
+    """Return the distributions that an installed one requires."""
     return {name.lower() for names in requirements(package).values() for name in names}
 
 

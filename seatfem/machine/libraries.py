@@ -24,7 +24,7 @@ GMSH_LIBRARIES: Final = {
     "libXinerama.so.1": "libxinerama1",
     "libgomp.so.1": "libgomp1",
 }
-"""What gmsh loads, and the Debian or Ubuntu package of each."""
+"""Libraries that gmsh loads, and the Debian or Ubuntu package of each."""
 
 EGL: Final = {"libEGL.so.1": "libegl1"}
 _OSMESA: Final = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
@@ -91,7 +91,7 @@ RANKS: Final = "SEATFEM_MPI_RANKS"
 SECONDS: Final = "SEATFEM_MPI_SECONDS"
 DEBIAN: Final = ("python3-petsc4py", "python3-slepc4py", "openmpi-bin")
 SCRIPT: Final = Path(__file__).parents[1] / "structures" / "reduction" / "_slepc_ranks.py"
-_PROBE: Final = 60.0  # s
+_PROBE: Final = 60.0  # longest time of the test [s]
 
 
 @dataclass(frozen=True)

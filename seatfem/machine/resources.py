@@ -25,7 +25,7 @@ if sys.platform != "win32":
     import resource
 
 
-SCHEMA = 1  # of the file; raise it when a rate comes to mean something else
+SCHEMA = 1  # version of the file; raise it when the meaning of a rate changes
 FILE = "machine.json"
 
 
@@ -100,7 +100,7 @@ class Machine:
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Read what `save` wrote.
+        """Read the file that `save` wrote.
 
         Raises:
             MachineError: damaged, or of another schema.

@@ -184,9 +184,9 @@ def section_triangles(mesh: Any, n_nodes: int) -> Integers:
 
 
 OPENED: Final = (math.radians(-6.0), math.radians(234.0))
-"""Angles between which a body of revolution is drawn: the gap faces who looks from `rendering.ABOVE`."""
+"""Angles between which a body of revolution is drawn, open towards the camera at `rendering.ABOVE`."""
 SLICES: Final = 48
-_QUARTERS: Final = ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3))  # of an element of nine nodes
+_QUARTERS: Final = ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3))  # four parts of an element of nine nodes
 _SIDES: Final = {
     4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
     8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
@@ -217,7 +217,7 @@ class Skin:
         return float(np.ptp(self.points, axis=0).max())
 
     def spread(self) -> Skin:
-        """Return the same with a node for each point, so that a half section may differ from angle to angle."""
+        """Return the skin with a node for each point: values of a half section may differ from angle to angle."""
         return replace(self, nodes=self.nodes[self.which], which=np.arange(len(self.points)))
 
     def moved(self, displacement: Array, harmonic: int = 0) -> Array:
@@ -306,7 +306,7 @@ def _skin(points: Array, triangles: Integers) -> Skin:
 
 
 def _outer(sides: Integers) -> Integers:
-    """Return the sides that belong to one cell alone."""
+    """Return the sides that only one cell has."""
     _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
     return np.asarray(sides[first[count == 1]])
 

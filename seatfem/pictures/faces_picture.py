@@ -31,14 +31,14 @@ VIEWS: Final[tuple[View, ...]] = (
 """Directions from the body to the camera that are tried in turn."""
 MOST_VIEWS: Final = 4
 SIZE: Final = (900, 760)
-LEGIBLE: Final = 150  # pixels of a face that is shown well enough
-LEAST: Final = 12  # and of one that is shown at all
-ROOM, APART = 16, 36  # pixels from a number to its face's border, and to other numbers
+LEGIBLE: Final = 150  # pixels of a face from which on it is shown well enough
+LEAST: Final = 12  # fewest pixels of a face that counts as shown
+ROOM, APART = 16, 36  # least pixels from a number to its face's border, and to other numbers
 PLAIN, DARK, GHOST = "#E9EBEE", "#2B2F36", "#9AA1AA"
 GROUPS: Final = {"contact": ORANGE, "fixed": BLUE}
-FURTHER: Final = ("#009E73", "#CC79A7", "#F0E442", "#56B4E9", "#E69F00")  # of Okabe and Ito's palette
+FURTHER: Final = ("#009E73", "#CC79A7", "#F0E442", "#56B4E9", "#E69F00")  # further colours, of Okabe and Ito's palette
 LIGHT: Final = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.55, "specular": 0.05}
-INCH: Final = 4.6  # side of a picture
+INCH: Final = 4.6  # side of a picture [inch]
 BOX: Final[dict[str, Any]] = {"boxstyle": "round,pad=0.18", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
 
 
@@ -97,7 +97,7 @@ class _Scene:
         self._flat.close()
 
     def shots(self) -> list[_Shot]:
-        """Return views until every face that some view shows is shown; then what is within."""
+        """Return views until every visible face is shown; then views of what is hidden within."""
         shots = [self._shot(VIEWS[0], None, ""), self._shot(VIEWS[1], None, "")]
         for view in VIEWS[2:]:
             if len(shots) == MOST_VIEWS or not self._poor(shots, LEGIBLE):
@@ -195,7 +195,7 @@ def _deepest(mask: Mask) -> tuple[tuple[float, float], float]:
 
 
 def _beside(place: tuple[float, float], taken: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Return a free place near another one, away from the middle of the picture."""
+    """Return a free place near another one, away from the picture's middle."""
     start = math.atan2(place[1] - SIZE[1] / 2, place[0] - SIZE[0] / 2)
     for radius in (48, 70, 95, 125, 160):
         for turn in (0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6, 2.3, -2.3, 3.1):

@@ -28,7 +28,7 @@ QUANTITIES: Final[dict[str, tuple[int, str]]] = {
     "accelerance": (2, "1/kg"),
 }
 """Derivatives of the displacement, and their unit."""
-BEYOND: Final = 1.6  # by which the curve goes on beyond the measured lines, on either side
+BEYOND: Final = 1.6  # factor by which the curve extends beyond the measured lines, on either side
 POINTS: Final = 1500
 
 
@@ -118,7 +118,7 @@ def _degrees(values: np.ndarray) -> np.ndarray:
 
 
 def _misfit(fitted: modal.ModalGreens | PoleGreens) -> str:
-    """Return what the fit states of its own errors."""
+    """Return the fit's own statement of its errors."""
     fit = fitted.provenance.get("fit")
     if not isinstance(fit, dict) or not isinstance(value := fit.get("misfit_rms"), float):
         return ""
@@ -127,9 +127,9 @@ def _misfit(fitted: modal.ModalGreens | PoleGreens) -> str:
     return f"misfit {percent(value)} (rms), {percent(missed)} beyond the noise; {modes}"
 
 
-SAME_FREQUENCY: Final = 0.01  # change of a frequency from one order to the next, below which a pole is stable
-SAME_DAMPING: Final = 0.05  # likewise of a damping ratio
-MARGIN: Final = 0.02  # of the band, on either side, so that poles at its ends are whole
+SAME_FREQUENCY: Final = 0.01  # relative change of a frequency from one order to the next, below which a pole is stable
+SAME_DAMPING: Final = 0.05  # relative change of a damping ratio below which it is stable
+MARGIN: Final = 0.02  # margin of the axis, over the band, on either side, so that poles at its ends are whole
 State = Literal["stable", "frequency", "new"]
 MARKS: Final[dict[State, tuple[str, str, str]]] = {
     "stable": ("o", GREEN, "stable: frequency within 1 %, damping within 5 %"),
@@ -141,7 +141,7 @@ MARKS: Final[dict[State, tuple[str, str, str]]] = {
 
 @dataclass(frozen=True)
 class Row:
-    """One order: number of pole pairs, their frequencies (K,) [Hz], what each is, and the information criterion."""
+    """Poles of one order: number of pairs, frequencies (K,) [Hz], the state of each, and the information criterion."""
 
     order: int
     frequency: base.Array
@@ -226,7 +226,7 @@ def _draw_magnitude(axes: Axes, response: frf.FrequencyResponse, rate: float) ->
 
 
 def _state(pole: complex, before: base.ComplexArray) -> State:
-    """Return what a pole is against those of the order before: by the nearest of them in frequency."""
+    """Return how the nearest pole in frequency of the order before agrees: by the rules of `MARKS`."""
     if not len(before):
         return "new"
     size = abs(pole)

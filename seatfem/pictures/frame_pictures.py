@@ -18,15 +18,15 @@ from seatfem.pictures.rendering import Image, aim, crop, halved, load_pyvista, n
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COLOURS: Final = "viridis"  # told apart with every common colour blindness, and in grey
+COLOURS: Final = "viridis"  # colour map that is legible with every common colour blindness, and in grey
 UNKNOWN: Final = "#D8DADD"
 FILM, SHEET = (1280, 944), (900, 750)  # pixels before they are shrunk, which smooths them at a third of the time
-SHOWN: Final = 12  # times of a run on a sheet
-PERIOD: Final = 1500  # ms of the film of a mode
-EACH: Final = 150  # ms of a time of a run
-OF_EACH: Final = 50  # of 256 colours of a film, for each scale
+SHOWN: Final = 12  # most times of a run on a sheet
+PERIOD: Final = 1500  # duration of the film of a mode [ms]
+EACH: Final = 150  # duration of one time of a run in a film [ms]
+OF_EACH: Final = 50  # colours of a film, of 256, that each scale has
 LIGHT: Final = {"ambient": 0.55, "diffuse": 0.5, "specular": 0.05}
-"""Of bodies whose colours are values: they stay what they are in the shade."""
+"""Light on bodies whose colours are values: they must not change in the shade."""
 _BAR: Final = {
     "n_labels": 2, "fmt": "%.3g", "label_font_size": 24, "title_font_size": 24, "color": "black",
     "position_x": 0.64, "position_y": 0.86, "width": 0.34, "height": 0.09,

@@ -16,13 +16,13 @@ from seatfem.structures.elements.mindlin import PlateMesh
 
 Integers = NDArray[np.int64]
 
-FROM_THE_SEAT: Final[rendering.View] = (0.5, -1.0, -0.42)  # a lip is not hidden by the plate over it
+FROM_THE_SEAT: Final[rendering.View] = (0.5, -1.0, -0.42)  # view in which a lip is not hidden by the plate over it
 MODE, WAVE, LANDING = 0.08, 0.05, 0.16
 """Largest drawn displacement over the size of the body."""
-ALMOST: Final = 0.98  # of all stress that is seen at all times is below the end of the colour scale
-FULL: Final = 0.5  # of the largest force per length: from it on a lip has the last colour
-CLEAR: Final = 0.01  # of the plate's size, by which the lip is drawn lower: the plate that touches it would hide it
-MARGIN_SPAN: Final = 4.0  # from the least margin to the end of the scale
+ALMOST: Final = 0.98  # quantile of the stress at all times that is the end of the colour scale
+FULL: Final = 0.5  # force per length with the last colour of a lip, over the largest
+CLEAR: Final = 0.01  # distance, over the plate's size, by which the lip is drawn lower, else the plate would hide it
+MARGIN_SPAN: Final = 4.0  # end of the scale of margins, over the least margin
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ class Frames:
     logarithmic: bool = False
 
     def check(self) -> None:
-        """Raise `PictureError` of what does not fit together."""
+        """Raise `PictureError` for arrays whose shapes do not fit together."""
         frames, count = len(self.labels), len(self.points) if self.points.ndim == 2 else -1
         whole = self.points.shape == (count, 3) and self.triangles.ndim == 2 and self.triangles.shape[1] == 3
         inside = self.triangles.size == 0 or (self.triangles.min() >= 0 and self.triangles.max() < count)

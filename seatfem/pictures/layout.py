@@ -17,7 +17,7 @@ from impact.quantities import in_digits
 from seatfem.structures.outlines import BodyViews, Size, View, covered_share
 
 Way = Literal[-1, 0, 1]
-"""Of an arrow: towards the seat, not known or both, away from the seat."""
+"""Direction of an arrow: towards the seat, not known or both, away from the seat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Action:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A scene, as it is drawn.
+    """Bodies, dimensions, loads and words of the drawing of a scene.
 
     Attributes:
         title: of the scene.
@@ -96,17 +96,17 @@ class Layout:
         return self.gap + max((float(loop[:, 1].max()) for loop in self.reed.views.section), default=0.0)
 
 
-WIDTH: Final = 8.2  # inch, of the sheet
-LEFT, RIGHT = 1.35, 1.75  # inch beside the views, for names and heights
-DEEPEST, PLAN, TALLEST = 1.5, 3.0, 1.7  # inch: seat in section, plan, body above the seat
-KEPT: Final = 0.75  # inch next to the contact that are to scale where the rest of a deep body is shortened
-THIN: Final = 0.075  # inch: a reed is drawn at least as thick
-OPEN: Final = (0.13, 0.85)  # inch: an opening is drawn at least and at most as high
-SYMBOL: Final = 0.5  # inch: height of a symbol
-ROW: Final = 0.2  # inch between dimensions
-LOADS: Final = 0.36  # inch between loads
-LINE: Final = 0.145  # inch between lines of text
-LETTER: Final = 0.062  # inch: width of a letter of 7.5 points, on the average
+WIDTH: Final = 8.2  # width of the sheet [inch]
+LEFT, RIGHT = 1.35, 1.75  # room beside the views for names and heights [inch]
+DEEPEST, PLAN, TALLEST = 1.5, 3.0, 1.7  # largest heights [inch]: seat in section, plan, body above the seat
+KEPT: Final = 0.75  # depth next to the contact [inch] that stays to scale where the rest of a deep body is shortened
+THIN: Final = 0.075  # least drawn thickness of a reed [inch]
+OPEN: Final = (0.13, 0.85)  # least and largest drawn height of an opening [inch]
+SYMBOL: Final = 0.5  # height of a symbol [inch]
+ROW: Final = 0.2  # distance between dimensions [inch]
+LOADS: Final = 0.36  # distance between loads [inch]
+LINE: Final = 0.145  # distance between lines of text [inch]
+LETTER: Final = 0.062  # mean width of a letter of 7.5 points [inch]
 NICE: Final = (1.0, 2.0, 5.0)
 
 
@@ -204,7 +204,7 @@ def _nice(factor: float) -> float:
 
 
 def _zones(layout: Layout, scale: float) -> Iterator[Zone]:
-    """Yield what is below the contact, the gap, the reed, what is above it up to the stopper, and the stopper."""
+    """Yield the zones below the contact, of the gap, the reed, the space up to the stopper, and the stopper."""
     depth = layout.seat.views.depth
     if depth == 0:
         yield Zone("seat", -1e-3, 0.0, SYMBOL + 0.2)
@@ -246,7 +246,7 @@ def _opened(height: float, scale: float) -> float:
 
 
 def factors_of(zones: Sequence[Zone], scale: float) -> str:
-    """Return in words by what factors heights are exaggerated."""
+    """Return the factors by which heights are exaggerated, in words."""
     words = {"gap": "gap", "reed": "reed", "lift": "lift above the reed"}
     factors = []
     for zone in zones:
@@ -257,7 +257,7 @@ def factors_of(zones: Sequence[Zone], scale: float) -> str:
 
 
 def _rows(layout: Layout, view: View, scale: float) -> tuple[tuple[tuple[Placed, Size], ...], ...]:
-    """Return the dimensions along x in rows, the shortest nearest to the body; in a row none meets another."""
+    """Return the dimensions along x in rows, the shortest nearest to the body; within a row none overlaps."""
     sizes = [
         (body, size)
         for body in layout.bodies

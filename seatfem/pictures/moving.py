@@ -17,16 +17,16 @@ from impact.storage.hdf5 import StorageError, finite_array, opened, written
 from seatfem.pictures.frames import Frames
 from seatfem.pictures.rendering import import_pyvista
 
-MOST_TRIANGLES: Final = 24_000  # that are kept of a body: of 12,000 flat sections had too few for a wave
+MOST_TRIANGLES: Final = 24_000  # most triangles of a body that are kept: of 12,000 flat sections had too few for a wave
 FINEST: Final = 32_767  # steps from 0 to the largest displacement
-UNTOLD: Final = 65_535  # in place of a value that is not known
+UNTOLD: Final = 65_535  # number in place of an unknown value
 """Values take the steps below it, from the lowest to the highest."""
-MOST_POINTS: Final = 100_000  # that are read
-MOST_PLACES: Final = 10_000_000  # in all frames
-BEYOND: Final = 1e30  # in SI units: no coordinate, displacement or end of a scale of a sound file
+MOST_POINTS: Final = 100_000  # most points of a body that are read
+MOST_PLACES: Final = 10_000_000  # most coordinates in all frames that are read
+BEYOND: Final = 1e30  # limit, in SI units, of coordinates, displacements and ends of scales in a sound file
 CONTENT: Final = "moving body"
 OF_FRAMES: Final = ("time", "frequency", "modal_mass")
-"""What is kept of each frame, where it is known."""
+"""Fields of each frame that are kept where they are known."""
 KEPT: Final[Mapping[str, str]] = {
     "modes.h5": "Modes in motion",
     "stress_wave.h5": "Stress wave in motion",
@@ -107,7 +107,7 @@ def load_moving(path: str | os.PathLike[str]) -> Frames:
 
 
 def moving_bodies(folder: Path) -> dict[str, Frames]:
-    """Return what a folder has of `KEPT`. Raises `StorageError` for a damaged file."""
+    """Return the bodies of `KEPT` in a folder, by file. Raises `StorageError` for a damaged file."""
     return {name: load_moving(folder / name) for name in KEPT if (folder / name).is_file()}
 
 
@@ -144,7 +144,7 @@ def _decimated(frames: Frames) -> Frames:
 
 
 def write_moving(frames: Frames, path: str | os.PathLike[str]) -> None:
-    """Write NAME.pvd and NAME/0001.vtu, ... of what a viewer would show: displacement and, where there are any, values.
+    """Write NAME.pvd and NAME/0001.vtu, ... for viewers: displacement and, where there are any, values.
 
     The body is at rest: warp it by its displacement. Frames are at their times [s], modes at their frequencies [Hz], or
     at their numbers.

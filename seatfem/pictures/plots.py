@@ -1,4 +1,4 @@
-"""Pictures of the seat: its mesh, its modes still and moving, and files for ParaView."""
+"""Pictures of bodies by VTK: the seat's mesh, its modes still and moving, and files for ParaView."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def _check(grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[flo
             raise PictureError(f"shape {k} is {np.shape(shape)}, must be finite and (3, {len(grid.points)})")
 
 
-_POINTS = 8  # drawn on each curved edge
+_POINTS = 8  # points drawn on each curved edge
 
 
 def plot_section(mesh: Any, path: str | os.PathLike[str]) -> None:

@@ -37,13 +37,13 @@ View = tuple[float, float, float]
 ABOVE: Final[View] = (0.45, -1.0, 0.62)
 BELOW: Final[View] = (0.45, -1.0, -0.62)
 """Directions from the body to the camera."""
-BORDER: Final = 6  # pixels
+BORDER: Final = 6  # pixels of white around cropped images
 NO_DRIVER: Final = (
     "no pictures: VTK cannot draw off-screen, an OpenGL driver is missing; "
     "install it: apt-get install libegl1 libgl1-mesa-dri"
 )
 TRIED: Final = "SEATFEM_VTK_TRIED"
-"""Set in a process of its own, which may crash: it tries by drawing."""
+"""Environment variable of the drawing process: skip the test of VTK there, a crash does no harm."""
 
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
@@ -159,8 +159,8 @@ def halved(image: Image) -> Image:
 
 
 def in_few_colours(images: list[Image], own: NDArray[Any]) -> list[Any]:
-    """Return all images in the same 256 colours, ``own`` (n, 3) of 0 ... 255 among them: colours of small things would
-    be missed by area. They are Pillow's images."""
+    """Return all images, as Pillow's, in the same 256 colours. ``own``: (n, 3) RGB of 0 ... 255 that are always kept,
+    since the quantizer drops colours of small areas."""
     from PIL import Image as Pillow
 
     kept = np.asarray(own).astype(int)
@@ -187,18 +187,18 @@ def crop(images: list[Image]) -> list[Image]:
     return [image[rows, columns] for image in images]
 
 
-PATIENCE: Final = 900.0  # s of the clock for one picture, on a machine that is busy otherwise too
+TIMEOUT: Final = 900.0  # s of the clock for one picture, enough on a busy machine
 WORKER: Final = "seatfem.pictures.picture_worker"
 READY: Final = "libraries"
-"""In place of a picture: what drawing needs is loaded."""
+"""Name sent in place of a picture's: only load the libraries."""
 
 Picture = tuple[str, Callable[..., object]]
-"""A file's name, and what draws it, called with ``path``."""
+"""A file's name, and the function that draws it, called with ``path``."""
 
 
 @contextmanager
 def drawing_apart() -> Iterator[Painter]:
-    """Start another process that draws what it is handed; leaving the block ends it.
+    """Start another process that draws the pictures it receives; leaving the block ends it.
 
     A process that crashes or hangs costs the picture it was at. What cannot be handed to another process is drawn here,
     when it is asked for.
@@ -212,7 +212,7 @@ def drawing_apart() -> Iterator[Painter]:
 
 
 class Painter:
-    """Client of a worker that draws one picture after the other; another worker follows one that has ended."""
+    """Client of a worker that draws one picture after the other; a worker that has ended is replaced."""
 
     def __init__(self, private: Path) -> None:
         self._private, self._taken, self._cannot, self._is_ending = private, 0, "", False
@@ -226,7 +226,7 @@ class Painter:
         self._begun = self._begun or self._thread.submit(self._ask, READY, "")
 
     def take(self, pictures: Sequence[Picture]) -> None:
-        """Have them drawn from now on; one of a name that is there already takes its place."""
+        """Queue the pictures; a picture replaces an earlier one of the same name."""
         for name, draw in pictures:
             if isinstance(former := self._drawn.pop(name, None), Future):
                 former.cancel()
@@ -243,14 +243,14 @@ class Painter:
         return name in self._drawn
 
     def wait(self, name: str, folder: Path) -> str:
-        """Put a picture into ``folder`` once it is drawn; why it could not be, or ""."""
+        """Copy a picture into ``folder`` when it is drawn; return why it could not be drawn, else ""."""
         drawn = self._drawn[name]
         if not isinstance(drawn, Future):
             return gap_of(lambda path: drawn(path=path), folder / name)
         return drawn.result() or gap_of(lambda path: _moved(self._private / name, path), folder / name)
 
     def end(self) -> None:
-        """End the worker at once, one that is only being started too."""
+        """End the worker at once, even one that is just starting."""
         self._is_ending = True
         self._thread.shutdown(wait=False, cancel_futures=True)
         asked = [each for each in (self._begun, *self._drawn.values()) if isinstance(each, Future)]
@@ -265,12 +265,12 @@ class Painter:
             return self._cannot
         try:
             self._desk.start()
-            answer = self._desk.answer(f"{drawing} {name}", PATIENCE)
+            answer = self._desk.answer(f"{drawing} {name}", TIMEOUT)
             if not isinstance(answer, desk.Lost):
                 return str(json.loads(answer))
             problem = "the process that draws it crashed; seatfem doctor shows what may be missing"
             if answer.hung:
-                problem = f"no answer within {PATIENCE:g} s"
+                problem = f"no answer within {TIMEOUT:g} s"
             elif not self._is_ending and not can_draw():
                 self._cannot = NO_DRIVER
         except (OSError, ValueError, RuntimeError, MemoryError) as error:
@@ -280,7 +280,7 @@ class Painter:
 
 
 def _handed_over(draw: Callable[..., object], drawing: Path) -> bool:
-    """Write a drawing down for another process, and return whether that can draw it."""
+    """Write a drawing to a file for another process, and return whether it can be pickled."""
     try:
         drawing.write_bytes(pickle.dumps(draw, protocol=pickle.HIGHEST_PROTOCOL))
     except (pickle.PicklingError, AttributeError, TypeError, OSError, MemoryError):

@@ -34,11 +34,11 @@ from seatfem.structures.outlines import Loops, View, length_text
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SMALL: Final = 7.5  # points
+SMALL: Final = 7.5  # size of small letters [points]
 INK, PALE, HATCH = "#30343A", "#E4E6E9", "#9BA1A9"
 LOAD: Final = "#8C2D63"
-BESIDE: Final = 0.45  # inch
-LEVEL: Final = 1e-6  # of the springs' reach: nearer to the plane of the section they lie in it
+BESIDE: Final = 0.45  # distance [inch] from a stopper's symbol within which a spring is drawn next to it
+LEVEL: Final = 1e-6  # distance from the plane of the section, over the springs' reach, within which a spring lies in it
 COLOURS: Final = {"seat": "#D9DCE0", "reed": "#A9D3F0", "stopper": "#EBCFE0"}
 HATCHES: Final = {"seat": "////", "reed": "", "stopper": "\\\\\\\\"}
 
@@ -80,7 +80,7 @@ class _Sheet:
     # Strokes
 
     def _fill(self, loops: Sequence[Array], **style: Any) -> None:
-        """Fill what lies in an odd number of loops."""
+        """Fill the places that lie in an odd number of loops."""
         from matplotlib.patches import PathPatch
         from matplotlib.path import Path
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 Curve = tuple[str, str, Array, Array | None, float]
-"""A place; its leading component's name and course (n,), von Mises' stress (n,) [Pa]; the time of its largest [s]."""
+"""Place; name and course (n,) of its leading component, von Mises stress (n,) [Pa]; time of its largest [s]."""
 MEGA: Final = 1e6
 WIDTH, HEIGHT = 9.6, 1.75
 
@@ -63,7 +63,7 @@ def plot_stress_histories(
             grid[last, column].tick_params(labelbottom=True)
 
 
-SHOWN: Final = 400  # steps after it, and a quarter of these before
+SHOWN: Final = 400  # steps shown after the largest stress; a quarter of these before it
 
 
 def plot_stress(
@@ -190,7 +190,7 @@ def _image(mesh: Any, sites: Array, values: Array) -> NDArray[np.uint8]:
 
 ROUND = (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 7, 10, 20, 50, 100)
 FINER = tuple(round(0.1 * number, 1) for number in range(1, 50))
-"""Ticks, where fewer than three of the round ones are seen."""
+"""Ticks that are used where fewer than three of the round ones are seen."""
 
 
 def plot_margins(

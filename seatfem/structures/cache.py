@@ -24,13 +24,13 @@ from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import AUTO, Method, Solved
 from seatfem.structures.store import Store, StoreError, Tell, content_hash, content_key
 
-PATIENCE: Final = 3600.0  # s for which another program that computes the same function is waited for
+PATIENCE: Final = 3600.0  # longest wait [s] for another program that computes the same function
 
 # h5py takes long to load, and is rarely needed: what reads and writes functions is imported by what does so.
 
 
 class CacheWarning(UserWarning):
-    """Something in the cache that could not be used, or not be put there; it costs time, no result."""
+    """A file of the cache that could not be used or written; it costs time, but changes no result."""
 
 
 def warn(text: str) -> None:
@@ -88,7 +88,7 @@ def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None)
 
 
 def key_at(path: Path) -> str:
-    """Return which structure the function at ``path`` says it is; "" where none can be read."""
+    """Return the structure's key that the function at ``path`` states; "" where none can be read."""
     try:
         return str(storage.hdf5.load_greens(path).provenance.get("seat_key", ""))
     except (storage.hdf5.StorageError, OSError):
@@ -119,7 +119,7 @@ class Cache:
     store: Store = field(default_factory=lambda: Store.default(warn))
 
     def find(self, structure: Structure, key: str, duration: float) -> Solved | None:
-        """Return what was computed before and is valid for a run of ``duration`` [s]."""
+        """Return the cached function that is valid for a run of ``duration`` [s]."""
         own = self._is_own(structure)
         stored = None if self.path is None else load_cached(self.path, key, duration, None if own else warn)
         solved = stored if stored is not None else _serving(self.store.get(key), key, duration)
@@ -186,7 +186,7 @@ def _beside(key: str) -> str:
 
 
 def _with_errors(found: GreensFunction, beside: GreensFunction | None, about: Mapping[str, object]) -> Solved:
-    """Return it with the errors by the model in rings, which is of a coarser mesh where it states a refinement."""
+    """Return the function with the errors by the model in rings, on a coarser mesh if it states a refinement."""
     stated = None if beside is None else beside.provenance.get("refinement")
     if beside is None or not (isinstance(stated, int | float) and 1.0 < stated < math.inf):
         return Solved(found, in_rings=beside, about=about, reused=True)

@@ -33,7 +33,7 @@ from seatfem.structures.reduction.greens import reduced as reduce_by_aims
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
-from seatfem.structures.rings import as_a_whole, divided_less, parts_behind, ring_names
+from seatfem.structures.rings import as_a_whole, divided_less, division_to_compare, ring_names
 from seatfem.structures.shapes import GeometryError
 
 AnyMesh = SeatMesh | MeridianMesh
@@ -118,15 +118,15 @@ def matrices(
 
 
 def supports_of(body: Elastic) -> tuple[Support, ...]:
-    """Return what holds the body beside its fixed and sliding faces."""
+    """Return the supports of the body beside its fixed and sliding faces."""
     known = {"foundation": Foundation, "bolted": Bolted, "dashpot": Dashpot, "absorbing": Absorbing}
     supports = (support for support in body.supports if support.kind in known)
     return tuple(of_same_names(known[support.kind], support, boundary=support.on) for support in supports)
 
 
-LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
-MESH_SAFETY: Final = 1.75  # found on random seats; benchmarks/coverage_of_scenes.py checks the bars that it is part of
-RINGS_TOLERANCE: Final = 0.05  # of the reduction in which only the change by the rings counts
+LEAST_REFINEMENT: Final = 1.1  # least ratio of the element sizes of two meshes that are compared
+MESH_SAFETY: Final = 1.75  # safety factor of the mesh error, found on random seats (benchmarks/coverage_of_scenes.py)
+RINGS_TOLERANCE: Final = 0.05  # tolerance of the reduction in which only the change by the rings counts
 LIP: Final = "a body of revolution with lip segments: Fourier harmonics in the angle"
 FACE: Final = "contact by lip segments: no sectors are alike"
 LIP_MODES: Final = "finite elements, modes of each Fourier harmonic in the band, statics of each lip segment"
@@ -146,7 +146,7 @@ def from_mesh(
     """Solve on a mesh that is given, with the patch in more parts on the same mesh."""
     check_arcs(body, mesh, method)
     solved = _solved(body, mesh, method, duration, watch, progress)
-    if parts_behind(method.division) == method.division:
+    if division_to_compare(method.division) == method.division:
         return replace(solved, in_rings=solved.greens)
     with watch("patch error"):
         return replace(solved, in_rings=_in_parts(body, mesh, method, duration, progress))
@@ -175,7 +175,9 @@ def _in_parts(
     body: Elastic, mesh: SeatMesh, method: Method, duration: float, progress: Progress
 ) -> base.GreensFunction | None:
     """Return the patch in more parts on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
-    loose = replace(method.divided(parts_behind(method.division)), tolerance=max(method.tolerance, RINGS_TOLERANCE))
+    loose = replace(
+        method.divided(division_to_compare(method.division)), tolerance=max(method.tolerance, RINGS_TOLERANCE)
+    )
     what = "contact face in segments" if method.in_arcs else "contact face in rings"
     try:
         return _solved(body, mesh, loose, duration, Stopwatch(), _for_error(progress, what)).greens
@@ -310,7 +312,7 @@ def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:
 
 
 def _from_mesh(greens: base.GreensFunction, mesh: AnyMesh) -> base.GreensFunction:
-    """Return ``greens`` that knows the mesh it came from."""
+    """Return ``greens`` with the provenance of its mesh."""
     known = {"mesh": mesh.provenance.source, "mesh_hash": mesh.provenance.content_hash}
     return greens.with_error(greens.error_estimate, {**greens.provenance, **known})
 
@@ -320,7 +322,7 @@ def _with_mesh_error(
 ) -> Solved:
     """Return ``solved`` with the mesh error by a coarser ``mesh`` of the same body, whose patch is in rings."""
     quiet = _for_error(progress, "coarser mesh")
-    coarse = _solved(body, mesh, method.divided(parts_behind(method.division)), duration, Stopwatch(), quiet)
+    coarse = _solved(body, mesh, method.divided(division_to_compare(method.division)), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     assert method.bandwidth is not None
     width = 1.0 / method.bandwidth

@@ -18,10 +18,10 @@ from seatfem.structures.rings import MOST_PORTS
 from seatfem.structures.shapes.loops import cross, inside, polygon_area
 from seatfem.structures.strips import Strip, strip_of
 
-SAME: Final = 1e-6  # of the face's size: ends of edges that are one point
-FLAT: Final = 1e-3  # the same, of a flat face's height
-SQUARE_ON: Final = 1e-6  # a normal along x to this part
-TELLING: Final = 0.05  # of a direction, the least part along the face
+SAME: Final = 1e-6  # distance of ends of edges that count as one point, over the face's size
+FLAT: Final = 1e-3  # largest difference in height of a flat face, over its size
+SQUARE_ON: Final = 1e-6  # largest part across x of a normal that counts as along x
+TELLING: Final = 0.05  # least part of a stated unit direction along the face
 
 Triple = tuple[float, float, float]
 
@@ -42,7 +42,7 @@ class Land:
 
     @cached_property
     def digest(self) -> str:
-        """Return the digest of all of it."""
+        """Return a hash of the land's outlines and frame."""
         digest = hashlib.sha256(repr((self.centre, self.x, self.y)).encode())
         for strip in self.strips:
             digest.update(np.ascontiguousarray(np.stack([strip.left, strip.right])).tobytes())
@@ -172,11 +172,11 @@ def _triple(values: Array) -> Triple:
 
 
 SEEN: Final = 9  # points of each cut among which the nearest one to a place is looked for
-ONWARDS: Final = 60  # cuts that are gone on by from there, at most
-LOCALLY: Final = 1e-3  # of the area, in which it is seen how a strip widens
-OF_AN_ARC: Final = 0.05  # that may lie on another face than the rest of it
-NOTHING: Final = 1e-12  # of the area
-ON_AXIS: Final = 1e-6  # angle by which a centre line may turn back
+ONWARDS: Final = 60  # most cuts that the search moves on from there
+LOCALLY: Final = 1e-3  # share of the area over which the widening of a strip is measured
+OF_AN_ARC: Final = 0.05  # largest share of an arc that may lie on another face than the rest of it
+NOTHING: Final = 1e-12  # share of the area that counts as none
+ON_AXIS: Final = 1e-6  # largest angle [rad] by which a centre line may turn back
 
 
 @dataclass(frozen=True)

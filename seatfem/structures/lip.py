@@ -21,10 +21,10 @@ from seatfem.structures.rings import MOST_PORTS, Division, ring_borders, ring_na
 from seatfem.structures.shapes.loops import cross
 
 ACROSS: Final = 8  # Gauss points over the width of a patch
-AROUND: Final = 96  # points around a whole ring, at least
-OF_AN_ARC: Final = 6  # and of each arc
-WITHIN: Final = 1e-6  # of a part: by as much its ends are taken within it, where faces end
-POINTS: Final = 4096  # of the centre line, at least, on which openings are averaged
+AROUND: Final = 96  # fewest points around a whole ring
+OF_AN_ARC: Final = 6  # fewest points of each arc
+WITHIN: Final = 1e-6  # share of a part by which its ends are moved inwards, where faces end
+POINTS: Final = 4096  # fewest points of the centre line over which openings are averaged
 
 
 def tilted(points: Array, tilt: float, axis: float) -> Array:
@@ -68,11 +68,11 @@ class AnyLip(ABC):
     @property
     @abstractmethod
     def content(self) -> Mapping[str, object]:
-        """Return what it is, in short: another lip has another one."""
+        """Return a short text that identifies the lip: another lip has another one."""
 
     @property
     def is_round(self) -> bool:
-        """Return whether it is the same all around."""
+        """Return whether the lip is the same all around."""
         return False
 
     @property

@@ -70,7 +70,7 @@ Array = NDArray[np.float64]
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 _CONSTANTS = ("young", "poisson", "density")
-_DIRECTIONS = 400  # of the search for the slowest shear wave
+_DIRECTIONS = 400  # directions in which the slowest shear wave is searched
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How a body is computed, apart from what it is; the body that is computed, and the same as a spring."""
+"""The `Method` by which one body is computed, apart from what it is; the body computed, and the same as a spring."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ if TYPE_CHECKING:
 
 
 Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
-"""Descriptions of a body by finite elements, or in their place."""
+"""Models of a body by finite elements, or by a rod in their place."""
 AnyLevel = Literal["closed form", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"]
-"""The same with what needs no finite elements, and with their static compliance alone."""
+"""All models of a body: `Level`, closed forms, and the static compliance of finite elements alone."""
 Engine = Literal["built-in", "slepc"]
-"""What reduces: this process, or PETSc and SLEPc on several ranks."""
+"""Solver of the reduction: this process, or PETSc and SLEPc on several ranks."""
 
-LEFT: Final = 1e-3  # of a motion that counts as forgotten
-LOWEST: Final = 0.1  # of the band: the lowest frequency of interest; every reduction finds slower motions first
+LEFT: Final = 1e-3  # share of a motion that counts as forgotten
+LOWEST: Final = 0.1  # lowest frequency of interest, over the band; every reduction finds slower motions first
 AUTO: Final = "auto"
-"""In place of the name of a reduction: the cheapest that serves."""
+"""Name in place of a reduction's: the cheapest that is suitable."""
 CHEAPEST_FIRST: Final[tuple[Level, ...]] = ("rod", "axisymmetric", "harmonics", "sector", "3d")
 DISCRETE: Final[tuple[Level, ...]] = ("axisymmetric", "harmonics", "sector", "3d")
-BEYOND: Final = 3.0  # times the band, up to which the pairs of a lip's harmonics are kept
-MOST_MODES: Final = 3000  # of a body in space that is struck in arcs: minutes
+BEYOND: Final = 3.0  # highest frequency of the pairs of a lip's harmonics that are kept, over the band
+MOST_MODES: Final = 3000  # most modes of a body in space that is struck in arcs: minutes
 QUARTERS: Final = 4  # sectors of a body of revolution, a bar, a block: wide enough to be meshed well
-COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
+COARSENING: Final = 1.6  # element size of the mesh that gives the mesh error, over the run's
 PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}
 """Second-order elements per shear wavelength at the band edge, where the scene gives no size."""
 NAMES: Final[Mapping[Level, str]] = {
@@ -52,7 +52,7 @@ NAMES: Final[Mapping[Level, str]] = {
 
 @dataclass(frozen=True)
 class Aims:
-    """The aims that a reduction must reach, and what it may take for them.
+    """Band, duration and tolerance of a reduction, and its limits.
 
     Attributes:
         bandwidth: highest frequency that must be right [Hz].
@@ -137,7 +137,7 @@ class Method:
 
     @property
     def static(self) -> bool:
-        """Return whether the body stands for its static compliance alone, without waves."""
+        """Return whether only the static compliance of the body is used, without waves."""
         return self.level == "spring"
 
     @property
@@ -151,7 +151,7 @@ class Method:
         return Division(1 if self.lip is None else self.lip.arcs, self.rings or 1)
 
     def divided(self, division: Division) -> Method:
-        """Return the same with the struck patch in other parts."""
+        """Return the method with the struck patch in other parts."""
         arcs, rings = division.arcs, division.rings
         lip = None if self.lip is None else replace(self.lip, arcs=arcs, rings=rings)  # type: ignore[type-var]
         return replace(self, rings=rings, lip=lip)
@@ -190,7 +190,7 @@ class Applicability:
 
 
 class LevelError(ValueError):
-    """A level that does not describe the structure; the message names key, reason and what does."""
+    """A level that does not describe the structure; the message names key, reason and a level that does."""
 
 
 def choose_level(found: tuple[Applicability, ...], error: float, named: str = "auto") -> Applicability:
@@ -222,7 +222,7 @@ class Solved:
         about: numbers and words for the summary.
         level_error: relative, of the level of modelling itself.
         refinement: ratio of the element sizes of the two meshes.
-        in_rings: a model whose patch is in `rings_behind` rings, on the coarser mesh where there is one.
+        in_rings: a model whose patch is in `rings_to_compare` rings, on the coarser mesh where there is one.
         plane: the patch moves as a plane, whatever presses it.
         reused: it was computed before.
     """
@@ -241,11 +241,11 @@ class Solved:
 
 
 START: Final = "initial_value"
-"""Key of a spring's provenance: g(0+) of the whole patch [m/(N s)], which the spring has not."""
+"""Key of a spring's provenance that holds g(0+) of the whole patch [m/(N s)], which a spring cannot have."""
 
 
 def without_waves(greens: ModalGreens) -> ModalGreens:
-    """Return the same with its static compliance in place of all waves."""
+    """Return the function with its static compliance in place of all waves."""
     start = float(as_a_whole(greens).initial_value()[0, 0])
     return replace(spring_of(greens.static_compliance(), start, greens.port_names, greens.origin), error=greens.error)
 

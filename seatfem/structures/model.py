@@ -16,7 +16,7 @@ from seatfem.structures.errors import ModelError as ModelError
 from seatfem.structures.materials import Material as Material
 
 Array = NDArray[np.float64]
-_SAME = 1e-9  # relative difference of matrices that are taken for equal
+_SAME = 1e-9  # relative difference of matrices that count as equal
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class Damping:
     def found(
         M: sparse.csr_array, C: sparse.csr_array | None, K: sparse.csr_array, loss: sparse.csr_array | None
     ) -> Damping:
-        """Return what the matrices say: C is fitted by alpha M + beta K and H by eta K, each to 1e-9 of its Frobenius
-        norm."""
+        """Return the damping that the matrices have: C is fitted by alpha M + beta K and H by eta K, each to 1e-9 of
+        its Frobenius norm."""
         rayleigh, eta = _fitted(C, M, K), _fitted(loss, K)
         alpha, beta = rayleigh or (0.0, 0.0)
         ratio, rest = (0.0, loss) if eta is None else (eta[0] / 2, None)
@@ -55,7 +55,7 @@ class Damping:
     def of_regions(
         rayleigh: Array, eta: Array, loss: sparse.csr_array | None, *, springs: bool, dashpots: bool
     ) -> Damping:
-        """Return what a body of several regions has.
+        """Return the damping of a body of several regions.
 
         Args:
             rayleigh: (m, 2) alpha [1/s] and beta [s] of each region.
@@ -73,12 +73,12 @@ class Damping:
         return Damping(ratio, alpha, beta, rest, uneven or dashpots)
 
     def plus(self, ratio: float) -> Damping:
-        """Return the same with uniform modal damping of ``ratio`` added."""
+        """Return the damping with uniform modal damping of ``ratio`` added."""
         return replace(self, ratio=self.ratio + ratio)
 
     @property
     def refusal(self) -> str:
-        """Return why modes cannot carry it, in words; "" where they can."""
+        """Return why modes cannot represent the damping, in words; "" where they can."""
         if self.coupling:
             return "C is not alpha M + beta K, so the modes are coupled by damping: use method='second_order'"
         if self.alpha < 0 or self.beta < 0:
@@ -275,7 +275,7 @@ class SecondOrderModel:
         return None if self.damping.coupling else (self.damping.alpha, self.damping.beta)
 
     def with_ports(self, names: Sequence[str]) -> SecondOrderModel:
-        """Return the same body with the named ones of its ports.
+        """Return the body with these of its ports alone.
 
         Raises:
             ModelError: a name that none of its ports has.

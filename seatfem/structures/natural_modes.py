@@ -28,12 +28,12 @@ from seatfem.structures.reduction import factorization, ring_patches
 from seatfem.structures.reduction.modes import Modes, solve_modes
 
 DEFAULT_COUNT: Final = 20
-_FEWEST_SEEN: Final = 10  # modes that a mesh can tell apart, however few are asked for
-_FINER: Final = 2.5  # than a band's elements: frequencies of a bolted CAD body are then within 0.5 % of far finer ones
-_EMPTY: Final = 3  # harmonics in a row without a mode below the limit, after which no higher one has any
-_FEWEST: Final = 5  # harmonics looked at: the lowest frequency of each first falls, then rises
+_FEWEST_SEEN: Final = 10  # fewest modes that a mesh must resolve
+_FINER: Final = 2.5  # factor by which elements are finer than a band's: frequencies of a CAD body err by 0.5 %
+_EMPTY: Final = 3  # harmonics in a row without a mode below the limit, after which the search ends
+_FEWEST: Final = 5  # fewest harmonics searched: the lowest frequency of each first falls, then rises
 _SAMPLED: Final = (16, 32, 64, 128, 256)  # harmonics whose static compliance is computed for an arc
-_ALL: Final = 20000  # harmonics of its sum
+_ALL: Final = 20000  # harmonics of the sum that their static compliance is extrapolated to
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ def _bound(found: list[Mode], wanted: Wanted) -> float | None:
 
 
 def _kept(found: list[Mode], wanted: Wanted) -> list[Mode]:
-    """Return the lowest of them; a pair at the end stays whole."""
+    """Return the lowest modes wanted; a pair at the end stays whole."""
     ordered = sorted(found, key=lambda mode: (mode.frequency_hz, mode.diameters or 0, mode.family))
     count = int(min(wanted.limit, len(ordered)))
     if 0 < count < len(ordered) and ordered[count].repeats and ordered[count - 1].family == "cos":

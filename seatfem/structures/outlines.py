@@ -25,14 +25,14 @@ Loops = tuple[Array, ...]
 View = Literal["section", "plan"]
 
 CHORD: Final = math.radians(3.0)
-"""Angle of the chords that a drawn arc is made of: they leave it by 0.03 % of its radius."""
-BESIDE: Final = 1.7e-6  # of a body's size: a section beside its middle plane, which meshes have corners on
+"""Angle of the chords of a drawn arc: they deviate from it by 0.03 % of its radius."""
+BESIDE: Final = 1.7e-6  # distance of a section from the middle plane, on which meshes have corners, over a body's size
 SAMPLES: Final = 80
 """Points along the longer side of a struck face's box, of which those on it are looked for under a reed."""
 IN_SECTION: Final = ("section", "struck", "held", "bedded")
 IN_PLAN: Final = ("plan", "edges", "contact", "port", "clamp")
 """Fields of `BodyViews` that hold loops or lines."""
-CORNERS: Final = 8  # of a loop that is a circle in chords, at least
+CORNERS: Final = 8  # fewest corners of a loop that is a circle in chords
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class BodyViews:
 
     @property
     def depth(self) -> float:
-        """Return how far it reaches below its struck face [m]; 0 of a symbol."""
+        """Return how far the body reaches below its struck face [m]; 0 of a symbol."""
         return max((-float(loop[:, 1].min()) for loop in self.section), default=0.0)
 
     @property
@@ -150,7 +150,7 @@ def round_sizes(loops: Loops) -> tuple[float, ...]:
 
 
 def length_text(value: float) -> str:
-    """Return a length as drawings have it: in mm, below a tenth of a millimetre in um."""
+    """Return a length as on drawings: in mm, below a tenth of a millimetre in um."""
     return f"{1e3 * value:.4g} mm" if abs(value) >= 0.999e-4 or value == 0 else in_units(value, "m")
 
 

@@ -22,15 +22,15 @@ from impact.greens.base import Array, GreensFunction, GreensFunctionError
 
 CONTACT: Final = "contact"
 ARC: Final = "arc"
-MOST_RINGS = 16
-MOST_PORTS: Final = 4096  # parts of a patch, whose compliances fill a matrix of 0.13 GB; time and memory allow fewer
-MOST_CHOSEN: Final = 256  # parts that are taken unless more are stated; also behind error bars
-OF_TWICE: Final = 4 / 3  # error of so many arcs, or rings, over what twice as many change: of second order
-FEWEST_ARCS: Final = 16  # of a lip: fewer tell nothing of how they converge
-ACROSS: Final = (1, 3, 6)  # rings of the arcs of a lip to choose from: each number's borders are among the next one's
-OF_ONE: Final = 1.5  # error of one ring across an arc, over what three change: of five landings, at most 1.45
-ENOUGH = 4  # rings of the patch behind the error of fewer than three
-_STRIP = 5.2  # p^2 times the error of p rings over that of one, of a strip, p -> infinity
+MOST_RINGS = 16  # most rings of a patch
+MOST_PORTS: Final = 4096  # most parts of a patch: their compliances fill 0.13 GB; time and memory allow fewer
+MOST_CHOSEN: Final = 256  # most parts the program chooses itself, also in the finer runs behind error bars
+OF_TWICE: Final = 4 / 3  # error left by n arcs or rings, over the change from n to 2n (second order)
+FEWEST_ARCS: Final = 16  # fewest arcs of a lip from which their convergence can be estimated
+ACROSS: Final = (1, 3, 6)  # numbers of rings to choose from across an arc: borders of each are among those of the next
+OF_ONE: Final = 1.5  # error of one ring across an arc, over the change from one to three; at most 1.45 in five landings
+REFERENCE_RINGS = 4  # rings of the patch that one or two rings are compared with
+_STRIP = 5.2  # limit of p^2 times the error of p rings over that of one, for a strip, p -> infinity
 
 
 def ring_borders(rings: int) -> Array:
@@ -81,7 +81,7 @@ class Division:
 
     @staticmethod
     def from_greens(greens: GreensFunction) -> Division:
-        """Return the division by what the ports of a Green's function are called; undivided where these are no arcs and
+        """Return the division that the port names of a Green's function state; undivided where they name no arcs and
         rings."""
         names = greens.ports
         first, _, last = names[-1].partition("_")
@@ -114,7 +114,7 @@ def divided_less(greens: GreensFunction, less: Division) -> GreensFunction:
 
 
 def _joining(there: Division, less: Division) -> Array:
-    """Return (parts, fewer parts) W: a load on a part of ``less`` is spread over those ``there`` that it is made of."""
+    """Return W (parts of ``there``, parts of ``less``), spreading a load on a part of ``less`` over those within it."""
     arcs = np.repeat(np.eye(less.arcs), there.arcs // less.arcs, axis=0) * less.arcs / there.arcs
     of = np.arange(there.rings) * less.rings // there.rings
     across = np.zeros((there.rings, less.rings))
@@ -122,26 +122,26 @@ def _joining(there: Division, less: Division) -> Array:
     return np.asarray(np.kron(arcs, across))
 
 
-def parts_behind(division: Division) -> Division:
-    """Return the parts of the model that shows what a division leaves: twice as many arcs, or its own where those are
-    more than can be, or `rings_behind` rings."""
+def division_to_compare(division: Division) -> Division:
+    """Return the division whose model is compared with that of ``division``, for its error: twice as many arcs, its own
+    where those would be more than `MOST_CHOSEN` parts; of undivided patches `rings_to_compare` rings."""
     if division.arcs > 1:
         twice = Division(2 * division.arcs, division.rings)
         return twice if twice.count <= MOST_CHOSEN else division
-    return Division(1, rings_behind(division.rings))
+    return Division(1, rings_to_compare(division.rings))
 
 
-def across_behind(rings: int) -> tuple[int, float]:
-    """Return the rings across each arc that show what ``rings`` leave, more of them or one, and that over what these
-    change."""
+def arc_rings_to_compare(rings: int) -> tuple[int, float]:
+    """Return the number of rings across each arc to compare ``rings`` with, more of them or one, and the error of
+    ``rings`` over the change between both."""
     if rings == 1:
         return ACROSS[1], OF_ONE
     return (2 * rings, OF_TWICE) if 2 * rings <= MOST_RINGS else (1, left_by(rings))
 
 
 def parts_joined(greens: GreensFunction, there: Division, less: Division) -> GreensFunction:
-    """Return a body that other ports stand before the parts of a lip in ``there``, with these in fewer parts; it itself
-    where it has no such parts."""
+    """Return ``greens``, which has other ports first and then the lip parts ``there``, with these merged into ``less``;
+    ``greens`` itself where its last ports are no such parts."""
     before = len(greens.ports) - len(there.names)
     if less == there or before < 0 or greens.ports[before:] != there.names:
         return greens
@@ -164,7 +164,7 @@ def face_compliance(greens: GreensFunction) -> float:
     """Return the static displacement of a rigid face on all of the patch per force [m/N]; ``inf`` of a body that is
     free to move.
 
-    Parts that the face would pull at are open.
+    Parts that would need a tensile force are left out.
     """
     compliance = greens.static_compliance()
     division = Division.from_greens(greens)
@@ -179,15 +179,15 @@ def face_compliance(greens: GreensFunction) -> float:
         closed[np.flatnonzero(closed)[forces <= 0]] = False
 
 
-def rings_behind(rings: int) -> int:
-    """Return the rings of the model that shows what ``rings`` rings leave: their own number where they converge, from
-    three on."""
-    return rings if rings > 2 else ENOUGH
+def rings_to_compare(rings: int) -> int:
+    """Return the number of rings of the model that ``rings`` rings are compared with: their own number where they
+    converge, from three on."""
+    return rings if rings > 2 else REFERENCE_RINGS
 
 
 def left_by(rings: int) -> float:
-    """Return the error that ``rings`` (3 and more) leave, over what they change against one: of a strip, the slowest to
-    converge.
+    """Return the error of ``rings`` >= 3, over the change from one ring to so many: that of a strip, which converges
+    slowest.
 
     Of a strip the error falls to 0.49, 0.29, 0.079 of that of one ring with 3, 4 and 8; of a disk to 0.19, 0.11, 0.028.
     """
@@ -195,7 +195,7 @@ def left_by(rings: int) -> float:
 
 
 def share_left(rings: int) -> float:
-    """Return the error that ``rings`` leave, over that of a patch that moves as its mean."""
+    """Return the error of ``rings`` rings, over that of a patch that moves as its mean."""
     return min(1.0, _STRIP / rings**2)
 
 

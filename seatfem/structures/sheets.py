@@ -40,22 +40,22 @@ from seatfem.structures.shapes import Flat, fingerprint
 from seatfem.structures.store import Store, content_key
 from seatfem.units import write_quantity
 
-CUTOFF: Final = 3.0  # times the band, up to which modes are found
-PER_WAVELENGTH: Final = 5.0  # elements per bending wave there: g is right to 0.3 % on a disc smaller than they are
-ACROSS: Final = 3.0  # elements across the narrowest part, at least
-WIDTHS: Final = 100  # of pulses of the band, over which errors are judged
-INSTANTS: Final = 600  # at which they are
-PUSHED: Final = 8  # ports under whose pushes they are, all around a lip
-THICKEST: Final = 1 / 3  # thickness over the bending wave at the band: tests/structures/test_free_plates.py
-MOST_MODES: Final = 600  # a gigabyte and a minute
+CUTOFF: Final = 3.0  # highest frequency of the modes, over the band
+PER_WAVELENGTH: Final = 5.0  # elements per bending wave there: g of a disc smaller than they are is right to 0.3 %
+ACROSS: Final = 3.0  # fewest elements across the narrowest part
+WIDTHS: Final = 100  # time over which errors are judged, in widths of the band's pulse
+INSTANTS: Final = 600  # instants at which errors are judged
+PUSHED: Final = 8  # ports, all around a lip, under whose pushes errors are judged
+THICKEST: Final = 1 / 3  # largest thickness over the bending wave at the band: tests/structures/test_free_plates.py
+MOST_MODES: Final = 600  # most modes: a gigabyte and a minute
 MOST_ELEMENTS: Final = 20_000
-TOLERANCE: Final = 0.1  # that the modes are asked for; what they leave is stated, whatever it is
-ORDER: Final = 2.0  # of the error between two meshes; corners take away half of the elements' four
+TOLERANCE: Final = 0.1  # tolerance that the modes are computed to; what they leave is stated, whatever it is
+ORDER: Final = 2.0  # order of the error between two meshes; corners take away half of the elements' four
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A plate whose modes are asked for.
+    """A plate, and the band and mesh of its modes.
 
     Attributes:
         shape, material: of the plate.
@@ -336,7 +336,7 @@ def _clamped(asked: Sheet) -> str | tuple[str, ...]:
     return CLAMPED if asked.shape.is_clamped else ()
 
 
-MOST: Final = 1024 * MB  # of all plates together: the longest unused go
+MOST: Final = 1024 * MB  # most bytes of all cached plates: the longest unused are dropped
 CONTENT: Final = "modes of a plate"
 Meshed = tuple[PlateMesh, Modes]
 

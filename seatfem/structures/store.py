@@ -134,7 +134,7 @@ class Store:
         return StoreError(f"{self.folder}: cannot be written to ({problem}); {remedy}")
 
     def fetch(self, key: str, folder: Path) -> tuple[Path, ...]:
-        """Return copies in ``folder``, under their own names, of what lies beside the function."""
+        """Return copies in ``folder``, under their own names, of the files beside the function."""
         copies = []
         for file in self._beside(key):
             target = folder / file.name.partition(".")[2]
@@ -148,7 +148,7 @@ class Store:
         return sorted(file for file in self.folder.glob(f"{key}.*") if file != own)
 
     def entries(self) -> tuple[Entry, ...]:
-        """Return what there is, the last used first."""
+        """Return the functions in the store, the last used first."""
         entries = []
         for path in self.folder.glob("*.h5") if self.folder.is_dir() else ():
             if _KEY.fullmatch(path.stem):

@@ -23,11 +23,11 @@ from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
 from seatfem.structures.shapes.loops import cross, polygon_area
 
-STEPS: Final = 1200  # of each line, at least
-SLENDER: Final = 2.0  # length over width of a face that is a strip, at least
-ROUND: Final = 0.5  # width over the radius of what bends more than a side: it belongs to an end
-FOLDED: Final = 1e-3  # of the area: by as much cuts may cross
-SAME: Final = 1e-6  # of a step, or of a turn: what differs by less is one
+STEPS: Final = 1200  # fewest steps of each line
+SLENDER: Final = 2.0  # least length over width of a face that is a strip
+ROUND: Final = 0.5  # width over the radius of a bend above which it belongs to an end, not to a side
+FOLDED: Final = 1e-3  # largest share of the area in which cuts may cross
+SAME: Final = 1e-6  # difference that counts as none, over a step or a turn
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class Strip:
         return np.asarray((twice[:, None] * (corners + ahead)).sum(axis=0) / (3 * twice.sum()))
 
     def moved(self, by: Array) -> Strip:
-        """Return it moved by a vector (2,)."""
+        """Return the strip moved by a vector (2,)."""
         return Strip(self.left + by, self.right + by, self.closed)
 
     def begun_on_the_axis(self) -> Strip:

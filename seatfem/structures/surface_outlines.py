@@ -13,16 +13,16 @@ from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, length_t
 from seatfem.structures.shapes.loops import inside
 
 MOST_TRIANGLES: Final = 60_000
-"""Triangles of a surface that are filled in a plan; of a finer one the edges alone are drawn."""
-SAME: Final = 1e-7  # of a body's size: ends of lines that are one point
-PARALLEL: Final = 0.99  # cosine between the normals of faces that are parallel
-LEVEL: Final = 1e-4  # of a body's size: faces that lie in one plane, also by coordinates of few digits
-ABOVE: Final = 0.5  # of a body's depth below its struck face, down to which its edges are seen in plan
+"""Most triangles of a surface that are filled in a plan; of a finer one the edges alone are drawn."""
+SAME: Final = 1e-7  # distance of ends of lines that count as one point, over a body's size
+PARALLEL: Final = 0.99  # least cosine between the normals of faces that count as parallel
+LEVEL: Final = 1e-4  # distance of faces that count as in one plane, over a body's size: coordinates have few digits
+ABOVE: Final = 0.5  # depth below the struck face, over the body's, down to which edges are shown in plan
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A body known by the triangles of its surface, and how the drawing sees it.
+    """A body known by the triangles of its surface, and its position in the drawing.
 
     Attributes:
         shape: the triangles, with the struck group "contact".

@@ -1,4 +1,4 @@
-"""Methods: how a scene is computed, which a plan chooses and a run carries out. The scene itself is what is asked.
+"""The `RunMethod` of a scene: how all its bodies and the march are computed; a plan chooses it, a run carries it out.
 
 A method has a value for each of `FIELDS`, the keys of a scene that say how and not what. What the file states is never
 touched; what it leaves open stands in the method alone.
@@ -100,7 +100,7 @@ def chooses_one_port(scene: Scene, method: RunMethod) -> bool:
 
 
 def stated_method(scene: Scene) -> RunMethod:
-    """Return what the file states, and the defaults of what it leaves open: for a run without a plan.
+    """Return the method that the file states, defaults for what it leaves open: for a run without a plan.
 
     An open ``seat.model`` becomes the cheapest level that leaves out little beside the target of the accuracy.
 
@@ -114,7 +114,7 @@ def stated_method(scene: Scene) -> RunMethod:
 
 
 def value_of(scene: BaseModel, key: str) -> Any:
-    """Return what the file states at a dotted ``key``, or its default."""
+    """Return the value that the file states at a dotted ``key``, or its default."""
     value: Any = scene
     for part in key.split("."):
         value = getattr(value, part)

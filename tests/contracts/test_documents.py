@@ -1,6 +1,7 @@
 """What the pages for people name is there: files, functions, numbers."""
 
 import csv
+import importlib
 import re
 import tomllib
 from collections.abc import Iterator
@@ -62,6 +63,18 @@ def test_every_room_stands_in_the_architecture(package: str) -> None:
     told = re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE)
     rooms = {path.parent.relative_to(ROOT / package).as_posix() for path in (ROOT / package).rglob("*.py")} - {"."}
     assert sorted(told) == sorted(rooms)
+
+
+def test_every_place_of_the_table_where_is_has_its_name() -> None:
+    """Modules can be imported and have what the table says; each row names such a place."""
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    [section] = re.findall(r"^## Where is \.\.\.$(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
+    rows = [line for line in section.splitlines() if line.startswith("| ")][1:]
+    places = [re.findall(r"`((?:impact|seatfem)[\w.]*):(\w+)`", row) for row in rows]
+    assert len(rows) >= 12
+    assert [row for row, named in zip(rows, places, strict=True) if not named] == []
+    flat = [place for named in places for place in named]
+    assert [(module, name) for module, name in flat if not hasattr(importlib.import_module(module), name)] == []
 
 
 def test_what_is_made_from_the_code_is_current() -> None:

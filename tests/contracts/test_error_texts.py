@@ -49,7 +49,7 @@ EXEMPT = {
     ("structures/reduction/eigen_search.py", "counts eigenvalues"): "a search that begins anew without counting",
     ("structures/reduction/spectrum.py", "count"): "the same",
     ("structures/reduction/slepc.py", "{gap}; {remedy}"): "what is missing of PETSc, with what installs it",
-    ("study/scene/agreement.py", "a seat of kind {seat.kind!r}, {why}"): "`LipFace.no_lip`, the words of each kind",
+    ("study/scene/contradictions.py", "a seat of kind {seat.kind!r}, {why}"): "`LipFace.no_lip`, words of each kind",
     ("study/scene/files.py", "text"): "findings of the structures, texts of their errors",
     ("study/scene/load.py", "why"): "what a file is in place of a scene, each with the verb that takes it",
     ("study/scene/parts_as_drawn.py", "finding"): "the same",

@@ -9,7 +9,7 @@ import pytest
 
 import impact
 from impact import measures
-from impact.exact.closed_form import PowerLaw
+from impact.exact.closed_form import PowerGreens
 from impact.exact.rods import BareFixedRod
 from impact.greens.base import ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
 from impact.greens.sums import ScaledGreens, SumGreens
@@ -68,7 +68,7 @@ KINDS: dict[str, tuple[GreensFunction, float]] = {
     "rod, bare": (BareFixedRod(6.0, 1.0, 0.1), math.inf),
     "rod, free, damped": (DAMPED_FREE, 6.0),
     "beam": (impact.infinite_beam(young=4.0, density=9.0, area=1.0, second_moment=0.2), math.inf),
-    "power law of a mass": (PowerLaw(1 / 3.0, 1.0), 3.0),
+    "power law of a mass": (PowerGreens(1 / 3.0, 1.0), 3.0),
     "plate": (impact.infinite_plate(young=4.0, poisson=0.3, density=9.0, thickness=0.5), math.inf),
     "half-space": (impact.half_space_patch(young=4.0, poisson=0.3, density=9.0, radius=0.4), math.inf),
     "reed": (impact.cantilever_reed(
@@ -390,7 +390,7 @@ def test_restitution_does_not_ask_for_the_class() -> None:
 
 
 def test_a_representation_that_says_nothing_of_its_mass_is_asked_to() -> None:
-    class Drifting(PowerLaw):
+    class Drifting(PowerGreens):
         def inverse_mass(self) -> np.ndarray:
             return GreensFunction.inverse_mass(self)
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.report import sections
+from seatfem.faces.report import fragments
+from seatfem.faces.report.fragments import checked_scenes, omissions, who_checked
 from seatfem.faces.report.page import report_page
-from seatfem.faces.report.sections import checked_scenes, omissions, who_checked
 
 HOSTILE = "<script>document.title='taken'</script>"
 WHOLE = {
@@ -98,7 +98,7 @@ def test_kinds_that_never_met_are_told_apart(monkeypatch: pytest.MonkeyPatch) ->
     heads = ("section", "seat", "reed", "scenes", "inside", "numbers")
     lines = ("Runs rod ball 1 3 4", "Runs rod disc 2 5 5")
     rows = [dict(zip(heads, line.split(), strict=True)) for line in lines]
-    monkeypatch.setattr(sections, "checked_scenes", lambda: rows)
+    monkeypatch.setattr(fragments, "checked_scenes", lambda: rows)
     words = html.unescape(who_checked({"seat_kind": "rod", "reed_kind": "bar"}))
     assert 'None had a seat "rod" and a reed "bar", but:' in words
     assert '<li>seat "rod", Runs: 8 of 9 numbers of 3 scenes had' in words

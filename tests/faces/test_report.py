@@ -23,8 +23,8 @@ from PIL import Image
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.report.asked import AskedError
 from seatfem.faces.report.figures import MOST, _envelope, body_figure, lip_figure
+from seatfem.faces.report.fragments import ReportError, hot_spots, life_table, provenance
 from seatfem.faces.report.page import SCREENS, _landings, _notes, _shares, _state, report_page
-from seatfem.faces.report.sections import ReportError, hot_spots, life_table, provenance
 from seatfem.pictures.moving import save_moving
 from tests.browsing import changed, put, shot, until
 from tests.moving_block import block_modes, block_wave

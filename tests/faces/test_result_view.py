@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from seatfem.faces.report.sections import omissions, provenance
+from seatfem.faces.report.fragments import omissions, provenance
 from seatfem.faces.tables import result_table
 from seatfem.faces.verdict import difference, lasting, simpler, verdict
 from seatfem.readings import in_text

@@ -7,7 +7,7 @@ import pytest
 
 import impact
 from impact import GreensFunctionError, ModalGreens, Residual
-from impact.exact.closed_form import PowerLaw
+from impact.exact.closed_form import PowerGreens
 from impact.exact.rods import BareFixedRod, DampedFixedRod, DampedFreeRod, damped_start
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1
@@ -126,7 +126,7 @@ def test_dashpots_springs_and_power_laws() -> None:
     plate = impact.infinite_plate(young=2e11, poisson=0.3, density=7850.0, thickness=0.01)
     rigidity = 2e11 * 1e-6 / 12 / 0.91
     assert plate.initial_value()[0, 0] == pytest.approx(1 / (8 * math.sqrt(rigidity * 78.5)), rel=1e-12)
-    law = PowerLaw(3.0, 0.5)
+    law = PowerGreens(3.0, 0.5)
     assert float(law.impulse_response(4.0)) == 6.0
     assert float(law.step_response(4.0)) == pytest.approx(16.0)
     weights = law.step_kernel(0.5, 8).weights

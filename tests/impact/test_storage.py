@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact.exact.closed_form import PowerLaw
+from impact.exact.closed_form import PowerGreens
 from impact.files.safe_files import whole_file
 from impact.greens.base import ErrorEstimate, GreensFunction
 from impact.greens.sampled import SampledGreens
@@ -122,7 +122,7 @@ def test_sums_of_sums_are_bounded(tmp_path: Path) -> None:
 
 
 def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> None:
-    class Odd(PowerLaw):
+    class Odd(PowerGreens):
         @property
         def provenance(self) -> dict[str, object]:
             return {}

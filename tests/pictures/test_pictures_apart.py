@@ -73,7 +73,7 @@ def test_a_crash_costs_the_picture_it_happened_at(drawers, tmp_path: Path) -> No
 
 
 def test_what_hangs_is_ended(drawers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rendering, "PATIENCE", 0.5)
+    monkeypatch.setattr(rendering, "TIMEOUT", 0.5)
     with drawn_apart([("a.png", drawers.hanging)], tmp_path) as drawn:
         assert drawn("a.png") == "a.png: no answer within 0.5 s"
 

@@ -19,7 +19,7 @@ from seatfem.structures.rings import (
     Division,
     as_a_whole,
     divided_less,
-    parts_behind,
+    division_to_compare,
     parts_joined,
     ring_shares,
 )
@@ -134,9 +134,9 @@ def test_fewer_parts_are_means_of_more() -> None:
 
 
 def test_the_model_behind_an_error() -> None:
-    assert parts_behind(Division(16, 2)) == Division(32, 2)
-    assert parts_behind(Division(1, 1)) == Division(1, 4)
-    assert parts_behind(Division(100, 2)) == Division(100, 2)  # twice as many are more than can be
+    assert division_to_compare(Division(16, 2)) == Division(32, 2)
+    assert division_to_compare(Division(1, 1)) == Division(1, 4)
+    assert division_to_compare(Division(100, 2)) == Division(100, 2)  # twice as many are more than can be
 
 
 @pytest.mark.parametrize("arcs", [3, 8])

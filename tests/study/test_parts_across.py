@@ -11,7 +11,7 @@ import pytest
 
 import impact
 from impact.runs.variations import safety
-from seatfem.structures.rings import Division, across_behind, ring_borders
+from seatfem.structures.rings import Division, arc_rings_to_compare, ring_borders
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length, measures_of, problem_of, seat_of, striker_of
 from seatfem.study.ladders.ladder import ComputedRun
@@ -102,7 +102,7 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
         assert terms is not None
         ((variation,),) = terms
         assert variation.against is not None
-        assert len(variation.problem.contacts) == 16 * across_behind(division.rings)[0]
+        assert len(variation.problem.contacts) == 16 * arc_rings_to_compare(division.rings)[0]
         one, other = (measures_of(scene, each, 250e-9) for each in (variation.against, variation.problem))
         bars[division] = safety("impulse") * variation.weight * abs(other["impulse"] - one["impulse"])
         assert abs(impulses[SIX] - impulses[division]) < bars[division]

@@ -8,7 +8,7 @@ import math
 from impact.march.laws import BLENDED, FAR, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
 from impact.march.loop.compiled import compiled
 
-RIGID = 1e4  # Psi'' W0 from which on the blended rule is the passive one, to 1e-8 of the force
+RIGID = 1e4  # Psi'' W0 above which the blended rule equals the passive one, to 1e-8 of the force
 
 
 @compiled()

@@ -84,7 +84,7 @@ def _least(n, m, line, free, carried, clear):
     return least
 
 
-LANES = 16  # scenes marched side by side
+LANES = 16  # scenes that are marched side by side
 
 
 @intrinsic
@@ -158,7 +158,7 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, ap
             force[n, i] = f
 
 
-WAIT = 32  # steps before a stride is tried again that was too long
+WAIT = 32  # steps until a stride is tried again after one that was too long
 
 
 @compiled(nogil=True)

@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 from impact.greens.base import Array
 from impact.march.loop.compiled import compiled
 
-FLOOR = 1e-140  # added to every state at every step: damped-out modes never reach slow denormal numbers
+FLOOR = 1e-140  # value added to every state at every step: damped-out modes never become slow denormal numbers
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})

@@ -18,24 +18,24 @@ if TYPE_CHECKING:
     from seatfem.study.scene import Scene
 
 SCENE_COPY: Final = "scene.toml"
-SET: Final = "# --set "
+SET: Final = "# --set "  # begin of a line of the copy that holds a change made on the command line
 PLAN_FILE: Final = "plan.json"
-_LITERAL: Final = re.compile(r"'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"")  # one text in quotes
-_TEXT: Final = re.compile(r"\"[^\"\\\n]+\"|'[^'\n]+'")
+_LITERAL: Final = re.compile(r"'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"")  # one text in quotes, as `repr` writes it
+_TEXT: Final = re.compile(r"\"[^\"\\\n]+\"|'[^'\n]+'")  # a text of the scene file, without escapes
 
 
 class AskedError(ValueError):
-    """A scene's copy beside its results that does not tell what was asked."""
+    """The copy of the scene beside its results has a "# --set" line that cannot be read."""
 
 
 def keep_asked(
     content: bytes, scene: Scene, home: Path, plan: Plan | None, folder: Path, changes: Sequence[str] = ()
 ) -> tuple[Path, ...]:
-    """Write the scene file's ``content``, below the ``changes`` that were made to it as comments, and the plan of the
-    last round into ``folder``; the files, in this order. Files that the scene names from its own folder, ``home``, are
-    named by their whole paths: the copy finds them, too."""
+    """Write the scene file's ``content`` below its ``changes`` as comments, and the ``plan`` of the last round, into
+    ``folder``; return the files written, in this order. Paths relative to ``home``, the folder of the scene file,
+    become absolute, so that the copy still finds those files."""
     head = "".join(f"{SET}{each!r}\n" for each in changes).encode("utf-8")
-    written = {SCENE_COPY: head + _placed(content, files_of(scene), home)} | (
+    written = {SCENE_COPY: head + _with_absolute_paths(content, files_of(scene), home)} | (
         {} if plan is None else {PLAN_FILE: plan_json(plan).encode("utf-8")}
     )
     for name, content in written.items():
@@ -60,7 +60,7 @@ def changes_in(text: str) -> list[str]:
     return changes
 
 
-def _placed(content: bytes, files: Collection[Path], home: Path) -> bytes:
+def _with_absolute_paths(content: bytes, files: Collection[Path], home: Path) -> bytes:
     """Return the content with whole paths in place of strings that name one of the ``files`` from ``home``."""
 
     def whole(found: re.Match[str]) -> str:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 
-MOST_OF_BODIES: Final = 3 * MB  # of numbers, before base64 makes them a third longer
+MOST_OF_BODIES: Final = 3 * MB  # most bytes of numbers of bodies, before base64 makes them a third longer
 HINT: Final = (
     "Drag or use the arrow keys to turn, Shift and drag to move, + and - (or the wheel, once clicked) to zoom, 0 to "
     "reset, the space bar to play; a click on the body tells the values there; a section takes away "
@@ -80,7 +80,7 @@ def _axes(made: frames.Frames) -> str:
 
 
 def _thinned(made: frames.Frames, most: int) -> frames.Frames:
-    """Return every second frame, every third ..., until they fit."""
+    """Return every k-th frame, with the least k whose frames fit."""
     each = len(made.points) * (6 + 2 * (made.values is not None))
     room = max(each, most - 12 * (len(made.points) + len(made.triangles)))
     stride = math.ceil(each * len(made.labels) / room)
@@ -142,11 +142,11 @@ def _coded(values: NDArray[Any], kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
 
 
-Landings = Sequence[Mapping[str, object]]  # as summary.json lists them
-MOST: Final = 6000  # points of a curve while a contact lasts, and as many beside: of each bin the smallest and largest
-MARGIN: Final = 0.05  # of the time of all contacts, before and after them
-CELLS: Final = 400  # of a map along time
-PULSES: Final = 60  # widths of the pulse over which a Green's function is shown
+Landings = Sequence[Mapping[str, object]]  # landings as summary.json lists them
+MOST: Final = 6000  # most points of a curve in contact, and as many beside: the smallest and largest of each bin
+MARGIN: Final = 0.05  # time shown before and after all contacts, over their duration
+CELLS: Final = 400  # columns of a map along time
+PULSES: Final = 60  # time over which a Green's function is shown, in widths of the pulse
 LINES: Final[Mapping[str, tuple[str, str]]] = {"wave": ("elastic seat", BLUE), "spring": ("spring baseline", ORANGE)}
 SOURCES: Final = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY, "#E69F00", "#000000")
 
@@ -229,7 +229,7 @@ def greens_figure(greens: GreensFunction, width: float) -> Figure:
 
 
 def budget_figure(shares: Mapping[str, Mapping[str, float]]) -> Figure:
-    """Draw what each source of error may change each measure by, relative [%]: source -> measure -> share."""
+    """Draw the error of each measure by source, relative [%]: source -> measure -> share."""
     figure = _empty("")
     for (source, of), colour in zip(shares.items(), SOURCES, strict=False):
         names, values = list(of), [100 * value for value in of.values()]
@@ -299,7 +299,7 @@ class _Along:
 
 
 def _pressed(runs: Sequence[ImpactResult]) -> tuple[int, int]:
-    """Return the first step at which any of them is pressed, and the one after the last; all steps where none is."""
+    """Return the first step with force in any run, and the one after the last; all steps where none has."""
     steps = np.concatenate([np.flatnonzero(np.abs(run.force).reshape(len(run.time), -1).sum(axis=1)) for run in runs])
     return (int(steps.min()), int(steps.max()) + 1) if len(steps) else (0, len(runs[0].time))
 

@@ -20,7 +20,7 @@ from seatfem import readings, results
 from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
 from seatfem.faces.report.figures import MOST_OF_BODIES, body_figure, part_of_page
-from seatfem.faces.report.sections import (
+from seatfem.faces.report.fragments import (
     ReportError,
     first_picture,
     hot_spots,
@@ -117,7 +117,7 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
 
 
 def _notes(summary: Mapping[str, Any]) -> str:
-    """Return what limits the numbers of a run, as a list; "" of summaries without notes."""
+    """Return the notes of a run as a list; "" of summaries without notes."""
     notes = summary.get("notes")
     items = "".join(f"<li>{html.escape(str(note))}</li>" for note in notes) if isinstance(notes, list) else ""
     return f"<h3>Notes</h3><ul>{items}</ul>" if items else ""
@@ -179,7 +179,7 @@ def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
 
 
 def _plan(text: str) -> Iterator[tuple[str, str]]:
-    """Yield what was read, which plans of earlier versions do not have, and what was chosen."""
+    """Yield the files read, which plans of earlier versions do not have, and the choices."""
     try:
         plan = json.loads(text)
         read = [[str(name), str(words)] for name, words in dict(plan.get("read", {})).items()]
@@ -202,7 +202,7 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _state(summary: Mapping[str, Any]) -> str:
-    """Return the badge: whether the accuracy asked for was met, and in what; of what does not land, that alone."""
+    """Return the badge: whether the accuracy target was met, and for which measures; without a landing only that."""
     if (target := readings.as_number(summary.get("accuracy_target"))) is None or "accuracy_met" not in summary:
         return ""
     met = summary["accuracy_met"]
@@ -231,7 +231,7 @@ def _plotly() -> str:
 
 
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-"""Variables of the environment, one of which is set where a browser of its own window, or one of choice, can open."""
+"""Environment variables, one of which is set where a browser with a window of its own can open."""
 
 
 def open_in_browser(page: Path) -> bool:

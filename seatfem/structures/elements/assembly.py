@@ -33,7 +33,7 @@ from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrde
 Mass = Literal["consistent", "nodal"]
 Dilatation = Literal["auto", "full", "projected"]
 
-PROJECT_ABOVE = 0.45  # Poisson's ratio from which the volume change is projected
+PROJECT_ABOVE = 0.45  # Poisson's ratio above which the volume change is projected
 _MODES = {("RefTet", 2): 1, ("RefHex", 1): 1, ("RefHex", 2): 4}  # functions it is projected on
 _FINE_RULE = 14  # degree of the quadrature over a patch whose rings end within elements
 _CUTS = ("symmetry_0", "symmetry_1")
@@ -121,7 +121,7 @@ def assemble(
 
 @dataclass(frozen=True)
 class _Body:
-    """Elements, their solids and their unknowns: all that the matrices are made of."""
+    """Elements with their solids and unknowns, from which the matrices are made."""
 
     made: shape_functions.Discretization
     solids: tuple[Solid, ...]

@@ -150,7 +150,7 @@ def _matrices(
 def _constraints(
     section: revolved_elements.Section, harmonic: int, torsion: bool, held: Mapping[str, Sequence[str]]
 ) -> Iterator[Constraint]:
-    """Yield what holds the nodes: the harmonic's own conditions, fixed and sliding boundaries."""
+    """Yield the constraints of the nodes: the harmonic's own conditions, fixed and sliding boundaries."""
     r, th, z = np.eye(3)
     if harmonic == 0:
         yield from ((np.arange(section.n_nodes), direction) for direction in ((r, z) if torsion else (th,)))

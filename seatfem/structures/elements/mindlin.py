@@ -38,16 +38,16 @@ Unknown = Literal["w", "a_x", "a_y"]
 Integers = NDArray[np.int64]
 
 UNKNOWNS: Final[tuple[Unknown, ...]] = ("w", "a_x", "a_y")
-SHEAR: Final = 5 / 6  # kappa, of a rectangular section
+SHEAR: Final = 5 / 6  # shear factor kappa of a rectangular section
 _NODES: Final = ((-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0), (0, 0))  # gmsh's order
 _NORM: Final = 15 / 8  # 1 over the squares of both parts of the pattern that 2 x 2 points do not see: 2 * 2/3 * 2/5
-_FLAT: Final = 1e-6  # of the element's area: a Jacobian below it is folded
-_NEAREST: Final = 16  # elements that are searched for a point, those with the nearest centres
+_FLAT: Final = 1e-6  # Jacobian of a folded element, over its largest
+_NEAREST: Final = 16  # elements, those with the nearest centres, in which a point is searched
 _NEWTON: Final = 12
-_BEYOND: Final = 1.5  # reference coordinates at most, of points beyond an element
-_REACH: Final = 1.25  # times the farthest node from the centre: sides bulge between nodes
-_SETTLED: Final = 1e-12  # of the reference element
-_INSIDE: Final = 1e-6  # of the reference element, that a point on the outline may lie outside
+_BEYOND: Final = 1.5  # largest reference coordinate of points beyond an element
+_REACH: Final = 1.25  # factor on the distance of the farthest node from the centre: sides bulge between nodes
+_SETTLED: Final = 1e-12  # last step of Newton's iteration, in reference coordinates
+_INSIDE: Final = 1e-6  # reference distance by which a point on the outline may lie outside
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class PlateMesh:
         return math.sqrt(self.area / len(self.cells))
 
     def centre(self, cell: int) -> str:
-        """Return where an element is, for messages."""
+        """Return the centre of an element, for messages."""
         x, y = self.points[self.cells[cell, 8]]
         return f"({1e3 * x:.4g}, {1e3 * y:.4g}) mm"
 

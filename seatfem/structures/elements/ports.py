@@ -16,9 +16,9 @@ from seatfem.structures import errors, lands, materials, model
 from seatfem.structures.elements.shape_functions import Surface
 from seatfem.structures.rings import divided, parted, ring_names
 
-ONE_RADIUS = 1e-3  # of the largest radius: what differs less in radius is a circle, or a cylinder
-_POLYGON = 0.2  # of the area: what the straight sides of coarse elements cut off a circle
-_NEAREST = 8  # sides of the rim whose distance is looked at, those with the nearest middles
+ONE_RADIUS = 1e-3  # largest relative difference of radii of a circle, or a cylinder
+_POLYGON = 0.2  # largest share of the area that the straight sides of coarse elements cut off a circle
+_NEAREST = 8  # sides of the rim, those with the nearest middles, whose distance is computed
 
 
 def ports_on(

@@ -30,7 +30,7 @@ _ELEMENTS = {
     ("RefHex", 1): ElementHex1,
     ("RefHex", 2): ElementHex2,
 }
-_FLAT = 1e-10  # of the element's longest side cubed: a smaller Jacobian is none
+_FLAT = 1e-10  # least Jacobian over the cube of the element's longest side
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Discretization:
         return node_graph(self.cells, self.size)
 
     def centre(self, element: int) -> str:
-        """Return where an element is, for messages."""
+        """Return the centre of an element, for messages."""
         x, y, z = self.places[self.corners[element]].mean(axis=0)
         return f"({x:.4g}, {y:.4g}, {z:.4g}) m"
 
@@ -128,13 +128,13 @@ def values(element: Any, points: Array) -> Array:
 
 
 def gradients(element: Any, points: Array) -> Array:
-    """Return the (Q, L, d) values of their gradients in reference coordinates."""
+    """Return the (Q, L, d) gradients of the shape functions in reference coordinates."""
     shape, count = points.shape, len(element.doflocs)
     return np.stack([np.broadcast_to(element.lbasis(points, k)[1], shape).T for k in range(count)], axis=1)
 
 
 def rule_at(made: Discretization, points: Array, weights: Array, displacement: Array) -> Rule:
-    """Return a quadrature rule as the compiled loops take it."""
+    """Return a quadrature rule in the form of the compiled loops."""
     shapes, slopes = values(made.geometry, points), gradients(made.geometry, points)
     weights = np.asarray(weights, dtype=float)
     return weights, np.ascontiguousarray(shapes), np.ascontiguousarray(slopes), np.ascontiguousarray(displacement)
@@ -147,7 +147,7 @@ def stiffness_rule(made: Discretization) -> Rule:
 
 
 def mass_rule(made: Discretization) -> Rule:
-    """Return the same for products of shape functions."""
+    """Return the rule of `stiffness_rule` for products of shape functions."""
     points, weights = _gauss(made, 2 * made.order)
     return rule_at(made, points, weights, values(made.element, points))
 

@@ -23,8 +23,8 @@ from seatfem.structures.errors import ModelError
 
 Constraint = tuple[NDArray[np.integer], Array]
 """Nodes, and the (3,) direction in which none of them may move."""
-_ALIGNED = 1e-6  # a unit normal this close to an axis is that axis
-_FREE = 1e-9  # least eigenvalue of the sum of d d' over held unit directions d that counts as held
+_ALIGNED = 1e-6  # largest 1 - cos between a unit normal and the axis that it counts as
+_FREE = 1e-9  # eigenvalue of the sum of d d' over held unit directions d below which a direction is free
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def freedom(n_nodes: int, constraints: Iterable[Constraint]) -> Freedom:
 def held(
     made: Discretization, fixed: Sequence[str], sliding: Sequence[str], antisymmetric: Sequence[str]
 ) -> Iterator[Constraint]:
-    """Yield what is held of clamped faces, and of planes without normal or without tangential motion.
+    """Yield nodes and held directions of clamped faces, and of planes without normal or without tangential motion.
 
     Raises:
         ModelError: a boundary that is missing, empty or, for the latter two, not plane.
@@ -119,12 +119,12 @@ _MINDLIN = 0.82  # tangential over normal stiffness of a contact at nu = 0.3, 2 
 
 
 Densities = Sequence[tuple[Literal["K", "C"], Array, Array]]
-"""What is added to K or C per area, along and across the normal, at the points (f, Q) of a patch."""
+"""Terms of K or C per area, along and across the normal, at the points (f, Q) of a patch."""
 
 
 @dataclass(frozen=True)
 class _Even:
-    """The same all over ``boundary``: ``normal`` along its normal, ``tangential`` across it."""
+    """Base of supports with uniform values: ``normal`` along the normal of ``boundary``, ``tangential`` across it."""
 
     boundary: str
     normal: float
@@ -171,7 +171,7 @@ class Dashpot(_Even):
 
 @dataclass(frozen=True)
 class Absorbing:
-    """Boundary where the mesh ends and the body does not: dashpots rho c_p along and rho c_s across the normal.
+    """Boundary through which waves leave into the rest of the body: dashpots rho c_p along, rho c_s across the normal.
 
     Waves that arrive along the normal leave; others are reflected in part (Lysmer & Kuhlemeyer 1969). With ``centre``,
     the place [m] the waves come from, at the distance R, springs 4 mu/R along and 2 mu/R across the normal stand for
@@ -204,7 +204,7 @@ def spread_supports(
     region: NDArray[np.int32],
     n_nodes: int,
 ) -> dict[Literal["K", "C"], sparse.csr_array]:
-    """Return what supports add on their ``patches`` to "K" and "C", (3 n, 3 n); no key where nothing is added."""
+    """Return the terms of supports on their ``patches`` in "K" and "C", (3 n, 3 n); no key for a matrix without any."""
     sums: dict[Literal["K", "C"], sparse.csr_array] = {}
     for support, patch in zip(supports, patches, strict=True):
         for target, along, across in support.densities(patch, solids, region):

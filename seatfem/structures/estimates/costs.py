@@ -21,7 +21,7 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import BEYOND, COARSENING, Method
 from seatfem.structures.method import memory as forgotten_after
-from seatfem.structures.rings import rings_behind
+from seatfem.structures.rings import rings_to_compare
 from seatfem.structures.shapes.profile import profile_of
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
     numbers = None if structure.elastic is None else structure.elastic.numbers(method, coarser)
     if numbers is None:
         return None
-    rings = (method.rings or 1) if coarser == 1.0 else rings_behind(method.rings or 1)
+    rings = (method.rings or 1) if coarser == 1.0 else rings_to_compare(method.rings or 1)
     if numbers.kept is not None and not numbers.section:  # a mode, or a part's statics, takes about what a vector does
         return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER

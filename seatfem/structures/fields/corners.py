@@ -12,7 +12,7 @@ from seatfem.structures.elements.mindlin import PlateMesh, shapes_at
 from seatfem.structures.fields.sites import outer_facets
 from seatfem.structures.model import Array
 
-SHARPEST: Final = math.radians(30)  # turn between two facets of a surface that counts as smooth
+SHARPEST: Final = math.radians(30)  # largest turn between two facets of a smooth surface
 
 
 def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
@@ -41,7 +41,7 @@ def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
 
 
 def near(points: Array, singular: Array, distance: float) -> NDArray[np.bool_]:
-    """Return (P,) which of the points are closer than ``distance`` [m] to one of them."""
+    """Return (P,) which of the points are closer than ``distance`` [m] to one of the ``singular`` ones."""
     return np.asarray(edge_distances(points, singular) < distance * (1 - 1e-9))
 
 
@@ -100,7 +100,7 @@ def edge_distances(points: Array, singular: Array) -> Array:
     return np.asarray(cKDTree(singular).query(points)[0])
 
 
-REACH: Final = 2.0  # over the distance of the coarser mesh's sites: within it either mesh has its own largest stress
+REACH: Final = 2.0  # radius, over the distance of the coarser mesh's sites, in which both largest stresses are compared
 
 
 def peak_mesh_error(points: Array, stress: Array, coarser_points: Array, on_coarser: Array, weight: float) -> float:

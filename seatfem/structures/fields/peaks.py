@@ -16,12 +16,12 @@ from impact.after.histories import Spans
 from seatfem.machine.compiling import threads
 from seatfem.structures.model import Array
 
-TIMES_PER_RADIAN: Final = 2  # of the highest frequency retained: when peaks are looked for
-LITTLE: Final = 1e-3  # of the largest stress, that may be missing at a point
-BETWEEN: Final = 5e-3  # of the largest stress: what may be missed between two times, sqrt(3/2) of it of von Mises's
-_BLOCK: Final = 1024  # times
-_PLACES: Final = 16  # at least, that a thread looks at in them
-_NUMBERS: Final = 2**18  # that it holds, where one place has fewer
+TIMES_PER_RADIAN: Final = 2  # instants per radian of the highest frequency retained at which peaks are looked for
+LITTLE: Final = 1e-3  # largest stress of the coordinates left out, over the largest stress
+BETWEEN: Final = 5e-3  # largest miss between two instants, over the largest stress; sqrt(3/2) of it of von Mises
+_BLOCK: Final = 1024  # instants of a block
+_PLACES: Final = 16  # fewest places that a thread evaluates at once
+_NUMBERS: Final = 2**18  # numbers that a thread holds, where one place has fewer
 
 Integers = NDArray[np.int64]
 
@@ -69,11 +69,11 @@ class Field(Protocol):
 
     @property
     def points(self) -> Array:
-        """Return (G A, d) where they are [m]."""
+        """Return the (G A, d) places [m]."""
 
     @property
     def radians(self) -> Array:
-        """Return the (K,) angular frequency of each coordinate; 0 of a force that is followed [rad/s]."""
+        """Return the (K,) angular frequency of each coordinate; 0 for a followed force [rad/s]."""
 
     @property
     def bounds(self) -> Array:
@@ -126,7 +126,7 @@ def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple
 
 
 def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array, found: Array) -> None:
-    """Update ``found`` (4, G, A) by what these times bring."""
+    """Update ``found`` (4, G, A) by the stress at these times."""
     most = max(found[0].max(initial=0.0), found[2].max(initial=0.0))
     part, times, kept = _thinned(part, times, bounds.max(axis=0, initial=0.0), most)
     if not kept.size:

@@ -34,13 +34,13 @@ from seatfem.structures.reduction.krylov import KrylovBasis
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.units import write_quantity
 
-VECTORS: Final = 80  # of the Krylov space, for a body of one port: 0.4 % at most, at a fillet that is struck
-MORE: Final = 20  # for each port more
-MOST_PORTS: Final = 8  # of a Krylov space: of more ports so many blocks that all modes in the band are fewer
+VECTORS: Final = 80  # Krylov vectors for a body of one port: 0.4 % error at most, at a fillet that is struck
+MORE: Final = 20  # Krylov vectors for each further port
+MOST_PORTS: Final = 8  # most ports of a Krylov space: with more ports all modes in the band are fewer vectors
 MOST: Final = 400
-MODES: Final = 3.0  # times the band, up to which all modes are kept
-EXACT: Final = 1e-10  # relative residual of static solutions
-FEWER: Final = 0.75  # of the vectors, for the error bar
+MODES: Final = 3.0  # frequency up to which all modes are kept, over the band
+EXACT: Final = 1e-10  # largest relative residual of static solutions
+FEWER: Final = 0.75  # share of the vectors in the field that is compared, for the error bar
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coe
 
 
 def _pairs(model: SecondOrderModel, damping_ratio: float, step: tuple[float, bool], V: Array, ritz: Ritz) -> Pairs:
-    """Return those slower than pi/dt, by their coefficients C."""
+    """Return the modes slower than pi/dt, by their coefficients C."""
     (dt, resting), (omega, shapes, C), damping = step, ritz, model.damping.plus(damping_ratio)
     kept = omega * dt < math.pi
     if stiff := not kept.any():
@@ -299,7 +299,7 @@ def response_in_frames(response: Response, force: Array, dt: float, steps: range
     return in_frames(field, force, dt, steps).reshape(len(steps), -1)[:, :size]
 
 
-EACH: Final = 4  # of the points of a region
+EACH: Final = 4  # points of each region
 _HELD: Final = 16  # points whose whole histories are held at once
 
 

@@ -21,16 +21,16 @@ from seatfem.structures.model import SecondOrderModel
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_NEAREST: Final = 24  # elements that are searched for a point, those with the nearest centres
+_NEAREST: Final = 24  # elements, those with the nearest centres, in which a point is searched
 _NEWTON: Final = 12
-_INSIDE: Final = 1e-6  # of the reference element: a point on the side of an element is in both
-_BESIDE: Final = 0.05  # of the reference element, that a point may lie off a curved surface
+_INSIDE: Final = 1e-6  # reference distance by which a point may lie outside an element: one on a side is in both
+_BESIDE: Final = 0.05  # reference distance by which a point may lie off a curved surface
 _CUTS: Final = ("symmetry_0", "symmetry_1")
 
 
 @dataclass(frozen=True)
 class Sites:
-    """Points of a mesh and the elements around them: what is found in these is averaged.
+    """Points of a mesh and the elements around them, over which values are averaged.
 
     Attributes:
         points: (P, d) of them [m]; on a meridian r and z.
@@ -55,7 +55,7 @@ class Sites:
         return len(self.points)
 
     def at(self, chosen: NDArray[np.bool_]) -> Sites:
-        """Return those that are chosen (P,), numbered anew."""
+        """Return the chosen sites (P,), numbered anew."""
         kept, number = chosen[self.site], np.cumsum(chosen) - 1
         return Sites.averaged(self.points[chosen], number[self.site[kept]], self.element[kept], self.inside[:, kept])
 

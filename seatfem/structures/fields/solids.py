@@ -30,8 +30,8 @@ from seatfem.structures.reduction.ring_patches import RingPatch, mixing_of
 
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
 """Of stress; in a body of revolution rr, tt, zz, tz, rz, rt at the angle 0, the shear tz and rt at a quarter wave."""
-_TO_AXIS: Final = 1e-4  # of an element: where 1/r is taken in place of the axis
-_BLOCK: Final = 1024  # sites
+_TO_AXIS: Final = 1e-4  # share of an element by which a site on the axis is moved inwards, for 1/r
+_BLOCK: Final = 1024  # sites whose rows are made at once
 _INDICES: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
@@ -131,7 +131,7 @@ def _strain(made: Discretization, sites: Sites) -> Array:
 
 
 def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
-    """Return the same of unit amplitudes (U, V, W), as in `revolved_elements`."""
+    """Return the (E, 6, L, 3) strains of unit amplitudes (U, V, W) of a harmonic, as in `revolved_elements`."""
 
     def strain(made: Discretization, sites: Sites) -> Array:
         on_axis = sites.points[sites.site, 0] <= _TO_AXIS * _TO_AXIS * made.places[:, 0].max()
@@ -147,15 +147,15 @@ def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
     return strain
 
 
-LEFT: Final = 0.05  # of the pressure, root of its mean square around the ring, that harmonics left out may have
-UNFELT: Final = 1e-9  # of all forces: amplitude of a harmonic that nothing excites
+LEFT: Final = 0.05  # largest pressure of the harmonics left out, over the whole, root mean squares around the ring
+UNFELT: Final = 1e-9  # largest amplitude of a harmonic that nothing excites, over that of all forces
 _BY_COS: Final = [0, 1, 2, 4]
 _BY_SIN: Final = [3, 5]
 
 
 @dataclass(frozen=True)
 class Harmonic:
-    """One of them.
+    """Response of one Fourier harmonic and its share in each force.
 
     Attributes:
         number: n.

@@ -10,10 +10,10 @@ from impact.files.hdf5_structure import check_structure
 from seatfem.jobs.processes import limit_process
 from seatfem.jobs.worker import answer_lines
 
-MEMORY: Final = 1 << 30  # bytes that any file may take
-PER_BYTE: Final = 60  # and more for each byte of the file
-SECONDS: Final = 10  # of the processor, for any file
-SIZE_A_SECOND: Final = 1 << 18  # and one more for so many bytes
+MEMORY: Final = 1 << 30  # bytes of memory for any file
+PER_BYTE: Final = 60  # further bytes of memory for each byte of the file
+SECONDS: Final = 10  # seconds of processor time for any file
+SIZE_A_SECOND: Final = 1 << 18  # bytes of the file for each further second
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"
 
 
@@ -48,7 +48,7 @@ def _flat(values: Any) -> np.ndarray[Any, Any]:
 
 
 def answer(line: str) -> str:
-    """Read the file of a job; return what its arrays are called, or the error."""
+    """Read the file of a job; return the names of its arrays, or the error."""
     job = json.loads(line)
     limit_process(memory=MEMORY + PER_BYTE * job["size"], seconds=SECONDS + job["size"] // SIZE_A_SECOND)
     try:

@@ -13,10 +13,10 @@ from seatfem.structures.mesh.io import Floats, Integers, MeshError, distinct
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "TRANSFORM SYSTEM")
-DEPTH = 8  # of files that include files
+DEPTH = 8  # most levels of files that include files
 MOST_FILES = 200
-MOST_BYTES = 512 * MB  # of all files of a deck together
-MOST_MEMBERS = 5_000_000  # of all sets of a deck together
+MOST_BYTES = 512 * MB  # most bytes of all files of a deck together
+MOST_MEMBERS = 5_000_000  # most members of all sets of a deck together
 _INCLUDE = re.compile(r'^\*[ \t]*INCLUDE[ \t]*,\s*INPUT[ \t]*=[ \t]*"?([^",\r\n]+)', re.IGNORECASE | re.MULTILINE)
 
 
@@ -97,7 +97,7 @@ def _blocks(path: Path, depth: int, budget: Budget) -> Iterator[Block]:
 
 
 def _logical_lines(path: Path, budget: Budget) -> Iterator[tuple[str, str]]:
-    """Yield place and text of every line that says something; keyword lines that end in a comma with what follows."""
+    """Yield place and text of every line with content; a keyword line that ends in a comma with the next."""
     begun: list[str] = []
     place = ""
     for number, raw in enumerate(budget.text(path).splitlines(), start=1):
@@ -157,7 +157,7 @@ class Sets:
         self.add(name, self._ranges(block) if "GENERATE" in block.options else self._listed(block))
 
     def members_of(self, word: str, block: Block) -> Integers:
-        """Return the numbers that a word stands for, itself or those of a set, and count them."""
+        """Return the numbers that a word names, itself or those of a set, and count them."""
         word = word.strip('"').rpartition(".")[2]  # without the name of the instance
         if _WHOLE.fullmatch(word):
             return np.array([int(word)], dtype=np.int64)
@@ -200,7 +200,7 @@ class Sets:
 
 
 def with_included(path: Path) -> tuple[Path, ...]:
-    """Return ``path`` and, of an Abaqus input file, every file that it brings in by *INCLUDE, those within those too.
+    """Return ``path`` and, of an Abaqus input file, every file that *INCLUDE brings in, at any depth.
 
     Files that are not there are left out. Nastran's INCLUDE is refused by `read_nastran`.
     """

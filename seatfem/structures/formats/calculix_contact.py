@@ -1,4 +1,4 @@
-"""Contact in decks for CalculiX: what strikes a body's patch, by ccx's own surface contact and direct dynamics.
+"""Lines of decks for CalculiX: what strikes a body's patch, by ccx's own surface contact and direct dynamics.
 
 The patch is the dependent surface, integrated face by face: pressure per penetration (*SURFACE BEHAVIOR,
 PRESSURE-OVERCLOSURE=LINEAR). *DYNAMIC, DIRECT has the numerical damping of alpha = -0.05 here, without which ccx does
@@ -24,9 +24,9 @@ from seatfem.structures.formats.calculix_deck import CalculixBody, Integers, as_
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, ModelError
 
-HEAVIER: Final = 1e4  # the ballast than the plate
-AWAY: Final = 1.0  # the ballast from all else [m]
-ROOM: Final = 0.1  # of the patch's width, by which a rigid striker reaches beyond it
+HEAVIER: Final = 1e4  # mass of the ballast over that of the plate
+AWAY: Final = 1.0  # distance of the ballast from all else [m]
+ROOM: Final = 0.1  # overhang of a rigid striker beyond the patch, over the patch's width
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,7 @@ def mass_contact(
 
 
 def check_patch(deck: CalculixBody) -> None:
-    """Raise `ModelError` of a patch that contact is not written for."""
+    """Raise `ModelError` of a patch of an axisymmetric deck, or of one that is not flat and up along z."""
     if deck.plane:
         raise ModelError("ccx's surface contact finds no end between axisymmetric elements; state seat.model = '3d'")
     if not deck.flat:

@@ -111,7 +111,7 @@ def held_of(model: SecondOrderModel) -> NDArray[np.bool_]:
 
 
 def materials_of(mesh: Any, material: Solid | Mapping[str, Any]) -> Iterator[str]:
-    """Yield sets of elements, and what each is made of."""
+    """Yield sets of elements, and the material of each."""
     solids, region = solids_by_region(mesh, material)
     for k, solid in enumerate(solids, start=1):
         yield from as_set(f"REGION{k}", np.flatnonzero(region == k - 1) + 1, "ELSET")
@@ -145,8 +145,8 @@ def cut(items: Sequence[Any], most: int) -> Iterator[Sequence[Any]]:
     return (items[k : k + most] for k in range(0, len(items), most))
 
 
-PATCH: Final = "PATCH"  # the set of the reference node
-FLAT: Final = 1e-6  # of a patch's width: by as much its vertices may differ in height
+PATCH: Final = "PATCH"  # name of the set of the reference node
+FLAT: Final = 1e-6  # largest difference in height of a flat patch's vertices, over its width
 
 
 @dataclass(frozen=True, eq=False)

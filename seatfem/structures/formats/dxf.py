@@ -15,13 +15,13 @@ from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops
 
-JOINED: Final = 1e-6  # of the outline's size: ends nearer to each other are one point
+JOINED: Final = 1e-6  # distance of ends that count as one point, over the outline's size
 LARGEST: Final = 20 * MB
-MOST_CORNERS: Final = 10_000  # of all curves: each is looked for at the end of each other
-MOST_LENGTH: Final = 1e3  # metres, of coordinates and radii
+MOST_CORNERS: Final = 10_000  # most corners of all curves: each is looked for at the end of each other
+MOST_LENGTH: Final = 1e3  # largest coordinate and radius [m]
 FLAT: Final = 1e-9  # bulge below which an edge is straight
 STEEP: Final = 1e4  # bulge beyond which an arc goes all the way round
-UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 13: 1e-6}  # $INSUNITS -> metres
+UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 13: 1e-6}  # metres per unit, by $INSUNITS
 CURVES: Final = ("LINE", "ARC", "CIRCLE", "LWPOLYLINE")
 OTHERS: Final = ("SPLINE", "ELLIPSE", "POLYLINE", "INSERT", "REGION", "3DSOLID", "MLINE")
 """Entities that may be part of an outline; texts, dimensions and points are not."""
@@ -159,7 +159,7 @@ def _polyline(entity: Groups, *, closed: bool) -> Array:
     return np.vstack([points, points[:1]]) if closed else points
 
 
-MM: Final = 4  # $INSUNITS
+MM: Final = 4  # $INSUNITS of millimetres
 LAYER: Final = "0"
 HEAD: Final = ((0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1015"), (9, "$INSUNITS"), (70, MM), (0, "ENDSEC"))
 

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from seatfem.structures.mesh import checks, io
 
-MOST_GROUPS = 5000  # of a file: sets of nodes, of elements, surfaces
+MOST_GROUPS = 5000  # most groups of a file: sets of nodes, of elements, surfaces
 Groups = tuple[tuple[int, ...], ...]
 TET_RING: Groups = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 BOTTOM: Groups = ((0, 1), (1, 2), (2, 3), (3, 0))
@@ -74,7 +74,7 @@ def one_kind(found: Mapping[str, tuple[int, io.Integers | None]], source: str) -
 
 
 def check_group_count(count: int, source: str) -> None:
-    """Raise `MeshError` for more groups than a mesh may have: each of them is looked for in the whole mesh."""
+    """Raise `MeshError` for more groups than `MOST_GROUPS`: each of them is looked up in the whole mesh."""
     if count > MOST_GROUPS:
         raise io.MeshError(
             f"{source}: {count} groups and sets, must be at most {MOST_GROUPS}; export those that are used"

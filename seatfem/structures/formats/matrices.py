@@ -20,18 +20,18 @@ from seatfem.machine.resources import available_memory
 from seatfem.structures.model import Array, ModelError, Port, SecondOrderModel
 
 LIMIT: Final = 8192 * MB
-MOST_PACKED: Final = 20  # bytes per byte of a compressed file: matrices of structures come to less than ten
+MOST_PACKED: Final = 20  # largest compression, bytes per byte: matrices of structures have less than ten
 FREE: Final = 64 * MB  # bytes that any compressed file may unfold to
 LONGEST_LINE: Final = 1 << 16
-ENTRY: Final = 64.0  # bytes while an entry is read, sorted and made symmetric
+ENTRY: Final = 64.0  # bytes of memory per entry while it is read, sorted and made symmetric
 _ROWS, _SPARSEST = 1000, 10  # most rows without and per entry: matrices of structures have several entries a row
 _OF_NUMBERS = b"0123456789+-.eE \t\r\n"
 _FOREIGN = re.compile(rb"(?!(?<!\S)[-+]?(?i:nan|inf|infinity)(?!\S))(?<!\S)\S*[^-+.0-9eE\s]\S*")
-_WORDS = {"real": 1, "integer": 1, "unsigned-integer": 1, "complex": 2, "pattern": 0}  # of an entry's value
+_WORDS = {"real": 1, "integer": 1, "unsigned-integer": 1, "complex": 2, "pattern": 0}  # words per value of an entry
 
 
 def load_matrix(path: Path) -> Any:
-    """Return what the file holds: an array or a sparse matrix whose indices are within its size.
+    """Return the matrix in the file: an array, or a sparse matrix whose indices are within its size.
 
     Raises `ValueError` for a file of another kind, values that are broken, and sizes that its bytes, or this machine,
     have no room for; whatever zipfile, gzip and scipy raise for a broken one.
@@ -157,8 +157,8 @@ FACTORS: dict[str, tuple[float, float, float]] = {
     "mm-kg-ms": (1.0, 1e3, 1e6),
     "inch-lbf-s": (_LBF_PER_INCH,) * 3,
 }
-"""To kg, N s/m and N/m, from mass, damping and stiffness (t, N s/mm, N/mm; kg, kN ms/mm, kN/mm; lbf s^2/inch, ...)."""
-PENALTY = 1e10  # times the median stiffness diagonal: no spring of the structure
+"""Factors of mass, damping and stiffness to kg, N s/m, N/m (from t, N s/mm, N/mm; lbf s^2/inch, ...)."""
+PENALTY = 1e10  # least stiffness of a constraint, over the median of the diagonal: no spring of the structure has it
 _DOF = re.compile(r"[0-9]{1,15}")
 _SKEW = 1e-6  # relative asymmetry that rounding in a text file leaves
 
@@ -270,7 +270,7 @@ def _symmetric(matrix: sparse.csr_array, path: Path) -> sparse.csr_array:
 
 
 def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Return the unknowns with a penalty, or in no equation."""
+    """Return the unknowns with a penalty, or in no equation at all."""
     diagonal = stiffness.diagonal()
     positive = diagonal[diagonal > 0]
     limit = PENALTY * float(np.median(positive)) if positive.size else np.inf
@@ -281,7 +281,7 @@ def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any
 def _refuse_indefinite(
     found: Mapping[str, sparse.csr_array], names: Mapping[str, Path | None], held: Any, first: int
 ) -> None:
-    """Raise `ModelError` of a matrix without what every positive semidefinite one has: |a_ij|^2 <= a_ii a_jj."""
+    """Raise `ModelError` of a matrix with |a_ij|^2 > a_ii a_jj, which no positive semidefinite one has."""
     numbers = np.flatnonzero(~held) + first
     for key, matrix in found.items():
         diagonal = matrix.diagonal()

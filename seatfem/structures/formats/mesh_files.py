@@ -34,7 +34,7 @@ READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
 )
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
 LIMIT = 2048 * MB
-SMALLEST, LARGEST = 1e-4, 10.0  # metres: sizes of seats
+SMALLEST, LARGEST = 1e-4, 10.0  # sizes that a seat may have [m]
 
 
 def read_mesh(
@@ -53,8 +53,8 @@ def read_mesh(
     (`read_nastran`); what meshio reads (`read_by_meshio`). Every named surface becomes a boundary, every named volume a
     subdomain; a node set is the surface of the free faces all of whose vertices it holds.
 
-    ``contact``, ``fixed``: names of the file's groups, called "contact" and "fixed" from here on, whatever their
-    case where that leaves one; ``fixed=None``: the seat is free; ``contact=None``: nothing is struck. ``unit``:
+    ``contact``, ``fixed``: names of the file's groups, renamed "contact" and "fixed"; upper and lower case are ignored
+    if exactly one group matches; ``fixed=None``: the seat is free; ``contact=None``: nothing is struck. ``unit``:
     metres per length unit of the file (files carry none). ``merge``: nodes nearer than this [m] become one; None:
     coincident nodes are an error; 0: they are kept. ``parts``: how many parts that share no node the mesh has. A
     mesh with every element mirrored is turned right side out, which the provenance notes.
@@ -116,7 +116,7 @@ def _check_request(path: Path, unit: float, merge: float | None) -> None:
 
 
 def read_file(path: Path) -> FileMesh:
-    """Return what a mesh file holds, in its unit and under its own names. Raises `MeshError`."""
+    """Return the content of a mesh file, in its unit and under its own names. Raises `MeshError`."""
     return _read(path, silent)[0]
 
 
@@ -160,7 +160,7 @@ def _check_size(arrays: MeshArrays, unit: float) -> None:
 
 
 def _renamed(arrays: MeshArrays, names: Mapping[str, str], mesh: FileMesh) -> MeshArrays:
-    """Return surfaces under the names that the program uses; others keep theirs, "contact" as "contact of the file"."""
+    """Return surfaces under the program's names; another group called "contact" becomes "contact of the file"."""
     new: dict[str, str] = {}
     missing: list[tuple[str, str]] = []
     for name, role in names.items():
@@ -176,7 +176,7 @@ def _renamed(arrays: MeshArrays, names: Mapping[str, str], mesh: FileMesh) -> Me
 
 
 def _found(name: str, arrays: MeshArrays, mesh: FileMesh) -> str:
-    """Return the file's own writing of a surface's name."""
+    """Return the name of a surface as the file spells it."""
     if name in arrays.surfaces:
         return name
     alike = [own for own in arrays.surfaces if own.casefold() == name.casefold()]

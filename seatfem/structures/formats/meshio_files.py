@@ -18,7 +18,7 @@ from seatfem.structures.formats import abaqus, file_mesh
 from seatfem.structures.mesh.io import Integers, MeshError
 
 LIMIT: Final = 1024 * MB
-PATIENCE: Final = 3600.0  # s of the clock, on a machine that is busy otherwise too
+PATIENCE: Final = 3600.0  # seconds of the clock for a file, enough on a busy machine
 FORMATS: Final[Mapping[str, str]] = MappingProxyType(
     {
         ".vtu": "vtu",
@@ -51,7 +51,7 @@ SURFACES_ONLY: Final = (".stl", ".ply", ".obj", ".off", ".svg", ".wkt", ".ply2")
 SOLIDS = ("tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27")
 OTHER_SOLIDS = ("tetra", "hexa", "wedge", "pyramid", "poly", "voxel", "VTK_LAGRANGE_", "VTK_BEZIER_")
 SKINS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
-MOST_GROUPS = 256  # an array of more different values numbers the cells; it does not group them
+MOST_GROUPS = 256  # most values of an array that groups the cells; one with more numbers them
 _BESIDE = re.compile(r">([^<>:]*):/")  # blanks are stripped after: two ways to match one of them take squares of time
 
 
@@ -119,7 +119,7 @@ def _other_half(path: Path) -> Path:
 
 
 def beside(path: Path) -> tuple[Path, ...]:
-    """Return the files that ``path`` is read with, be they there or not: tetgen's other half, the HDF5 of an .xdmf."""
+    """Return the other files of a mesh, whether they exist or not: tetgen's other half, the HDF5 of an .xdmf."""
     form = FORMATS.get(path.suffix.lower())
     if form == "tetgen":
         return (_other_half(path),)
@@ -130,7 +130,7 @@ def beside(path: Path) -> tuple[Path, ...]:
 
 
 def all_files(path: Path) -> tuple[Path, ...]:
-    """Return ``path`` and every file that it is read with and that is there: includes, and what lies `beside`."""
+    """Return ``path`` and every existing file that belongs to it: includes, and the files of `beside`."""
     included = abaqus.with_included(path)
     return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
 
@@ -191,7 +191,7 @@ def _joined(marks: list[NDArray[np.bool_]], blocks: list[int]) -> NDArray[np.boo
 
 
 def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
-    """Return names and values of the groups that an array tells apart; none for reals, vectors and numberings."""
+    """Return names and values of the groups in an array; none for reals, vectors and numberings."""
     joined = np.concatenate(data) if data else np.empty(0)
     if joined.dtype.kind not in "iub":
         return []

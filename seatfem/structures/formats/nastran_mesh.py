@@ -13,12 +13,12 @@ from impact.files.safe_files import MB, read_text
 from seatfem.structures.formats import file_mesh
 from seatfem.structures.mesh.io import MeshError
 
-SMALL, LARGE = 8, 4  # data fields on a line
+SMALL, LARGE = 8, 4  # data fields on a line of small and large fields
 LIMIT = 512 * MB
 SOLIDS = {"CTETRA": (4, 10), "CHEXA": (8, 20)}
 OTHER_SOLIDS = ("CPENTA", "CPYRAM", "CPYRA", "CHEX8", "CHEX20")
 SKINS = {"CTRIA3": 3, "CTRIA6": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUAD8": 4, "CQUADR": 4, "CQUAD": 4}
-MOST_HELD = 5_000_000  # nodes of all sets of SPC1 of a deck together
+MOST_HELD = 5_000_000  # most nodes of all sets of SPC1 of a deck together
 
 
 Solids = Mapping[int, tuple[str, list[int]]]
@@ -235,14 +235,14 @@ NAMES: Mapping[int, str] = MappingProxyType(
     {111: "tetrahedra", 118: "tetrahedra of 10 nodes", 115: "bricks", 116: "bricks of 20 nodes"}
     | {101: "wedge", 102: "wedge", 112: "wedge", 113: "wedge", 117: "cubic brick", 119: "cubic brick"}
 )
-"""Of all solids; those that are not among `UNV_SOLIDS` cannot be used."""
+"""Names of all solids; those that are not among `UNV_SOLIDS` cannot be used."""
 UNV_SKINS: Mapping[int, tuple[int, ...]] = MappingProxyType(
     dict.fromkeys((41, 51, 61, 74, 81, 91), (0, 1, 2))
     | dict.fromkeys((42, 52, 62, 72, 82, 92), (0, 2, 4))
     | dict.fromkeys((44, 54, 64, 71, 84, 94), (0, 1, 2, 3))
     | dict.fromkeys((45, 55, 65, 75, 85, 95), (0, 2, 4, 6))
 )
-BEAMS = (11, 21, 22, 23, 24)  # one line more
+BEAMS = (11, 21, 22, 23, 24)  # types of beams, whose records take one line more
 GROUPS = (2435, 2452, 2467, 2477)
 NODE, ELEMENT = 7, 8
 UNV_LIMIT = 512 * MB

@@ -267,20 +267,20 @@ def _listing(file: _File) -> str:
     return f"it holds (response/reference, node:direction) {', '.join(pairs[:8])}" + (", ..." if len(pairs) > 8 else "")
 
 
-ALONG: Final = 3  # direction +z, the outward normal of every port
+ALONG: Final = 3  # code of the direction +z, the outward normal of every port
 _FRF_SET: Final[dict[str, Any]] = {
     **{f"id{k}": "NONE" for k in range(1, 6)},
     **{"binary": 0, "func_type": 4, "ver_num": 0, "load_case_id": 0, "rsp_dir": ALONG, "ref_dir": ALONG},
     **{"ord_data_type": 6, "abscissa_spacing": 1, "z_axis_value": 0.0, "z_axis_spec_data_type": 0},
     **{"abscissa_spec_data_type": 18, "ordinate_spec_data_type": 8, "orddenom_spec_data_type": 13},
 }
-"""Double precision, even steps of frequency, displacement over force."""
+"""Settings of a response: double precision, even steps of frequency, displacement over force."""
 _MODE_SET: Final[dict[str, Any]] = {
     **{f"id{k}": "NONE" for k in range(1, 6)},
     **{"model_type": 1, "analysis_type": 2, "data_ch": 2, "spec_data_type": 8, "data_type": 2, "n_data_per_node": 3},
     **{"load_case": 0, "modal_damp_vis": 0.0, "modal_damp_his": 0.0},
 }
-"""Structural, normal mode, translations, displacement, real."""
+"""Settings of a mode: structural, normal mode, translations, displacement, real."""
 
 
 def write_receptance_uff(greens: base.GreensFunction, frequency: ArrayLike, path: str | os.PathLike[str]) -> None:

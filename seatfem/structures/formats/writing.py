@@ -23,7 +23,7 @@ from seatfem.structures.mesh.io import CELL_KINDS, Floats, Integers, MeshError
 from seatfem.structures.mesh.meshing import SeatMesh
 
 READ_ONLY: Final = (".node", ".su2", ".hmf", ".ugrid", ".f3grid")
-"""The nodes of .ele; formats whose writers in meshio 5.3 fail for solids with faces, or write what it cannot read."""
+"""Endings that are read but not written: nodes of .ele, and formats that meshio 5.3 cannot write or not read again."""
 WRITTEN: Final[Mapping[str, str]] = MappingProxyType(
     {".msh": "gmsh22", ".inp": "abaqus", ".med": "med"}
     | dict.fromkeys((".bdf", ".nas", ".dat", ".fem"), "nastran")

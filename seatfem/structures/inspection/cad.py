@@ -1,4 +1,4 @@
-"""What a geometry's solids and faces are, before anything is planned: of a CAD file as gmsh reads it."""
+"""Inspection of a CAD file as gmsh reads it, before anything is planned: its solids and faces."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def state_of(path: Path) -> FileState:
 
 
 def opened(read: Callable[[], object], files: Mapping[str, Path | None]) -> Iterator[Finding]:
-    """Yield what a reader says, at the key of the file that it speaks of; of none, at the last."""
+    """Yield a reader's message at the key of the file that it names; of none, at the last."""
     try:
         read()
     except (ValueError, OSError) as error:
@@ -58,9 +58,9 @@ def listed(names: Collection[str]) -> str:
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-SAMPLED: Final = 400  # points of the struck outline that distances are taken from
-BLOCK: Final = 256  # points that distances are taken to at once
-DIRECTED: Final = 0.1  # excess of the normals along one direction; a cone of 60 degrees has 1/8
+SAMPLED: Final = 400  # points of the struck outline from which distances are taken
+BLOCK: Final = 256  # points to which distances are taken at once
+DIRECTED: Final = 0.1  # least excess of the normals along one direction; a cone of 60 degrees has 1/8
 BESIDE: Final = 0.5  # part of the depth by which held faces may lie beside the struck ones of a bulky body
 
 
@@ -133,7 +133,7 @@ class Shape:
         return float(np.ptp(self.points[np.unique(self.triangles)] @ normal))
 
     def span(self, group: str, held: Sequence[str]) -> float:
-        """Return the mean distance, along its plane, from the group to what is held [m]; 0 where that lies beneath.
+        """Return the mean distance, along its plane, from the group to the held faces [m]; 0 where these lie beneath.
 
         Of a body that nothing holds: to the farthest point.
         """
@@ -271,7 +271,7 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
 
 
 def _alike(normals: Sequence[Vector | None]) -> bool:
-    """Return whether all look the same way."""
+    """Return whether all normals have the same direction."""
     return all(normal is not None and np.dot(normal, normals[0]) > 1 - EVEN for normal in normals)  # type: ignore[arg-type]
 
 

@@ -20,11 +20,11 @@ from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, inspect
 
-SHARP: Final = math.radians(25.0)  # between neighbouring triangles of different faces
-FLAT: Final = 1e-3  # of unit normals
-EVEN: Final = 0.01  # the same of a struck face: coordinates of few digits
-CHORDS: Final = 0.06  # the same of triangles on a cylinder, and their middles over its extent
-ROUND: Final = 0.01  # scatter of the radius
+SHARP: Final = math.radians(25.0)  # largest angle between neighbouring triangles of one face
+FLAT: Final = 1e-3  # largest scatter of the unit normals of a plane
+EVEN: Final = 0.01  # largest scatter of the unit normals of a struck face: coordinates have few digits
+ON_CYLINDER: Final = 0.06  # largest scatter on a cylinder of coarse triangles, over its extent, and of unit normals
+ROUND: Final = 0.01  # largest relative scatter of the radius of a cylinder
 
 
 def shape_of(mesh: SeatMesh) -> Shape:
@@ -73,7 +73,7 @@ def _around(quadrilaterals: Integers, points: Array) -> Integers:
 
 
 def regions_of(mesh: Any) -> tuple[str, ...]:
-    """Return the names of the volumes that materials may be given to; of a mesh that names none "seat"."""
+    """Return the names of the volumes that materials may be assigned to; "seat" where the mesh names none."""
     return tuple(name for name in getattr(mesh, "mesh", mesh).subdomains or () if name != "seat") or ("seat",)
 
 
@@ -131,7 +131,7 @@ def _cylinder(shape: Shape, rows: Integers, normals: Array) -> tuple[Array, Arra
     """Fit a cylinder. Triangles are chords: their middles and normals fit it roughly, their corners give its radius."""
     middles = shape.points[shape.triangles[rows]].mean(axis=1)
     extent = float(np.linalg.norm(np.ptp(middles, axis=0)))
-    if (axis := inspect.fitted_cylinder(middles, normals, extent, CHORDS)) is None:
+    if (axis := inspect.fitted_cylinder(middles, normals, extent, ON_CYLINDER)) is None:
         return None
     point, direction = axis
     arms = shape.points[np.unique(shape.triangles[rows])] - point
@@ -177,7 +177,7 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
 
 
 def of_geometry(geometry: Geometry, name: str) -> Part:
-    """Return the faces of a geometry, with the keys of a scene that select none."""
+    """Return the faces of a geometry, with problems at the keys of a scene whose selectors match none."""
     return _of_found(name, inspect_geometry(geometry, picture=True), "seat.", ())
 
 

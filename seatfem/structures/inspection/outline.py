@@ -21,12 +21,12 @@ from seatfem.structures.shapes import CadPart, Group, Selector, cad, inspect, lo
 from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.structures.shapes.selectors import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 
-PICOMETRE: Final = 12  # digits [m]
+PICOMETRE: Final = 12  # decimals of a metre
 
 
 @dataclass(frozen=True)
 class DrawnOutline:
-    """The outline in a file.
+    """The outline in a file, its frame and the thickness of the plate.
 
     Attributes:
         outline, holes: closed loops of corners (x, y, bulge) [m].
@@ -42,7 +42,7 @@ class DrawnOutline:
     normal: Vector | None = None
 
     def seen_in(self, frame: Frame) -> DrawnOutline:
-        """Return the same, seen in another frame of a parallel plane, to a picometre: a sheet that is drawn in another
+        """Return the outline in another frame of a parallel plane, to a picometre: a sheet that is drawn in another
         position has the same corners, and so the same mesh."""
         assert self.frame is not None
         own, bulged = self.frame, 1.0 if self.frame.normal @ frame.normal > 0 else -1.0
@@ -162,14 +162,14 @@ def _listed_sides(faces: list[FoundFace]) -> str:
     return "".join(lines) or "it has none"
 
 
-ROUND_OFF: Final = 1e-6  # [m], [rad]: what coordinates of exchange files are good for
-EDGE_POINTS: Final = 721  # of each edge of a lip
-BESIDE: Final = 1e-5  # [m]; what touches the reed's edge no further cuts into nothing
+ROUND_OFF: Final = 1e-6  # accuracy of coordinates in exchange files [m], [rad]
+EDGE_POINTS: Final = 721  # points of each edge of a lip
+BESIDE: Final = 1e-5  # distance [m] from the reed's edge within which a touching part does not count as cutting
 
 
 @dataclass(frozen=True)
 class Placement:
-    """A reed over a lip.
+    """Position and tilt of a reed over a lip.
 
     Attributes:
         frame: of the reed, on the side that faces the lip: x from its clamp towards the lip, the normal away from it.
@@ -197,7 +197,7 @@ def facing_side(drawn: DrawnOutline, normal: Vector) -> tuple[Vector, Vector]:
 
 
 def placed(land: lands.Land, side: tuple[Vector, Vector], clamp: Array) -> Placement:
-    """Return where a reed lies.
+    """Return the position and tilt of a reed over a lip.
 
     Args:
         land: the lip's; seen in any directions.
@@ -231,7 +231,7 @@ def opening(lip: AnyLip, placement: Placement) -> tuple[float, float]:
 
 
 def cut_by(shape: Shape, outline: Sequence[Array], placement: Placement, allowed: float) -> Vector | None:
-    """Return a point at which a body rises through the reed's side that faces it [m]; ``None`` where it does nowhere.
+    """Return a point at which a body cuts through the facing side of the reed [m]; ``None`` without one.
 
     Args:
         shape: the body's surface.

@@ -1,4 +1,4 @@
-"""Solids between parallel planes: bars, blocks, and the valve plate with several ports."""
+"""Kinds of scenes: tables of solids between parallel planes (bars, blocks, the valve plate with several ports)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, 
 from seatfem.structures.outlines import BodyViews, arc, box, of_ported_plate
 from seatfem.structures.shapes import Bar, Block, Geometry, ValvePlate
 
-MODES: Final = 200  # of Love's rod; the last has a wavelength of a hundredth of the length
+MODES: Final = 200  # modes of Love's rod; the last has a wavelength of a hundredth of the length
 
 
 class BarSeat(Drawn):

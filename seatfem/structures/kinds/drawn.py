@@ -196,7 +196,7 @@ class Drawn(elastic.Elastic):
 
     @property
     def form_error(self) -> float:
-        """Return the relative error of g by the closed form, beside what `beyond` knows."""
+        """Return the relative error of g by the closed form, beside that of `beyond`."""
         return 0.0
 
     def mass(self) -> float:

@@ -134,7 +134,7 @@ class Elastic(Reduced):
 
     @property
     def copies(self) -> Mapping[AnyLevel, int]:
-        """Return, by level, how many of what is modelled make the whole; where nothing is said, one."""
+        """Return, by level, how many copies of the modelled part make the whole; one by default."""
         return {}
 
     @property
@@ -200,7 +200,7 @@ class Elastic(Reduced):
         raise NotImplementedError
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction:
-        """Return what stands for its Green's function in pre-runs in which it strikes ``face``."""
+        """Return the body that replaces its Green's function in pre-runs in which it strikes ``face``."""
         greens = ringing(self.surrogate(duration, face).greens, self.damping_ratio + self.material.loss_factor / 2)
         return freed(greens, self.mass()) if self.velocity is not None and self.loose else greens
 

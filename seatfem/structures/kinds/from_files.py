@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from seatfem.structures.mesh.meshing import SeatMesh
 
 OTHER_NAMES: Final = {"path": "file"}
-"""Keys that are called otherwise in the geometry's specification."""
+"""Keys of scenes with another name in the geometry's specification."""
 
 
 class Cad(drawn.Drawn):
@@ -127,7 +127,7 @@ file = "seat.step"
         return None
 
 
-FLAT: Final = 0.01  # of unit normals, by coordinates of few digits: a face is flat
+FLAT: Final = 0.01  # largest scatter of the unit normals of a flat face: coordinates have few digits
 
 # Readers of meshes take half a second to load: each is imported by the function that needs it.
 

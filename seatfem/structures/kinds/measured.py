@@ -79,7 +79,7 @@ file = "seat.h5"
                 f"g is known up to "
                 f"{write_quantity(greens.valid_for, 'time', 6)} only: shorten the run to that, or make the file "
                 f"anew for all of it (seatfem "
-                f"greens, with this run.duration): {greens.lengthened}"
+                f"greens, with this run.duration): {greens.remedy_too_short}"
             )
         return greens
 

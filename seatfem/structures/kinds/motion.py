@@ -1,4 +1,4 @@
-"""How a striker starts and what drives it: velocities, deflections, courses of forces and pressures in time."""
+"""Tables of scenes on how a striker starts and what drives it: velocities, deflections, courses of forces in time."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ class Roles(fields.Table):
     """Text by role."""
 
     def stated(self) -> dict[str, str]:
-        """Return what is stated."""
+        """Return the stated keys."""
         return {role: text for role in type(self).model_fields if (text := getattr(self, role)) is not None}
 
 
 def stated_in(roles: Roles | None) -> dict[str, str]:
-    """Return what a key of a scene states; nothing where it is absent."""
+    """Return the stated keys of a table of a scene; nothing where it is absent."""
     return {} if roles is None else roles.stated()
 
 

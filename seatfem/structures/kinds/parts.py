@@ -26,7 +26,7 @@ class Material(fields.Table):
 
     kind: Literal["isotropic"] = Field("isotropic", description="the same in all directions")
     name: str | None = Field(
-        None, exclude=True, description="of the list below; fills in what is not given of the other values"
+        None, exclude=True, description="a material of the list below; its values hold where a key is absent"
     )
     young: fields.Pressure = Field(description="Young's modulus")
     poisson: fields.PoissonRatio = Field(0.3, description="Poisson's ratio; a beam does not use it")
@@ -176,8 +176,8 @@ contact_size = "0.5 mm"
         return self
 
 
-class Registered:
-    """Checks the name of a reduction, or "auto"; the error is that of any key that takes one of several words."""
+class ReductionName:
+    """Validator of a reduction's name or "auto"; its message is that of any key with fixed choices."""
 
     @property
     def options(self) -> tuple[str, ...]:
@@ -196,7 +196,7 @@ class GreensSettings(fields.Table):
 
     sample: ClassVar[str] = 'bandwidth = "200 kHz"'
 
-    method: Annotated[str, AfterValidator(Registered())] = Field(
+    method: Annotated[str, AfterValidator(ReductionName())] = Field(
         AUTO, description="the reduction; auto: the cheapest that is suitable, plugins included"
     )
     bandwidth: fields.Frequency = fields.default("1 MHz", "highest frequency that must be right")
@@ -210,7 +210,7 @@ class GreensSettings(fields.Table):
 
 
 class Support(fields.Table):
-    """What all supports have; one without springs and dashpots holds."""
+    """Base of supports; by default it resists displacement and has no springs or dashpots."""
 
     kind: str
     on: str = Field(description="name of the face")
@@ -225,7 +225,7 @@ class Support(fields.Table):
 
     @property
     def stiffness(self) -> float:
-        """Return the stiffness per area, normal to the face [N/m^3]; 0 of what is no spring."""
+        """Return the stiffness per area, normal to the face [N/m^3]; 0 unless the support is a spring."""
         return 0.0
 
 

@@ -100,9 +100,9 @@ class Curvature(Table):
         return np.asarray(np.interp(x, at, height))
 
 
-AT_REST: Final = 1e-3  # of the mode that moves the paddle's centre the most: a mode that twists leaves it where it is
+AT_REST: Final = 1e-3  # least motion of the paddle's centre in a mode, over the largest: a twist leaves it at rest
 FIELD: Final = {"x": "length", "y": "length", "w": "length", "velocity": "velocity"}
-MOST_LOST: Final = 0.05  # of a field's square, integrated over the mass: what the modes may leave out
+MOST_LOST: Final = 0.05  # largest share of a field's square, integrated over the mass, that the modes may leave out
 
 
 class PlateRelease(Table):

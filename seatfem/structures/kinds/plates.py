@@ -22,10 +22,10 @@ from seatfem.structures.shapes import RingPlate as RingOutline
 from seatfem.units import write_quantity
 
 EVENLY: Final = 16
-"""Springs that stand for one that is spread around a circle."""
-CHORDS: Final = 64  # of a quarter circle, in the beam that stands for a flapper: its mass is right to 1e-4
-OF_THE_BEAM: Final = 40  # modes
-NEAR: Final = 0.1  # frequencies of one and the same mode, as a plate and as a beam
+"""Springs that replace one that is spread around a circle."""
+CHORDS: Final = 64  # chords of a quarter circle in the beam that replaces a flapper: its mass is right to 1e-4
+OF_THE_BEAM: Final = 40  # modes of that beam
+NEAR: Final = 0.1  # largest relative difference of a frequency of one mode, as a plate and as a beam
 
 
 class FreePlate(ThinPlate):

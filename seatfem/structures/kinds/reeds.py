@@ -1,4 +1,4 @@
-"""Flat reeds and springs, each a beam of its own theory."""
+"""Kinds of scenes: flat reeds and springs, each a beam of its own theory."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import SampleScene, Traits
 
 PLACES: Final = 17
-"""Along a reed, the root and the tip among them, whose fatigue is judged beside that of its largest stresses."""
+"""Places along a reed, root and tip included, whose fatigue is judged beside that of its largest stresses."""
 WIDTHS: Final = [["0 mm", "8 mm"], ["2 mm", "6 mm"], ["15 mm", "6 mm"], ["15 mm", "16 mm"], ["30 mm", "16 mm"]]
 
 

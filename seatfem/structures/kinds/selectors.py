@@ -1,4 +1,4 @@
-"""Ways of naming faces and solids of a CAD file; a new way is a new class and one name in `SimpleSelector`."""
+"""Tables of scenes that name faces and solids of a CAD file; a new way is a class and one name in `SimpleSelector`."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ _TELLING: Final[Mapping[str, str]] = {
     "number": "number", "numbers": "number", "colour": "colour", "normal": "plane", "radius": "cylinder",
     "half_angle": "cone", "point": "point", "name": "name", "of": "union",
 }  # fmt: skip
-"""Keys that only one kind of selector has."""
+"""Keys that only one kind of selector has, and that kind."""
 
 _Simple = ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber
 SimpleSelector = Annotated[_Simple, Field(discriminator="kind"), BeforeValidator(kind_by_keys)]

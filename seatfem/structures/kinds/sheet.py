@@ -24,8 +24,8 @@ from seatfem.structures.shapes.outlined import Outlined
 
 Place = tuple[Position, Position]
 DIMENSIONS: Final = 3
-SQUARE: Final = 1e-9  # of the cosine between normals: 4e-5 rad
-SAME: Final = 1e-4  # relative, of a thickness given and that of the file
+SQUARE: Final = 1e-9  # largest 1 - cos between normals: 4e-5 rad
+SAME: Final = 1e-4  # largest relative difference of the stated thickness from that of the file
 CORNERS = [["0 mm", "-4 mm"], ["20 mm", "-4 mm"], ["20 mm", "4 mm"], ["0 mm", "4 mm"]]
 HOLE = [["2 mm", "-1 mm"], ["6 mm", "-1 mm"], ["6 mm", "1 mm"], ["2 mm", "1 mm"]]
 
@@ -51,7 +51,7 @@ class Clamp(Table):
         return self
 
 
-_checked = lru_cache(maxsize=8)(Outlined)  # of many corners, the checks take a while
+_checked = lru_cache(maxsize=8)(Outlined)  # cached, as checks of many corners take a while
 
 
 class SheetFrame(Table):
@@ -228,5 +228,5 @@ thickness = "0.3 mm"
 
 
 def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> inspection.outline.DrawnOutline:
-    """Return what a file holds; raises `KeyProblem`."""
+    """Return the outline in a file; raises `KeyProblem`."""
     return selectors.in_scene_words(lambda: outline_in(file, unit, oblique=oblique))

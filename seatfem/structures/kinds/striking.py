@@ -15,11 +15,11 @@ from seatfem.structures.estimates.surrogate import Face
 from seatfem.units import write_quantity
 
 At = float | tuple[float, ...] | None
-"""Where a body is touched, from its root [m]: once, or at several places; ``None``: where it is by default."""
+"""Distances from its root [m] at which a body is touched: one, or several; ``None``: the default place."""
 
 
 Push = Literal["force", "springs", "pressure"]
-"""What pushes a body: a force, springs that press it, or a pressure on an effective area at its contact."""
+"""Origin of a load on a body: a force, springs that press it, or a pressure on an effective area at its contact."""
 LOADS: Final = ("force", "pressure", "point_force", "gravity")
 """Keys of kinds that hold known forces."""
 
@@ -39,7 +39,7 @@ class KnownStress(Protocol):
 
 
 class Striking(Table):
-    """A body in the role of a striker; what is said here holds for one that is at rest and has no positions."""
+    """A body in the role of a striker; the defaults are those of one at rest without positions."""
 
     kind: str
 

@@ -37,14 +37,14 @@ NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
 )
 _READS: Final[Mapping[str, Any]] = MappingProxyType({"length": Length, "gap": Gap, "angle": Angle})
-"""What keys of shapes are read by, `seatfem.structures.shapes.shape.Key`."""
+"""Types that read keys of shapes, by `seatfem.structures.shapes.shape.Key`."""
 Finding = tuple[tuple[str | int, ...], str]
 """A key, from the structure's own table on, and what is wrong with it."""
 
 
 @dataclass(frozen=True)
 class Traits:
-    """What is so of every body of a kind, whatever its table says.
+    """Properties of every body of a kind, whatever its table states.
 
     Attributes:
         needs_gmsh: gmsh must run to compute it.
@@ -90,7 +90,7 @@ class Inputs:
 
 @dataclass(frozen=True)
 class LipFace:
-    """What a table says of the face that is struck.
+    """The struck face as the table of a body describes it.
 
     Attributes:
         ring: mean radius and width of a flat ring [m]; ``None`` where another face is struck.
@@ -127,7 +127,7 @@ class SampleScene:
 
 
 class Structure(Striking):
-    """A body: its table in a scene, and what the program asks of it.
+    """A body: its table in a scene, and the methods by which planning, computing and striking use it.
 
     A kind is a subclass with ``kind: Literal["name"]``; its docstring and its fields are its chapter in docs/scene/.
     What is said here holds for a body in closed form without files, patch and motion.
@@ -197,11 +197,11 @@ class Structure(Striking):
         return tuple(file for key in type(self).model_fields if isinstance(file := getattr(self, key), Path))
 
     def problems(self) -> Iterator[Finding]:
-        """Report what is wrong with its files, once they are opened."""
+        """Yield the problems of its files, once they are opened."""
         return iter(())
 
     def inputs(self) -> Inputs:
-        """Return what its Green's function depends on beside the method."""
+        """Return the data on which its Green's function depends, beside the method."""
         return Inputs(self.model_dump(mode="json", exclude=set(self._beside_greens)), (type(self),))
 
     @property
@@ -211,7 +211,7 @@ class Structure(Striking):
 
     @property
     def lip_face(self) -> LipFace:
-        """Return what the table says of the face that is struck."""
+        """Return the struck face as the table describes it."""
         return LipFace(no_lip=NO_RING)
 
     def lip(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
@@ -243,7 +243,7 @@ class Structure(Striking):
         return float(getattr(self, "damping_ratio", 0.0))
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        """Return every level of modelling with what speaks for or against it, the cheapest first; ``band``: edge
+        """Return every level of modelling with the reasons for or against it, the cheapest first; ``band``: edge
         [Hz]."""
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: nothing to discretise"),)
 
@@ -272,7 +272,7 @@ class Structure(Striking):
 
     @property
     def _model_words(self) -> str:
-        """Return what its closed form is called in results."""
+        """Return the name of its closed form in results."""
         return f"{self.kind.replace('_', ' ')}, closed form"
 
     def closed_form(self) -> GreensFunction | None:
@@ -280,7 +280,7 @@ class Structure(Striking):
         return None
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
-        """Return the body itself where that costs nothing, else what stands for it in pre-runs of ``duration`` [s].
+        """Return the body itself where that costs nothing, else its surrogate in pre-runs of ``duration`` [s].
 
         ``face``: of what touches it.
         """
@@ -327,7 +327,7 @@ def kinds_of() -> tuple[type[Structure], ...]:
 
 
 _AS_IF = r"(?<![\w/\\.])(?:seat|reed)\."
-"""The tables that the messages of structures speak of, as if the body stood there."""
+"""Tables in messages of structures, as if the body were in them."""
 
 
 def in_words_of(role: str, structure: Structure, text: str) -> str:

@@ -23,8 +23,8 @@ from seatfem.structures.outlines import BodyViews, arc, of_sheet
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 
-SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
-ROUND_OFF: Final = 1e-9  # relative, of a contact that reaches to the edge of its plate
+SHORTEST: Final = 1 / 6  # largest thickness over a bending wave for which plate theory holds
+ROUND_OFF: Final = 1e-9  # relative round-off of a contact that reaches to the edge of its plate
 
 
 class SheetMesh(Table):
@@ -43,7 +43,7 @@ class PlateGreens(Table):
     bandwidth: Frequency = default("100 kHz", "highest frequency that must be right; modes up to 3 times it are kept")
 
 
-FRONTS: Final = "5 us"  # width of the filter: the fronts of a flat landing are shorter than its modes
+FRONTS: Final = "5 us"  # usual width of the filter: the fronts of a flat landing are shorter than its modes
 
 
 class ThinPlate(motion.Moving):
@@ -160,7 +160,7 @@ class ThinPlate(motion.Moving):
         return own * (SHORTEST * self.sheet().bending_wave(own) / self.thickness) ** 2 / structures.sheets.CUTOFF
 
     def sheet(self, band: float | None = None) -> structures.sheets.Sheet:
-        """Return what its modes depend on; ``band``: in place of the table's [Hz]."""
+        """Return the data on which its modes depend; ``band``: in place of the table's [Hz]."""
         return structures.sheets.Sheet(
             self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size
         )
@@ -172,7 +172,7 @@ class ThinPlate(motion.Moving):
 
     @property
     def states_contact(self) -> bool:
-        """Return whether its table says with which part of it it touches."""
+        """Return whether its table states the part with which it touches."""
         return self.contact_radius is not None
 
     def solved(

@@ -24,10 +24,10 @@ from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
 from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper, Turning
 from seatfem.structures.shapes import Ball as Sphere
 
-MOST_HARMONICS: Final = 1000  # that are taken of a part of a ring (`seatfem.structures.reduction.harmonics`)
+MOST_HARMONICS: Final = 1000  # most harmonics of a part of a ring (`seatfem.structures.reduction.harmonics`)
 NARROWEST: Final = 2 * math.pi / MOST_HARMONICS
-FLAT: Final = 1e-6  # of a ring's width: by as much its edges may differ in height
-UNDIVIDED: Final = ("rod", "harmonics", "sector", "3d")  # stated models of a ring that is struck as a whole
+FLAT: Final = 1e-6  # largest difference in height of a ring's edges, over its width
+UNDIVIDED: Final = ("rod", "harmonics", "sector", "3d")  # stated models in which a ring is struck as a whole
 
 
 class Turned(drawn.Drawn):

@@ -25,7 +25,7 @@ from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.profile import PER_ARC
 
 BOUNDED: Final = ("building the geometry", "reading the mesh")
-LONGEST: Final = 100  # s of these: sound files take seconds, and some broken ones keep the CAD kernel busy for ever
+LONGEST: Final = 100  # most seconds of a bounded stage: sound files take seconds, some broken ones never end
 
 
 def send(**message: Any) -> None:
@@ -35,14 +35,14 @@ def send(**message: Any) -> None:
 
 
 def stage(what: str, done: float) -> None:
-    """Report what is begun; the system ends the process where reading a file takes longer than `LONGEST`."""
+    """Report the stage that begins; the system ends the process where reading a file takes longer than `LONGEST`."""
     if hasattr(signal, "alarm"):  # not on Windows
         signal.alarm(LONGEST if what in BOUNDED else 0)
     send(stage=what, done=done)
 
 
 LIMIT: Final = 2048 * MB
-HEAD: Final = 400  # bytes
+HEAD: Final = 400  # bytes of a file that its format is recognized by
 HEADS: Final[Mapping[str, tuple[re.Pattern[bytes], str]]] = MappingProxyType(
     {
         ".msh": (
@@ -161,10 +161,10 @@ def rows_of(tags: Any) -> Integers:
 
 Tags = TypeVar("Tags")
 
-GEOMETRY: Final = ("task", "geometry", "sectors")  # what of a job decides the geometry
+GEOMETRY: Final = ("task", "geometry", "sectors")  # keys of a job that decide the geometry
 UNKNOWN: Final = "unknown"
 SAMPLES_PER_CURVE = 200
-GROWTH_FROM_ARC = 1.0  # of the size per unit distance
+GROWTH_FROM_ARC = 1.0  # growth of the element size per unit distance from an arc
 
 
 @dataclass

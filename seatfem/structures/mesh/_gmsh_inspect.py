@@ -23,12 +23,12 @@ from seatfem.structures.shapes.faces import Face, Frame, listing
 from seatfem.structures.shapes.inspect import faces_of, triple, volume_of
 from seatfem.structures.shapes.selectors import Patches, select
 
-COARSE: Final = 1 / 6  # of the body's size: elements far from the struck faces
-ACROSS: Final = 2.0  # element size on the struck faces, over their width
-GROWTH: Final = 0.6  # of the size per unit distance
-FINE: Final = 4.0  # shorter elements of a picture, and ...
-CURVED: Final = 24  # ... elements per full turn
-CHORDS: Final = 96  # of each curve that bounds a face: of a circle they take 7e-4 of its area
+COARSE: Final = 1 / 6  # element size far from the struck faces, over the body's size
+SIZE_PER_WIDTH: Final = 2.0  # element size on the struck faces, over their width
+GROWTH: Final = 0.6  # growth of the element size per unit distance from the struck faces
+FINE: Final = 4.0  # factor by which elements for pictures are smaller
+CURVED: Final = 24  # elements per full turn of curved faces, for pictures
+CHORDS: Final = 96  # straight pieces per bounding curve; a circle loses 7e-4 of its area
 TRIANGLE, TETRAHEDRON = 2, 4
 
 Problem = tuple[str, str]
@@ -82,7 +82,7 @@ def _built(
 
 
 def _sound_regions(gmsh: Any, part: CadPart, problems: list[Problem]) -> tuple[cad.Region, ...]:
-    """Return those that name solids of the file; each of the others is a problem."""
+    """Return the regions that name solids of the file; each of the others is a problem."""
     if not part.regions:
         return ()
     try:
@@ -142,7 +142,7 @@ def _described(gmsh: Any, face: Face, unit: float) -> dict[str, Any]:
 
 
 def _edges(gmsh: Any, groups: Sequence[list[int]], unit: float) -> dict[str, Any]:
-    """Return what bounds each group, in straight parts: their ends (e, 2, 3) [m], and the group's number (e,)."""
+    """Return the outlines of the groups in straight pieces: their ends (e, 2, 3) [m], and the group's number (e,)."""
     parts, of = [np.empty((0, 2, 3))], [np.empty(0, int)]
     for number, tags in enumerate(groups):
         curves = [abs(c) for tag in tags for _, c in gmsh.model.getBoundary([(2, tag)], oriented=True)]
@@ -202,7 +202,7 @@ def _set_sizes(gmsh: Any, struck: list[int]) -> None:
     curves = [tag for _, tag in gmsh.model.getBoundary([(2, tag) for tag in struck], combined=False, oriented=False)]
     area = sum(gmsh.model.occ.getMass(2, tag) for tag in struck)
     around = sum(gmsh.model.occ.getMass(1, abs(tag)) for tag in curves)
-    near = min(coarse, ACROSS * 2 * area / around) if around > 0 else coarse
+    near = min(coarse, SIZE_PER_WIDTH * 2 * area / around) if around > 0 else coarse
     end = near + (coarse - near) / GROWTH + 1e-3 * near
     around_them = [abs(tag) for tag in curves]
     threshold = growing(gmsh, struck, around_them, (near, coarse), (near, end), samples=30)
@@ -213,18 +213,18 @@ def _json(found: dict[str, Any]) -> dict[str, Any]:
     return {"found": np.array(json.dumps(found))}
 
 
-MILLIMETRE: Final = 1e-3  # to which STEP lengths are turned
-EVEN: Final = 1e-6  # relative, of the areas of a plate's two faces, and of its volume
-SQUARE: Final = 1e-6  # of a unit normal, to one of the file's axes
-ARCS: Final = 32  # that stand for a curve which is neither line nor circle
-LOST: Final = 1e-4  # of the area, by these arcs, at most
+MILLIMETRE: Final = 1e-3  # unit [m] in which gmsh reads the lengths of STEP files
+EVEN: Final = 1e-6  # largest relative difference of the areas of a plate's two faces, and of its volume
+SQUARE: Final = 1e-6  # largest distance of a unit normal from one of the file's axes
+ARCS: Final = 32  # arcs that replace a curve which is neither line nor circle
+LOST: Final = 1e-4  # largest share of the area that these arcs may lose
 
 
 def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Do task "outline": a STEP file -> "loop:0" (the outline), "loop:1", ... (n, 3) [m]; "frame" (3, 3), the origin
     and the directions x and y in which it is seen; "normal" (3,), out of the solid; "thickness", of a solid.
 
-    With "oblique" a face may lie square to no axis of the file; it is seen as lands are.
+    With "oblique" the face need not be normal to an axis of the file; x and y then come from `lands.axes_along`.
     """
     path = Path(job["path"])
     stage("building the geometry", 0.0)

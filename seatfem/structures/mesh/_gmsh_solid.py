@@ -18,9 +18,9 @@ from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.inspect import Mark, area_of, colour_of, outline_of, patch_tags, volume_of
 from seatfem.structures.shapes.shape import cut, patches_in
 
-SAME_PLACE = 1e-5  # of the model's size
-OFF_SURFACE = 1e-3  # of the model's size
-SAMPLES = 4  # every so many points of a face's outline are compared
+SAME_PLACE = 1e-5  # distance of points that count as one, over the model's size
+OFF_SURFACE = 1e-3  # largest distance of edges from their surface, over the model's size
+SAMPLES = 4  # stride of the points of a face's outline that are compared
 
 
 @dataclass
@@ -154,7 +154,7 @@ def _marks(model: Any, part: CadPart) -> dict[int, Mark]:
 
 
 def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[int]]:
-    """Return the part's regions, and for solids that none of them names "seat", or "solid_1", "solid_2", ..."""
+    """Return the part's regions; solids outside all of them are "seat", or "solid_1", "solid_2", ..."""
     colours: list[Colour | None] = [colour_of(model, 3, tag) for tag in solids]
     names = [model.getEntityName(3, tag).rpartition("/")[2] for tag in solids]
     regions: dict[str, list[int]] = {}
@@ -201,8 +201,8 @@ def _replaced(
 
 MESH_ADAPT, FRONTAL = 1, 4
 TETRAHEDRON = {1: 4, 2: 11}  # gmsh element types by order
-LEAST_OF_PATCH = 0.25  # the smallest element that curvature may ask for, over the patch's
-EQUAL_SECTORS = 1e-6  # relative, of volumes
+LEAST_OF_PATCH = 0.25  # smallest element that curvature may ask for, over the patch's
+EQUAL_SECTORS = 1e-6  # largest relative difference of the volumes of sectors
 POOR_JACOBIAN = 0.05
 
 
@@ -322,7 +322,7 @@ def untangle(gmsh: Any, unit: float) -> None:
 
 
 def where_it_failed(gmsh: Any, unit: float) -> str:
-    """Return the surfaces and volumes that gmsh could not mesh, and where they are."""
+    """Return the surfaces and volumes that gmsh could not mesh, and their places."""
     places = []
     for dimension, tag in gmsh.model.mesh.getLastEntityError():
         x, y, z = (1e3 * unit * c for c in gmsh.model.occ.getCenterOfMass(dimension, tag))

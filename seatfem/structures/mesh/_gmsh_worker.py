@@ -30,7 +30,7 @@ from seatfem.structures.shapes.profile import PER_ARC
 from seatfem.structures.shapes.shape import EVERYWHERE, cut
 
 APT_LINE = apt_command(missing_packages(GMSH_LIBRARIES) or tuple(GMSH_LIBRARIES.values()))
-MILLIMETRE = 1e-3  # in which STEP files are written
+MILLIMETRE = 1e-3  # unit [m] in which STEP files are written
 OPTIONS = {
     "General.Terminal": 0,
     "General.NumThreads": 1,  # one thread is reproducible, several are not
@@ -51,7 +51,7 @@ OPTIONS = {
     "Mesh.SecondOrderLinear": 0,
     "Mesh.SubdivisionAlgorithm": 0,
 }
-"""Set before each job."""
+"""Options of gmsh that are set before each job."""
 
 
 def read(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:

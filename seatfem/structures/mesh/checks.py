@@ -13,10 +13,10 @@ from skfem.quadrature import get_quadrature
 
 from seatfem.structures.mesh import io
 
-FLAT = 1e-9  # of the volume of a box as long as the element's bounding box
-SAME_PLACE = 1e-7  # of the diagonal of the mesh: nodes that were meant to be one
-MOST_PAIRS = 16  # for each node: of nodes that are to be one
-SHOWN = 3  # places in a message
+FLAT = 1e-9  # volume of a flat element, over that of a box as long as the element's bounding box
+SAME_PLACE = 1e-7  # distance of nodes that were meant to be one, over the diagonal of the mesh
+MOST_PAIRS = 16  # most pairs, per node, of nodes that are to be one
+SHOWN = 3  # places named in a message
 
 
 @dataclass(frozen=True)

@@ -94,7 +94,7 @@ def run_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
 
 
 def _told(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:
-    """Hand over the job and pass progress on until it is finished or the process ends; return the last message."""
+    """Send the job, pass progress on until it is finished or the process ends; return the last message."""
     last: dict[str, Any] = {"stage": "starting gmsh"}
     assert process.stdin is not None
     assert process.stdout is not None

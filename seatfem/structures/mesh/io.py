@@ -48,7 +48,7 @@ class CellKind:
 
     @cached_property
     def places(self) -> Floats:
-        """Return the nodes and the centroid: where det J is looked at; (k + 1, 3)."""
+        """Return the reference coordinates of the nodes and the centroid, at which det J is checked; (k + 1, 3)."""
         return np.vstack([self.nodes, self.nodes[: self.corners].mean(axis=0)])
 
     def gradients(self, places: Floats) -> Floats:

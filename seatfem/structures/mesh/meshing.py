@@ -47,7 +47,7 @@ HEX27 = (
     *((0, 8), (1, 4), (1, 7), (1, 5), (1, 6), (2, 8), (1, 8)),
 )
 HEX8 = ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (1, 3))
-ORDERS = {4: 1, 9: 2}  # by the nodes of a quadrilateral
+ORDERS = {4: 1, 9: 2}  # order of elements by the nodes of a quadrilateral
 REVERSED = {4: [0, 3, 2, 1], 9: [0, 3, 2, 1, 7, 6, 5, 4, 8]}
 
 
@@ -222,7 +222,7 @@ def _plane(
     return plane, str(plane["gmsh_version"]), cad
 
 
-VOLUME_TOLERANCE = 0.02  # relative; a circle of four curved elements is 1.3 % off
+VOLUME_TOLERANCE = 0.02  # largest relative error of the volume; a circle of four curved elements is 1.3 % off
 PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedra"})
 
 

@@ -119,9 +119,9 @@ def _measure(mesh: PlaneMesh, profile: Profile) -> checks.MeshQuality:
 
 
 CLAMPED: Final = "clamped"
-IMAGE: Final = (0, 3, 2, 1, 7, 6, 5, 4, 8)  # nodes of an element's image, anticlockwise again
-ON_THE_LINE: Final = 1e-9  # of the size
-AREA_TOLERANCE: Final = 0.01  # relative; a circle of eight curved elements is 0.1 % off
+IMAGE: Final = (0, 3, 2, 1, 7, 6, 5, 4, 8)  # order of the nodes of an element's mirror image, anticlockwise again
+ON_THE_LINE: Final = 1e-9  # distance from the line of symmetry, over the mesh's size, of nodes that lie on it
+AREA_TOLERANCE: Final = 0.01  # largest relative error of the area; a circle of eight curved elements is 0.1 % off
 
 
 def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gmsh = run_gmsh) -> PlateMesh:

@@ -13,7 +13,7 @@ from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.shape import Rectangle
 from seatfem.units import write_quantity
 
-LEAST_LAYERS = 8  # of hexahedra around a full circle
+LEAST_LAYERS = 8  # fewest layers of hexahedra around a full circle
 
 
 @dataclass(frozen=True)

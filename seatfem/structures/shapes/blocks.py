@@ -1,4 +1,4 @@
-"""Solids between parallel planes: the bar, the block and the valve plate with several ports."""
+"""Geometry in gmsh: solids between parallel planes (the bar, the block and the valve plate with several ports)."""
 
 from __future__ import annotations
 

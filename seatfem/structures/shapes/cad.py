@@ -1,4 +1,4 @@
-"""Parts drawn in a CAD program: STEP and BREP files."""
+"""Geometry in gmsh: parts drawn in a CAD program, STEP and BREP files."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from seatfem.structures.shapes.faces import Colour
 STEP_SUFFIXES = (".step", ".stp")
 BREP_SUFFIXES = (".brep",)
 
-OTHER_FILES = ("DOCUMENT_FILE", "EXTERNALLY_DEFINED_ITEM")  # parts of an assembly in files of their own
+OTHER_FILES = ("DOCUMENT_FILE", "EXTERNALLY_DEFINED_ITEM")  # entities of an assembly with parts in files of their own
 SI_PREFIX = {"$": 1.0, ".KILO.": 1e3, ".DECI.": 1e-1, ".CENTI.": 1e-2, ".MILLI.": 1e-3, ".MICRO.": 1e-6}
 NAMED_UNIT = {"INCH": 0.0254, "FOOT": 0.3048}
 
 SURFACE_KINDS = {"PLANE": "Plane", "CYLINDRICAL_SURFACE": "Cylinder", "CONICAL_SURFACE": "Cone"}
-SMALLEST, LARGEST = 1e-4, 10.0  # metres; what a seat may measure
+SMALLEST, LARGEST = 1e-4, 10.0  # sizes that a seat may have [m]
 
 _FACE = re.compile(r"\s*'([^']*)'\s*,\s*\([^)]*\)\s*,\s*(#\d+)")
 _SHELL = re.compile(r"\s*'[^']*'\s*,\s*\(([^)]*)\)")

@@ -63,11 +63,11 @@ class Flat(Shape):
         return True
 
     def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which of (n, 2) points [m] lie where it is clamped."""
+        """Return which of (n, 2) points [m] lie in the clamped part."""
         return np.zeros(len(points), dtype=bool)
 
     def regions(self, points: NDArray[np.float64]) -> NDArray[np.str_]:
-        """Return what the part of it is called on which each of (n, 2) points [m] lies."""
+        """Return the names of the parts on which (n, 2) points [m] lie."""
         return np.full(len(points), "plate")
 
     @property
@@ -77,7 +77,7 @@ class Flat(Shape):
 
     @property
     def drawn(self) -> tuple[NDArray[np.float64], ...]:
-        """Return the loops as `around`, with what lies within a clamp that cuts it off."""
+        """Return the loops as `around`, with the part within a clamp that cuts it off."""
         return self.around
 
     def sheet(self, occ: Any) -> int:

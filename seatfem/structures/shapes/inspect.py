@@ -17,12 +17,12 @@ from seatfem.structures.shapes.faces import Axis, Colour, Face, Vector
 from seatfem.structures.shapes.selectors import Patches, select
 
 KNOWN: Final = ("Plane", "Cylinder", "Cone", "Sphere", "Torus")
-SAMPLES: Final = 6  # along each parameter
-ALIKE: Final = 1e-5  # of the face's extent, and of unit normals
+SAMPLES: Final = 6  # points along each parameter of a surface
+ALIKE: Final = 1e-5  # largest deviation from a plane or cylinder, over the face's extent, and of unit normals
 FREEFORM: Final = "Freeform"
-NO_COLOUR = (0, 0, 255, 0)  # what gmsh answers for an entity that was never painted
+NO_COLOUR = (0, 0, 255, 0)  # colour that gmsh returns for an entity that was never painted
 POINTS_PER_CURVE = 17
-STEP_OFF_FACE = 1e-3  # over the square root of its area
+STEP_OFF_FACE = 1e-3  # step off a face that shows its inner side, over the square root of its area
 
 
 def surface_of(model: Any, tag: int, unit: float) -> tuple[str, Axis | None]:

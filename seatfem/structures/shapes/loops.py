@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 
-CHORD: Final = math.radians(5.0)  # of arcs, where a polygon stands for a loop: 3e-4 of a circle's area between them
-WIDEST: Final = 0.95 * math.pi  # arc that gmsh is given in one piece
-ALONG: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # of each edge: where widths are measured
-BLOCK: Final = 1 << 20  # pairs that are looked at together
-FACING: Final = -0.5  # n.n of two edges at most, whose distance is a width: they make 60 degrees at most
+CHORD: Final = math.radians(5.0)  # largest angle of an arc for each chord of a polygon: 3e-4 of a circle's area is lost
+WIDEST: Final = 0.95 * math.pi  # largest angle of an arc that gmsh is given in one piece
+ALONG: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # places along each edge where widths are measured
+BLOCK: Final = 1 << 20  # pairs that are evaluated at once
+FACING: Final = -0.5  # largest n.n of two edges whose distance is a width: they make 60 degrees at most
 Corners = Sequence[Sequence[float]]
 
 

@@ -19,10 +19,10 @@ from seatfem.structures.shapes import flat, loops, selectors, shape
 Place = tuple[float, float]
 Corner = tuple[float, ...]
 """(x, y) [m], or (x, y, bulge) with the bulge of the edge that follows (`seatfem.structures.shapes.loops`)."""
-SAME: Final = 1e-6  # of the outline's size: points nearer to each other are one
+SAME: Final = 1e-6  # distance of points that count as one, over the outline's size
 MOST_POINTS: Final = 1000
-MOST_CHORDS: Final = 8000  # of all arcs, and straight edges: pairs of them are looked at
-ROUND_OFF: Final = 1e-9  # of the outline's size, in coordinates of a file
+MOST_CHORDS: Final = 8000  # most chords of all arcs, and straight edges: the work grows with their square
+ROUND_OFF: Final = 1e-9  # round-off of coordinates in a file, over the outline's size
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from seatfem.structures.errors import GeometryError
 
 Point = tuple[float, float]
-CLOSED = 1e-9  # metres
+CLOSED = 1e-9  # largest gap of a closed outline [m]
 PER_ARC = 2
 
 

@@ -1,4 +1,4 @@
-"""Selectors of faces: add a new way of selecting here, and to ``SELECTORS``. Lengths in metres, angles in radians."""
+"""Selectors that pick faces in gmsh; a new way is added here and to ``SELECTORS``. Lengths in m, angles in rad."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour, Face, Vector, connected, listing
 from seatfem.units import write_quantity
 
-LENGTH_TOLERANCE = 1e-6  # metres; what CAD exchange files keep
-ANGLE_TOLERANCE = 1e-3  # radians
+LENGTH_TOLERANCE = 1e-6  # accuracy of lengths in CAD exchange files [m]
+ANGLE_TOLERANCE = 1e-3  # largest angle [rad] between directions that count as the same
 
 UP: Vector = (0.0, 0.0, 1.0)
 DOWN: Vector = (0.0, 0.0, -1.0)

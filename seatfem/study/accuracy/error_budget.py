@@ -38,14 +38,14 @@ from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene, measures
 
-CUT: Final = ("impulse_Ns", "duration_s")
-"""Numbers of a landing that its end takes part in."""
+KEYS_NEEDING_END: Final = ("impulse_Ns", "duration_s")
+"""Keys of a landing whose values are unknown if the record ends during it."""
 KEYS_OF_MEASURES: Final[Mapping[str, tuple[str, ...]]] = {
     measures.FilteredPeak.name: ("filtered_peak_force_N", "excess_peak_force_N"),
     measures.Impulse.name: ("impulse_Ns",),
     measures.ContactDuration.name: ("duration_s",),
 }
-"""Numbers in the record of a landing that measures of a landing are, too, or follow."""
+"""Keys in the record of a landing whose error bar is at least that of the measure."""
 
 
 def error_budget(
@@ -59,7 +59,7 @@ def error_budget(
     look: impacts.plate_stress.PlateLook | None = None,
     progress: Progress = silent,
 ) -> variations.Budget:
-    """Return what is left in the measures of a run: each key made coarser, or finer, on its own.
+    """Return the errors of the measures of a run by source: the run is repeated with each key coarser, or finer, alone.
 
     The keys, and the neighbours that tell of each, are those of `seatfem.study.ladders.table`; the march repeats the
     run with a step twice and four times as long, and `impact.runs.variations.budget_of` compares. Beside them:
@@ -123,15 +123,15 @@ def error_budget(
 
 
 def with_cut_landings(budget: variations.Budget, landings: Landings | None) -> variations.Budget:
-    """Return the budget with nothing known of how long the landings last that the end of the record cuts, nor of their
-    whole impulse, nor of the peak of one that has hardly passed it."""
+    """Return the budget with unknown duration and impulse of landings that the end of the record cuts, and unknown peak
+    of one cut shortly after its peak."""
     if landings is None or not budget.parts:
         return budget
     cut = [
         landing_name(face, number, key)
         for face in get_args(Face)
         for number, landing in enumerate(landings.on(face))
-        for key in CUT
+        for key in KEYS_NEEDING_END
         if landing.cut_off
     ]
     for prefix, judged in measures.judged_landings(landings.seat).items():
@@ -145,7 +145,7 @@ def with_cut_landings(budget: variations.Budget, landings: Landings | None) -> v
 
 
 def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]) -> variations.Budget:
-    """Return the budget with no smaller parts in the record of a landing than in the measures of the same landing.
+    """Return the budget in which the record of a landing has no smaller parts than measures of that landing.
 
     Half the step is marched through the judged landing alone, measures jump, and plans know more of them: the record of
     that landing, which the same forces make, knows its numbers no better.
@@ -165,9 +165,8 @@ def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]
 
 
 def with_floors(budget: variations.Budget, floors: Mapping[str, float]) -> variations.Budget:
-    """Return the budget with no part of a source below what its model can know, relative to the measure, as
-    `seatfem.study.safety` has it; but for the time at which a landing begins, of which a share of the time before it
-    says nothing."""
+    """Return the budget with parts of each source no smaller than its floor in `seatfem.study.safety`, relative to the
+    measure; times of landings have none, as a share of the time before them means nothing."""
     raised = {
         source: {
             name: value if is_time(name) else max(value, floors.get(source, 0.0) * abs(budget.values[name]))
@@ -179,7 +178,7 @@ def with_floors(budget: variations.Budget, floors: Mapping[str, float]) -> varia
 
 
 def with_share(budget: variations.Budget, source: str, share: float) -> variations.Budget:
-    """Return the budget with more of a known source: a ``share`` of each value, but of when landings begin."""
+    """Return the budget with a ``share`` of each value added to a known source, but to times of landings."""
     if source not in budget.parts:
         return budget
     more = {name: 0.0 if is_time(name) else share * abs(value) for name, value in budget.values.items()}
@@ -189,7 +188,7 @@ def with_share(budget: variations.Budget, source: str, share: float) -> variatio
 def _with_end(
     scene: Scene, problem: ContactProblem, budget: variations.Budget, dt: float, like: Landings | None
 ) -> variations.Budget:
-    """Return the budget with what the end of the record cuts off; where g is unknown beyond it, of earlier touches."""
+    """Return the budget with the error by the end of the record; where g is unknown beyond it, by earlier touches."""
     duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
     off = min(clock_off(budget), duration / 2)
     if off > 0:
@@ -201,7 +200,7 @@ def _with_end(
 
 
 def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> variations.Budget:
-    """Return the budget with what measures may jump by while the impulse is within its bar, in its main source."""
+    """Return the budget with the jumps of measures while the impulse is within its bar, added to its main source."""
     if not budget.parts or not (0 < (share := budget.relative("impulse")) < math.inf):
         return budget
     source, jumps = budget.dominant("impulse"), dict.fromkeys(budget.values, 0.0)
@@ -219,14 +218,14 @@ def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> varia
 
 
 def _at_once(steps: int) -> int:
-    """Return how many runs go at once: one a core, if memory holds the histories of so many ``steps``."""
+    """Return how many runs are marched at once: one a core, if memory holds the histories of so many ``steps``."""
     room = resources.available_memory() / (contact.STEP_BYTES * steps)
     return max(1, int(min(compiling.threads(), room)))
 
 
 def sources_of(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], tuple[str, ...]]:
-    """Return the variations behind `error_budget` by source, and what is not known of striker and stopper: what the
-    neighbours of a run on each of its ladders change."""
+    """Return the variations for `error_budget` by source, from the neighbours of a run on each of its ladders; and the
+    names of striker's and stopper's errors that are not known."""
     sources: dict[str, variations.Terms | None] = {source: () for source in SOURCES if source != "time_step"}
     unknown = []
     for ladder in table.ladders():

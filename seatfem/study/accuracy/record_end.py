@@ -21,9 +21,9 @@ from impact.runs.variations import SAFETY, Budget, Values, changes, larger, tota
 from seatfem.study.scene.measures import ContactRecord, values_of
 
 CLOCK: Final = "last touch"
-"""Stands among the measures of the runs behind a budget: when they are half through the last whole touch [s]."""
+"""Name, among the measures of runs behind a budget, of the middle of the impulse of the last whole touch [s]."""
 
-FAINT: Final = 0.2  # of the largest impulse of a touch
+FAINT: Final = 0.2  # least impulse of a touch that counts, over the largest
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class LastTouch:
 
 
 def clock_off(budget: Budget) -> float:
-    """Return by how much the runs behind a budget disagree when the last touch is, as a bar of it [s]."""
+    """Return by how much the runs of a budget disagree on the time of the last touch, as an error bar [s]."""
     return SAFETY * sum(part.get(CLOCK, 0.0) for part in budget.parts.values())
 
 
@@ -116,7 +116,7 @@ def _until(blow: ContactRecord, time: float) -> ContactRecord:
 
 
 def _landing_until(blow: ContactRecord, landing: Landing, time: float) -> Landing:
-    """Return a landing as far as it is over at a time [s]."""
+    """Return the part of a landing before a time [s]."""
     if landing.end <= time:
         return landing
     first, last, end = (round(at / blow.dt) for at in (landing.start, time, landing.end))

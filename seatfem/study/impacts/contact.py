@@ -1,4 +1,4 @@
-"""The contact of a scene: its bodies, computed or found, how finely time is stepped, and one run of it."""
+"""The contact problem of a scene: its bodies, computed or loaded, limits of the time step, and one run of it."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, lips, measures
 from seatfem.units import write_quantity
 
-STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
+STEPS_PER_RADIAN = 4  # steps per radian of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
 GAS_PER_DEGREE = 2
-LEAST_STEPS_PER_FILTER = 2  # fewer do not resolve the filtered force
+LEAST_STEPS_PER_FILTER = 2  # fewest steps in the filter's width that resolve the filtered force
 MAX_STEPS = 20_000_000
-STEP_BYTES = 530  # of the histories that a run holds at once, for each step, and of their file while it is put together
-CONTACT_BYTES = 48  # the same for each further contact
-PAIR_TIME = 6e-9  # s of a step for each pair of contacts, by spring laws; rigid ones take a quarter
-LONGEST_MARCH = 86400.0  # s that contacts may be predicted to take
+STEP_BYTES = 530  # bytes per step of all histories of a run, and of their file while it is put together
+CONTACT_BYTES = 48  # bytes per step of each further contact
+PAIR_TIME = 6e-9  # time [s] of a step for each pair of contacts, by spring laws; rigid ones take a quarter
+LONGEST_MARCH = 86400.0  # longest predicted time of the march [s]
 
 StressLook = Callable[[impact.ContactStepper, float | None], ReedStress | None]
-"""The largest stresses of a reed in a march, before and after the time at which a landing begins [s], too."""
+"""Function that returns the largest stresses of a reed in a march, also before and after the begin of a landing [s]."""
 
 
 class RunError(ValueError):
@@ -143,7 +143,7 @@ def _computed(
 
 @dataclass(frozen=True)
 class _Asked:
-    """A body whose Green's function is computed: once in a process, for it is asked for again and again."""
+    """Arguments of a computed Green's function, by which it is cached in a process."""
 
     key: str
     mesh_error: bool
@@ -301,7 +301,7 @@ def record_of(
     stresses: bool = True,
     look: StressLook | None = None,
 ) -> touches.RunRecord:
-    """Return what the measures of a run are taken from, of its forces as `marched`.
+    """Return the record of a run for its measures, from its forces as `marched`.
 
     ``stresses``: whether with those that are asked for; ``look``: at them, in place of `bending_look`.
     """
@@ -356,8 +356,8 @@ def in_flight(striker: impact.Body, dt: float, duration: float) -> motion.Discre
     return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 
-def time_step(scene: Scene, *bodies: GreensFunction) -> float:
-    """Return the time step [s]: a quarter radian of the highest rate, a twentieth of the filter, or `gas_step`."""
+def fallback_step(scene: Scene, *bodies: GreensFunction) -> float:
+    """Return the step of a method without one [s]: 1/4 rad of the highest rate, 1/20 of the filter, or `gas_step`."""
     limits = [scene.run.filter_width / STEPS_PER_FILTER, scene.run.duration / 200]
     limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (body.highest_rate for body in bodies) if rate > 0]
     return min(*limits, gas_step(scene))
@@ -369,7 +369,7 @@ def gas_step(scene: Scene) -> float:
 
 
 def check_step(scene: Scene) -> None:
-    """Refuse what cannot serve, before anything expensive happens: a given step, a seat that nothing holds."""
+    """Raise `RunError` for a stated step or a seat that cannot serve, before anything expensive happens."""
     for role, body in (("reed", scene.reed), ("seat", scene.seat)):
         if body.slender is not None and (thick := body.slender.too_thick()):
             raise RunError(in_words_of(role, body, thick))

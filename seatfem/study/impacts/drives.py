@@ -82,7 +82,7 @@ def check_base(scene: Scene, role: str, greens: GreensFunction) -> None:
 
 
 def _lowest(greens: GreensFunction) -> float:
-    """Return the body's lowest angular frequency of its own [rad/s]; ``inf`` for a spring, 0 where it is not known."""
+    """Return the body's lowest natural angular frequency [rad/s]; ``inf`` for a spring, 0 where it is not known."""
     if greens.rod is not None:
         return math.pi / (2 * greens.rod.transit)
     if greens.modal is None:

@@ -1,4 +1,4 @@
-"""The gas of a scene: its loads on the reed, and what came of it in numbers."""
+"""The gas of a run: its loads on the reed in the march, and its results in numbers."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from impact.quantities import brief
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene
 
-OPEN = 0.01  # of its largest lift, above which the valve counts as open
+OPEN = 0.01  # lift, over its largest, above which the valve counts as open
 
 
 def gas_of(scene: Scene) -> Compressor | Prescribed:
-    """Return what drives the reed of a scene with a table [gas]."""
+    """Return the gas that drives the reed of a scene with a table [gas]."""
     gas = scene.gas
     assert gas is not None
     common = (gas.areas, *gas.plenums, gas.valve)

@@ -1,4 +1,4 @@
-"""The landings of a run of a scene, on its seat and its stopper, and the scenes in which the reed lands on its seat.
+"""Landings of a scene's run, on seat and stopper, with their status; the scenes in which the reed lands on its seat.
 
 A scene without a landing, or one that the end of the run cuts off in its landing, has numbers, but no answer: an
 impulse of zero, or the part of a peak that there was time for. Beside others they would bend every mean. They count for
@@ -76,7 +76,7 @@ class Landings:
         return "cut off" if hard.cut_off or any(fast) else "landed"
 
     def on(self, face: Face) -> tuple[Landing, ...]:
-        """Return those on the seat or on the stopper."""
+        """Return the landings on the seat or on the stopper."""
         return self.seat if face == "seat" else self.stopper
 
 
@@ -163,7 +163,7 @@ class _March:
     width: float
 
     def landings(self, load: StaticLoad, stored: Stored, pushed: Array) -> Landings:
-        """Return what it holds; ``pushed`` (L, n): amplitudes of the striker's loads [N]."""
+        """Return the landings of the march; ``pushed`` (L, n): amplitudes of the striker's loads [N]."""
         seats = _seats(self.problem)
         on_seat = self._record(seats, load)
         on_stopper = self._record(~seats, load) if not np.all(seats) else None
@@ -198,7 +198,7 @@ STATUS: Final = "landing_status"
 LANDED: Final = "landed"
 BAR: Final = "error_bar_"
 NO_LANDING_NEEDED: Final = ("stopper_", "gas_", "pressed_on_", "landing_count", STATUS)
-"""What keys of summary.json begin with that speak of something else than a landing on the seat."""
+"""Prefixes of the keys of summary.json that need no landing on the seat."""
 
 
 def has_landed(summary: Mapping[str, object]) -> bool:

@@ -1,4 +1,4 @@
-"""The drawing of a scene: its layout, bodies in their places, loads and motions in words, and the file."""
+"""From a scene to its drawing: bodies in their places, loads and motions in words, for `seatfem.pictures.layout`."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -20,15 +20,15 @@ from seatfem.study.scene import Scene, drives, files, lips
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
-"""Of the reed's shape at its start."""
-SAMPLES: Final = 1024  # of the run, for the range of a load
-WHOLLY: Final = 0.999  # share of a struck face below the reed that is all of it, by sampled points
+"""Points of the reed's shape at its start."""
+SAMPLES: Final = 1024  # instants of the run at which the range of a load is taken
+WHOLLY: Final = 0.999  # share of a struck face below the reed, by sampled points, that counts as all of it
 SHOWN_ARCS: Final = 400
-"""Arcs whose borders are drawn, at most."""
+"""Most arcs whose borders are drawn."""
 
 
 def layout_of(scene: Scene, division: Division | None = None) -> Layout:
-    """Return what a drawing of the scene shows.
+    """Return bodies, dimensions, loads and words of the scene's drawing.
 
     Args:
         scene: as it is asked.
@@ -150,7 +150,7 @@ def _arcs(scene: Scene, division: Division) -> Array:
 
 
 def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action]:
-    """Yield what moves the reed and what loads it, and bases that move."""
+    """Yield the motions and loads of the reed, and bases that move."""
     reed, (low, high) = scene.reed, seen.extent
     ends = float(low[0]), float(high[0])
     during = np.linspace(0.0, scene.run.duration, SAMPLES)
@@ -245,7 +245,7 @@ def _course(
 
 
 def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:
-    """Yield what the views do not show by themselves."""
+    """Yield notes on what the views do not show."""
     contact = scene.contact
     yield from (f"the {body.role} {body.views.note}" for body in bodies if body.views.note)
     if division.count > 1:
@@ -277,7 +277,7 @@ DRAWING: Final = "drawing.png"
 
 
 def draw_scene(scene: Scene, path: Path, division: Division | None = None) -> Layout:
-    """Draw a scene in section and plan to a file, .png, .svg or .pdf; return what the drawing shows.
+    """Draw a scene in section and plan to a file, .png, .svg or .pdf; return its layout.
 
     Args:
         scene: as it is asked.

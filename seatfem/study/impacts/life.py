@@ -1,4 +1,4 @@
-"""Life of the bodies of a run: histories of stress, judged as [life] asks, and as JSON holds it."""
+"""Life judged from the stress histories of one run, as [life] asks, and as JSON holds it; starts no runs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STRESS: Final = "stress"
 
 @dataclass(frozen=True)
 class LifeResult:
-    """Life of the bodies of one run, as far as the scene asks for it.
+    """Life of the bodies of one run, for the strengths in the scene.
 
     Attributes:
         bodies: the worst places of each, and by which strength.
@@ -84,8 +84,8 @@ def of_beam(
 def beam_histories(
     scene: Scene, striker: impact.Body, touches: Touches, stress: stresses.ReedStress | None, *, few: bool = False
 ) -> Iterator[tuple[str, Array]]:
-    """Yield histories as `seatfem.structures.kinds.striking.KnownStress.histories` does. ``stress``: the largest ones,
-    whose places are among them."""
+    """Yield histories as `seatfem.structures.kinds.striking.KnownStress.histories` does, the places of the ``stress``
+    peaks among them."""
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     also = {peak.at for peak in peaks if peak is not None}
@@ -133,7 +133,7 @@ def life_keys(lasting: LifeResult) -> dict[str, object]:
 
 
 def asked_keys(scene: Scene, lasting: LifeResult, bars: Mapping[str, float]) -> dict[str, object]:
-    """Return what was asked of the life, by which numbers, and the error bars of its margins, those of the stress.
+    """Return the life asked for, its strengths, and the error bars of its margins, from those of the stress.
 
     Margins are inversely proportional to stress: `impact.life.places.margin_error`.
 
@@ -198,7 +198,7 @@ def as_json(lasting: LifeResult) -> dict[str, Any]:
 
 
 def from_json(scene: Scene, numbers: Mapping[str, Any]) -> LifeResult:
-    """Return the life that `as_json` told of a run of this scene.
+    """Return the life that `as_json` wrote for a run of this scene.
 
     Raises:
         ValueError, TypeError, LookupError: numbers that no such life has.

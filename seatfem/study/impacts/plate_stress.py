@@ -30,7 +30,7 @@ from seatfem.study.scene.lips import lip_of, on_the_reed
 
 AT_REST: Final = 1e-2  # of the lowest frequency: what moves so slowly bends a free plate as if at rest
 AS_IF_HELD: Final = 1e-8  # residual of a first solve, as of a plate that is held
-MODES_LOOKED_AT: Final = 12  # lowest modes whose most stressed places are among the few of a pre-run
+MODES_LOOKED_AT: Final = 12  # lowest modes whose most stressed places are checked in pre-runs
 PLACES_OF_A_MODE: Final = 3
 
 
@@ -63,7 +63,7 @@ def reed_of(scene: Scene) -> ThinPlate:
 
 
 def lips_of_plate(scene: Scene, division: rings.Division) -> tuple[lip.AnyLip, ...]:
-    """Return what touches the plate that strikes: its own face first, then the seat's lip in these parts."""
+    """Return the lips that touch the plate that strikes: its own face first, then the seat's lip in these parts."""
     return reed_of(scene).lips(on_the_reed(scene, lip_of(scene, division.arcs, division.rings)))
 
 
@@ -188,7 +188,7 @@ def _peak(reed: ThinPlate, field: StressField, found: Largest) -> PeakStress:
 
 @dataclass(frozen=True)
 class PlateLook:
-    """The look at the stress of a plate in a march, by the force alone: the plate responds as it is.
+    """Computes the stress of a plate from the contact forces of a march.
 
     Attributes:
         scene: that is marched.
@@ -235,7 +235,7 @@ class Forces:
 
     @staticmethod
     def from_march(stepper: impact.ContactStepper) -> Forces:
-        """Return those of a run that is over."""
+        """Return the stress peaks of a finished run."""
         problem, parts = stepper.prepared.problem, parts_of(stepper)
         division = rings.Division.from_greens(problem.target.greens) if parts.shape[1] > 1 else rings.Division()
         return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)

@@ -26,7 +26,7 @@ from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, jud
 
 @dataclass(frozen=True)
 class Touches:
-    """One run, contact by contact; the energies in each are those of the whole run.
+    """Results of one run, contact by contact; the energies in each are those of the whole run.
 
     Attributes:
         seat: its patch, all parts seen as one contact.
@@ -162,14 +162,14 @@ def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:
 Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "stopper", "lip", "record"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
 STRIKER: Final = "striker"
-"""What is left by one that was computed; of a plate, a plan chooses the band."""
+"""Source of error: a computed striker; a plan chooses the band of a plate."""
 STOPPER: Final = "stopper"
-"""What is left by one that is not exact."""
+"""Source of error: a stopper that is not exact."""
 LIP: Final = "lip"
-"""What one port in place of the arcs of a lip leaves, where a plan has chosen it."""
+"""Source of error: one port in place of the arcs of a lip, where a plan has chosen it."""
 
 RECORD: Final = "record"
-"""What the noise of a measured seat's record leaves, and a misfit beyond it."""
+"""Source of error: the noise of a measured seat's record, and a misfit beyond it."""
 
 
 def measured(
@@ -205,11 +205,11 @@ OF_A_LANDING: Final[Mapping[str, str]] = {
     "duration": "duration_s",
     "restitution": "restitution",
 }
-"""What of each landing has an error bar: the field of `impact.after.landings.Landing`, and its key in a record."""
+"""Fields of `impact.after.landings.Landing` that have an error bar, and their keys in a record."""
 
 
 def landing_name(face: Face, number: int, key: str) -> str:
-    """Return what a key of a landing, numbered from 0 on, is called among the values of a run."""
+    """Return the name of a landing's key among the values of a run; landings are numbered from 0 on."""
     return f"{face} {number} {key}"
 
 
@@ -261,7 +261,7 @@ class RunRecord:
     """Histories and results of one run, from which its values are taken.
 
     Attributes:
-        blow: of the seat.
+        blow: histories of the seat's contact.
         landings: of the run; ``None``: not looked for.
         stopper: (n + 1,) force of the stopper [N]; ``None`` where there is none.
     """

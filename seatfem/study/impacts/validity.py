@@ -21,9 +21,9 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
-SAMPLES: Final = 4096  # of a run, for the largest pressure
-POINTS: Final = 720  # around a lip
-COVERED: Final = 0.95  # of a lip, from which on a beam is taken to cover it
+SAMPLES: Final = 4096  # instants of a run at which the largest pressure is taken
+POINTS: Final = 720  # points around a lip
+COVERED: Final = 0.95  # share of a lip above which a beam counts as covering it
 THICKEST_GAS: Final = 1e-4
 """Viscosity [Pa s] above which a fluid is a liquid."""
 
@@ -31,7 +31,7 @@ THICKEST_GAS: Final = 1e-4
 def validity_advice(
     scene: Scene, seat: GreensFunction | None = None, reed: GreensFunction | None = None
 ) -> tuple[notices.Advice, ...]:
-    """Return advice on what the run answers beyond the limits of its theory or of its data."""
+    """Return advice where the run exceeds the limits of its theory or of its data."""
     flat = scene.reed.slender or scene.reed.thin_plate
     advice = [*(() if flat is None else flat.limits()), *_misfits(scene, seat, reed)]
     for role, greens in (("seat", seat), ("reed", reed)):
@@ -140,7 +140,7 @@ class Fit:
 
 
 def fit_of(greens: GreensFunction) -> Fit:
-    """Return what a Green's function says of the fit that it is."""
+    """Return the words of a Green's function on the fit that made it."""
     fit = greens.provenance.get("fit")
     if not isinstance(fit, dict):
         return Fit()
@@ -209,7 +209,7 @@ def simpler_keys(found: Mapping[str, Touches], filter_width: float) -> dict[str,
 
 
 def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> Iterator[tuple[str, impact.Body]]:
-    """Yield by name what strikes in place of ``striker``, whose lip is divided."""
+    """Yield by name the simpler bodies in place of ``striker``, whose lip is divided."""
     greens = striker.greens
     if set(division.names) <= set(greens.ports):
         weights = np.zeros((len(greens.ports), 1))

@@ -16,12 +16,12 @@ from seatfem.structures.rings import (
     MOST_RINGS,
     OF_TWICE,
     Division,
-    across_behind,
+    arc_rings_to_compare,
     as_a_whole,
     divided_less,
+    division_to_compare,
     face_compliance,
     left_by,
-    parts_behind,
     parts_joined,
     with_fewer_rings,
 )
@@ -86,7 +86,7 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
     arcs, of which half as many serve. A film knows no rings.
     """
     scene, problem, division = run.scene, run.problem, run.division
-    rings, weight = across_behind(division.rings)
+    rings, weight = arc_rings_to_compare(division.rings)
     arcs, most = arcs_behind_rings(scene, division), max(rings, division.rings)
     if scene.contact.film is not None:
         return ()
@@ -116,7 +116,7 @@ class Arcs(Ladder):
         scene, division, finer = run.scene, run.division, run.seat.in_rings
         if division.arcs == 1:
             return ()
-        other, weight = parts_behind(division), OF_TWICE
+        other, weight = division_to_compare(division), OF_TWICE
         if finer is None or Division.from_greens(finer) != other:
             return None
         if other == division:
@@ -237,7 +237,7 @@ class StopperParts(Ladder):
 def _beside(division: Division) -> tuple[Division, float]:
     """Return the parts that others are compared with, and the share of what they change that is left: twice as many
     arcs, half as many where no more can be; several rings in place of one or two, one in place of more."""
-    other = parts_behind(division)
+    other = division_to_compare(division)
     if division.arcs == 1:
         return (Division(), left_by(division.rings)) if division.rings > 2 else (other, 1 + left_by(other.rings))
     return (Division(division.arcs // 2, division.rings), OF_TWICE - 1) if other == division else (other, OF_TWICE)

@@ -8,7 +8,7 @@ from typing import Final
 from impact.greens.base import GreensFunction
 from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import SeatModel, coarse_of, highest_pole, seat_memory, seat_model, seat_seconds
-from seatfem.study.impacts.contact import CONTACT_BYTES, striker_of, time_step
+from seatfem.study.impacts.contact import CONTACT_BYTES, fallback_step, striker_of
 from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.ladders.level import method_beside
 from seatfem.study.method import RunMethod
@@ -240,7 +240,7 @@ def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: Green
         striker_of(scene, method.reed.n_modes, bench.surrogate_striker(scene)).greens,
         striker_elements(scene, method),
     )
-    dt = time_step(scene, reed, reed if closed is None else closed)
+    dt = fallback_step(scene, reed, reed if closed is None else closed)
     for model, how in ((seat, method.seat), (None if elements is None else elements[0], method.reed)):
         if model is not None and how.bandwidth is not None:
             dt = min(dt, 1 / (4 * 2 * math.pi * highest_pole(model, how.tolerance) * how.bandwidth))

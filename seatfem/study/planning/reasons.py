@@ -11,7 +11,7 @@ from impact.quantities import percent
 from seatfem.structures.estimates.costs import ALL_MODES
 from seatfem.structures.estimates.surrogate import Sizes, per_wavelength
 from seatfem.structures.method import BEYOND
-from seatfem.structures.rings import across_behind
+from seatfem.structures.rings import arc_rings_to_compare
 from seatfem.study.impacts.validity import BEAM, ONE_PORT
 from seatfem.study.ladders.ladder import large_percent
 from seatfem.study.ladders.table import described
@@ -199,7 +199,7 @@ def _order(decision: Decision, method: RunMethod) -> str:
 def _rings(decision: Decision, method: RunMethod) -> str:
     errors = _of(decision, RINGS)
     if method.seat.in_arcs:
-        return f"parts across the lip width; error estimated with {across_behind(method.seat.rings or 1)[0]}"
+        return f"parts across the lip width; error estimated with {arc_rings_to_compare(method.seat.rings or 1)[0]}"
     if (method.seat.rings or 1) > 1:
         most = max(errors, key=lambda name: errors[name], default="")
         alone = decision.context.of_rings(1).get(most, 0.0)

@@ -16,9 +16,9 @@ from seatfem.structures.rings import (
     MOST_CHOSEN,
     OF_TWICE,
     Division,
-    across_behind,
+    arc_rings_to_compare,
     as_a_whole,
-    parts_behind,
+    division_to_compare,
 )
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
@@ -68,7 +68,7 @@ def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, p
     lip = lip_of(scene, most)
     assert lip is not None
     most = most if stated else lip.whole(most)
-    finest = with_ports(scene, parts_behind(Division(most, scene.contact.rings)).arcs)
+    finest = with_ports(scene, division_to_compare(Division(most, scene.contact.rings)).arcs)
     seat = surrogate_in_arcs(finest, surrogate).greens
     striker, division = surrogate_striker(finest, progress), Division.from_greens(seat)
     bench = Bench(finest, seat, locate_contact_window(finest, seat, striker, stopper), striker, stopper)
@@ -112,7 +112,7 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
     division = Division(stated_method(scene).ports or 1, stated)
     arcs, errors = arcs_behind_rings(scene, division), dict[int, Changes]()
     for rings in (stated,) if is_given(scene, RINGS) or rings_refused(scene) else ACROSS:
-        finer, weight = across_behind(rings)
+        finer, weight = arc_rings_to_compare(rings)
         if division.arcs * rings > MOST_CHOSEN and rings > ACROSS[1] and errors:
             break
         parts = Division(arcs, max(rings, finer))

@@ -52,7 +52,7 @@ from seatfem.study.scene.measures import LifeMargin
 
 PICTURE: Final = "margin_map.png"
 SHARE: Final = 0.3
-"""Of the largest range of von Mises stress: points below it, with some three times the least margin, are not judged."""
+"""Least range of von Mises stress of a judged point, over the largest; below it the margin is some 3 times more."""
 
 
 def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Picture]:
@@ -123,7 +123,7 @@ def _of_seat(done: Round, stressed: Stressed) -> frames.Frames | None:
 
 
 def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> frames.Frames:
-    """Return the map of margins (P,) at a field's points: all around, as what fails first may be anywhere."""
+    """Return the map of margins (P,) at a field's points, all around the ring: any place may fail first."""
     around = field.angles[0]
     skin = cell_grid.skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
     assert skin.angles is not None
@@ -219,7 +219,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
 def _left_by_record(
     done: Round, touches: Touches, stress: ReedStress | None, stiffness: float, others: Sequence[float]
 ) -> Budget:
-    """Return what the step and the noise of the record, by the stiffnesses of its draws, leave in the baseline."""
+    """Return the errors that the step and the noise of the record cause in the baseline, the latter by its draws."""
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
 
     def problem(value: float) -> ContactProblem:
@@ -267,7 +267,7 @@ class Afterwards:
     files: tuple[Path, ...] = ()
 
     def pictures(self, done: Round) -> list[rendering.Picture]:
-        """Return the pictures of all of it."""
+        """Return the pictures of stress, life and curves."""
         return [
             *stress_pictures(self.stress, done.plan.scene.title or "Stress in the seat", stress_wave.after_touch(done)),
             *stress_spots.spot_pictures(done, self.spots),
@@ -277,7 +277,7 @@ class Afterwards:
         ]
 
     def notes(self, plan: Plan) -> tuple[str, ...]:
-        """Return what a reader must be told of the run of this plan."""
+        """Return the notes on this part of the run for its reader."""
         scene = plan.scene
         return (
             *self.margin_missed(scene),
@@ -313,7 +313,7 @@ def afterwards(
     histories: bool,
     keep: Callable[[Mapping[str, object]], None],
 ) -> Afterwards:
-    """Look at the last round: its gas masses, stress, life and curves.
+    """Compute gas masses, stress, life and curves of the last round.
 
     Args:
         histories: whether those of stress are written.

@@ -18,8 +18,8 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.runs import calculix_contact
 
 MODES: Final = 20
-PER_PULSE: Final = 40  # steps of direct dynamics
-PULSES: Final = 2  # widths that the transient lasts
+PER_PULSE: Final = 40  # steps of direct dynamics per width of the Hann pulse
+PULSES: Final = 2  # duration of the transient, in widths of the pulse
 
 README: Final = """\
 Decks for CalculiX (ccx), in SI units, and our own answers on the very same mesh: seatfem export --to calculix.

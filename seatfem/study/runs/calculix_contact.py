@@ -32,8 +32,8 @@ from seatfem.study.impacts.contact import problem_of
 from seatfem.study.planning.plan import Plan
 from seatfem.study.scene import Scene
 
-MOST: Final = 150_000  # unknowns of a seat that is marched by ccx
-CHORDS: Final = 720  # of a round line
+MOST: Final = 150_000  # most unknowns of a seat in a deck that ccx marches
+CHORDS: Final = 720  # straight pieces of a full circle
 
 
 class DeckError(ValueError):
@@ -42,10 +42,10 @@ class DeckError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class DeckSeat:
-    """Seat as its deck has it.
+    """The seat as a deck of CalculiX holds it.
 
     Attributes:
-        deck: of the body.
+        deck: its mesh, materials and supports.
         model: ours, undamped; its ports are the patch, or the parts of ``lip``.
         method: by which it was meshed.
         lip: the struck face in arcs, as the run has them; ``None`` where it is struck all around at once.
@@ -127,13 +127,13 @@ def _of_mesh(
     return DeckSeat(deck, undamped, method, lip)
 
 
-MOST_STEPS: Final = 2000
-TOLERANCE: Final = 1e-3  # of our Green's functions beside the decks
-FINER: Final = 5  # our steps in one of the deck's
+MOST_STEPS: Final = 2000  # most steps of a deck
+TOLERANCE: Final = 1e-3  # relative error of our Green's functions that the decks are compared with
+SUBSTEPS: Final = 5  # our steps per step of the deck
 LEAD: Final = 2  # steps from the start of the deck to the first touch
-LATER: Final = 1.2  # of the impact's duration, until which the deck goes on
-AT_ONCE: Final = 1000  # steps of a flight that are looked at
-ACROSS: Final = (4, 4)  # places along and across each part of a lip where a plate may touch first
+DECK_IN_IMPACT_DURATIONS: Final = 1.2  # end of the deck after the first touch, in durations of the first impact
+FLIGHT_BLOCK: Final = 1000  # steps of a flight that are evaluated in one array
+TOUCH_PLACES: Final = (4, 4)  # places along and across each part of a lip where a plate may touch first
 
 MASS: Final = """\
 contact.inp      *DYNAMIC, DIRECT: a rigid flat striker of {mass:g} kg at {velocity:g} m/s, *SURFACE BEHAVIOR,
@@ -170,9 +170,9 @@ def of_mass(scene: Scene, seat: DeckSeat, greens: GreensFunction, dt: float) -> 
     stiffness, why = _stiffness(scene, seat.area, dt)
     touch = impact.Contact(impact.Body(greens), law=impact.LinearSpring(stiffness * seat.area))
     problem = impact.ContactProblem(impact.rigid_mass(mass=mass, velocity=velocity), contacts=[touch])
-    result = impact.solve(problem, dt=dt / FINER, duration=min(scene.run.duration, MOST_STEPS * dt))
+    result = impact.solve(problem, dt=dt / SUBSTEPS, duration=min(scene.run.duration, MOST_STEPS * dt))
     duration = _ends(result, dt)
-    steps = slice(0, round(duration / result.dt) + 1, FINER)
+    steps = slice(0, round(duration / result.dt) + 1, SUBSTEPS)
     speeds = velocity + np.cumsum(result.force) * result.dt / mass
     answer = {
         "time [s]": result.time[steps],
@@ -207,7 +207,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
         """Return the gap of the undeformed plate, at places from the lip's centre."""
         return np.asarray(scene.contact.gap - above + tilted(points, scene.contact.tilt, scene.contact.tilt_axis))
 
-    places = (lip or reed.own_lip).cells(*ACROSS)[0].reshape(-1, 2)
+    places = (lip or reed.own_lip).cells(*TOUCH_PLACES)[0].reshape(-1, 2)
     centre = np.asarray(plate.sheet.shape.centre) + offset
     shapes = np.column_stack([plate.shape_at(one, centre + places) for one in np.eye(len(plate.modes.omega))])
     state, omega = striker.modal_start(), plate.modes.omega
@@ -226,9 +226,9 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     problem = problem_of(scene, replace(striker, velocity=0.0, state=at_start), impact.Body(ours))
     problem = _yielding(problem, stiffness * seat.area)
     duration = min(scene.run.duration - dt * first, MOST_STEPS * dt)
-    result = as_one(impact.solve(problem, dt=dt / FINER, duration=duration), Division.from_greens(ours).shares)
+    result = as_one(impact.solve(problem, dt=dt / SUBSTEPS, duration=duration), Division.from_greens(ours).shares)
     duration = _ends(result, dt)
-    steps = slice(0, round(duration / result.dt) + 1, FINER)
+    steps = slice(0, round(duration / result.dt) + 1, SUBSTEPS)
     answer = {
         "time [s]": result.time[steps],
         "force [N]": result.force[steps],
@@ -254,7 +254,7 @@ def _mass(scene: Scene) -> tuple[float, float]:
 
 
 def _refuse(scene: Scene, also: dict[str, object]) -> None:
-    """Raise of what a deck has no place for."""
+    """Raise `DeckError` for scene keys that a deck cannot represent."""
     parts = {"stopper": scene.stopper, "load": scene.load, "base": scene.base, "gas": scene.gas, "spring": scene.spring}
     contact = {"contact.film": scene.contact.film, "contact.preload": scene.contact.preload}
     if keys := [key for key, value in {**parts, **contact, **also}.items() if value]:
@@ -301,8 +301,8 @@ def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, g
 
     forwards = bool(open_at(np.zeros(1, dtype=np.int64))[0])
     last = math.ceil(scene.run.duration / dt) if forwards else MOST_STEPS
-    for first in range(0, last, AT_ONCE):
-        steps = np.arange(first, min(first + AT_ONCE, last) + 1)
+    for first in range(0, last, FLIGHT_BLOCK):
+        steps = np.arange(first, min(first + FLIGHT_BLOCK, last) + 1)
         ends = open_at(steps if forwards else -steps) != forwards
         if ends.any():
             step = int(steps[ends.argmax()])
@@ -319,8 +319,8 @@ def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, g
 
 
 def _ends(result: impact.ImpactResult, dt: float) -> float:
-    """Return how long the deck goes on [s], whole steps: until `LATER` times the first impact's duration."""
+    """Return the duration of the deck [s], whole steps: `DECK_IN_IMPACT_DURATIONS` past the first touch."""
     groups = impact.measures.contact_groups(result)
     last = float(result.time[-1])
-    ends = min(last, float(groups[0, 0] + LATER * np.diff(groups[0])[0])) if len(groups) else last
+    ends = min(last, float(groups[0, 0] + DECK_IN_IMPACT_DURATIONS * np.diff(groups[0])[0])) if len(groups) else last
     return dt * max(1, math.ceil(ends / dt * (1 - 1e-12)))

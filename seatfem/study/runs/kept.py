@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     import pandas
 
 
-MOST_BYTES: Final = 100_000  # of a file
-OLDEST: Final = 2000  # files that are stored of numbers, the last written first
+MOST_BYTES: Final = 100_000  # most bytes of a kept file
+OLDEST: Final = 2000  # files of numbers that are kept, the last written ones
 NOTE: Final = "plan of the last run of this scene, which reached its target"
 UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
@@ -64,7 +64,7 @@ def plan_from_json(scene: Scene, data: Mapping[str, Any], note: str) -> Plan | N
 
 
 def plan_to_json(plan: Plan) -> dict[str, Any]:
-    """Return a plan without its scene, as JSON can hold it."""
+    """Return a plan without its scene, as JSON-compatible values."""
     return {
         "values": {key: plan.method.value(key) for key in FIELDS},
         "cost": asdict(plan.cost),

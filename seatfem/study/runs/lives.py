@@ -1,4 +1,4 @@
-"""The life of the bodies of a run, and margins of a life over values of one quantity."""
+"""Life of all bodies after a run, and margins over values of one quantity, for which it starts further runs."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.scene.life import OF_A_CURVE, UNITS, varied
 
-OF_SEAT = 12  # points of its surface that are judged
+OF_SEAT = 12  # points of the seat's surface whose life is judged, the hottest
 
 
 @dataclass(frozen=True)
 class Stressed:
-    """Fields of stress in the bodies of a round, whatever they are touched by.
+    """Fields of stress in the bodies of a round, for the forces of any run.
 
     Attributes:
         reed: of a plate, in one of its faces; ``None`` of others.
@@ -65,7 +65,7 @@ class Stressed:
     def from_round(
         cls, done: Round, seat: SeatStress | None, plate: PlatePeaks | None, of_reed: PlateReedStress | None = None
     ) -> Stressed:
-        """Return the stressed bodies of a round, as far as its life is asked for."""
+        """Return the stressed bodies of a round whose life the scene asks for."""
         life = done.plan.scene.life
         reed = None if life is None or life.demand() is None or plate is None else plate.field
         after = None if of_reed is None else of_reed.found.after_contact
@@ -162,9 +162,9 @@ def _millimetres(point: NDArray[np.float64]) -> str:
 
 
 MARGIN: Final = "life_margin"
-NEAR: Final = 1e-3  # of the allowed value, relative
-MOST: Final = 20  # runs that look for it
-FARTHEST: Final = 20.0  # |log margin|: further out it is as good as none, or infinite
+NEAR: Final = 1e-3  # accuracy of the allowed value that is looked for, relative
+MOST: Final = 20  # most runs of that search
+FARTHEST: Final = 20.0  # largest |log margin|: beyond it the margin counts as none, or infinite
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,7 @@ def traced(
 
 
 def _share(low: float, high: float) -> float:
-    """Return the share of the way from one to the other at which a line through both is zero."""
+    """Return the share of the way from one value to the other at which a line through both is zero."""
     return low / (low - high) if low != high else 0.0
 
 

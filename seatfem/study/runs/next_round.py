@@ -31,8 +31,8 @@ STAGES: Final[Mapping[str, tuple[str, ...]]] = {
     "seat": costs.OF_THE_SEAT,
     "contact": ("contact", "reed stress", "error budget"),
 }
-"""Stages of a round whose predicted times are off alike."""
-LEAST_PRICE: Final = 1e-3  # [s] that a price is taken for: no prediction is as exact
+"""Stages of a round by kind; predicted times of one kind are wrong by one factor."""
+LEAST_PRICE: Final = 1e-3  # least price [s] of a further round: no prediction is as exact
 STATED: Final = "is its key stated in the file?"
 AT_ITS_END: Final[Mapping[str, str]] = {
     STRIKER: "the reed's bandwidth is stated, or at the limit of plate theory",
@@ -40,12 +40,12 @@ AT_ITS_END: Final[Mapping[str, str]] = {
     RECORD: "it is given by the measurement",
 }
 CUT_OFF: Final = "the run ends during the judged landing; a longer run.duration includes all of it"
-AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its contact
+AFTER: Final = ("spring baseline", "files")  # last stages of a round, wrong by the factor of its contact
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits on how far rounds may go.
+    """Most rounds and most time of a run.
 
     Attributes:
         rounds: at most so many.
@@ -91,7 +91,7 @@ def price(done: Round, plan: Plan) -> float:
 
 
 def changed(done: Round, plan: Plan) -> str:
-    """Return in words what ``plan`` makes otherwise."""
+    """Return the choices in which ``plan`` differs, in words."""
     before = {choice.key: choice.value for choice in done.plan.choices}
     return ", ".join(
         f"{choice.key} {before[choice.key]} -> {choice.value}"
@@ -156,7 +156,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
 
 
 def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
-    """Return why nothing is made finer: one source that alone is too large and is at its end, or all that count."""
+    """Return why no source is made smaller: one alone is too large and at its end, or all are that count."""
     order = sorted((source for source in left if left[source] > RESERVE * allowed), key=lambda s: -left[s])
     alone = [source for source in order if left[source] > allowed and refining.refine(done.plan, source) is None]
     if alone:
@@ -167,7 +167,7 @@ def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
 
 @dataclass(frozen=True)
 class _Step:
-    """One source of error made smaller: by a plan, and what it leaves."""
+    """One source of error made smaller: the plan that does it, and the error left."""
 
     source: str
     plan: Plan
@@ -177,7 +177,7 @@ class _Step:
 def _steps(
     plan: Plan, measure: str, left: Mapping[str, float], before: Mapping[str, float], allowed: float
 ) -> list[_Step]:
-    """Return what can be made finer and counts, largest first; none where one that alone is too large cannot."""
+    """Return the sources that count and can be made smaller, largest first; none if one too large alone cannot."""
     steps: list[_Step] = []
     for source in sorted(left, key=lambda source: -left[source]):
         if left[source] <= RESERVE / 2 * allowed:
@@ -202,7 +202,7 @@ def _smaller(plan: Plan, finer: Plan, source: str, measure: str) -> float:
 
 
 def _too_much(done: Round, plan: Plan, time_left: float) -> str:
-    """Return what of a further round would be too much; "" if nothing."""
+    """Return which limit a further round would exceed, in words; "" if none."""
     cost, available = plan.cost, available_memory()
     if cost.memory > MEMORY * available:
         return f"the next round would take {cost.memory / 1e9:.2g} GB, {available / 1e9:.2g} GB are available"

@@ -93,7 +93,7 @@ def draw_run(
 
 
 def ahead(scene: Scene, method: RunMethod, seat: Solved, painter: rendering.Painter) -> None:
-    """Have that drawn which needs the seat alone, while the run goes on; nothing where it has no bodies to draw."""
+    """Draw the pictures that need the seat alone, while the run continues; none for a seat without bodies to draw."""
     bodies = [picture for picture in _seat_pictures(scene, seat) if picture[0] in BODIES]
     if bodies and not picture_library_gap():
         painter.take([*bodies, _greens_picture(scene, method, seat)])
@@ -191,7 +191,7 @@ def mesh_picture(mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None) -> C
 def draw_all(
     pictures: list[rendering.Picture], folder: Path, progress: Progress, painter: rendering.Painter | None = None
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Draw them, curves here, bodies in another process at the same time; (files written, gaps in words).
+    """Draw all pictures, curves here and bodies in another process meanwhile; (files written, gaps in words).
 
     ``painter``: that process, where it is there already; what it has taken is not drawn again.
     """
@@ -240,7 +240,7 @@ def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[t
 
 
 def in_space(modes: list[natural_modes.Mode]) -> tuple[cell_grid.CellGrid, list[Array]]:
-    """Return the body and the displacements of modes, whatever they were computed on."""
+    """Return the body in space and the displacements of modes; a half section is revolved."""
     model = modes[0].model
     assert model is not None
     if modes[0].diameters is None:

@@ -21,9 +21,9 @@ from seatfem.study.impacts.plate_stress import has_plate_stress, in_some_modes, 
 from seatfem.study.impacts.touches import Touches, stress_since
 from seatfem.study.runs.round import Round
 
-FEWER: Final = 0.75  # of the modes, for the error bar
-OF_FEWER: Final = FEWER / (1 - FEWER)  # error of all of them over that change, where it falls like 1/modes
-BESIDE: Final = 3.0  # thicknesses from what touches a plate, within which a point lies beside the contact
+FEWER: Final = 0.75  # share of the modes in the run that is compared, for the error bar
+OF_FEWER: Final = FEWER / (1 - FEWER)  # error with all modes over the change with fewer, if it falls like 1/modes
+BESIDE: Final = 3.0  # largest distance of a point "beside the contact" from what touches the plate, in thicknesses
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class PlatePeaks:
 
     @staticmethod
     def from_round(done: Round, since: float | None = None) -> PlatePeaks | None:
-        """Return those of a round whose striker is a plate; ``None`` where all of that lies beside what has no stress.
+        """Return the peaks of a round whose striker is a plate; ``None`` where no point has a known stress.
 
         ``since``: the time at which a landing begins [s].
         """
@@ -47,7 +47,7 @@ class PlatePeaks:
 
 @dataclass(frozen=True)
 class PlateReedStress:
-    """The largest von Mises stress in the faces of a plate, and what mesh and modes of the plate leave in it.
+    """The largest von Mises stress in the faces of a plate, and its errors by mesh and modes of the plate.
 
     Attributes:
         found: the largest, before the first touch and since.
@@ -97,7 +97,7 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
 
 
 def plate_field(done: Round, striker: Body | None = None) -> StressField:
-    """Return the stress in a face of the plate in a round; ``striker``: the same on another mesh."""
+    """Return the stress in a face of the plate in a round; ``striker``: the plate on another mesh."""
     striker, touches = striker or done.striker, done.touches
     field = plate_stress.plate_field(done.plan.scene, striker, _division(done))
     return struck_by(field, striker, gas.lift_of(touches), plate_pushes(done, touches), touches.seat.dt)
@@ -129,12 +129,12 @@ def _value(found: LargestStress) -> float:
 
 
 def singular_of_plate(done: Round) -> Array:
-    """Return (k, 2) points of a plate that strikes beside which its theory knows no stress [m]."""
+    """Return (k, 2) points of a plate that strikes near which plate theory gives no stress [m]."""
     return plate_stress.singular_points(done.plan.scene, done.striker.greens, _division(done))
 
 
 def parts_of_plate(done: Round, points: Array) -> NDArray[np.str_]:
-    """Return what the part of a plate that strikes is called on which each of points (P, 2) lies."""
+    """Return the names of the parts of a plate that strikes on which points (P, 2) lie."""
     reed = plate_stress.reed_of(done.plan.scene)
     touched = plate_stress.touched_points(done.plan.scene, done.striker.greens, _division(done))
     beside = near(points, touched, BESIDE * reed.thickness)

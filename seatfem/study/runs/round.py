@@ -42,7 +42,7 @@ REMEDIES: Final[Mapping[str, str]] = {
 
 @dataclass(frozen=True)
 class Round:
-    """One plan, carried out.
+    """Plan, results and errors of one round of a run.
 
     Attributes:
         plan: its scene was run.
@@ -89,14 +89,14 @@ class Round:
 
     @property
     def landed(self) -> bool:
-        """Return whether there is what the measures are asked of: a landing on the seat, or a contact of the run."""
+        """Return whether the run has what its measures need: a landing on the seat, or any contact."""
         if self.plan.scene.accuracy.landing == "run":
             return bool(np.any(self.result.force))
         return self.touches.landings is None or bool(self.touches.landings.seat)
 
     @property
     def judged(self) -> tuple[str, ...]:
-        """Return the names of the values that the target is asked of, those that have none left out."""
+        """Return the names of the values that must meet the target, those of landings left out where there is none."""
         names = self.plan.scene.accuracy.judged if self.landed else ()
         return tuple(name for name in names if name in self.left.values)
 
@@ -118,7 +118,7 @@ class Round:
 
 
 def missed(done: Round) -> tuple[str, ...]:
-    """Return what misses the target, by how much, because of what; and why the run stopped short."""
+    """Return which bars miss the target, by how much and by which source; and why the run stopped short."""
     plan, target = done.plan, done.plan.scene.accuracy.target
     counted = {SEAT_MODES: plan.method.seat.n_modes is not None, MODES: plan.scene.reed.slender is not None}
     modes = [key for key, is_counted in counted.items() if is_counted]

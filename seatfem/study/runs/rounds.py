@@ -30,10 +30,10 @@ __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
-PRICED: Final = 60.0  # s predicted, from which on a first round is announced with its price
+PRICED: Final = 60.0  # predicted time [s] from which on a first round is announced with its price
 FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
-"""What a finer round may end with and cost no more than itself: all errors of the packages, of the factorizations and
-of the disk. What else there is, is a bug."""
+"""Errors that end a finer round alone: all of the packages, of the factorizations and of the disk. Any other is a
+bug."""
 BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model", LIP)
 
 
@@ -96,11 +96,11 @@ def rounds(
 
 
 class OutOfTime(RuntimeError):
-    """A further round has outlasted the time allowed."""
+    """A further round has exceeded the time allowed."""
 
 
 def _until(deadline: float, progress: Progress) -> Progress:
-    """Return ``progress``, which ends the work that reports to it once the time is over."""
+    """Return ``progress`` that raises `OutOfTime` at the first report after the deadline."""
 
     def listen(stage: str, done: float) -> None:
         if time.perf_counter() > deadline:
@@ -113,7 +113,7 @@ def _until(deadline: float, progress: Progress) -> Progress:
 def _measured(
     carried_out: Callable[..., Round], plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *more: Round
 ) -> Round:
-    """Return a round with its number, and what it took."""
+    """Return a round with its number, its time and memory."""
     before = dict(watch.stages)
     result = carried_out(plan, folder, watch, progress, *more)
     spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
@@ -142,7 +142,7 @@ def _seat_again(done: Round, further: Plan, folder: Path) -> str:
 
 
 def _seat_key(plan: Plan) -> str:
-    """Return what the plan's seat is kept under."""
+    """Return the key by which the plan's seat is cached."""
     return key_of(plan.scene.seat, plan.method.seat)
 
 
@@ -175,7 +175,7 @@ def _round(
     if scene.stopper is not None:
         with watch("stopper"):  # once for all runs of this process
             bodies += [body.greens for body in (contact.stopper_of(scene),) if body is not None]
-    dt = method.time_step or contact.time_step(scene, *bodies)
+    dt = method.time_step or contact.fallback_step(scene, *bodies)
     contact.check_length(scene, dt, method.seat.division.count)
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, dt, progress)
@@ -210,7 +210,7 @@ def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:
-    """Return the budget with no less of step, model and lip than the pre-runs of the plan say, which know more.
+    """Return the budget with parts of step, model and lip no smaller than the plan's pre-runs found.
 
     A change between two steps may be small by accident, and a spring in place of the seat cannot tell of waves.
     """

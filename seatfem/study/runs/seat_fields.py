@@ -32,13 +32,13 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.problems import Problem, SceneError
 
-FIRST: Final = 4  # harmonics of a full space at least: the lowest frequency first falls, then rises with n
-STATIC: Final = 10  # vectors for each port of harmonics without waves in the band
+FIRST: Final = 4  # harmonics with a full space at least: the lowest frequency first falls, then rises with n
+STATIC: Final = 10  # vectors per port of harmonics without waves in the band
 FEWEST_ANGLES: Final = 16
-ON_IT: Final = 1e-6  # m from a node of the struck face
+ON_IT: Final = 1e-6  # distance [m] from a node of the struck face at which a point counts as on it
 
 Fields = tuple[AnyField, AnyField]
-"""And the same of fewer vectors."""
+"""A field, and the same computed with fewer vectors."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class SeatMesh:
 
     @property
     def distance(self) -> float:
-        """Return the distance from these within which no stress is known [m]."""
+        """Return the distance from singular points within which stress is left out [m]."""
         assert self.plan.scene.stress is not None
         return self.plan.scene.stress.distance
 
@@ -129,7 +129,7 @@ class SeatMesh:
         return isinstance(self.mesh, MeridianMesh)
 
     def _own(self, points: Array) -> Array:
-        """Return the points in the mesh's coordinates."""
+        """Return the points in the coordinates of the mesh."""
         return np.column_stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]]) if self.flat else points
 
     # Fields

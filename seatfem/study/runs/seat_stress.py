@@ -22,14 +22,14 @@ from seatfem.structures.rings import Division
 from seatfem.study.runs import seat_fields, summary
 from seatfem.study.runs.round import Round
 
-FEWER_HARMONICS: Final = 0.75  # for the error bar
+FEWER_HARMONICS: Final = 0.75  # share of the harmonics in the field that is compared, for the error bar
 MOST_SPOTS: Final = 20
-LEAST_SPOT: Final = 0.1  # of the largest stress
+LEAST_SPOT: Final = 0.1  # least stress of a hot spot, over the largest
 
 
 @dataclass(frozen=True)
 class SeatStress:
-    """Stress in the seat.
+    """Stress in the seat: sites, peaks, hot spots and error bars.
 
     Attributes:
         mesh: scikit-fem's, of the body, its half section or its sector.

@@ -29,9 +29,9 @@ from seatfem.study.runs.stress_wave import touch_of
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
 AROUND: Final = ("rr", "tt", "zz", "tz", "rz", "rt")
 LIP: Final = "lip"
-LEAST: Final = 0.1  # of the largest in its body: what bears less has no history
+LEAST: Final = 0.1  # least stress of a spot with a history, over the largest in its body
 MOST_SHOWN: Final = 8
-MOST_NUMBERS: Final = 16_000_000  # of all histories; of a longer run every second step is kept, or every third, ...
+MOST_NUMBERS: Final = 16_000_000  # most numbers of all histories; of a longer run every second step is kept, or third
 HISTORIES_FILE: Final = "stress.h5"
 PICTURE: Final = "stress_histories.png"
 _FILES: Final = {"seat": "hot_spots.csv", "reed": "reed_hot_spots.csv"}

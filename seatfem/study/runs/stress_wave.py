@@ -30,11 +30,11 @@ from seatfem.study.runs.round import Round
 from seatfem.study.scene.lips import closed_line
 
 LANDING: Final = "landing.gif"
-FEWEST: Final = 3  # arcs that tell a tilt
+FEWEST: Final = 3  # fewest arcs in which a tilt shows
 FRAMES: Final = 40
-BEFORE: Final = 0.15  # of the contact's duration, shown before it
-AFTER: Final = 0.35  # and after it
-AROUND: Final = 120  # quadrilaterals of a lip, at least
+BEFORE: Final = 0.15  # time shown before the contact, in its durations
+AFTER: Final = 0.35  # time shown after the contact, in its durations
+AROUND: Final = 120  # fewest quadrilaterals around a lip
 
 
 def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str, object]] = ()) -> list[Picture]:
@@ -71,7 +71,7 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
 
 
 def raising(problem: Exception, path: Path) -> None:
-    """Raise, in place of a picture that cannot be made, what kept it."""
+    """Raise the reason why a picture cannot be made; takes the place of the function that draws it."""
     raise problem
 
 
@@ -135,7 +135,7 @@ def landing_of(done: Round, lip: result.ImpactResult, landings: Sequence[Mapping
     )
 
 
-PASSES: Final = 2  # of shear waves along the seat, that are shown
+PASSES: Final = 2  # passes of shear waves along the seat that are shown
 UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
 
 

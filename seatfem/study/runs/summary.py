@@ -264,8 +264,8 @@ def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> di
 
 
 def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:
-    """Return the largest stress in the reed before and after the first touch; and that at t = 0 and before the landing
-    that the stress was looked for at, ``None`` without one."""
+    """Return the largest stress in the reed before and after the first touch, at t = 0, and before the landing that was
+    looked at; ``None`` without one."""
     known = (stress.at_start, stress.before_landing) if stress else (None, None)
     start, landing = (None if peak is None else peak.value for peak in known)
     return {
@@ -294,8 +294,8 @@ def greens_error_keys(greens: GreensFunction) -> dict[str, object]:
 
 
 def reed_keys(kind: str, striker: Body, reed: method.Solved | None) -> dict[str, object]:
-    """Return what strikes, and its lowest natural frequencies where its modes are all there (Ritz pairs are not); of
-    one that was computed, whether it was there before, and the stated error of its g."""
+    """Return kind and lowest natural frequencies of the striker, the latter where all its modes are known (Ritz pairs
+    are not); of a computed one, whether it was cached, and the stated error of its g."""
     modal = striker.greens.modal if reed is None or reed.greens.provenance.get("method") == "modes" else None
     lowest = [] if modal is None else [float(f) for f in modal.frequencies_hz if f > 0][:FREQUENCIES]
     known: dict[str, object] = {"reed_kind": kind, **({"reed_frequencies_Hz": lowest} if lowest else {})}
@@ -322,7 +322,7 @@ def accuracy_keys(done: Round) -> dict[str, object]:
 
 
 def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
-    """Return every choice of the plan that was carried out, with its unit, and what was predicted of it."""
+    """Return every choice of the plan that was carried out, with its unit, and the predicted time and memory."""
     return {
         "plan_wall_time_s": seconds,
         "plan_seat_level": plan.level,

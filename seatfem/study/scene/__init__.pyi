@@ -5,8 +5,8 @@ from seatfem.study.scene.models import Scene as Scene
 from seatfem.study.scene.problems import Problem as Problem, SceneError as SceneError
 from seatfem.study.scene.run import Accuracy as Accuracy, Run as Run
 from seatfem.study.scene import (
-    agreement as agreement,
     contact as contact,
+    contradictions as contradictions,
     drives as drives,
     files as files,
     gas as gas,

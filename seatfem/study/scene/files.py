@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 PLATE: Final = 0.97
-"""Least share of a struck face that a plate covers: all of it, but for what chords of arcs and sampled points leave."""
+"""Least share of a struck face that a plate covers; chords of arcs and sampled points leave the rest."""
 BEAM: Final = 0.1
 """The same of a beam, or of a plate with a contact face of its own, which strikes with one rigid face: with its tip
 over the middle of a lip a beam covers a half or a third; less than a tenth of a ring is not over the port."""
@@ -82,7 +82,7 @@ def _fine(loop: Array) -> Array:
 
 
 def check_files(scene: models.Scene) -> None:
-    """Open what the scene names, and look for the faces, groups and regions that it speaks of.
+    """Open the files of the scene, and check the faces, groups and regions that it names.
 
     Raises `SceneError`: all that is wrong, by key; `seatfem.study.scene.located` adds the scene's file and its lines.
     """
@@ -102,7 +102,7 @@ def check_files(scene: models.Scene) -> None:
 
 
 def _of_lip(contact: Contact, seat: Structure, key: str) -> Iterator[Finding]:
-    """Yield what of [contact], in which a ``key`` asks for a lip, does not fit the seat."""
+    """Yield keys of [contact] that do not fit the seat; a ``key`` in it needs a lip."""
     try:
         lip, arcs = seat.lip(1, contact.rings), contact.ports or 1
     except errors.ModelError as error:

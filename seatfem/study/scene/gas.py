@@ -1,4 +1,4 @@
-"""[gas]: what flows through the reed's valve, and the cylinder that it opens."""
+"""[gas] of a scene file, its table and checks: what flows through the reed's valve, and the cylinder that it opens."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ from seatfem.fields import (
 from seatfem.structures.kinds.motion import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.units import write_quantity
 
-WIDEST: Final = 30.0  # degrees of crank angle between two samples of a record
+WIDEST: Final = 30.0  # largest crank angle [degrees] between two samples of a record
 OF_THE_CRANK: Final = ("bore", "stroke", "rod", "clearance")
 BESIDE: Final = ("start_pressure", "other_valve_area")
-"""Other keys of a cylinder whose pressure is computed."""
+"""Further keys of a cylinder whose pressure is computed."""
 
 
 class Fluid(Table):

@@ -17,7 +17,7 @@ from pydantic_core import core_schema
 
 from seatfem import fields, units
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.structures.kinds.parts import Registered
+from seatfem.structures.kinds.parts import ReductionName
 from seatfem.study.scene import contact, load, measures, models
 from seatfem.study.scene.problems import did_you_mean, leaves, notes_of, own_keys, reader_of, tables_in
 
@@ -26,15 +26,15 @@ _NUMBERS: Final = {2: "two", 3: "three", 4: "four"}
 
 
 def holds(field: FieldInfo) -> str:
-    """Return what the value is, in Markdown: a quantity with an example, the options, "table"."""
+    """Return the type of the value in Markdown: a quantity with an example, the options, "table"."""
     if elements := _elements(field):
         return _several(field, elements)
     if tables_in(field.annotation):
         origin = get_origin(field.annotation)
         return "tables by name" if origin is dict else "list of tables" if origin is tuple else "table"
     notes = list(notes_of(field))
-    registers = [note.func for note in notes if isinstance(note, AfterValidator) and isinstance(note.func, Registered)]
-    if options := [name for each in registers for name in each.options]:
+    fixed = [note.func for note in notes if isinstance(note, AfterValidator) and isinstance(note.func, ReductionName)]
+    if options := [name for each in fixed for name in each.options]:
         return _listed(options)
     if (quantity := _measured(notes)) is not None:
         return quantity
@@ -125,7 +125,7 @@ def as_toml(value: object) -> str:
 
 SCHEMA_FILE: Final = "seatfem.schema.json"
 _NOT_FOR_EDITORS: Final = ("title", "ge", "gt", "le", "lt")
-"""Keywords of pydantic's that editors have no use for."""
+"""Keywords of pydantic's schema that editors do not use."""
 
 
 class _AsWritten(GenerateJsonSchema):
@@ -198,8 +198,8 @@ def _as_in_a_file(value: Any, *, keys: bool = False) -> Any:
     return {key: _as_in_a_file(each, keys=key in ("properties", "$defs")) for key, each in kept.items()}
 
 
-WIDE: Final = 118  # characters
-AT: Final = 40  # where comments begin
+WIDE: Final = 118  # most characters of a line
+AT: Final = 40  # column where comments begin
 _HEAD: Final = """\
 # seatfem plan {file}    what it would take, and how accurate it will be
 # seatfem run {file}     force, motion, stress, error bars, pictures
@@ -209,9 +209,9 @@ _HEAD: Final = """\
 DURATION: Final = "2 ms"
 TARGET: Final = "5 %"
 STEEL: Final = {"material": "steel", "damping_ratio": 0.02}
-"""Of a kind with these keys, unless its sample says otherwise."""
+"""Values of these keys of a kind, unless its sample has others."""
 Stated = dict[str, Mapping[str, Any]]
-"""Tables of a scene, and what stands in them without #."""
+"""Tables of a scene, and their keys that are not commented out."""
 _SPOKEN: Final = {"number": "0.1", "whole number": "1", "text": '"..."', "file name": '"file.csv"'}
 
 
@@ -287,7 +287,7 @@ def table_lines(
 
 
 def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
-    """Return a table behind #, as its class has it, where a scene with it is one; else what it would be, in words."""
+    """Return a table as comments, with its class's keys where a scene with it is one; else with its words."""
     words = " ".join((field.description or "").split()).replace("`", "")
     several = get_origin(field.annotation) is tuple
     header = f"[[{name}]]" if several else f"[{name}]"
@@ -337,7 +337,7 @@ def _example(field: FieldInfo) -> str:
 
 
 def _commented(text: str, words: str) -> list[str]:
-    """Return a line with what it means behind it, on lines of their own where that is long."""
+    """Return a line with its meaning as a comment behind it, on lines of its own where that is long."""
     words = " ".join(words.split()).replace("`", "")
     if not words:
         return [text]

@@ -1,4 +1,4 @@
-"""[life]: how long the reed has to live, by which strength and rules, and the values over which a margin is wanted."""
+"""[life] of a scene file, its table and checks: the life asked for, by which strength and rules, values for margins."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from impact import life
 from seatfem import fields, study, units
-from seatfem.study.scene.agreement import contradictions_of_start
 from seatfem.study.scene.contact import STEEPEST
+from seatfem.study.scene.contradictions import contradictions_of_start
 
 if TYPE_CHECKING:
     from seatfem.study.scene.models import Scene
 
 
 UNITS = {"speed": ("m/s", 1.0), "tilt": ("deg", math.degrees(1.0)), "lift": ("mm", 1e3)}
-"""Of each curve in tables and pictures, and how many of them are one SI unit."""
+"""Unit of each curve in tables and pictures, and how many of them are one SI unit."""
 
 
 OF_A_CURVE: Final = 4
-"""Runs beside the values that the scene names, which look for the value with a margin of 1."""
+"""Further runs, beside the values that the scene names, in search of the value with a margin of 1."""
 
 
 class Curves(fields.Table):
@@ -92,9 +92,9 @@ def varied(scene: Scene, name: str, value: float) -> Scene:
 
 
 OF_SPEED: Final = frozenset({"impact_speed_limit", "source"})
-"""Keys that need no strength."""
+"""Keys of the speed limit, which need no other strength."""
 Of = Literal["reed", "seat", "contact"]
-TURNS: Final = 2  # of the crank at least, for the last one to be none of the start
+TURNS: Final = 2  # fewest turns of the crank, so that the last one is free of the start
 
 
 class LifeTable(fields.Table):
@@ -186,7 +186,7 @@ source = "report, page"
             raise fields.KeyProblem(key, str(problem).replace("\n", "; ")) from None
 
     def demand(self, of: Of = "reed") -> life.places.Demand | None:
-        """Return what a body or the contact has to endure; ``None`` where no strength is given, or nobody asks.
+        """Return the life that a body or the contact must endure; ``None`` without a strength, or without a request.
 
         Raises `KeyProblem`: a file of strength that is wrong, or lacks what the criterion or the survival needs.
         """

@@ -1,4 +1,4 @@
-"""Contact along a lip: where it runs on both bodies, in how many arcs, and how far it is open."""
+"""Geometry of a scene's contact along a lip: where it runs on both bodies, in how many arcs, how far it is open."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from impact.march.problem import ContactProblem
 from seatfem.fields import KeyProblem
 from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.lip import AnyLip, tilted
-from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, across_behind
+from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import Problem
@@ -25,9 +25,9 @@ NO_ANGLES: Final = (
     "the struck lip is a strip, several faces, or winds about its centroid, so that an angle does not define a place "
     "on it; remove the key, or strike one ring that each ray from its centroid crosses once"
 )
-STOPPER: Final = "stopper_"  # what the names of ports begin with that a stopper meets
+STOPPER: Final = "stopper_"  # prefix of the names of ports that meet a stopper
 ACROSS: Final = 9  # lines from rim to rim of which the lowest is sought: a reed may sag between them
-USUAL: Final = 32  # arcs, where nothing else is known
+USUAL: Final = 32  # arcs of a lip by default
 
 
 def usual_ports(scene: Scene) -> int:
@@ -58,9 +58,9 @@ def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> 
 
 
 def arcs_behind_rings(scene: Scene, division: Division) -> int:
-    """Return the number of arcs in which rings across them are compared: half of those there are, or fewer where that
-    makes more than `MOST_CHOSEN` parts, as far as they are whole and enough."""
-    arcs, most = division.arcs, max(division.rings, across_behind(division.rings)[0])
+    """Return the number of arcs in which rings across them are compared: half of those there are, or fewer, at least
+    `FEWEST_ARCS`, where that makes more than `MOST_CHOSEN` parts."""
+    arcs, most = division.arcs, max(division.rings, arc_rings_to_compare(division.rings)[0])
     while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_CHOSEN):
         lip = scene.seat.lip(arcs // 2)
         if lip is None or lip.whole(arcs // 2) != arcs // 2:
@@ -70,20 +70,20 @@ def arcs_behind_rings(scene: Scene, division: Division) -> int:
 
 
 def across_of(scene: Scene) -> int:
-    """Return the rings across the lip's arcs that show the error of the scene's own; a film knows none."""
+    """Return the rings across the lip's arcs to compare the scene's own with; with a film that own number."""
     rings = scene.contact.rings
-    return rings if scene.contact.film is not None else max(rings, across_behind(rings)[0])
+    return rings if scene.contact.film is not None else max(rings, arc_rings_to_compare(rings)[0])
 
 
 def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
-    """Return the same lip as a plate sees it, off its centre; ``None`` for a striker that touches as one rigid face."""
+    """Return the lip in a plate's coordinates, off its centre; ``None`` for a striker with one rigid face."""
     if lip is None or scene.reed.thin_plate is None:
         return None
     return replace(lip, offset=scene.contact.offset)  # type: ignore[type-var]
 
 
 def stopper_lip(scene: Scene) -> AnyLip | None:
-    """Return the part of the stopper that is met, in the parts that the scene asks for; ``None``: it is met as a whole.
+    """Return the part of the stopper that the reed meets, in the parts asked for; ``None``: as a whole.
 
     Its own flat face, or what the reed touches with of a body that has none. Raises `ModelError` of a face of a file
     that is no lip.
@@ -96,7 +96,7 @@ def stopper_lip(scene: Scene) -> AnyLip | None:
 
 
 def behind_the_reed(scene: Scene) -> AnyLip | None:
-    """Return the stopper's lip as the reed sees it, by names of its own."""
+    """Return the stopper's lip in the reed's coordinates, under names of its own."""
     lip = stopper_lip(scene)
     return None if lip is None else replace(lip, side=STOPPER)  # type: ignore[type-var]
 

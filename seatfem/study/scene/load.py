@@ -71,7 +71,7 @@ _BUILT_IN: Final = (kinds_of(), laws(), tuple(all_measures()))
 LIMIT: Final = 1 * MB
 DEEPEST: Final = 32
 _DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
-"""Reading them takes the square of their length."""
+"""Dotted key with so many parts that reading it takes the square of its length."""
 
 
 class _Unreadable(ValueError):

@@ -1,4 +1,4 @@
-"""The measures of a run: what an accuracy may be asked of. A new one is a subclass of `Measure`, in any file."""
+"""Measures of a scene, for which an accuracy may be asked. A new one is a subclass of `Measure`, in any file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LandingChoice = Literal["hardest", "first", "run"]
 HARDEST: Final = "landing_"
 FIRST: Final = "first_landing_"
 PREFIXES: Final[Mapping[LandingChoice, str]] = {"hardest": HARDEST, "first": FIRST, "run": ""}
-"""What the names of measures begin with when they are asked of a landing."""
+"""Prefixes of the names of measures of a landing."""
 LANDING_WORDS: Final[Mapping[str, str]] = {HARDEST: " of the hardest landing", FIRST: " of the first landing", "": ""}
 
 
@@ -60,7 +60,7 @@ class Line:
 
 @dataclass(frozen=True)
 class ContactRecord:
-    """Histories of one run from which measures are taken.
+    """Histories of the seat's contact in one run, read by measures (`impact.ContactRecord` is of any face).
 
     Attributes:
         force: (n + 1,) of one contact [N].
@@ -328,7 +328,7 @@ def all_measures() -> Mapping[str, Measure]:
 
 
 def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, ...]:
-    """Return what measures are called among the values of a run when they are asked of this landing.
+    """Return the names of measures of this landing among the values of a run.
 
     A measure that speaks of whole runs alone keeps its name, or has that of the one by which it is judged.
     """
@@ -344,7 +344,7 @@ def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, .
 
 
 def judged_landings(landings: Sequence[Landing]) -> Mapping[str, Landing]:
-    """Return the landings that measures may be asked of, by what the names of their values begin with."""
+    """Return the landings that measures may be of, by the prefix of the names of their values."""
     hard = hardest(landings)
     return {} if hard is None else {HARDEST: hard, FIRST: landings[0]}
 
@@ -352,7 +352,7 @@ def judged_landings(landings: Sequence[Landing]) -> Mapping[str, Landing]:
 def judged_landing(
     landings: Sequence[Landing], asked: LandingChoice, like: Sequence[Landing] | None = None
 ) -> Landing | None:
-    """Return the landing that measures are asked of, of the whole run the hardest; ``None`` where there is none.
+    """Return the landing that measures are of, of the whole run the hardest; ``None`` where there is none.
 
     ``like``: the landings of a neighbouring run, whose own is looked for.
     """
@@ -387,20 +387,20 @@ def values_of(blow: ContactRecord, like: Sequence[Landing] | None = None) -> dic
 
 
 def in_words(name: str) -> str:
-    """Return what a value of a run is, in words, its key in brackets."""
+    """Return the meaning of a value of a run in words, its key in brackets."""
     prefix, measure = _parted(name)
     return f"{all_measures()[measure].words}{LANDING_WORDS[prefix]} ({key_of(name)})"
 
 
 def short_words(name: str) -> str:
-    """Return what a value of a run is in words, its key and which landing it is of left out."""
+    """Return the meaning of a value of a run in words, without its key and its landing."""
     prefix, measure = _parted(name)
     entry = all_measures()[measure]
     return (prefix and entry.landing_words) or entry.words
 
 
 def asked_name(name: str) -> str:
-    """Return by which name a scene asks for a value of a run, whichever landing it is of."""
+    """Return the name under which a scene asks for a value of a run, whichever landing it is of."""
     return _parted(name)[1]
 
 

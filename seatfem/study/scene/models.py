@@ -19,7 +19,7 @@ from seatfem.structures.kinds.striking import is_loaded
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.study import scene
-from seatfem.study.scene import agreement, drives, measures, problems
+from seatfem.study.scene import contradictions, drives, measures, problems
 from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
@@ -260,4 +260,4 @@ class Scene(fields.Table):
         return self.gas is not None or any(load.by_lift for load in self.load)
 
     def contradictions(self) -> fields.Contradictions:
-        return agreement.contradictions_of(self)
+        return contradictions.contradictions_of(self)

@@ -25,15 +25,15 @@ from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.study.scene.contact import STEEPEST
 
 KEY: Final = "assembly.placed"
-LARGEST: Final = 8.0  # reed over the whole seat; no drawn pair has more
-LEAST: Final = 0.03  # nor less
-NEAREST: Final = 3  # faces that are named
-SQUARE: Final = 1e-6  # of a unit normal, to an axis of the file
+LARGEST: Final = 8.0  # largest size of a reed over its whole seat; no drawn pair has more
+LEAST: Final = 0.03  # smallest size of a reed over its whole seat
+NEAREST: Final = 3  # most faces that are named
+SQUARE: Final = 1e-6  # largest distance of a unit normal from an axis of the file
 UNITS: Final = {1e-3: "mm", 1.0: "m", 1e-2: "cm", 1e-6: "um", 0.0254: "inch", 0.3048: "ft"}
 FACTORS: Final = (1000.0, 25.4, 10.0, 0.1, 1 / 25.4, 1e-3)
-"""Between the lengths of parts of which one has another unit than its file states."""
-USUAL: Final = 0.5  # size of a reed over that of its seat
-WITHIN: Final = 8.0  # times that and part of it, where a factor is taken for the reason
+"""Ratios of the lengths of two parts, of which one has another unit than its file states."""
+USUAL: Final = 0.5  # usual size of a reed over that of its seat
+WITHIN: Final = 8.0  # factor about the usual size within which a wrong unit is taken for the reason
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class DrawnClamp:
 
 @dataclass(frozen=True, eq=False)
 class PartsAsDrawn:
-    """Both parts as their files have them.
+    """Reed and seat in the positions of their files.
 
     Attributes:
         seat, file: the seat's table and the reed's file.
@@ -86,7 +86,7 @@ class PartsAsDrawn:
         return self.drawn.frame
 
     def clamp(self, given: object) -> DrawnClamp:
-        """Return what [reed] clamped means.
+        """Return the clamp that [reed] clamped states: a line and the side beyond it.
 
         Raises:
             ValidationError: a key that cannot be read.
@@ -220,7 +220,7 @@ class PartsAsDrawn:
         return f"{self._name} is in {_unit(self.seat.geometry())}, {self.file.name} in {_unit(CadPart(self.file))}"
 
     def _facing(self) -> str:
-        """Return what to select: the nearest flat faces of the seat that look towards the reed."""
+        """Return selectors of the nearest flat faces of the seat that face the reed."""
         faces = []
         for face in self.found.faces:
             if face.normal is not None and self.seat.struck_face not in face.groups:

@@ -119,9 +119,9 @@ class _Reader:
 
 MOST: Final = 100
 _LINE_END: Final = re.compile(r"\n(?!  )")
-"""Those of keys and values, which must not look like the next problem; lines of a list are indented."""
+"""Line ends of keys and values, which must not look like the next problem; lines of a list are indented."""
 ALIKE: Final = 0.7
-"""Words that have less in common were not meant."""
+"""Least similarity of a word that was probably meant."""
 
 
 @dataclass(frozen=True)
@@ -272,7 +272,7 @@ def _meant_percent(place: _Place, written: object) -> str:
 
 
 def notes_of(field: FieldInfo) -> Iterator[object]:
-    """Yield what is annotated to the field, or to one side of `... | None`."""
+    """Yield the annotations of the field, or of one side of `... | None`."""
     yield from field.metadata
     for kind in get_args(field.annotation):
         yield from get_args(kind)[1:] if get_origin(kind) is Annotated else ()
@@ -284,7 +284,7 @@ def reader_of(notes: Iterable[object]) -> Any:
 
 
 def _content(place: _Place) -> str:
-    """Return what stands in the table that a key should hold."""
+    """Return the content of the table that a key should hold."""
     if len(place.choices) == 1:
         return f"; keys: {', '.join(own_keys(place.choices[0]))}"
     return f"; kinds: {kinds_in_words(place.choices)}" if any(map(kind_of, place.choices)) else ""
@@ -307,7 +307,7 @@ def did_you_mean(written: str, known: Iterable[str]) -> str:
 
 
 def _written(data: object, path: KeyPath) -> object:
-    """Return what the file says at `path`; None where it says nothing."""
+    """Return the text at `path` of the file; None where it has none."""
     for part in path:
         among = isinstance(data, Mapping) and part in data
         if not (among or (isinstance(data, list) and isinstance(part, int) and part < len(data))):

@@ -2,7 +2,7 @@
 the limits.
 
 COBYQA (Ragonneau 2022, in scipy) interpolates the measures by quadratic models in a trust region: no derivatives, few
-evaluations, limits as limits, no chance; a search that is repeated asks for the same scenes in the same order.
+evaluations, constraints handled as such; the search is deterministic: repeated, it runs the same scenes in order.
 """
 
 import math
@@ -27,17 +27,17 @@ from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.study import LOOSE, Optimise, Study
 from seatfem.study.sweep.table import StudyTable, table_of
 
-DIGITS: Final = 6  # of a share, so that round-off of a linear algebra library changes no scene
-NEAREST: Final = 1e-3  # of the ranges: the trust region at which a search ends
+DIGITS: Final = 6  # decimals of a share: round-off of a linear algebra library then changes no scene
+NEAREST: Final = 1e-3  # radius of the trust region, over the ranges, at which a search ends
 Point = tuple[float, ...]
 """Shares (0..1) of the ranges of the keys, in their order."""
 Shift = Mapping[str, float]
-"""What is added to measures of the search: their difference at a scene's own target, where that is known."""
+"""Correction of measures: value at a scene's own target less that at the search's accuracy; none before a first."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A point that was carried out."""
+    """A point of the search with its case and outcome."""
 
     point: Point
     case: Case
@@ -51,15 +51,15 @@ class Found:
 
 
 @dataclass
-class Level:
-    """The points carried out at one accuracy.
+class SearchStage:
+    """The points that a search has run at one accuracy.
 
     Attributes:
-        study: whose keys are varied.
-        cases: of this level; they share a seat that does not vary.
-        accuracy: the changes that make the level.
-        carry_out: of cases the outcomes by key.
-        found: all of them, in their order.
+        study: the study whose keys are varied.
+        cases: makes the cases of this stage; they share a seat that does not vary.
+        accuracy: changes of scene keys that set the accuracy of this stage.
+        carry_out: runs cases and returns their outcomes by key.
+        found: all points run, in their order.
     """
 
     study: Study
@@ -69,7 +69,7 @@ class Level:
     found: dict[Point, Found] = field(default_factory=dict)
 
     def evaluate(self, points: Sequence[Point]) -> list[Found]:
-        """Return what was found at points; new ones are carried out. A scene that cannot be is an outcome, too."""
+        """Return the results at points; new ones are run. A scene that cannot be run is an outcome, too."""
         new: dict[Point, Case] = {}
         for point in dict.fromkeys(points):
             if point in self.found:
@@ -87,7 +87,7 @@ class Level:
 
 
 class _SpentError(Exception):
-    """No evaluation is left."""
+    """All evaluations allowed are used."""
 
 
 def changes_at(study: Study, point: Point) -> dict[str, object]:
@@ -111,14 +111,14 @@ def rank(found: Found, goal: Optimise, shift: Shift) -> tuple[float, float]:
     return (math.inf, math.inf) if math.isnan(value) else (violation, value)
 
 
-def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int) -> None:
-    """Search from the best point of the level on, until the trust region, of ``radius`` [shares] at first, is
-    `NEAREST`, or the level holds ``most`` points.
+def improve(stage: SearchStage, goal: Optimise, shift: Shift, radius: float, most: int) -> None:
+    """Search from the best point of the stage on, until the trust region, of ``radius`` [shares] at first, is
+    `NEAREST`, or the stage holds ``most`` points.
 
     Measures are scaled by what they have differed by so far. A scene without numbers, or that did not land,
     counts as the worst one so far.
     """
-    start = min(level.found.values(), key=lambda each: rank(each, goal, shift))
+    start = min(stage.found.values(), key=lambda each: rank(each, goal, shift))
 
     def raw(found: Found) -> NDArray[np.float64]:
         """Return the measure, less is better, then the margins."""
@@ -126,7 +126,7 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
         return np.array([goal.sign * found.value(goal.measure), *(-margin for margin in margins)])
 
     def known() -> NDArray[np.float64]:
-        rows = [raw(each) for each in level.found.values()]
+        rows = [raw(each) for each in stage.found.values()]
         return np.array([row for row in rows if np.isfinite(row).all()])
 
     if not len(rows := known()):
@@ -136,9 +136,9 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
 
     def scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
         point = _rounded(x)
-        if point not in level.found and len(level.found) >= most:
+        if point not in stage.found and len(stage.found) >= most:
             raise _SpentError
-        values = raw(level.evaluate([point])[0])
+        values = raw(stage.evaluate([point])[0])
         return np.asarray((values if np.isfinite(values).all() else known().max(axis=0)) / scale)
 
     limits = [scipy.optimize.NonlinearConstraint(lambda x: scaled(x)[1:], -np.inf, 0.0)] if goal.subject_to else []
@@ -219,7 +219,7 @@ class Optimum:
         return replace(results, columns={**results.columns, **margins})
 
     def as_json(self) -> dict[str, Any]:
-        """Return the best point, how it stands to the limits, and how it was found."""
+        """Return the best point, its margins to the limits, and how it was found."""
         best, limits = self.best, []
         bars = {name: _bar(best, name) for name in self.goal.measures}
         for limit in self.goal.subject_to:
@@ -247,7 +247,7 @@ class Optimum:
         }
 
     def in_words(self) -> str:
-        """Return one sentence, with what has to be known of it."""
+        """Return the optimum in one sentence, with its reservations."""
         if not self.has_numbers:
             outcome = self.best.outcome
             why = outcome.message or f"landing_status is {outcome.summary.get(STATUS, LANDED)!r} at the target"

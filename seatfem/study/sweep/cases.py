@@ -70,18 +70,18 @@ def shares_of(study: Study) -> NDArray[np.float64]:
 
 
 PILOTS: Final = 4
-"""Scenes with a seat that begin as the first one has ended. All others begin as the second dearest of these five has
-ended: one may be an exception, but what two had to refine most others would."""
+"""Scenes with a seat that begin when the first one has ended. All others begin when the second dearest of these five
+has ended: one may be an exception, but what two had to refine most others would."""
 OF_ALL: Final = ("contact", "reed stress", "error budget")
 NOTE: Final = "plan of another scene of the study, which reached its target"
 
 Start = Mapping[str, Any]
-"""Of JSON: a plan ("plan"), of which scenes ("like"), its predicted seconds ("work"), and the keys of its seat ("seat")
+"""A plan as JSON ("plan"), of which scenes ("like"), its predicted seconds ("work"), and the keys of its seat ("seat")
 as a scene file has them, as far as the scene's own does not say."""
 
 
 def start_of(plan: Plan) -> Start:
-    """Return what scenes after that of the ``plan`` may begin with; nothing that this computer measured is in it."""
+    """Return what later scenes may begin with from the ``plan``; it holds nothing measured on this computer."""
     scene, method = plan.scene, plan.method
     open_keys = [key for key in FIELDS if key.startswith("seat.") and has_key(scene, key) and not is_given(scene, key)]
     chosen = {key: method.value(key) for key in open_keys}
@@ -111,21 +111,21 @@ def begun(scene: Scene, start: Start, *, as_it_is: bool = False) -> Plan | None:
 
 
 def chosen(starts: Iterable[Start]) -> Start:
-    """Return what a scene begins with, of what those before it have left; nothing where they left nothing."""
+    """Return the plan that a scene begins with, of those that earlier scenes have made; nothing where none has."""
     ranked = sorted(starts, key=lambda start: float(start["work"]))
     return ranked[max(0, len(ranked) - 2)] if ranked else {}
 
 
 def _like(scene: Scene) -> str:
-    """Return the same text for all scenes that may share one plan: duration, filter and target, kinds, and all stated
-    keys of `FIELDS`."""
+    """Return one text for all scenes that may share a plan: duration, filter and target, kinds, and all stated keys of
+    `FIELDS`."""
     stated = {key: value_of(scene, key) for key in FIELDS if is_given(scene, key)}
     tables = scene.model_dump(include={"run", "accuracy"}, exclude_unset=True)
     kinds = {name: body.kind for name, body in scene.bodies.items()}
     return content_key({"tables": tables, "stated": stated, "kinds": kinds, "law": scene.contact.law.kind})[:16]
 
 
-TOLD_EVERY: Final = 100  # scenes
+TOLD_EVERY: Final = 100  # scenes between two reports of progress
 
 
 @dataclass(frozen=True)
@@ -243,7 +243,7 @@ def _key(asked: object, rounds: int) -> str:
 
 
 def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:
-    """Return a problem of a key that varies, with its value, at its place in the study; others as in the scene."""
+    """Return a problem of a varied key with its value and its place in the study; others as in the scene."""
     own = f"{problem.key}."
     touching = [key for key in changed if own.startswith(f"{key}.") or f"{key}.".startswith(own)]
     if not touching:

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-MOST: Final = 6  # rows or columns of panels: the first ones are shown
-LABELS: Final = 8  # of scenes on a front
-FOOT: Final = 0.03  # of a panel's height, where scenes that do not count are marked
+MOST: Final = 6  # most rows or columns of panels: the first ones are shown
+LABELS: Final = 8  # most scenes on a front that are named
+FOOT: Final = 0.03  # height, over the panel's, at which scenes that do not count are marked
 HOLLOW: Final = " (hollow)"
 PER_ROW: Final = 3
-FEW: Final = 60  # scenes whose error bars are drawn
+FEW: Final = 60  # most scenes that are drawn with error bars
 
 
 def _titled(figure: Figure, table: StudyTable, what: str, mark: str = "") -> None:
@@ -226,11 +226,11 @@ def draw_history(
         axes.legend()
 
 
-SCATTERED: Final = 8  # columns of a matrix that can still be read
-LEAST: Final = 5  # scenes that a matrix of points is drawn of
+SCATTERED: Final = 8  # most columns of a matrix of points
+LEAST: Final = 5  # fewest scenes of a matrix of points
 
 Report = tuple[str, Columns | None, Callable[[Path], None]]
-"""Its name, its table where it has one of its own, and what draws it."""
+"""Name of a chart, its table where it has one of its own, and the function that draws it."""
 
 
 def reports_of(table: StudyTable) -> Iterator[Report]:

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from seatfem.study.sweep.table import Columns, StudyTable
 
 Array = NDArray[np.float64]
-MOST_LEVELS: Final = 12  # values of a key that are groups by themselves; more are divided into groups of equal size
+MOST_LEVELS: Final = 12  # most values of a key that are groups by themselves; more are put in groups of equal size
 PERCENTILES: Final = (5.0, 50.0, 95.0)
-ENOUGH: Final = 20  # scenes that percentiles are told of
+ENOUGH: Final = 20  # fewest scenes whose percentiles are stated
 CONFIDENCE: Final = 0.95
 RESAMPLES: Final = 999
 

@@ -23,8 +23,8 @@ from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep import sweep, table
 from seatfem.study.sweep.best import (
     NEAREST,
-    Level,
     Optimum,
+    SearchStage,
     Shift,
     changes_at,
     first_points,
@@ -38,8 +38,8 @@ from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import STAGE, Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 
-RADIUS: Final = 0.2  # of the ranges, of the first trust region
-AGAIN: Final = 0.05  # and of that about a point that was confirmed
+RADIUS: Final = 0.2  # radius of the first trust region, over the ranges
+AGAIN: Final = 0.05  # radius of a trust region about a confirmed point, over the ranges
 
 
 def run_optimum(
@@ -83,8 +83,8 @@ def run_optimum(
             progress(STAGE, min(1.0, (len(search.found) + len(target.found) + 1) / (goal.most + CONFIRMED)))
             return outcomes
 
-        search = Level(study, Cases(study, rounds), _coarse(study), carry_out)
-        target = Level(study, Cases(study, rounds), {}, carry_out)
+        search = SearchStage(study, Cases(study, rounds), _coarse(study), carry_out)
+        target = SearchStage(study, Cases(study, rounds), {}, carry_out)
         _search(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
@@ -94,7 +94,7 @@ def run_optimum(
     return optimum
 
 
-def _search(search: Level, target: Level, goal: Optimise) -> None:
+def _search(search: SearchStage, target: SearchStage, goal: Optimise) -> None:
     keys = len(search.study.vary)
     model = 2 * keys + 1  # points of a first quadratic model
     search.evaluate(first_points(keys, max(1, min(goal.most // 3, goal.most - model)), search.study.seed))
@@ -142,7 +142,7 @@ def optimise(
 
 @dataclass(frozen=True)
 class SearchAhead:
-    """Prediction of what an optimisation would take: its search, and the scenes that confirm it."""
+    """Predicted time of an optimisation: of its search, and of the scenes that confirm it."""
 
     search: sweep.Ahead
     target: sweep.Ahead
@@ -157,7 +157,7 @@ class SearchAhead:
         return json.dumps({**parts, "time_s": self.search.seconds() + self.target.seconds()}, indent=1)
 
     def in_words(self, workers: int) -> str:
-        """Return it in one line."""
+        """Return the prediction in one line."""
         return f"search: at most {self.search.in_words(1)}; then at the target: {self.target.in_words(1)}"
 
 

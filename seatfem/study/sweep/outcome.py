@@ -27,12 +27,12 @@ Scalar = float | int | bool | str | None
 NOTES: Final = "notes"
 """Key of summary.json that lists what limits its numbers, a sentence each."""
 FAILURES: Final = (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError)
-"""What a scene that cannot be carried out raises."""
+"""Errors of a scene that cannot be carried out."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Summary of a scene, or why there is none.
+    """Summary of a scene, or why it has none.
 
     Attributes:
         state: "done"; "missed": done, its target of accuracy missed; "stopped" at the limit of time; "failed".

@@ -24,9 +24,9 @@ from seatfem.study.sweep.study import Study
 
 JOURNAL: Final = "study.jsonl"
 STAGE: Final = "scenes"
-TRIES: Final = 2  # of a scene whose process dies, as one that the system has killed for its memory
-SIDE_BY_SIDE: Final = 64  # scenes of a job that are marched so: four times the lanes of the march
-RENEW: Final = 500  # scenes after which a worker is replaced: whatever libraries leak goes with it
+TRIES: Final = 2  # runs of a scene whose process dies, as one that the system has killed for its memory
+SIDE_BY_SIDE: Final = 64  # most scenes of a job that are marched side by side: four times the lanes of the march
+RENEW: Final = 500  # scenes after which a worker is replaced, for memory that libraries leak
 WORKER: Final = "seatfem.study.sweep.outcome"
 
 
@@ -97,7 +97,7 @@ class Runner:
         self.known = {key: each for key, each in on_file.items() if key not in retried | stopped}
 
     def pending(self, cases: Sequence[Case]) -> list[Case]:
-        """Return those that are to be computed, each once."""
+        """Return the cases without an outcome that holds, each once."""
         return [case for key, case in {case.key: case for case in cases}.items() if key not in self.known]
 
     def carry_out(self, cases: Sequence[Case], ask: Ask, progress: Progress = silent) -> dict[str, Outcome]:
@@ -157,7 +157,7 @@ class Runner:
 
 
 def _turn(case: Case) -> tuple[bool, int]:
-    """Return the turn of a case: those with the same may be carried out at the same time, the lowest first."""
+    """Return the turn of a case: cases of one turn may run at the same time, the lowest turn first."""
     return case.way == "beside", len(case.guides)
 
 
@@ -176,7 +176,7 @@ def packed_job(line: str) -> Parcel:
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
-    """Return outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
+    """Return outcomes by key. A line cut short by a kill, or not written by a study, is skipped."""
     return lines.outcomes(path, "key", lambda outcome, **_: Outcome(**outcome))
 
 

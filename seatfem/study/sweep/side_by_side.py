@@ -19,7 +19,7 @@ from impact.march.problem import ContactError, ContactProblem
 from impact.runs.batch import ImpactBatch
 from seatfem.jobs.folders import private_folder
 from seatfem.structures import cache, rings
-from seatfem.study.impacts.contact import problem_of, seat_of, solved_striker, stress_of, striker_of, time_step
+from seatfem.study.impacts.contact import fallback_step, problem_of, seat_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.landings import landings_of_one_contact
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import SEAT_FILE
@@ -29,12 +29,12 @@ from seatfem.study.scene.measures import ContactRecord, judged_landing, key_of, 
 from seatfem.study.sweep.cases import begun
 from seatfem.study.sweep.outcome import Changes, Outcome, carry_out
 
-SAME = 1e-9  # relative, of two initial states of which one is a multiple of the other
+SAME = 1e-9  # relative difference of two initial states at which one counts as a multiple of the other
 
 
 @dataclass(frozen=True)
 class _Scene:
-    """One of them: its problem of one contact, and the multiple of the first one's initial state."""
+    """One of the scenes: its problem of one contact, and the multiple of the first scene's initial state."""
 
     scene: Scene
     problem: ContactProblem
@@ -83,7 +83,7 @@ def _marched(
     with private_folder("sweep") as folder:
         seat = seat_of(base, cache.Cache(folder / SEAT_FILE), method=plan.method.seat)
     problem = _problem(base, plan, impact.Body(seat.greens))
-    dt = plan.method.time_step or time_step(base, problem.striker.greens, seat.greens)
+    dt = plan.method.time_step or fallback_step(base, problem.striker.greens, seat.greens)
     known = [_beside(problem, load_scene(path, {**changed, **other}), plan) for other in others]
     chosen = [each for each in known if each is not None]
     if not chosen:
@@ -130,7 +130,7 @@ def _alike(one: Body, other: Body) -> bool:
 
 
 def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Collection[str]) -> dict[str, Any]:
-    """Return the summary as far as summary.json has the same."""
+    """Return the keys of summary.json that such a march has."""
     assert batch.force is not None
     assert batch.gap is not None
     force, problem, width = batch.force[place], each.problem, each.scene.run.filter_width

@@ -14,9 +14,9 @@ from seatfem.study.scene.keys import schema_of, table_lines
 from seatfem.study.scene.load import load_table
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
 
-LEAST: Final = 5  # evaluations: three for a line and its curvature, one to begin with, one that uses them
-CONFIRMED: Final = 3  # points that are carried out at the scene's own target
-LOOSE: Final = 1e-3  # of a limit: by so much a constraint whose measure has no error bar may be violated
+LEAST: Final = 5  # fewest evaluations: three for a line and its curvature, one to begin with, one that uses them
+CONFIRMED: Final = 3  # most points that are carried out at the scene's own target
+LOOSE: Final = 1e-3  # violation, over the limit, that a constraint allows whose measure has no error bar
 _CONSTRAINT: Final = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")
 
 
@@ -55,7 +55,7 @@ def _constraint(text: object) -> Constraint:
 
 
 class Optimise(Table):
-    """Which scene is sought."""
+    """The measure to be optimised, its limits and the effort."""
 
     minimise: str | None = absent("key of summary.json of which less is better", pattern=r"^\w+$")
     maximise: str | None = absent("key of summary.json of which more is better", pattern=r"^\w+$")
@@ -89,16 +89,16 @@ Design = Literal["grid", "zip", "latin_hypercube", "sobol", "monte_carlo", "sobo
 DRAWN: Final = ("latin_hypercube", "sobol", "monte_carlo", "sobol_indices")
 """Designs that draw each value from its distribution."""
 POWERS: Final = ("sobol", "sobol_indices")
-"""Those whose number has to be a power of two: Sobol's points are even for no other."""
+"""Designs whose number must be a power of two: Sobol's points are even for no other."""
 CONTACT_DATA: Final = ("contact.gap", "reed.velocity", "reed.release.tip_deflection", "reed.release.deflection")
-"""What scenes that are marched side by side may differ in: the gap, how fast and how far deflected the striker is."""
+"""Keys that may differ between scenes marched side by side: gap, speed and deflection of the striker."""
 MOST_KEYS: Final = 100
-DEEPEST: Final = 8  # parts of a key
-LONGEST: Final = 200  # characters of it
+DEEPEST: Final = 8  # most parts of a dotted key
+LONGEST: Final = 200  # most characters of a key
 OF_VARIATIONS: Final = {
     field.alias or name for kind in kinds_below(Variation) for name, field in kind.model_fields.items()
 } - {"number"}  # of which a scene may have tables
-MOST_SCENES: Final = 100_000  # some 3 ms to check each
+MOST_SCENES: Final = 100_000  # most scenes of a study; each takes some 3 ms to check
 
 
 def _whole_key(key: str) -> str:
@@ -120,7 +120,7 @@ WholeKey = Annotated[str, AfterValidator(_whole_key)]
 
 
 class Outputs(Table):
-    """What is asked of the table."""
+    """The measures that tables and charts of a study show."""
 
     measures: tuple[str, ...] = default(
         (),

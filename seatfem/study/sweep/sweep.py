@@ -39,16 +39,16 @@ from seatfem.study.sweep.table import (
     write_parquet,
 )
 
-LOOKED_AT: Final = 1000  # scenes of a larger study that are checked before its price is told
+LOOKED_AT: Final = 1000  # scenes of a larger study that are checked before its price is stated
 SAMPLED: Final = 3  # scenes that are planned: the first, the middle and the last
-LANE: Final = 0.1  # of a scene marched side by side, over the march of one by itself with all energies
+LANE: Final = 0.1  # time of a scene marched side by side, over the march of one by itself with all energies
 NOT_HERE: Final = ("program start", "compilation", "pictures", "files", *OF_THE_SEAT)
-"""Stages that scenes of a study do without, or only the first one with a seat has."""
+"""Stages that a study's scenes do without, or that only the first scene with a seat has."""
 
 
 @dataclass(frozen=True)
 class Ahead:
-    """Predicted from the plans of a few scenes.
+    """Time and memory of a study, predicted from the plans of a few scenes.
 
     Attributes:
         scenes, seats: how many there are to compute in full, and different seats among them.
@@ -84,7 +84,7 @@ class Ahead:
         return json.dumps({**asdict(self), "workers": workers, "time_s": self.seconds(workers)}, indent=1)
 
     def in_words(self, workers: int) -> str:
-        """Return it in one line."""
+        """Return the prediction in one line."""
         seats = f" with {self.seats} seat{'s'[: self.seats > 1]} to compute" if self.seats else ""
         a_seat = f" {in_time(self.seat)} a seat," if self.seats else ""
         beside = f" and {self.beside} in batches" if self.beside else ""
@@ -110,8 +110,8 @@ def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
 
 
 def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
-    """Return what these cases of the scene at a path will take. Raises what plans raise where none of the sampled
-    scenes can be planned; one that cannot is in the table when it has been tried."""
+    """Return time and memory that these cases of the scene at a path will take. Raises what plans raise where none of
+    the sampled scenes can be planned; the table shows one that cannot."""
     machine = resources.Machine.known()
     last = len(cases) - 1
     chosen = [cases[place] for place in sorted({round(last * k / (SAMPLED - 1)) for k in range(SAMPLED)})]

@@ -39,7 +39,7 @@ from seatfem.study.sweep.study import Study
 
 Columns = Mapping[str, Sequence[object]]
 MODULES: Final[Mapping[str, str]] = {"pandas": "pandas", "pyarrow": "pyarrow.parquet"}
-"""What is imported of the optional packages by which tables are written, absent or whole."""
+"""Modules of the optional packages by which tables are written, to see whether they are absent or broken."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class StudyTable:
         return np.asarray(self.counted(name) & known)
 
     def failures(self) -> list[str]:
-        """Return what became of the scenes without numbers, in words."""
+        """Return the reasons of the scenes without numbers, in words."""
         shown = zip(*(self.columns[name] for name in ("scene", "status", "message", *self.parameters)), strict=True)
         return [
             f"scene {number} ({', '.join(f'{key} = {v}' for key, v in zip(self.parameters, row, strict=True))}): "
@@ -230,9 +230,9 @@ def as_frame(columns: Columns) -> Any:
 
 
 SAFETY: Final = 1.25
-TIGHTER: Final = 0.6  # of accuracy.target, so that bars of others with their factor are within it
-LEAST: Final = 24  # scenes through the design
-CORNERS: Final = 32  # at most
+TIGHTER: Final = 0.6  # target of the sample over accuracy.target: bars of the others, with their factor, keep that
+LEAST: Final = 24  # scenes of the sample that are spread evenly through the design
+CORNERS: Final = 32  # most scenes of the sample that are nearest to corners
 STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
 STRESS: Final = (
     *(f"{name}_{what}" for name in STRESSES for what in ("Pa", "at_m", "time_s")),
@@ -271,7 +271,7 @@ def divided(study: Study, cases: list[Case], scene: Scene, measures: Sequence[st
 
 
 def _needs(measures: Sequence[str]) -> tuple[str, ...]:
-    """Return what these keys of summary.json take beside the force."""
+    """Return the histories that these keys of summary.json need beside the force."""
     every = all_measures().values()
     moved = [key for each in every if each.needs_displacement for key in _keys(each)]
     stressed = [key for each in every if each.needs_stress for key in _keys(each)]

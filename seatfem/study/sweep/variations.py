@@ -1,4 +1,4 @@
-"""[vary]: the values that one key of a scene takes, as a list, a range or a distribution."""
+"""[vary] of a study file: the values that one key of a scene takes, as a list, a range or a distribution."""
 
 import math
 from collections.abc import Mapping
@@ -12,10 +12,10 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from seatfem.fields import Contradictions, KeyProblem, Table, absent, kinds_below, one_of
 from seatfem.units import number_and_unit
 
-MOST: Final = 10_000  # values of a key
-EDGE: Final = 2.0**-53  # of the shares at which distributions without bounds are taken
+MOST: Final = 10_000  # most values of a key
+EDGE: Final = 2.0**-53  # least share, and 1 less the largest, at which distributions without bounds are evaluated
 Value = Any
-"""As a scene file has it: "0.3 mm", 5, "signorini"."""
+"""Value as a scene file has it: "0.3 mm", 5, "signorini"."""
 
 
 def _quantity(value: object) -> tuple[float, str]:

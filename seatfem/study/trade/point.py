@@ -24,7 +24,7 @@ from seatfem.study.sweep.outcome import FAILURES, Outcome
 Settings = Mapping[str, object]
 """Values by dotted key, written as in a scene file ("1 mm"); ``None`` takes the key out of the file."""
 
-ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # of bars none is chosen
+ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # keys left to the planner
 
 
 def stated_choices(scene: Scene, method: RunMethod) -> Settings:
@@ -35,10 +35,10 @@ def stated_choices(scene: Scene, method: RunMethod) -> Settings:
 
 PROCESSOR: Final = "processor_s"
 COSTS: Final = (PROCESSOR, "memory_bytes", "start_s")
-"""Seconds of all threads of the computation, mesher included, of a stopped one the limit; the largest of the process;
-seconds from the start of the process to the beginning of the computation."""
+"""Processor seconds of all threads, mesher included, or the limit if stopped; largest memory of the process; seconds
+from the start of the process to the beginning of the computation."""
 ABOUT: Final = (landings.STATUS, "seat_model", "seat_dof", "seat_poles", "reduction", "time_step_s", "engine")
-REPEATED_BELOW: Final = 4.0  # processor s; less is measured twice and the second counts: the first loads and compiles
+REPEATED_BELOW: Final = 4.0  # processor time [s] below which a point is run twice: the first time loads and compiles
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
 
 
 def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
-    """Return the time by the clock and of the processor [s], and the summary."""
+    """Return wall and processor time [s], and the summary."""
     wall, processor, watch = time.perf_counter(), _processor_time(), Stopwatch()
     method = stated_method(scene)
     if point.in_place:
@@ -100,7 +100,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
     longest = scene.run.filter_width / point.least_steps
     stopper = contact.stopper_of(scene)
     greens = (striker.greens, seat.greens) if stopper is None else (striker.greens, seat.greens, stopper.greens)
-    step = method.time_step or min(longest, contact.time_step(scene, *greens))
+    step = method.time_step or min(longest, contact.fallback_step(scene, *greens))
     contact.check_length(scene, step, method.seat.division.count)
     with watch("contact"):
         touches = contact.run_contacts(scene, striker, seat.greens, step, engine=point.engine)

@@ -100,7 +100,7 @@ def _as_json(outcome: Outcome) -> dict[str, object]:
 
 
 def in_words(trade: Trade) -> str:
-    """Return the front, the planner's place, and what did not end."""
+    """Return in words the front, the planner's place, and the points that did not end."""
     ended = len(trade.done())
     floors = ", ".join(f"{m.replace('_', ' ')} {trade.floor[m]:.1e}" for m in trade.measures)
     lines = [f"{ended} of {len(trade.points)} points ended; the reference itself is uncertain by: {floors}"]
@@ -137,7 +137,7 @@ FAMILIES: Final = {
     "3d": (PURPLE, "3-D"),
     "as given": (SKY, "seat as given"),
 }
-"""Colour and name of each."""
+"""Colour and name of each family of points."""
 MARKERS: Final[Mapping[str, tuple[Any, str]]] = {
     "diagonal": ("o", "mesh and bandwidth"),
     "by hand": ("s", "chosen by hand, no error bar"),

@@ -42,12 +42,12 @@ from seatfem.study.prerun.look import BAND_PER_FILTER
 from seatfem.study.scene import Scene
 from seatfem.study.trade.point import Point, Settings
 
-BY_HAND: Final = "by hand"  # what is varied where there are no finite elements
+BY_HAND: Final = "by hand"  # name of the varied key of points without finite elements
 DEPTH: Final = 3  # rungs of the diagonal below the centre
-ACROSS: Final = {True: 1, False: 2}  # elements over the column's height and the patch's width; true: in 3-D
+ELEMENTS: Final = {True: 1, False: 2}  # elements over the column's height and the patch's width; true: in 3-D
 SOLID: Final = ("sector", "3d")  # levels with three-dimensional meshes
 ENGINES: Final[tuple[Engine, ...]] = ("poles", "fft", "direct")
-ENGINE_STEPS: Final = 100_000  # at most, where engines are compared: the direct sum takes their square
+ENGINE_STEPS: Final = 100_000  # most steps where engines are compared: the direct sum takes their square
 REFERENCE_MODES: Final = 128
 REFERENCE_PORTS: Final = 128
 _QUICK: Final = (
@@ -57,8 +57,8 @@ _QUICK: Final = (
 
 
 def centre_of(scene: Scene) -> RunMethod:
-    """Return the method that the rungs are built around: what the file states; what it leaves open follows the filter's
-    band, its waves and the struck face."""
+    """Return the method that the rungs vary: as the file states, and what it leaves open by the filter's band, its
+    waves and the struck face."""
     seat, method = scene.seat, replace(stated_method(scene), time_step=None)
     if not seat.traits.is_reduced:
         return replace(method, seat=replace(method.seat, bandwidth=None, size=None, contact_size=None, lip=None))
@@ -74,16 +74,16 @@ def centre_of(scene: Scene) -> RunMethod:
 
 
 def _sizes(seat: Drawn, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
-    """Return element sizes in bulk and contact: `ACROSS` the column's height and the patch, and the slowest wave."""
+    """Return element sizes in bulk and contact: `ELEMENTS` the column's height and the patch, and the slowest wave."""
     wave, column = seat.slowest / (PER_WAVELENGTH[seat.discrete(level)] * bandwidth), seat.column()
-    across = ACROSS[level in SOLID]
+    across = ELEMENTS[level in SOLID]
     size = stated.size or (wave if column is None else min(wave, column.height / across))
     contact = stated.contact_size or (0.4 * size if column is None else min(size, column.width / across))
     return size, min(contact, size)
 
 
 def settings_of(method: RunMethod, changes: Mapping[str, object] | None = None) -> Settings:
-    """Return a method of the trade as stated keys, with other values of some; without those that it leaves open."""
+    """Return a method of the trade as settings of keys, some replaced; keys that it leaves open are left out."""
     seat, drawn, along = method.seat, method.seat.size is not None, method.ports is not None
     values: dict[str, object] = {
         MODEL: seat.level if drawn else None,

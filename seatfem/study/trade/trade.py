@@ -34,13 +34,13 @@ from seatfem.study.trade.point import ALL_OPEN, PROCESSOR, Point, stated_choices
 from seatfem.study.trade.rungs import BY_HAND, Rungs
 from seatfem.units import write_quantity
 
-TIME_LIMIT: Final = 20.0  # processor s for one point, the start of its process included
-PATIENCE: Final = 10.0  # s of the clock for each of them: for what hangs, and for machines that are busy otherwise
-TOO_LONG: Final = 2.0  # predicted time over the limit from which a point is not tried: predictions are that good
+TIME_LIMIT: Final = 20.0  # processor time [s] for one point, the start of its process included
+PATIENCE: Final = 10.0  # time of the clock over that limit, after which a point is ended: enough on a busy machine
+TOO_LONG: Final = 2.0  # predicted time over the limit above which a point is not tried: predictions are no better
 PROGRAM: Final = Program(
     "seatfem.study.trade.point", renew=1, own_session=True, environment=ONE_THREAD, folder_in=(VARIABLE, "TMPDIR")
 )
-"""One thread, so that processor time is work; nothing computed before is at hand; what a point leaves goes with it."""
+"""Process of a point: one thread, so that processor time is work; a folder of its own, so that no result is at hand."""
 
 
 def run_points(
@@ -88,7 +88,7 @@ def run_points(
 
 
 def _key(scene: Path, point: Point) -> str:
-    """Return what an outcome depends on: the text of the scene, what the point changes in it, and the code."""
+    """Return the cache key of an outcome: text of the scene, settings of the point, and the code."""
     parts = [code_version(), scene.read_text(encoding="utf-8"), asdict(point)]
     return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:20]
 
@@ -135,10 +135,10 @@ def _outcome(answer: str | Lost, limit: float) -> Outcome:
 
 PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
-LONGER: Final = 4.0  # time limits that the reference and the planner's choice may take
-FINEST: Final = 3  # notches of the diagonal above the centre, where they are cheap
+LONGER: Final = 4.0  # time, in time limits, that the reference and the planner's choice may take
+FINEST: Final = 3  # most notches of the diagonal above the centre, where they are cheap
 CARRIED_OUT: Final = ("mesh", "assembly", "reduction", "contact")  # stages of a plan that a point carries out
-GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # of the time from one rung to the next; true: in three dimensions
+GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # factor of the time from rung to rung; true: in three dimensions
 
 
 class TradeError(ValueError):
@@ -187,8 +187,8 @@ class Trade:
         return processor_of(outcome) if outcome.state == "done" else math.nan
 
     def error(self, name: str, measure: str) -> float:
-        """Return |value - reference|/|reference| of a point; not a number where it did not end, or does not tell: a
-        measure of a landing where it did not land, or was cut off."""
+        """Return |value - reference|/|reference| of a point; nan where it did not end, or has no such value: a measure
+        of a landing where it did not land, or was cut off."""
         outcome, exact = self.outcomes[name], self.outcomes[self.reference].summary
         if outcome.state != "done" or measure not in outcome.summary or not _answers(outcome, [measure]):
             return math.nan
@@ -343,7 +343,7 @@ class _Runs:
 
 
 def _planned(name: str, scene: Scene, empty: Store) -> Point:
-    """Return what the planner chooses for a scene, no seat of which is at hand."""
+    """Return the point with the planner's choices for a scene, without a cached seat."""
     plan = plan_scene(scene, store=empty)
     seconds = sum(plan.cost.parts.get(stage, 0.0) for stage in CARRIED_OUT)
     settings = {**ALL_OPEN, **stated_choices(plan.scene, plan.method)}
@@ -352,7 +352,7 @@ def _planned(name: str, scene: Scene, empty: Store) -> Point:
 
 
 def _answers(outcome: Outcome, measures: Sequence[str]) -> bool:
-    """Return whether a point has what these measures speak of: landings, or its whole run."""
+    """Return whether a point has the events that these measures need: landings, or its whole run."""
     return has_landed(outcome.summary) or not any(name.startswith((HARDEST, FIRST)) for name in measures)
 
 

@@ -1,6 +1,5 @@
-"""Sections of the page of a run: its folder, tables as HTML, hot spots and life, gaps, true errors, provenance,
-pictures.
-"""
+"""HTML fragments of the page of a run, which page.py orders in sections: tables, hot spots, life, what was left out,
+who checked such scenes, provenance, pictures; and the reading of a run's folder."""
 
 from __future__ import annotations
 
@@ -142,11 +141,11 @@ TOO_WIDE: Final = "Not known, since the uncertainty is above half of the value"
 NO_BAR: Final = "Without an uncertainty"
 STATES: Final = (BAR_UNKNOWN, TOO_WIDE, NO_BAR)
 BESIDE: Final = ("time_s", "_at_deg", "_at_m", "_over_rho_c0_v", "tilt_deg")
-"""How keys of rows end that say when and where another one is, what it is a multiple of, and what the scene states."""
+"""Ends of keys that state when and where another number holds, a multiple of it, or what the scene states."""
 
 
 def omissions(summary: readings.Summary) -> Iterator[str]:
-    """Yield what the numbers of a run do not tell, a sentence each."""
+    """Yield what is missing in the numbers of a run, a sentence each."""
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"Not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}."
     for (words, group), names in _numbers_without_bar(summary).items():
@@ -165,7 +164,7 @@ def omissions(summary: readings.Summary) -> Iterator[str]:
 
 
 def _numbers_without_bar(summary: readings.Summary) -> dict[tuple[str, Group], list[str]]:
-    """Return the numbers of the result whose error is open, by what is open and by their group of rows."""
+    """Return the numbers whose error is unknown or too large, by the reason and by their group of rows."""
     open_numbers: dict[tuple[str, Group], list[str]] = {}
     for group, rows in rows_of(summary).items():
         parent = ""
@@ -183,7 +182,7 @@ def _numbers_without_bar(summary: readings.Summary) -> dict[tuple[str, Group], l
 
 
 def _not_computed(summary: readings.Summary) -> Iterator[str]:
-    """Yield the stresses and the fatigue that were not computed, and what asks for them."""
+    """Yield the stresses and the fatigue that were not computed, and the keys of the scene that request them."""
     if readings.as_number(summary.get(results.SEAT_STRESS)) is None:
         yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
     if readings.as_number(summary.get(results.REED_STRESS)) is None:
@@ -268,9 +267,9 @@ def versions() -> str:
 
 
 MOST_OF_A_PICTURE: Final = 3 * MB
-MOST_OF_PICTURES: Final = 7 * MB // 2  # with plotly's 5 MB, bodies and curves the page stays below 15 MB
+MOST_OF_PICTURES: Final = 7 * MB // 2  # most bytes of pictures: with all else the page stays below 15 MB
 DRAWING: Final = "drawing.png"
-"""The picture that a page begins with."""
+"""File of the picture that a page begins with."""
 CAPTIONS: Final[Mapping[str, str]] = {
     DRAWING: "The scene as it was computed: section along the reed through the contact, and plan, with sizes.",
     "force.png": "Contact force, seat and spring baseline.",
@@ -295,13 +294,13 @@ INSTEAD: Final[Mapping[str, str]] = {
     "reed_stress_wave.gif": "reed_stress_wave.h5",
     "landing.gif": "landing.h5",
 }
-"""Pictures in whose place bodies are in the page, where there are any."""
+"""Pictures that are left out where the page has moving bodies, and the files of these."""
 STILLS: Final = ("landing.gif",)
-"""Those of them that are in the page all the same, for browsers that draw no bodies, and for what they print."""
+"""Pictures of `INSTEAD` that are kept all the same, for browsers that draw no bodies, and for prints."""
 
 
 def kept_pictures(folder: Path) -> str:
-    """Return the pictures that the page does not hold otherwise, each with its caption; what is too large is named."""
+    """Return the pictures that no other section shows, each with its caption; one that is too large is named."""
     shown, room = [], MOST_OF_PICTURES
     files = sorted(file for pattern in ("*.png", "*.gif") for file in folder.glob(pattern) if not file.is_symlink())
     for file in sorted(files, key=lambda file: file.name in STILLS):

@@ -49,7 +49,7 @@ def _of_gas(gas: CompressorGas, duration: float) -> Contradictions:
 
 
 def _of_roles(scene: Scene) -> Contradictions:
-    """Yield where what is struck is not at rest, or what strikes does not move."""
+    """Yield a struck body that is not at rest, and a striker that does not move."""
     if key := structure.motion_key(scene.seat):
         yield f"seat.{key}", "the struck body is at rest; remove the key, or use the body as the reed"
     reed, moved_by = scene.reed, scene.reed.traits.moved_by
@@ -62,7 +62,7 @@ def _of_roles(scene: Scene) -> Contradictions:
 
 
 def _of_loads(scene: Scene) -> Contradictions:
-    """Yield where loads and springs act on no place of the reed, or on what is not known of it."""
+    """Yield loads and springs that act on no place of the reed, or on an unknown part of it."""
     reed = scene.reed
     for number, load in enumerate(scene.load):
         reed.check_place(load.at, f"load.{number}.at")
@@ -143,7 +143,7 @@ def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradiction
 
 
 def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> Contradictions:
-    """Yield what is wrong with the film on its lip, its stress, and the rings of its contact face."""
+    """Yield problems of the film on its lip, its stress, and the rings of its contact face."""
     if contact.film is not None:
         yield from within("contact", contact.film.check(seat.lip_face.ring, seat.kind, contact.rings))
     if stress is not None:
@@ -155,7 +155,7 @@ def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dur
 
 
 def _of_reed_stress(scene: Scene) -> Contradictions:
-    """Yield what is wrong with the measures that look at the reed's stress, and with its life."""
+    """Yield problems of the measures of the reed's stress, and of its life."""
     wanted = scene.accuracy.measures
     name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
     if any_needs_stress(wanted) and not (scene.reed.traits.has_stress or scene.reed.thin_plate is not None):
