@@ -46,7 +46,7 @@ def deepest_so_far(penetration: Array) -> Array:
 
 @dataclass(frozen=True)
 class RoughJoint:
-    """Rough faces, N = k pen^n when loaded: u(N) = r (N/k)^(1/n), so that unloading is 1/r times as stiff at each force.
+    """Rough faces, N = k pen^n when loaded; u(N) = r (N/k)^(1/n): unloading is 1/r times as stiff at each force.
 
     A cycle to the force N_m loses (1 - r) of its work k m^(n + 1)/(n + 1); r = 1 is elastic.
 

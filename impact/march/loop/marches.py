@@ -171,8 +171,8 @@ def march_one(
     """March the steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
 
     rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
-    finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, its numbers (1, k)). film: its three numbers; None: a
-    march without any is compiled on its own. rest: force carried since ever. strides: lengths, powers and
+    finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, its numbers (1, k)). film: its three numbers;
+    None: a march without any is compiled on its own. rest: force carried since ever. strides: lengths, powers and
     swing of `Strides`; where there are any, force is zero beforehand. pulls (n,): the film's part of the force.
     """
     q, p = state
