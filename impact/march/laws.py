@@ -24,7 +24,7 @@ One's own law: `compiled_law` (full speed) or `PlainLaw` (any Python callable), 
 
 To add a law: a frozen dataclass with ``code``, ``elastic``, ``parameters``, ``potential`` and ``closure``, and its line
 in `impact.march.loop.forces.law_force` (elastic ones in `law_potential`, `_elastic_force`, `stiffness` there, too).
-Laws with a memory, whose unloading is stiffer than their loading, are in `impact.march.joints`.
+Laws with a memory, stiffer when they are unloaded, are in `impact.march.joints`.
 
 A long strip of width w and length l, plane and parallel, its fluid of viscosity mu incompressible and of no inertia:
 

@@ -15,7 +15,6 @@ from impact import Body, Contact, ContactError, ContactProblem, LawError, ModalG
 from impact.greens.base import Array
 from impact.march.laws import BLENDED, CONSERVING, PASSIVE, Law, no_user_law
 from impact.march.loop.forces import contact_force
-from impact.march.stepper import march_numbers
 
 RIGID = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.spring(1e-14))
 SEAT = ModalGreens(
@@ -165,7 +164,7 @@ def test_no_step_gains_energy(seed: int) -> None:
     if start <= 0:  # a rigid contact holds no penetration
         laws.append((impact.Signorini(), PASSIVE))
     for law, rule in laws:
-        force = contact_force(law.code, rule, march_numbers([law.parameters]), 0, no_user_law(), pen, start, w0, w0, dt)
+        force = contact_force(law.code, rule, *law.parameters, no_user_law(), pen, start, w0, w0, dt)
         end = pen - w0 * force
         before, after = law.potential(np.array([start, end]))
         # the end is known to 1e-16 of pen: that times the force in the work, times Psi' <= 4 Psi/end in the potential

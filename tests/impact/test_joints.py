@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 import impact
 from impact.march.joints import deepest_so_far
-from impact.march.laws import BLENDED, CONSERVING, DEEPEST, PASSIVE, LawError, no_user_law
-from impact.march.loop.forces import contact_force, law_force, stiffness
-from impact.march.loop.joints import remember
+from impact.march.laws import BLENDED, CONSERVING, DEEPEST, PASSIVE, LawError
+from impact.march.loop.joints import joint_force, joint_step, joint_stiffness, remember
 from impact.march.stepper import march_numbers
 
 ROUGH = impact.RoughJoint(stiffness=3.0, exponent=2.0, recovery=0.4)
@@ -23,7 +22,7 @@ def path(law: impact.Law, closures: np.ndarray) -> np.ndarray:
     """Return the forces (n,) of a law that is closed so, quasi-statically."""
     numbers, out = march_numbers([law.parameters]), np.zeros(len(closures))
     for n, pen in enumerate(closures):
-        out[n] = law_force(law.code, numbers, 0, no_user_law(), pen, 0.0, 1.0)
+        out[n] = joint_force(law.code, numbers, 0, pen)
         remember(numbers, 0, pen)
     return out
 
@@ -99,7 +98,7 @@ def test_no_history_of_steps_gains_energy(seed: int) -> None:
     for rule in RULES:
         numbers, start, ends, forces = march_numbers([law.parameters]), 0.0, [0.0], []
         for aim in aims:
-            force = contact_force(law.code, rule, numbers, 0, no_user_law(), aim, start, w0, w0, 1.0)
+            force = joint_step(law.code, rule, numbers, 0, aim, start, w0, w0, 1.0)
             start = aim - w0 * force
             remember(numbers, 0, start)
             ends.append(start)
@@ -123,8 +122,8 @@ def test_stiffness_is_the_slope_of_the_force(law: impact.Law, pen: float) -> Non
     for deepest in (0.0, 1.5):
         numbers = march_numbers([law.parameters])
         numbers[0, DEEPEST] = deepest
-        force = [law_force(law.code, numbers, 0, no_user_law(), pen + d, 0.0, 1.0) for d in (-1e-6, 1e-6)]
-        slope = stiffness(law.code, numbers, 0, pen)
+        force = [joint_force(law.code, numbers, 0, pen + d) for d in (-1e-6, 1e-6)]
+        slope = joint_stiffness(law.code, numbers, 0, pen)
         assert slope == pytest.approx((force[1] - force[0]) / 2e-6, rel=1e-5, abs=1e-9)
         if law is ROUGH and pen > max(deepest, 0.9):
             assert slope == pytest.approx(6 * pen, rel=1e-14)

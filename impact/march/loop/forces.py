@@ -1,31 +1,27 @@
 """The force of one contact over one step, by its law, its film and the rule of the step (see
-`impact.march.laws`); `numbers` (contacts, k) are the laws' parameters, ``i`` the row of the contact's."""
+`impact.march.laws`)."""
 
 from __future__ import annotations
 
 import math
 
-from impact.march.laws import BLENDED, FAR, HERTZ, HUNT_CROSSLEY, PASSIVE, ROUGH, SIGNORINI, SPRING, USER
+from impact.march.laws import BLENDED, FAR, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
 from impact.march.loop.compiled import compiled
-from impact.march.loop.joints import joint_force, joint_secant, joint_stiffness, power_mean
 
 RIGID = 1e4  # Psi'' W0 from which on the blended rule is the passive one, to 1e-8 of the force
 
 
 @compiled()
-def law_force(code, numbers, i, user, pen, pen_start, dt):
+def law_force(code, a, b, c, user, pen, pen_start, dt):
     """Return N [N] >= 0 at the penetration ``pen``; ``pen_start`` is that at the start of the step."""
     if pen <= 0.0:
         return 0.0
-    a, b, c = numbers[i, 0], numbers[i, 1], numbers[i, 2]
     if code == SPRING:
         return a * pen
     if code == HERTZ:
         return a * pen * math.sqrt(pen)
     if code == HUNT_CROSSLEY:
         return a * pen**c * max(0.0, 1.0 + b * (pen - pen_start) / dt)
-    if code >= ROUGH:
-        return joint_force(code, numbers, i, pen)
     if code == USER:
         force = user(pen, pen_start, dt)
         return 0.0 if force <= 0.0 else force  # a force that is not a number stays one, and is refused in the end
@@ -33,11 +29,10 @@ def law_force(code, numbers, i, user, pen, pen_start, dt):
 
 
 @compiled()
-def law_potential(code, numbers, i, pen):
+def law_potential(code, a, b, c, pen):
     """Return Psi [J] of the laws that have one."""
     if pen <= 0.0:
         return 0.0
-    a, c = numbers[i, 0], numbers[i, 2]
     if code == SPRING:
         return 0.5 * a * pen * pen
     if code == HERTZ:
@@ -46,25 +41,25 @@ def law_potential(code, numbers, i, pen):
 
 
 @compiled()
-def contact_force(code, rule, numbers, i, user, pen, pen_start, w0, together, dt):
+def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, together, dt):
     """Return the N >= 0 of one step by one of the rules of `impact.march.laws`.
 
     Each is one increasing scalar equation in N with one root; ``pen`` is the penetration at the end without N.
     ``together`` is what it yields per newton if all contacts press at once, ``w0`` if it presses alone.
     """
-    unresolved = stiffness(code, numbers, i, pen_start) * together if rule == BLENDED else 0.0
+    unresolved = stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
     if rule != PASSIVE and unresolved < RIGID:
         share = unresolved**2 / (1.0 + unresolved**2)
-        return _by_energy(code, numbers, i, pen, pen_start, w0, dt, share)
+        return _by_energy(code, a, b, c, pen, pen_start, w0, dt, share)
     if pen <= 0.0:
         return 0.0
     if code == SIGNORINI:
         return pen / w0
     if code == SPRING:
-        return numbers[i, 0] * pen / (1.0 + numbers[i, 0] * w0)
+        return a * pen / (1.0 + a * w0)
     if code == HERTZ:
-        return _hertz_force(numbers[i, 0], pen, w0)
-    return _bracketed(code, numbers, i, user, pen, pen_start, w0, dt)
+        return _hertz_force(a, pen, w0)
+    return _bracketed(code, a, b, c, user, pen, pen_start, w0, dt)
 
 
 @compiled()
@@ -87,20 +82,20 @@ def _hertz_force(k, pen, w0):
 
 
 @compiled()
-def _bracketed(code, numbers, i, user, pen, pen_start, w0, dt):
+def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):
     """Return the root of N - law(pen - w0 N) by bisection-guarded regula falsi (Illinois)."""
-    high = law_force(code, numbers, i, user, pen, pen_start, dt)
+    high = law_force(code, a, b, c, user, pen, pen_start, dt)
     if high <= 0.0 or w0 <= 0.0 or math.isnan(high):
         return high
     high = min(high, pen / w0)
-    low, r_low = 0.0, -law_force(code, numbers, i, user, pen, pen_start, dt)
-    r_high = high - law_force(code, numbers, i, user, pen - w0 * high, pen_start, dt)
+    low, r_low = 0.0, -law_force(code, a, b, c, user, pen, pen_start, dt)
+    r_high = high - law_force(code, a, b, c, user, pen - w0 * high, pen_start, dt)
     if r_high <= 0.0:
         return high
     n, top, side = high, high, 0
     for count in range(200):
         n = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)
-        r = n - law_force(code, numbers, i, user, pen - w0 * n, pen_start, dt)
+        r = n - law_force(code, a, b, c, user, pen - w0 * n, pen_start, dt)
         if r == 0.0 or high - low <= 4e-16 * top:
             break
         if math.isnan(r):
@@ -110,22 +105,22 @@ def _bracketed(code, numbers, i, user, pen, pen_start, w0, dt):
 
 
 @compiled()
-def _by_energy(code, numbers, i, pen, pen_start, w0, dt, share):
+def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
     """Return the root of p + w0 F(p) = pen by guarded regula falsi (Illinois) on p, F the `step_force`.
 
     F does not decrease with p, hence N >= 0 and one root. Found in p, N keeps its relative accuracy for laws far
     stiffer than 1/w0.
     """
-    force = step_force(code, numbers, i, pen, pen_start, dt, share)
+    force = step_force(code, a, b, c, pen, pen_start, dt, share)
     if force <= 0.0 or w0 <= 0.0:
         return force
     low, high, r_high, side = pen - w0 * force, pen, w0 * force, 0
     if pen_start <= 0.0:
         low = max(low, 0.0)  # pen > 0 here, and where the end is open there is no force
-    r_low = low + w0 * step_force(code, numbers, i, low, pen_start, dt, share) - pen
+    r_low = low + w0 * step_force(code, a, b, c, low, pen_start, dt, share) - pen
     for count in range(200):
         p = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 and r_high > r_low else 0.5 * (low + high)
-        force = step_force(code, numbers, i, p, pen_start, dt, share)
+        force = step_force(code, a, b, c, p, pen_start, dt, share)
         r = p + w0 * force - pen
         if abs(r) <= 2e-16 * max(abs(pen), w0 * force) or high - low <= 2e-16 * max(abs(low), abs(high)):
             break
@@ -143,60 +138,53 @@ def narrowed(low, high, r_low, r_high, side, p, r):
 
 
 @compiled()
-def step_force(code, numbers, i, p, p0, dt, share):
+def step_force(code, a, b, c, p, p0, dt, share):
     """Return the secant slope of Psi from ``p0`` to ``p``, a ``share`` of it that at the end instead, times its
     damping."""
-    force = _secant(code, numbers, i, p, p0)
+    force = _secant(code, a, b, c, p, p0)
     if share > 0.0:
-        force += share * (_elastic_force(code, numbers, i, p) - force)
+        force += share * (_elastic_force(code, a, b, c, p) - force)
     if code == HUNT_CROSSLEY:
-        force *= max(0.0, 1.0 + numbers[i, 1] * (p - p0) / dt)
+        force *= max(0.0, 1.0 + b * (p - p0) / dt)
     return force
 
 
 @compiled()
-def _secant(code, numbers, i, p, p0):
+def _secant(code, a, b, c, p, p0):
     """Return (Psi(p) - Psi(p0))/(p - p0), without cancellation for p near p0."""
     if p <= 0.0 and p0 <= 0.0:
         return 0.0
-    if code >= ROUGH:
-        return joint_secant(code, numbers, i, p, p0)
-    a, c = numbers[i, 0], numbers[i, 2]
     if p > 0.0 and p0 > 0.0:
         if code == SPRING:
             return 0.5 * a * (p + p0)
         if code == HERTZ:
             x, y = math.sqrt(p), math.sqrt(p0)  # (x^5 - y^5)/(x^2 - y^2)
             return 0.4 * a * (x**4 + x**3 * y + x * x * y * y + x * y**3 + y**4) / (x + y)
-        return a * power_mean(c, p, p0)
-    return (law_potential(code, numbers, i, p) - law_potential(code, numbers, i, p0)) / (p - p0)
+        middle, apart = 0.5 * (p + p0), (p - p0) / (p + p0)
+        if abs(apart) < 1e-3:
+            square = apart * apart
+            series = 1.0 + c * (c - 1.0) / 6.0 * square * (1.0 + (c - 2.0) * (c - 3.0) / 20.0 * square)
+            return a * middle**c * series
+    return (law_potential(code, a, b, c, p) - law_potential(code, a, b, c, p0)) / (p - p0)
 
 
 @compiled()
-def _elastic_force(code, numbers, i, pen):
+def _elastic_force(code, a, b, c, pen):
     """Return dPsi/dpen [N]."""
-    if pen <= 0.0:
-        return 0.0
-    if code >= ROUGH:
-        return joint_force(code, numbers, i, pen)
-    return numbers[i, 0] * (pen if code == SPRING else pen ** (1.5 if code == HERTZ else numbers[i, 2]))
+    return 0.0 if pen <= 0.0 else a * pen if code == SPRING else a * pen ** (1.5 if code == HERTZ else c)
 
 
 @compiled()
-def stiffness(code, numbers, i, pen):
+def stiffness(code, a, b, c, pen):
     """Return d2Psi/dpen2 [N/m]; of a spring also before it is touched."""
     if code == SPRING:
-        return numbers[i, 0]
-    if pen <= 0.0:
-        return 0.0
-    if code >= ROUGH:
-        return joint_stiffness(code, numbers, i, pen)
-    exponent = 1.5 if code == HERTZ else numbers[i, 2]
-    return exponent * numbers[i, 0] * pen ** (exponent - 1.0)
+        return a
+    exponent = 1.5 if code == HERTZ else c
+    return 0.0 if pen <= 0.0 else exponent * a * pen ** (exponent - 1.0)
 
 
 @compiled()
-def filmed_force(code, rule, numbers, i, user, film, pen, pen_start, w0, together, dt):
+def filmed_force(code, rule, a, b, c, user, film, pen, pen_start, w0, together, dt):
     """Return (the law's force, the film's) of one step, found together; the arguments as in `contact_force`.
 
     Closed at the end, the film is squeezed down to its floor, a known force; open, the law has none, unless a step that
@@ -204,27 +192,27 @@ def filmed_force(code, rule, numbers, i, user, film, pen, pen_start, w0, togethe
     """
     k, floor, tension = film
     squeezed = _film(k, floor, tension, -pen_start, 0.0, dt)
-    pressed = contact_force(code, rule, numbers, i, user, pen - w0 * squeezed, pen_start, w0, together, dt)
+    pressed = contact_force(code, rule, a, b, c, user, pen - w0 * squeezed, pen_start, w0, together, dt)
     leaving = rule != PASSIVE and pen_start > 0.0
     if pen > w0 * (squeezed + pressed if leaving else squeezed):
         return pressed, squeezed
     if leaving:
-        return _leaving(code, rule, numbers, i, film, pen, pen_start, w0, together, dt)
+        return _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt)
     return 0.0, _film_alone(k, floor, tension, -pen, -pen_start, w0, dt)
 
 
 @compiled()
-def _leaving(code, rule, numbers, i, film, pen, pen_start, w0, together, dt):
+def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
     """Return the same of a step from a penetration ``pen_start`` > 0 to an open gap: the root p of p + w0 (both) = pen,
     by guarded regula falsi (Illinois) between what the largest forces leave and p = 0."""
     k, floor, tension = film
-    stiff = stiffness(code, numbers, i, pen_start) * together if rule == BLENDED else 0.0
+    stiff = stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
     share = stiff * stiff / (1.0 + stiff * stiff)
-    pressed, pulled, side = step_force(code, numbers, i, 0.0, pen_start, dt, share), 0.0, 0
+    pressed, pulled, side = step_force(code, a, b, c, 0.0, pen_start, dt, share), 0.0, 0
     low, high, r_low, r_high = pen - w0 * pressed, 0.0, 0.0, w0 * pressed - pen
     for count in range(200):
         p = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)
-        pressed = step_force(code, numbers, i, p, pen_start, dt, share)
+        pressed = step_force(code, a, b, c, p, pen_start, dt, share)
         pulled = _film(k, floor, tension, -pen_start, -p, dt)
         r = p + w0 * (pressed + pulled) - pen
         if abs(r) <= 4e-16 * max(abs(pen), w0 * (pressed - pulled)) or high - low <= 2e-16 * abs(low):

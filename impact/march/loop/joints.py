@@ -1,11 +1,13 @@
 """Joints that remember how far they were closed since they last opened (see `impact.march.joints`): their force, the
 secant of its work over a step, its slope. The row ``i`` of ``numbers`` holds three parameters, the deepest closure so
-far, and of a joint by table its two branches."""
+far, and of a joint by table its two branches. (Laws without a memory take scalars: arrays cost them half their speed.)
+"""
 
 from __future__ import annotations
 
-from impact.march.laws import DEEPEST, FIRST_KNOT, ROUGH
+from impact.march.laws import BLENDED, DEEPEST, FIRST_KNOT, PASSIVE, ROUGH
 from impact.march.loop.compiled import compiled
+from impact.march.loop.forces import RIGID, narrowed
 
 NEAR = 1e-3  # (x - y)/(x + y) below which secants of powers are taken from their series: its next term is 1e-18
 
@@ -17,8 +19,43 @@ def remember(numbers, i, pen):
 
 
 @compiled()
+def joint_step(code, rule, numbers, i, pen, pen_start, w0, together, dt):
+    """Return the N >= 0 of one step as `impact.march.loop.forces.contact_force` does: the root of p + w0 F(p) = pen by
+    guarded regula falsi (Illinois) on p, F a share of the law's force at the end and the rest of the mean over the way.
+    """
+    share = 1.0 if rule == PASSIVE else 0.0
+    if rule == BLENDED:
+        unresolved = joint_stiffness(code, numbers, i, pen_start) * together
+        share = 1.0 if unresolved >= RIGID else unresolved**2 / (1.0 + unresolved**2)
+    force = _mixed(code, numbers, i, pen, pen_start, share)
+    if force <= 0.0 or w0 <= 0.0:
+        return force
+    low, high, r_high, side = pen - w0 * force, pen, w0 * force, 0
+    if pen_start <= 0.0 or share == 1.0:
+        low = max(low, 0.0)
+    r_low = low + w0 * _mixed(code, numbers, i, low, pen_start, share) - pen
+    for count in range(200):
+        p = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 and r_high > r_low else 0.5 * (low + high)
+        force = _mixed(code, numbers, i, p, pen_start, share)
+        r = p + w0 * force - pen
+        if abs(r) <= 2e-16 * max(abs(pen), w0 * force) or high - low <= 2e-16 * max(abs(low), abs(high)):
+            break
+        low, high, r_low, r_high, side = narrowed(low, high, r_low, r_high, side, p, r)
+    return force
+
+
+@compiled()
+def _mixed(code, numbers, i, p, p0, share):
+    """Return the force of a step from ``p0`` to ``p``, a ``share`` of it that at the end."""
+    force = share * joint_force(code, numbers, i, p) if share > 0.0 else 0.0
+    return force + (1.0 - share) * joint_secant(code, numbers, i, p, p0) if share < 1.0 else force
+
+
+@compiled()
 def joint_force(code, numbers, i, pen):
-    """Return N [N] at a closure ``pen`` > 0: of the loading branch beyond the deepest closure, else of the other."""
+    """Return N [N] at a closure: of the loading branch beyond the deepest one so far, else of the other."""
+    if pen <= 0.0:
+        return 0.0
     deepest = numbers[i, DEEPEST]
     if pen >= deepest:
         return _branch(code, numbers, i, 0, pen)
@@ -29,6 +66,8 @@ def joint_force(code, numbers, i, pen):
 def joint_secant(code, numbers, i, p, p0):
     """Return the work between the closures ``p0`` and ``p`` over their difference: both are on the unloading branch, or
     part of the way is beyond the deepest closure, which ``p0`` is not."""
+    if p <= 0.0 and p0 <= 0.0:
+        return 0.0
     deepest = numbers[i, DEEPEST]
     if deepest <= 0.0:
         return _secant(code, numbers, i, 0, p, p0)
@@ -43,7 +82,9 @@ def joint_secant(code, numbers, i, p, p0):
 
 @compiled()
 def joint_stiffness(code, numbers, i, pen):
-    """Return dN/dpen [N/m] at a closure ``pen`` > 0, beyond the deepest one of the loading branch."""
+    """Return dN/dpen [N/m] at a closure, beyond the deepest one of the loading branch."""
+    if pen <= 0.0:
+        return 0.0
     deepest = numbers[i, DEEPEST]
     which, at = (0, pen) if pen >= deepest else (1, pen - _set(code, numbers, i, deepest))
     if at <= 0.0:
@@ -125,7 +166,7 @@ def _secant(code, numbers, i, which, x, y):
     if code == ROUGH:
         k, n, share = _power(numbers, i, which)
         if y > 0.0:
-            return k * power_mean(n, x / share, y / share)
+            return k * _power_mean(n, x / share, y / share)
         return k * (x / share) ** n * x / ((n + 1.0) * (x - y))
     top = _branch(code, numbers, i, which, x)
     if x == y:
@@ -141,7 +182,7 @@ def _secant(code, numbers, i, which, x, y):
 
 
 @compiled()
-def power_mean(n, x, y):
+def _power_mean(n, x, y):
     """Return (x^(n+1) - y^(n+1))/((n + 1) (x - y)) for x, y > 0, by its series where they are near each other."""
     apart = (x - y) / (x + y)
     if abs(apart) < NEAR:

@@ -14,7 +14,7 @@ from numba.extending import intrinsic
 from impact.march.laws import FAR, PASSIVE, ROUGH
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import contact_force, filmed_force
-from impact.march.loop.joints import remember
+from impact.march.loop.joints import joint_step, remember
 from impact.march.loop.past import FLOOR, Vectors, advance, advance_many, past
 from impact.march.loop.several import active_set_from, alone, by_sweeps, linear_laws
 
@@ -130,9 +130,10 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, ap
     opening (n + 1, LANES) are filled.
 
     free (3, n + 1): gap without contact, per unit of the scales (3, LANES) after the first row, which all share with
-    scales[0] as their initial gap. approach (LANES,): closing speed over the step before the first contact.
+    scales[0] as their initial gap. law: (code, rule, its numbers (LANES, k)). approach (LANES,): closing speed over the step before the first contact.
     """
     code, rule, numbers = law
+    a, b, c = numbers[0, 0], numbers[0, 1], numbers[0, 2]
     last, total = state[-1, 0], state[-1, 1]
     gap, before = np.empty(LANES), np.empty(LANES)
     met = np.zeros(LANES, dtype=np.bool_)
@@ -146,8 +147,10 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, ap
         for i in range(LANES):
             free_gap = scales[0, i] + base + moved * scales[1, i] + released * scales[2, i] + total[i]
             f = 0.0
-            if free_gap < 0.0 or rule != PASSIVE:
-                f = contact_force(code, rule, numbers, i, user, -free_gap, -gap[i], w0, w0, dt)
+            if code >= ROUGH:
+                f = joint_step(code, rule, numbers, i, -free_gap, -gap[i], w0, w0, dt)
+            elif free_gap < 0.0 or rule != PASSIVE:
+                f = contact_force(code, rule, a, b, c, user, -free_gap, -gap[i], w0, w0, dt)
             if f > 0.0 and not met[i]:
                 met[i] = True
                 if n > 0:
@@ -177,6 +180,7 @@ def march_one(
     """
     q, p = state
     code, rule, numbers = law
+    a, b, c = numbers[0, 0], numbers[0, 1], numbers[0, 2]
     level, n, wait = 0, start, start
     psi, ahead, line, carried = np.empty((1, q.size)), np.empty((2, q.size)), np.empty((3, 1)), np.empty(1)
     carried[0], opens, gaps = w0 * rest, free.reshape(-1, 1), gap.reshape(-1, 1)
@@ -198,10 +202,12 @@ def march_one(
             opening += memory[n] + past(recent, force, rest, n - n % block, n)
         opening -= w0 * rest
         if film is not None:
-            pressed, pulled = filmed_force(code, rule, numbers, 0, user, film, -opening, -gap[n], w0, w0, dt)
+            pressed, pulled = filmed_force(code, rule, a, b, c, user, film, -opening, -gap[n], w0, w0, dt)
             f, pulls[n] = pressed + pulled, pulled
+        elif code >= ROUGH:
+            f = joint_step(code, rule, numbers, 0, -opening, -gap[n], w0, w0, dt)
         else:
-            f = contact_force(code, rule, numbers, 0, user, -opening, -gap[n], w0, w0, dt)
+            f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, w0, dt)
         force[n] = f
         gap[n + 1] = opening + w0 * f
         if code >= ROUGH:

@@ -15,9 +15,10 @@ import math
 
 import numpy as np
 
-from impact.march.laws import BLENDED, PASSIVE, SIGNORINI, SPRING
+from impact.march.laws import BLENDED, PASSIVE, ROUGH, SIGNORINI, SPRING
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import RIGID, contact_force, filmed_force
+from impact.march.loop.joints import joint_step
 
 
 @compiled()
@@ -228,11 +229,14 @@ def alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, c, m
         together += abs(w[c, d])
         if d != c:
             others -= w[c, d] * force[d]
+    a, b, exponent = numbers[c, 0], numbers[c, 1], numbers[c, 2]
     code, rule, start, w0 = codes[c], rules[c], pen_start[c], w[c, c]
+    if code >= ROUGH:
+        return joint_step(code, rule, numbers, c, others, start, w0, together, dt), 0.0
     if films is not None and films[c, 0] > 0.0:
         film = (films[c, 0], films[c, 1], films[c, 2])
-        return filmed_force(code, rule, numbers, c, user, film, others, start, w0, together, dt)
-    return contact_force(code, rule, numbers, c, user, others, start, w0, together, dt), 0.0
+        return filmed_force(code, rule, a, b, exponent, user, film, others, start, w0, together, dt)
+    return contact_force(code, rule, a, b, exponent, user, others, start, w0, together, dt), 0.0
 
 
 @compiled()
