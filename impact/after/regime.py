@@ -198,7 +198,7 @@ def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[n
         whole = [(a, b) for a, b in closed if not (inside[a] or inside[b])]
         took = np.array([-np.minimum(work[a:b], 0.0).sum() for a, b in whole])
         gained = np.array([work[a:b].sum() for a, b in whole])
-        if not np.any(gained > GAIN_LIMIT * took.max(initial=0.0)):
+        if not np.any(gained > max(GAIN_LIMIT * took.max(initial=0.0), 1e-12 * np.abs(work).sum())):  # round-off
             continue
         worst = int(np.argmax(gained))
         yield notices.Advice(

@@ -128,7 +128,7 @@ class TableJoint:
         if not (np.all(np.isfinite([x, up, down])) and x[0] >= 0 and min(up[0], *down) >= 0):
             raise LawError("TableJoint: closures and forces must be finite and not negative")
         if x[0] == 0 and (up[0] > 0 or down[0] > 0):
-            raise LawError("TableJoint: row 1 has a force at no closure: there it must be 0")
+            raise LawError("TableJoint: row 1 has a force at no closure: give 0 there")
         if row := next((k for k in range(1, len(x)) if x[k] <= x[k - 1] or up[k] <= up[k - 1]), 0):
             raise LawError(f"TableJoint: closure and loading force must rise from row to row, row {row + 1} does not")
         if down[-1] != up[-1]:

@@ -130,7 +130,8 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, ap
     opening (n + 1, LANES) are filled.
 
     free (3, n + 1): gap without contact, per unit of the scales (3, LANES) after the first row, which all share with
-    scales[0] as their initial gap. law: (code, rule, its numbers (LANES, k)). approach (LANES,): closing speed over the step before the first contact.
+    scales[0] as their initial gap. law: (code, rule, its numbers (LANES, k)). approach (LANES,): closing speed over the
+    step before the first contact.
     """
     code, rule, numbers = law
     a, b, c = numbers[0, 0], numbers[0, 1], numbers[0, 2]
