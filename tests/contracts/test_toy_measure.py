@@ -68,7 +68,7 @@ def test_a_toy_measure_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_a_toy_measure_is_gone_afterwards(tmp_path: Path) -> None:
-    assert len(all_measures()) == 9
+    assert len(all_measures()) == 10
     with pytest.raises(
         SceneError, match=r"accuracy.measures.0: 'toy_square' is not one of 'impulse', 'filtered_peak', "
     ):

@@ -214,7 +214,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
         plan = plan_scene(scene, progress=progress)
     seat = seat_of(scene, cache.Cache(path), method=plan.method.seat, watch=watch, progress=progress)
     summary = {
-        "seat_static_stiffness_N_per_m": static_stiffness(seat.greens),
+        "seat_static_stiffness_N_per_m": static_stiffness(seat.greens, scene.seat.column()),
         **greens_error_keys(seat.greens),
         **seat.about,
         "seat_reused": seat.reused,

@@ -90,7 +90,9 @@ STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
 
 
 class Stopper(Table):
-    """A second body, at rest, that limits the lift: of any kind, with the keys of that kind beside these. Its Green's
+    """A second body that limits the lift: of any kind, with the keys of that kind beside these. It is at rest, or, free
+    to move, has a velocity towards the seat: it then strikes the reed from behind, as in a chain of a striker and two
+    bars. A reed that is a free rod is met at its back where `at` is its length. Its Green's
     function is computed as its own keys state; what it is off by stands in the error bars of a run, not of its plan.
     """
 
@@ -151,8 +153,13 @@ gap = "1.5 mm"
             yield "tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg"
         if self.tilt and self.arcs == 1:
             yield "arcs", "a single contact point has only a mean gap, tilt needs several: remove one key"
-        if key := motion_key(self.body):
-            yield key, "a stopper is at rest; remove the key, or strike with the body"
+        if (key := motion_key(self.body)) and key != "velocity":
+            yield key, "a stopper is at rest, or strikes with a velocity; remove the key, or strike with the body"
+
+    @property
+    def speed(self) -> float:
+        """Return its velocity at the start, towards the seat < 0 [m/s]."""
+        return getattr(self.body, "velocity", None) or 0.0
 
     @property
     def parts(self) -> Division:

@@ -73,6 +73,7 @@ class ContactRecord:
         film: (n + 1,) what of the force a film bears [N]; ``None``: nothing.
         landings: on the seat, in order of time.
         asked: which of them measures are asked of.
+        strains: (n + 1,) at each gauge.
     """
 
     force: Array
@@ -85,6 +86,7 @@ class ContactRecord:
     landings: tuple[Landing, ...] = ()
     asked: LandingChoice = "hardest"
     stress_since: float | None = None
+    strains: tuple[Array, ...] = ()
 
     def steps_of(self, landing: Landing) -> slice:
         """Return the recorded times of a landing, as numbers."""
@@ -276,6 +278,18 @@ class LifeMargin(Measure):
 
     def evaluate(self, blow: ContactRecord) -> float:
         return math.nan
+
+
+class GaugeStrain(Measure):
+    """The largest size of a strain at any gauge."""
+
+    name, key, words = "gauge_strain", "peak_gauge_strain", "largest strain at a gauge"
+
+    def is_known(self, blow: ContactRecord) -> bool:
+        return bool(blow.strains)
+
+    def evaluate(self, blow: ContactRecord) -> float:
+        return max(float(np.abs(strain).max()) for strain in blow.strains)
 
 
 class LineForce(Measure):
