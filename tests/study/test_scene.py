@@ -123,7 +123,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
             'title = "test"',
             '"" = "test"',
             "scene.toml:1: unknown key; known here: title, seat, reed, assembly, contact, stopper, load, spring, base, "
-            "gas, run, accuracy, life, stress",
+            "wave, gauge, gas, run, accuracy, life, stress",
         ),
         (
             "[run]\n",
