@@ -24,7 +24,7 @@ def test_all_crests_come_back_when_they_should() -> None:
 
 
 def test_the_waves_of_the_bar_are_those_of_pochhammer_and_chree() -> None:
-    """At fourth order, to 1e-4 at three quarters of the wave numbers, 0.04 us of the way; 3 % more of Poisson's ratio is told apart."""
+    """At fourth order, to 1e-4 at three quarters of the wave numbers; 3 % more of Poisson's ratio is told apart."""
     rows = striker_shot.WAVES * 3 // 4
     errors = []
     for elements in (1, 2):
