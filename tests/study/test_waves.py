@@ -181,6 +181,42 @@ def test_impossible_chains_are_refused(old, new, words, tmp_path):
         load_text(tmp_path, CHAIN.replace(old, new, 1))
 
 
+def test_a_landing_reed_has_its_gauge_in_the_results(tmp_path, monkeypatch):
+    """At the root of a cantilever the strain is that of its largest stress, if that lies there, over E."""
+    text = """
+[seat]
+kind = "spring"
+stiffness = "1 N/um"
+[reed]
+kind = "cantilever"
+length = "20 mm"
+n_modes = 6
+release = { tip_deflection = "0.3 mm" }
+[[gauge]]
+name = "root"
+of = "reed"
+at = "0 mm"
+[run]
+duration = "1 ms"
+[accuracy]
+target = "20 %"
+measures = ["impulse"]
+"""
+    summary, seen = run(text, tmp_path, monkeypatch)
+    largest = max(abs(summary["gauge_root_largest_strain"]), abs(summary["gauge_root_smallest_strain"]))
+    assert summary["peak_reed_stress_at_m"] == 0.0
+    assert largest == pytest.approx(summary["peak_reed_stress_Pa"] / 200e9, rel=1e-3)  # of steps, not in between
+    assert len(seen["root [m/m]"]) == len(seen["time [s]"])
+
+
+def test_other_bodies_have_no_gauges(tmp_path):
+    body = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
+    text = '[seat]\nkind = "spring"\nstiffness = "1 kN/m"\n' + body + '[run]\nduration = "0.1 ms"\n'
+    for of in ("reed", "seat"):
+        with pytest.raises(SceneError, match=r"gauge.0.at: of a (rigid mass|spring) no strain is known at places"):
+            load_text(tmp_path, f'{text}[[gauge]]\nname = "root"\nof = "{of}"\nat = "5 mm"\n')
+
+
 def test_a_wave_from_a_file_is_that_of_the_file(tmp_path):
     (tmp_path / "wave.csv").write_text("time [us],strain [um/m]\n0,0\n20,-900\n40,0\n")
     given = 'peak = -1e-3\nrise = "10 us"\nduration = "60 us"'

@@ -11,8 +11,6 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from impact import bodies, notices, quantities
-from impact.after.stresses import bending_stress
-from impact.beams.euler_bernoulli import Cantilever
 from impact.bodies import loads, reeds
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
@@ -135,17 +133,6 @@ class Beam(Structure):
             super().check_place(place, key)
         else:
             striking.check_along(self.kind, self.span, place, key)
-
-    def check_gauge(self, at: float, key: str) -> None:
-        striking.check_along(self.kind, self.span, at, key)
-
-    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: striking.At = None) -> Array | None:
-        """Return the bending strain in the face towards the seat, of a reed of uniform thickness."""
-        beam = self.beam()
-        if not isinstance(beam, Cantilever):
-            return None
-        stress = bending_stress(force, dt, body, beam, [place], contact_at=at)[0]
-        return np.asarray(stress / self.material.young)
 
     def start_at(self, at: float | None) -> float:
         """Return the deflection of the shape that it is released in: that of a force at the tip, or that of a mode."""

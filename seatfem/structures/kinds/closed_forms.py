@@ -182,7 +182,7 @@ damping_ratio = 0.02
         if self.far_end != "endless":
             striking.check_along(self.kind, self.length, at, key)
 
-    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: striking.At = None) -> Array | None:
+    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: striking.At = None) -> Array:
         """Return the strain by the waves from each struck end, of which the forces press on the rod."""
         pressed = force.reshape(len(force), -1) * np.array([1.0, -1.0])[: 1 if force.ndim == 1 else force.shape[1]]
         ends = zip(pressed.T, (place, self.length - place), strict=False)

@@ -81,12 +81,14 @@ class Striking(Table):
 
     def check_gauge(self, at: float, key: str) -> None:
         """Raise `KeyProblem`, of ``key``, for a strain gauge at a place that it does not have [m]."""
-        raise KeyProblem(key, f"of a {self.kind.replace('_', ' ')} no strain is known at places; take a rod or a beam")
+        raise KeyProblem(
+            key, f"of a {self.kind.replace('_', ' ')} no strain is known at places; take a rod or a cantilever"
+        )
 
-    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array | None:
+    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
         """Return the strain (n + 1,) at a place [m], > 0 in tension, under forces as `stress` takes them, of a seat or
-        stopper under that (n + 1,) which presses on it; ``None`` where none is known."""
-        return None
+        stopper under that (n + 1,) which presses on it."""
+        raise NotImplementedError
 
     def weight(self, body: Body) -> tuple[Array, float]:
         """Return (M,) how a force spread like its mass moves the modes [1/sqrt(kg)], and the mass [kg]."""

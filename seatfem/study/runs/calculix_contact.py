@@ -255,8 +255,8 @@ def _mass(scene: Scene) -> tuple[float, float]:
 
 def _refuse(scene: Scene, also: dict[str, object]) -> None:
     """Raise of what a deck has no place for."""
-    parts = {"stopper": scene.stopper, "load": scene.load, "base": scene.base, "gas": scene.gas, "spring": scene.spring}
-    parts |= {"wave": scene.wave}
+    drives = {"load": scene.load, "base": scene.base, "wave": scene.wave, "gas": scene.gas, "spring": scene.spring}
+    parts = {"stopper": scene.stopper, **drives}
     contact = {"contact.film": scene.contact.film, "contact.preload": scene.contact.preload}
     if keys := [key for key, value in {**parts, **contact, **also}.items() if value]:
         raise DeckError(f"{keys[0]}: has no place in the deck of an impact; remove it for the comparison")

@@ -70,7 +70,7 @@ duration = "100 us"
 
 
 class Gauge(fields.Table):
-    """A strain gauge: along a rod, or on the face of a beam reed that looks to the seat; positive in tension, of a
+    """A strain gauge along a rod, or on the face of a cantilever reed that looks to the seat; positive in tension, at a
     point. summary.json has its largest and smallest strain, gauges.csv its course at the middle of each step.
     """
 
