@@ -59,12 +59,10 @@ def gauge_values(strains: Strains) -> Values:
     return {f"gauge_{name}_{word}_strain": float(end(strain)) for name, strain in strains.items() for word, end in ends}
 
 
-def write_strains(folder: Path, strains: Strains, dt: float) -> tuple[Path, ...]:
-    """Write gauges.csv, the courses of all gauges, a row a step at the time of its middle; no file without any."""
-    if not strains:
-        return ()
+def write_strains(folder: Path, strains: Strains, dt: float) -> Path:
+    """Write gauges.csv, the courses of all gauges, a row a step at the time of its middle; return its path."""
     columns: Sequence[Array] = list(strains.values())
     time = dt * (np.arange(1, len(columns[0])) - 0.5)
     heads = ["time [s]", *(f"{name} [m/m]" for name in strains)]
     csv_table.write_csv(folder / FILE, heads, np.column_stack([time, *(column[1:] for column in columns)]).tolist())
-    return (folder / FILE,)
+    return folder / FILE

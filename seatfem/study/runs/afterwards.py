@@ -168,8 +168,7 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
 
 def gauge_keys(done: Round) -> dict[str, object]:
     """Return for summary.json the strains at the gauges, the largest and smallest of each with error bars."""
-    if not (scene := done.plan.scene).gauge:
-        return {}
+    scene = done.plan.scene
     bars = error_bars_of(done, lambda stepper: gauges.gauge_values(strains_of(scene, stepper)))
     of_bars = {f"error_bar_{key}": finite_or_none(bar) for key, bar in bars.items()}
     return {**gauges.gauge_values(done.touches.strains), **of_bars}
@@ -337,10 +336,12 @@ def afterwards(
         with watch("gas bars"):
             keys |= gas_bars(done)
         keep(keys)
-    with watch("gauges"):
-        keys |= gauge_keys(done)
-        courses = gauges.write_strains(folder, done.touches.strains, done.result.dt)
-    keep(keys)
+    courses: tuple[Path, ...] = ()
+    if scene.gauge:
+        with watch("gauges"):
+            keys |= gauge_keys(done)
+            courses = (gauges.write_strains(folder, done.touches.strains, done.result.dt),)
+        keep(keys)
     stress, of_reed = None, done.plate
     if scene.stress is not None or scene.life is not None:
         with watch("reed stress" if scene.stress is None else "seat stress"):
