@@ -155,6 +155,14 @@ def test_the_ledger_books_the_loop_as_lost_in_the_contact() -> None:
     assert np.diff(result.energy.contact_loss).min() > -1e-14
 
 
+def test_a_joint_closed_beyond_its_table_is_told() -> None:
+    short = impact.TableJoint(closures=(0.1, 0.2), loading=(0.1, 0.5), unloading=(0.0, 0.5))
+    (told,) = struck(short, 1e-3, "auto").advice
+    assert told.name == "closure of contact 0 over the last one of its table"
+    assert told.value == pytest.approx(np.max(-struck(short, 1e-3, "auto").gap) / 0.2)
+    assert not struck(TABLE, 1e-3, "auto").advice
+
+
 def test_one_contact_many_and_lanes_march_alike() -> None:
     """One joint; the same in two halves on one port; and 20 scenes side by side."""
     rod = impact.free_rod(young=4.0, density=1.0, area=3.0, length=2.0)
@@ -204,3 +212,9 @@ def test_a_march_goes_on_from_a_checkpoint_in_the_middle_of_unloading() -> None:
 def test_impossible_joints_are_refused(make: object, words: str) -> None:
     with pytest.raises(LawError, match=words):
         make()  # type: ignore[operator]
+
+
+def test_a_film_beside_a_joint_is_refused() -> None:
+    film = impact.SqueezeFilm(coefficient=1e-9, floor=1e-6)
+    with pytest.raises(impact.ContactError, match="a film beside a RoughJoint"):
+        impact.Contact(impact.Body(impact.spring(stiffness=1.0)), law=ROUGH, film=film)

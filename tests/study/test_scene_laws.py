@@ -69,6 +69,11 @@ def test_a_scenes_law(law, expected, tmp_path):
         ),
         ('law = { kind = "rough_joint", force = "8 kN" }', "contact.law.closure: required key is missing"),
         ('law = { kind = "table_joint", file = "none.csv" }', "contact.law.file"),
+        (
+            'law = { kind = "rough_joint", force = "8 kN", closure = "2 um" }\n'
+            'film = { viscosity = "18 uPa s", floor = "2 um", width = "1 mm", length = "9 mm" }',
+            "contact.film: how the fluid in a joint",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(law, words, tmp_path):

@@ -36,6 +36,9 @@ USUAL: Final = {"kind": "signorini"}
 class ContactLaw(Table):
     """A law of contact: the keys that a scene states it by, ``kind: Literal["name"]`` among them."""
 
+    remembers: ClassVar[bool] = False
+    """Whether it knows how far the contact was closed since it last opened."""
+
     kind: str
 
     def law(self, share: float = 1.0) -> Law:
@@ -107,6 +110,7 @@ class RoughLaw(ContactLaw):
     rest when it opens, so that the next load finds it as new. Each cycle loses a share 1 - recovery of its work.
     """
 
+    remembers: ClassVar[bool] = True
     sample: ClassVar[str] = """
 kind = "rough_joint"
 force = "10 kN"
@@ -133,6 +137,7 @@ class TableLaw(ContactLaw):
     from elsewhere, it goes back along the same branch, shifted.
     """
 
+    remembers: ClassVar[bool] = True
     sample: ClassVar[str] = """
 kind = "table_joint"
 file = "joint.csv"
