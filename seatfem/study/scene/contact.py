@@ -262,7 +262,7 @@ class Contact(Table):
         if self.film is not None and self.law.remembers:
             yield (
                 "film",
-                "how the fluid in a joint that stays closed moves is not known: remove it, or take another law",
+                "how the fluid in a joint that stays closed moves is not known: remove one of film and law",
             )
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
             yield "line_arc", f"{math.degrees(self.line_arc):g} deg must be above 0 and at most 360 deg"
