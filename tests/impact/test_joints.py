@@ -218,3 +218,13 @@ def test_a_film_beside_a_joint_is_refused() -> None:
     film = impact.SqueezeFilm(coefficient=1e-9, floor=1e-6)
     with pytest.raises(impact.ContactError, match="a film beside a RoughJoint"):
         impact.Contact(impact.Body(impact.spring(stiffness=1.0)), law=ROUGH, film=film)
+
+
+@pytest.mark.parametrize("law", [ROUGH, TABLE])
+def test_the_static_closure_is_that_of_the_loading_branch(law: impact.Law) -> None:
+    """At forces within the table and beyond; half the joint needs half the force."""
+    closures = np.array([0.2, 0.7, 1.3, 2.5])
+    forces = path(law, closures)
+    np.testing.assert_allclose([law.closure(force) for force in forces], closures, rtol=1e-12)
+    if isinstance(law, impact.TableJoint):
+        np.testing.assert_allclose([law.scaled(0.5).closure(force / 2) for force in forces], closures, rtol=1e-12)
