@@ -100,6 +100,7 @@ class Measure(ResultSource, ABC):
         landing_words: the words of one landing, where they are something else.
         needs_displacement, needs_stress, needs_line: what it takes of the run beside the force.
         judged_by: the measure of the whole run whose relative error it has; "" of one with an error of its own.
+        of_some: whether it is left out of the results of runs that do not know it.
     """
 
     landing_words: ClassVar[str] = ""
@@ -107,6 +108,7 @@ class Measure(ResultSource, ABC):
     needs_stress: ClassVar[bool] = False
     needs_line: ClassVar[bool] = False
     judged_by: ClassVar[str] = ""
+    of_some: ClassVar[bool] = False
 
     def is_known(self, blow: ContactRecord) -> bool:
         """Return whether the run has a value of it."""
@@ -284,6 +286,7 @@ class GaugeStrain(Measure):
     """The largest size of a strain at any gauge."""
 
     name, key, words = "gauge_strain", "peak_gauge_strain", "largest strain at a gauge"
+    of_some = True
 
     def is_known(self, blow: ContactRecord) -> bool:
         return bool(blow.strains)
