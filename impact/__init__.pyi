@@ -7,6 +7,7 @@ from impact.after.result import EnergyLedger as EnergyLedger, ImpactResult as Im
 from impact.after.stresses import (
     PeakStress as PeakStress,
     ReedStress as ReedStress,
+    axial_force as axial_force,
     bending_stress as bending_stress,
     displacement_response as displacement_response,
     fixed_rod_modes as fixed_rod_modes,
@@ -40,6 +41,7 @@ from impact.bodies.reeds import (
     cantilever_reed as cantilever_reed,
     reed as reed,
 )
+from impact.bodies.incoming import IncomingWave as IncomingWave
 from impact.bodies.time_series import TimeSeries as TimeSeries, read_time_series as read_time_series
 from impact.exact.closed_form import (
     fixed_rod as fixed_rod,
@@ -51,6 +53,7 @@ from impact.exact.closed_form import (
     single_mode as single_mode,
     spring as spring,
 )
+from impact.exact.rod_ends import rod_of_two_ends as rod_of_two_ends
 from impact.exact.half_space import (
     HalfSpacePatch as HalfSpacePatch,
     disk_compliance as disk_compliance,
@@ -70,6 +73,7 @@ from impact.greens.poles import PoleGreens as PoleGreens
 from impact.greens.transforms import StateSpace as StateSpace, receptance as receptance, state_space as state_space
 from impact.greens.sampled import SampledGreens as SampledGreens
 from impact.greens.sums import ScaledGreens as ScaledGreens, SumGreens as SumGreens
+from impact.march.joints import RoughJoint as RoughJoint, TableJoint as TableJoint
 from impact.march.laws import (
     CompiledLaw as CompiledLaw,
     Hertz as Hertz,

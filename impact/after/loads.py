@@ -125,7 +125,7 @@ def _statics(body: Body, pushed: Array, reach: float) -> tuple[Array, Array]:
 def _pressing(contacts: tuple[Contact, ...], compliance: Array, gap: Array, before: Array) -> Array:
     """Return the (p,) forces at openings (p,) [m -> N]; ``before``: those of the last instant, to begin with."""
     force = before.copy()
-    curved = any(contact.law.code in (laws.HERTZ, laws.HUNT_CROSSLEY) for contact in contacts)
+    curved = any(contact.law.code not in (laws.SIGNORINI, laws.SPRING, laws.USER) for contact in contacts)
     for _ in range(SECANTS if curved else 1):
         yields = np.array([_secant(contact, float(pushed)) for contact, pushed in zip(contacts, force, strict=True)])
         active_set(compliance + np.diag(yields), -gap, force)
@@ -137,10 +137,7 @@ def _secant(contact: Contact, force: float) -> float:
     law = contact.law
     if law.code == laws.SPRING:
         return 1 / law.parameters[0]
-    if law.code not in (laws.HERTZ, laws.HUNT_CROSSLEY) or force <= 0:
-        return 0.0
-    stiffness, exponent = law.parameters[0], 1.5 if law.code == laws.HERTZ else law.parameters[2]
-    return float((force / stiffness) ** (1 / exponent) / force)
+    return law.closure(force) / force if force > 0 else 0.0
 
 
 def spring_displacements(body: Body, force: Array, dt: float, weights: Array | None = None) -> Array:

@@ -13,6 +13,7 @@ from impact.after.result import ImpactResult, pressed_in
 from impact.bodies.body import Body, as_body
 from impact.files.csv_table import read_rows
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
+from impact.march.joints import TableJoint
 from impact.march.laws import Signorini
 from impact.march.problem import ContactProblem
 
@@ -198,7 +199,7 @@ def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[n
         whole = [(a, b) for a, b in closed if not (inside[a] or inside[b])]
         took = np.array([-np.minimum(work[a:b], 0.0).sum() for a, b in whole])
         gained = np.array([work[a:b].sum() for a, b in whole])
-        if not np.any(gained > GAIN_LIMIT * took.max(initial=0.0)):
+        if not np.any(gained > max(GAIN_LIMIT * took.max(initial=0.0), 1e-12 * np.abs(work).sum())):  # round-off
             continue
         worst = int(np.argmax(gained))
         yield notices.Advice(
@@ -210,6 +211,20 @@ def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[n
             "at each penetration the law's force must not be larger while the bodies part than while they close; if it "
             "is not, make the force rise with the penetration, which keeps a step from gaining energy",
         )
+
+
+def table_advice(problem: ContactProblem, gap: Array) -> Iterator[notices.Advice]:
+    """Yield advice on joints closed beyond the last row of their table; gap (n + 1, p)."""
+    for number, contact in enumerate(problem.contacts):
+        closed, law = float(-gap[:, number].min()), contact.law
+        if isinstance(law, TableJoint) and closed > law.closures[-1] * (1 + 1e-9):
+            yield notices.Advice(
+                f"closure of contact {number} over the last one of its table",
+                closed / law.closures[-1],
+                1.0,
+                f"beyond {law.closures[-1]:.3g} m its force follows from the last slopes of the table, a guess",
+                f"give rows up to a closure of {closed:.3g} m",
+            )
 
 
 def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float) -> Iterator[notices.Advice]:

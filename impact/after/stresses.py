@@ -343,8 +343,17 @@ def rod_axial_force(rod: ExactRod, force: Array, dt: float, *, at: float) -> Arr
     The value at the middle of the step that ends at m ``dt``; where the delays x/c and 2l/c are whole numbers of steps
     it holds over the whole step and is `impact.rod_stress` times the area. Raises `GreensFunctionError` off the rod.
     """
+    return axial_force(force, dt, lambda time: force_response(rod, time, at=at))
+
+
+def axial_force(force: Array, dt: float, response: Callable[[Array], Array]) -> Array:
+    """Return the same (n + 1,) axial force [N], the sum over steps of (N_m - N_(m - 1)) E(t - (m - 1) dt).
+
+    ``response``: E, the ratio of the force at the place to one set on at t = 0, at times (n,) >= 0 [s]; of an endless
+    rod H(t - x/c).
+    """
     middle = dt * (np.arange(len(force)) - 0.5)
-    steps = np.where(middle < 0, 0.0, force_response(rod, np.maximum(middle, 0.0), at=at))
+    steps = np.where(middle < 0, 0.0, response(np.maximum(middle, 0.0)))
     return _superposed(np.diff(steps), force)
 
 

@@ -16,7 +16,7 @@ from impact.greens.base import Array
 from impact.quantities import brief
 
 Outside = Literal["forbid", "hold", "zero", "repeat"]
-Quantity = Literal["pressure", "force", "acceleration", "velocity", "displacement"]
+Quantity = Literal["pressure", "force", "acceleration", "velocity", "displacement", "strain"]
 
 Stated = Mapping[str, str]
 """Column names or units that a header does not state, by the role of a column."""
@@ -29,6 +29,7 @@ _UNITS: dict[str, dict[str, float]] = {
     "acceleration": {"m/s^2": 1.0, "mm/s^2": 1e-3},
     "velocity": {"m/s": 1.0, "mm/s": 1e-3},
     "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
+    "strain": {"m/m": 1.0, "mm/m": 1e-3, "um/m": 1e-6},
 }
 
 
@@ -111,10 +112,10 @@ def read_time_series(
     Columns are divided by tabs, semicolons or commas, with decimal points or commas, as the lines show or ``delimiter``
     says. ``columns`` and ``units`` name those of "time", or "angle", and of the quantity where the header does not.
     Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar, psi; force in N, mN, kN; acceleration in m/s^2, mm/s^2;
-    velocity in m/s, mm/s; displacement in m, mm, um. Units stand in [] or (). Empty lines and lines that begin with #
-    are skipped. With ``rpm``, the speed of a crank [1/min], the first column is ``angle [deg]``, ``start`` [deg] is the
-    angle at t = 0, and the record repeats every 360 deg; neighbours, the last and the first one too, are ``most_gap``
-    [deg] apart at most.
+    velocity in m/s, mm/s; displacement in m, mm, um; strain in m/m, mm/m, um/m. Units stand in [] or (). Empty lines
+    and lines that begin with # are skipped. With ``rpm``, the speed of a crank [1/min], the first column is ``angle
+    [deg]``, ``start`` [deg] is the angle at t = 0, and the record repeats every 360 deg; neighbours, the last and the
+    first one too, are ``most_gap`` [deg] apart at most.
 
     Raises:
         TimeSeriesError: no such file, a header that does not say quantity and unit, a cell that is not a number, a time

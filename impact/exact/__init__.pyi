@@ -31,5 +31,6 @@ from impact.exact import (
     contact_stress as contact_stress,
     disk_response as disk_response,
     half_space as half_space,
+    rod_ends as rod_ends,
     rods as rods,
 )

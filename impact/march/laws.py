@@ -22,8 +22,9 @@ Source: Gonzalez, J. Nonlinear Sci. 6 (1996) 449 (discrete gradients); measured 
 
 One's own law: `compiled_law` (full speed) or `PlainLaw` (any Python callable), at most one of them in a problem.
 
-To add a law: a frozen dataclass below with ``code``, ``elastic``, ``parameters`` and ``potential``, and its line in
-`impact.march.loop.forces.law_force` (and, if it is elastic, in `law_potential`, `_elastic_force`, `stiffness` there).
+To add a law: a frozen dataclass with ``code``, ``elastic``, ``parameters``, ``potential`` and ``closure``, and its line
+in `impact.march.loop.forces.law_force` (elastic ones in `law_potential`, `_elastic_force`, `stiffness` there, too).
+Laws with a memory, stiffer when they are unloaded, are in `impact.march.joints`.
 
 A long strip of width w and length l, plane and parallel, its fluid of viscosity mu incompressible and of no inertia:
 
@@ -62,10 +63,13 @@ from numba import cfunc, types
 from impact import exact
 from impact.greens.base import Array
 
-SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, USER = 0, 1, 2, 3, 4
+SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, USER, ROUGH, TABLE = 0, 1, 2, 3, 4, 5, 6
+"""Codes of the laws; those from `ROUGH` on remember how far the contact was closed since it last opened."""
+DEEPEST, FIRST_KNOT = 3, 4
+"""Columns of the march's numbers of such a law: the deepest closure [m], and where a table begins."""
 PASSIVE, CONSERVING, BLENDED = 0, 1, 2
 
-Parameters = tuple[float, float, float]
+Parameters = tuple[float, ...]
 _SIGNATURE = types.float64(types.float64, types.float64, types.float64)
 
 
@@ -89,7 +93,11 @@ class Law(Protocol):
         """Return whether the march knows a potential of it, of which its force is the slope but for damping."""
 
     def potential(self, penetration: Array) -> Array:
-        """Return the stored energy Psi [J]; zero for a law that stores none."""
+        """Return the stored energy Psi [J] along a history of penetrations (n,) [m]; zero for a law that stores
+        none."""
+
+    def closure(self, force: float) -> float:
+        """Return the penetration at a static force [N -> m]; zero for a law that does not yield at rest."""
 
 
 class _NoPotential:
@@ -101,6 +109,10 @@ class _NoPotential:
     def potential(self, penetration: Array) -> Array:
         """Return zero, as none is declared."""
         return np.zeros_like(penetration)
+
+    def closure(self, force: float) -> float:
+        """Return zero, as nothing is known of it at rest."""
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -134,6 +146,10 @@ class _PowerLaw:
     def potential(self, penetration: Array) -> Array:
         """Return k pen^(n + 1)/(n + 1) [J]."""
         return np.asarray(self.stiffness * np.maximum(penetration, 0.0) ** (self.exponent + 1) / (self.exponent + 1))
+
+    def closure(self, force: float) -> float:
+        """Return (N/k)^(1/n) [m]."""
+        return float((force / self.stiffness) ** (1 / self.exponent))
 
 
 @dataclass(frozen=True)

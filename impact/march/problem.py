@@ -10,7 +10,7 @@ import numpy as np
 
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
-from impact.march.laws import NO_FILM, Law, Parameters, Signorini, SqueezeFilm
+from impact.march.laws import NO_FILM, ROUGH, Law, Parameters, Signorini, SqueezeFilm
 from impact.quantities import as_html, brief
 
 MOST_CONTACTS: Final = 8192
@@ -57,6 +57,11 @@ class Contact:
             raise ContactError(f"gap = {self.gap} m must be finite")
         if self.side not in (-1, 1):
             raise ContactError(f"side = {self.side} must be +1 (seat) or -1 (stopper)")
+        if self.film is not None and self.law.code >= ROUGH:
+            raise ContactError(
+                f"a film beside a {type(self.law).__name__}: how the fluid in a joint that stays closed moves is not "
+                "known; take another law, or no film"
+            )
         self.target.greens.port_index(self.port)
 
 

@@ -18,7 +18,7 @@ with N constant over the step and the convolutions exact for such N.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -155,8 +155,10 @@ class ContactStepper:
         self._laws = (
             np.array([c.law.code for c in contacts]),
             prepared.rules,
-            np.array([c.law.parameters for c in contacts]),
+            march_numbers([c.law.parameters for c in contacts]),
         )
+        self._deepest = self._laws[2][:, laws.DEEPEST]
+        np.maximum(-self.gap[0], 0.0, out=self._deepest)
 
     def __repr__(self) -> str:
         s = self.prepared
@@ -222,6 +224,8 @@ class ContactStepper:
     def _states(self, done: int) -> dict[str, Array]:
         """Return everything that the future depends on after ``done`` steps, as arrays to read and to write into."""
         films = {"film": self.film[:done]} if self.film.size else {}
+        if np.any(self._laws[0] >= laws.ROUGH):
+            films["deepest"] = self._deepest
         return films | {
             "force": self.force[:done],
             "gap": self.gap[: done + 1],
@@ -269,7 +273,7 @@ class ContactStepper:
         strides = (self._strides.lengths, self._strides.powers, self._strides.swing)
         codes, rules, numbers = self._laws
         if len(codes) == 1:
-            law, film = (codes[0], rules[0], *numbers[0]), None if self._films is None else tuple(self._films[0])
+            law, film = (codes[0], rules[0], numbers), None if self._films is None else tuple(self._films[0])
             pulls = self.film.T[0] if self.film.size else np.zeros(0)
             march_one(
                 start, stop, self._rows, self._state, self._free[:, 0], memory[0], recent[0, 0],
@@ -283,6 +287,15 @@ class ContactStepper:
         for contact in s.problem.contacts:
             if isinstance(contact.law, laws.PlainLaw):
                 contact.law.check()
+
+
+def march_numbers(parameters: Sequence[laws.Parameters]) -> Array:
+    """Return (p, k) the laws' parameters as the march takes them, the column `laws.DEEPEST` free for what it notes."""
+    widest = max(laws.FIRST_KNOT, *map(len, parameters))
+    numbers = np.zeros((len(parameters), widest))
+    for row, values in zip(numbers, parameters, strict=True):
+        row[: len(values)] = values
+    return numbers
 
 
 def foreseen(opening: Array) -> tuple[NDArray[np.int64], Array]:

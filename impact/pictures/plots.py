@@ -281,6 +281,24 @@ def _curves(axes: Axes, curves: Sequence[_Curve], window: tuple[float, float], q
     axes.set_ylabel(f"{quantity} [{unit}]")
 
 
+def plot_strains(
+    strains: Mapping[str, Array], dt: float, path: str | os.PathLike[str] | None = None, *, title: str = "Strain"
+) -> Figure:
+    """Plot the strain (n + 1,) at each gauge, by its name, against time: that at ``dt`` m [s] is of the middle of the
+    step that ends there. Returns the figure, written to a ``path``. Raises `PictureError` without matplotlib."""
+    colours = (BLUE, ORANGE, GREEN, PURPLE, SKY)
+    with sheet(path, 7.2, 3.6) as figure:
+        axes = figure.add_subplot()
+        for number, (name, strain) in enumerate(strains.items()):
+            middle = dt * (np.arange(1, len(strain)) - 0.5)
+            rate = time_axis(axes, (0.0, dt * (len(strain) - 1)))
+            axes.plot(rate * middle, 1e6 * strain[1:], color=colours[number % len(colours)], label=name)
+        zero_line(axes)
+        axes.set(title=title, ylabel="strain [10⁻⁶], tension positive")
+        axes.legend()
+    return figure
+
+
 def plot_gas(
     drive: Compressor | Prescribed,
     history: GasHistory,

@@ -17,11 +17,12 @@ from impact.after.measures import MERGE
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.history import aligned
-from impact.march.laws import PlainLaw, no_user_law
+from impact.march.laws import DEEPEST, PlainLaw, no_user_law
 from impact.march.loop.marches import LANES, march_lanes
 from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, prepare
 from impact.march.problem import ContactError, ContactProblem
+from impact.march.stepper import march_numbers
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def solve_many(
     force, gap = (np.zeros((count, n + 1)) if record == "force" else None for _ in range(2))
     rows = np.ascontiguousarray(prepared.poles.folded().T)
     contact = problem.contacts[0]
-    law = (contact.law.code, int(prepared.rules[0]), *contact.law.parameters)
+    numbers = march_numbers([contact.law.parameters] * LANES)
     moving = _in_translation(problem.striker)
     reach = 0.0 if moving is None else moving.velocity_of(contact.striker_port)
     closing = contact.target.velocity_of(contact.port) - reach * scales[1]
@@ -103,6 +104,8 @@ def solve_many(
         history, opening, out = np.empty((n, LANES)), np.empty((n + 1, LANES)), np.empty((8, LANES))
         s = np.ascontiguousarray(scales[:, lanes])
         out[6] = contact.side * closing[lanes]
+        law = (contact.law.code, int(prepared.rules[0]), noted := numbers.copy())
+        np.maximum(-(s[0] + free[0, 0] + free[1, 0] * s[1] + free[2, 0] * s[2]), 0.0, out=noted[:, DEEPEST])
         state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
         march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, opening, out[6])
         _measure(history, dt, MERGE, filter_width or 0.0, out)

@@ -124,6 +124,7 @@ def collect(stepper: ContactStepper) -> ImpactResult:
             *regime.overlap_advice(s.problem, solid, gap, s.dt),
             *regime.digits_advice(deflection, force, gap, s.own),
             *regime.gain_advice(s.problem, solid, gap),
+            *regime.table_advice(s.problem, gap),
             *regime.contact_advice(solid, s.dt),
             *regime.direction_advice(s.problem, whole),
         ),

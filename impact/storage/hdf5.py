@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.after.result import EnergyLedger, ImpactResult
-from impact.exact import closed_form, half_space, rods
+from impact.exact import closed_form, half_space, rod_ends, rods
 from impact.files import hdf5_structure, safe_files
 from impact.greens import base, modal, sums
 from impact.greens.poles import PoleGreens
@@ -32,6 +32,7 @@ _CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
     "delay_rod": rods.DelayRod,
     "damped_fixed_rod": rods.DampedFixedRod,
     "damped_free_rod": rods.DampedFreeRod,
+    "two_ended_rod": rod_ends.TwoEndedRod,
     "power_law": closed_form.PowerGreens,
     "half_space_patch": half_space.half_space_patch,
 }
@@ -344,14 +345,14 @@ def restore_checkpoint(stepper: ContactStepper, path: str | os.PathLike[str]) ->
 def _identity(stepper: ContactStepper) -> dict[str, base.Array]:
     """Return a few numbers per ingredient; each changes when any element of the ingredient does."""
     s = stepper.prepared
-    laws = [(c.law.code, *c.law.parameters, c.side) for c in s.problem.contacts]
+    laws = [np.array([c.law.code, *c.law.parameters, c.side]) for c in s.problem.contacts]
     filmed = any(c.film is not None for c in s.problem.contacts)
     films = [np.log(np.clip(c.film_parameters, 1e-300, 1e300)) for c in s.problem.contacts if filmed]
     return {
         "step dt": np.array([s.dt]),
         "duration": np.array([float(s.steps)]),
         "contacts": np.array([float(len(laws))]),
-        "laws": np.array([*np.ravel(laws), *s.rules, *np.ravel(films)], dtype=float),
+        "laws": np.concatenate([*laws, s.rules, np.ravel(films)]),
         "history engine": np.array([float(s.plan.block), *map(float, s.plan.by_poles)]),
         "preload": _digest(s.rest),
         "free motion": _digest(s.free),

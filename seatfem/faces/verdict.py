@@ -94,7 +94,8 @@ def is_static(summary: Summary) -> bool:
 def standing(summary: Summary) -> str:
     """Return in words that nothing landed, or that the run ends in a contact, with the remedy; "" of a landing."""
     status = str(summary.get("landing_status") or LANDED)
-    if status == LANDED:
+    whole = summary.get("accuracy_landing") == "run" and as_number(summary.get(results.CONTACTS))
+    if status == LANDED or (whole and status != "cut off"):
         return ""
     time = str(summary.get("plan_run_duration") or "run.duration")
     return STATUS.get(status, status.capitalize() + ".").replace("{time}", time)

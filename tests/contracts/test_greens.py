@@ -58,6 +58,7 @@ KINDS: dict[str, tuple[GreensFunction, float]] = {
     "poles, free, two ports": (POLES, FREE_MASS),
     "poles, for a time": (replace(POLES, valid_for=5.5), FREE_MASS),
     "mass": (BALL, 0.7),
+    "rod of two ends": (impact.rod_of_two_ends(**ROD), 6.0),
     "spring": (impact.spring(stiffness=30.0), math.inf),
     "oscillator": (impact.single_mode(frequency_hz=0.5, mass=2.0, damping_ratio=0.1), math.inf),
     "rod, fixed": (impact.fixed_rod(**ROD), math.inf),

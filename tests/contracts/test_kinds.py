@@ -10,7 +10,7 @@ from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.shapes import families
-from seatfem.study.scene.contact import laws
+from seatfem.study.scene.laws import laws
 
 ROOT = Path(__file__).parents[2] / "seatfem"
 KINDS = ROOT / "structures" / "kinds"
@@ -111,7 +111,7 @@ def quoted(tree: ast.AST, names: set[str]) -> Iterator[tuple[int, str, bool]]:
 
 
 def test_no_kind_law_or_reduction_is_named_outside_its_own_file() -> None:
-    own = (ROOT / "structures" / "reduction", ROOT / "study" / "scene" / "contact.py")
+    own = (ROOT / "structures" / "reduction", ROOT / "study" / "scene" / "laws.py")
     names, found, used = all_names(), [], set()
     for path in FILES:
         if any(path.is_relative_to(each) for each in own):

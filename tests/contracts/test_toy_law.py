@@ -13,7 +13,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
-from seatfem.study.scene.contact import ContactLaw, laws
+from seatfem.study.scene.laws import ContactLaw, laws
 
 SCENE = """
 [seat]
@@ -83,6 +83,7 @@ def test_its_keys_are_checked_and_its_name_is_listed(tmp_path: Path) -> None:
 
 
 def test_a_toy_law_is_gone_afterwards(tmp_path: Path) -> None:
-    assert [law.__module__ for law in laws()] == ["seatfem.study.scene.contact"] * 4
-    with pytest.raises(SceneError, match="'toy_rubber' is not one of 'signorini', 'spring', 'hertz', 'hunt_crossley'"):
+    assert [law.__module__ for law in laws()] == ["seatfem.study.scene.laws"] * 6
+    words = "'toy_rubber' is not one of 'signorini', 'spring', 'hertz', 'hunt_crossley', 'rough_joint', 'table_joint'"
+    with pytest.raises(SceneError, match=words):
         load_scene(written(tmp_path, "toy_rubber"))

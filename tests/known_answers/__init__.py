@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from seatfem.verify import Case
 
+from .bars import bar_cases
 from .beams import beam_cases
 from .compliant import compliant_cases, several_cases
 from .ground import ground_cases, rigid_face_cases
@@ -26,6 +27,7 @@ from .waves import wave_cases
 PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (
     rod_cases,
     wave_cases,
+    bar_cases,
     lumped_cases,
     several_cases,
     compliant_cases,

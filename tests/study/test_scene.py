@@ -123,13 +123,13 @@ def test_a_scene_does_not_change(load: Load) -> None:
             'title = "test"',
             '"" = "test"',
             "scene.toml:1: unknown key; known here: title, seat, reed, assembly, contact, stopper, load, spring, base, "
-            "gas, run, accuracy, life, stress",
+            "wave, gauge, gas, run, accuracy, life, stress",
         ),
         (
             "[run]\n",
             "[contact]\nlaw = 'signorin'\n[run]\n",
             "scene.toml:17: contact.law.kind: 'signorin' is not one of 'signorini', 'spring', 'hertz', "
-            "'hunt_crossley'; did you mean 'signorini'?",
+            "'hunt_crossley', 'rough_joint', 'table_joint'; did you mean 'signorini'?",
         ),
         (
             'release = { tip_deflection = "1 mm" }',

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import impact
@@ -40,6 +41,14 @@ def scene_with(law, folder):
             '[contact.law]\nkind = "hunt_crossley"\nstiffness = "1 N/mm^1.5"\ndamping = "0.2 s/m"',
             impact.HuntCrossley(1e3**1.5, 0.2),
         ),
+        (
+            '[contact]\nlaw = { kind = "rough_joint", force = "8 kN", closure = "2 um" }',
+            impact.RoughJoint.through(force=8e3, closure=2e-6),
+        ),
+        (
+            '[contact.law]\nkind = "rough_joint"\nforce = "8 kN"\nclosure = "2 um"\nexponent = 3\nrecovery = 0.4',
+            impact.RoughJoint.through(force=8e3, closure=2e-6, exponent=3.0, recovery=0.4),
+        ),
     ],
 )
 def test_a_scenes_law(law, expected, tmp_path):
@@ -54,11 +63,47 @@ def test_a_scenes_law(law, expected, tmp_path):
         ('law = { kind = "spring", stiffness = "-5 N/m" }', "contact.law.stiffness: '-5 N/m' must be positive"),
         ('law = { kind = "spring", k = "5 N/m", stiffness = "5 N/m" }', "contact.law.k: unknown key"),
         ("law = 3", "contact.law"),
+        (
+            'law = { kind = "rough_joint", force = "8 kN", closure = "2 um", recovery = 1.1 }',
+            "contact.law.recovery: 1.1",
+        ),
+        ('law = { kind = "rough_joint", force = "8 kN" }', "contact.law.closure: required key is missing"),
+        ('law = { kind = "table_joint", file = "none.csv" }', "contact.law.file"),
+        (
+            'law = { kind = "rough_joint", force = "8 kN", closure = "2 um" }\n'
+            'film = { viscosity = "18 uPa s", floor = "2 um", width = "1 mm", length = "9 mm" }',
+            "contact.film: how the fluid in a joint",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(law, words, tmp_path):
     with pytest.raises(SceneError, match=words):
         scene_with(f"[contact]\n{law}", tmp_path)
+
+
+TABLE = "closure [um],loading [kN],unloading [kN]\n1,2,0\n2,8,0\n3,18,18\n"
+
+
+def test_a_joint_is_read_from_its_table(tmp_path):
+    (tmp_path / "joint.csv").write_text(TABLE)
+    law = scene_with('[contact]\nlaw = { kind = "table_joint", file = "joint.csv" }', tmp_path).contact.law
+    np.testing.assert_allclose(law.law(0.5).closures, (1e-6, 2e-6, 3e-6), rtol=1e-14)
+    assert law.law(0.5).loading == (1e3, 4e3, 9e3)
+    assert law.law(0.5).unloading == (0.0, 0.0, 9e3)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (("unloading [kN]", "unloading"), "column 'unloading'"),
+        (("2,8,0", "2,8,9"), "softer than it was loaded|must be 0 up to a closure"),
+        (("3,18,18", "3,18,17"), "one force in both columns"),
+    ],
+)
+def test_a_table_that_is_no_joint_is_refused_with_its_key(wrong, words, tmp_path):
+    (tmp_path / "joint.csv").write_text(TABLE.replace(*wrong))
+    with pytest.raises(SceneError, match=rf"contact.law.file: .*({words})"):
+        scene_with('[contact]\nlaw = { kind = "table_joint", file = "joint.csv" }', tmp_path)
 
 
 def test_a_run_obeys_the_law(tmp_path):

@@ -343,7 +343,6 @@ REFUSED = [
     ("", STOPPER + 'law = "hertzz"\n', "stopper.law.kind: 'hertzz' is not one of"),
     ("", STOPPER + 'at = "1 mm"\n', "stopper.at: a rigid mass has no positions; remove the key"),
     ("", "stopper = 3\n", "stopper"),
-    ("", MASS.split("[contact]")[0].replace("[reed]", "[stopper]") + 'gap = "1 mm"\n', "stopper.velocity: a stopper"),
     (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 26 mm must lie on the reed, which ends at 25.4 mm"),
 ]
 

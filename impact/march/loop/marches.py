@@ -11,9 +11,10 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from impact.march.laws import FAR, PASSIVE
+from impact.march.laws import FAR, PASSIVE, ROUGH
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import contact_force, filmed_force
+from impact.march.loop.joints import joint_step, remember
 from impact.march.loop.past import FLOOR, Vectors, advance, advance_many, past
 from impact.march.loop.several import active_set_from, alone, by_sweeps, linear_laws
 
@@ -129,9 +130,11 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, ap
     opening (n + 1, LANES) are filled.
 
     free (3, n + 1): gap without contact, per unit of the scales (3, LANES) after the first row, which all share with
-    scales[0] as their initial gap. approach (LANES,): closing speed over the step before the first contact.
+    scales[0] as their initial gap. law: (code, rule, its numbers (LANES, k)). approach (LANES,): closing speed over the
+    step before the first contact.
     """
-    code, rule, a, b, c = law
+    code, rule, numbers = law
+    a, b, c = numbers[0, 0], numbers[0, 1], numbers[0, 2]
     last, total = state[-1, 0], state[-1, 1]
     gap, before = np.empty(LANES), np.empty(LANES)
     met = np.zeros(LANES, dtype=np.bool_)
@@ -145,7 +148,9 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, ap
         for i in range(LANES):
             free_gap = scales[0, i] + base + moved * scales[1, i] + released * scales[2, i] + total[i]
             f = 0.0
-            if free_gap < 0.0 or rule != PASSIVE:
+            if code >= ROUGH:
+                f = joint_step(code, rule, numbers, i, -free_gap, -gap[i], w0, w0, dt)
+            elif free_gap < 0.0 or rule != PASSIVE:
                 f = contact_force(code, rule, a, b, c, user, -free_gap, -gap[i], w0, w0, dt)
             if f > 0.0 and not met[i]:
                 met[i] = True
@@ -153,6 +158,8 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, ap
                     approach[i] = (before[i] - gap[i]) / dt
             before[i] = gap[i]
             gap[i] = free_gap + w0 * f
+            if code >= ROUGH:
+                remember(numbers, i, -gap[i])
             opening[n + 1, i] = gap[i]
             last[i] = f
             force[n, i] = f
@@ -168,12 +175,13 @@ def march_one(
     """March the steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
 
     rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
-    finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, three numbers). film: its three numbers; None: a
-    march without any is compiled on its own. rest: force carried since ever. strides: lengths, powers and
+    finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, its numbers (1, k)). film: its three numbers;
+    None: a march without any is compiled on its own. rest: force carried since ever. strides: lengths, powers and
     swing of `Strides`; where there are any, force is zero beforehand. pulls (n,): the film's part of the force.
     """
     q, p = state
-    code, rule, a, b, c = law
+    code, rule, numbers = law
+    a, b, c = numbers[0, 0], numbers[0, 1], numbers[0, 2]
     level, n, wait = 0, start, start
     psi, ahead, line, carried = np.empty((1, q.size)), np.empty((2, q.size)), np.empty((3, 1)), np.empty(1)
     carried[0], opens, gaps = w0 * rest, free.reshape(-1, 1), gap.reshape(-1, 1)
@@ -197,10 +205,14 @@ def march_one(
         if film is not None:
             pressed, pulled = filmed_force(code, rule, a, b, c, user, film, -opening, -gap[n], w0, w0, dt)
             f, pulls[n] = pressed + pulled, pulled
+        elif code >= ROUGH:
+            f = joint_step(code, rule, numbers, 0, -opening, -gap[n], w0, w0, dt)
         else:
             f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, w0, dt)
         force[n] = f
         gap[n + 1] = opening + w0 * f
+        if code >= ROUGH:
+            remember(numbers, 0, -gap[n + 1])
         n += 1
 
 
@@ -275,5 +287,7 @@ def march_many(
             if films is not None and films[c, 0] > 0.0:
                 pressed, pulled = alone(codes, rules, numbers, user, films, pen, before, w0, dt, warm, c, 0.0)
                 pulls[c, n] = pulled if pressed > 0.0 else warm[c]
+            if codes[c] >= ROUGH:
+                remember(numbers, c, -closed[c])
         n += 1
     return unsolved

@@ -15,9 +15,10 @@ import math
 
 import numpy as np
 
-from impact.march.laws import BLENDED, PASSIVE, SIGNORINI, SPRING
+from impact.march.laws import BLENDED, PASSIVE, ROUGH, SIGNORINI, SPRING
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import RIGID, contact_force, filmed_force
+from impact.march.loop.joints import joint_step
 
 
 @compiled()
@@ -199,7 +200,7 @@ def linear_laws(codes, rules, numbers, w):
 def by_sweeps(codes, rules, numbers, user, films, pen, pen_start, w, dt, force):
     """Find all forces of one step, in place, one after the other; where that crawls, by `_newton`.
 
-    ``numbers`` (p, 3): parameters of the laws; ``films`` (p, 3) or None; ``pen`` (p,): without the forces. Returns
+    ``numbers`` (p, k): parameters of the laws; ``films`` (p, 3) or None; ``pen`` (p,): without the forces. Returns
     whether they were found. A film's force is known to what round-off of its gap leaves; forces of stiff laws that
     depend on the speed may go round in a cycle of round-off, of parts in 1e14, and count as found below 1e-12.
     """
@@ -228,8 +229,10 @@ def alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, c, m
         together += abs(w[c, d])
         if d != c:
             others -= w[c, d] * force[d]
-    a, b, exponent = numbers[c]
+    a, b, exponent = numbers[c, 0], numbers[c, 1], numbers[c, 2]
     code, rule, start, w0 = codes[c], rules[c], pen_start[c], w[c, c]
+    if code >= ROUGH:
+        return joint_step(code, rule, numbers, c, others, start, w0, together, dt), 0.0
     if films is not None and films[c, 0] > 0.0:
         film = (films[c, 0], films[c, 1], films[c, 2])
         return filmed_force(code, rule, a, b, exponent, user, film, others, start, w0, together, dt)

@@ -283,6 +283,7 @@ CAPTIONS: Final[Mapping[str, str]] = {
     "stress_histories.png": "Stress over time at the hot spots of reed and seat.",
     "margin.png": "Margin against speed.",
     "gas.png": "Pressures, lift and flow over the cycle.",
+    "gauges.png": "Strain at the gauges.",
     "fit.png": "The measured response and what was fitted to it.",
     "stabilisation.png": "The poles of each number of modes that was tried, and which of them stay.",
 }

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import ClassVar, Final, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 import impact
+from impact import after
 from impact.bodies.body import Body
+from impact.exact.rods import ExactRod
 from impact.greens.base import Array, GreensFunction
 from impact.quantities import in_units
 from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Pressure, Stiffness
@@ -97,7 +101,11 @@ damping_ratio = 0.02
     width: Length | None = Field(None, description="width of a rectangular cross-section")
     thickness: Length | None = Field(None, description="thickness of a rectangular cross-section")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
-    far_end: Literal["fixed", "free"] = Field("fixed", description="a free rod strikes with a velocity")
+    far_end: Literal["fixed", "free", "endless"] = Field(
+        "fixed",
+        description="a free rod strikes with a velocity; from an endless one nothing comes back, and [[wave]] may come "
+        "along it; its length is then that of the spring which it is compared with",
+    )
 
     @model_validator(mode="after")
     def _one_cross_section(self) -> Self:
@@ -114,16 +122,16 @@ damping_ratio = 0.02
 
     @property
     def loose(self) -> str:
-        return "" if self.far_end == "fixed" else "seat.far_end = 'free' holds nothing"
+        return "" if self.far_end != "free" else "seat.far_end = 'free' holds nothing"
 
     @model_validator(mode="after")
     def _motion_without_modes(self) -> Self:
-        if self.far_end == "fixed" and self.velocity is not None:
+        if self.far_end != "free" and self.velocity is not None:
             raise KeyProblem("velocity", "a rod that is held cannot translate; set far_end = 'free'")
         for key in ("deflection", "force"):
             if getattr(self, key) is not None:
                 free = "a free rod in closed form has no modes to be set in motion; use velocity"
-                raise KeyProblem(key, NO_MODES if self.far_end == "fixed" else free)
+                raise KeyProblem(key, free if self.far_end == "free" else NO_MODES)
         return self
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
@@ -137,10 +145,56 @@ damping_ratio = 0.02
         return Column(self.cross_section, self.length, math.sqrt(self.cross_section), self.young, self.density)
 
     def closed_form(self) -> GreensFunction | None:
-        return (impact.fixed_rod if self.far_end == "fixed" else impact.free_rod)(
-            young=self.young,
-            density=self.density,
-            area=self.cross_section,
-            length=self.length,
-            damping_ratio=self.damping_ratio,
-        )
+        rods: Mapping[str, Callable[..., GreensFunction]] = {
+            "fixed": impact.fixed_rod,
+            "free": impact.free_rod,
+            "endless": impact.semi_infinite_rod,
+        }
+        return rods[self.far_end](**self._sizes, damping_ratio=self.damping_ratio)
+
+    @property
+    def _sizes(self) -> dict[str, float]:
+        return {"young": self.young, "density": self.density, "area": self.cross_section, "length": self.length}
+
+    def check_place(self, place: float | Array | None, key: str) -> None:
+        """Raise `KeyProblem` unless the place is the back end of a free rod, which a stopper may meet."""
+        if place is None:
+            return
+        if self.far_end != "free" or self.damping_ratio or place != self.length:
+            raise KeyProblem(
+                key,
+                "a rod is met at its struck end, or free and undamped at its back: give its length, or remove the key",
+            )
+
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
+        """Return the rod; met ``at`` two places, with a port at either end."""
+        if isinstance(at, tuple) and greens is None:
+            greens = impact.rod_of_two_ends(**self._sizes)
+        return super().body(greens, n_modes, at)
+
+    @property
+    def wave_speed(self) -> float | None:
+        return None if self.far_end != "endless" or self.damping_ratio else math.sqrt(self.young / self.density)
+
+    def check_gauge(self, at: float, key: str) -> None:
+        if self.damping_ratio and self.far_end != "fixed":
+            raise KeyProblem(key, "strain is known along rods without damping, and fixed ones; remove damping_ratio")
+        if self.far_end != "endless":
+            striking.check_along(self.kind, self.length, at, key)
+
+    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: striking.At = None) -> Array:
+        """Return the strain by the waves from each struck end, of which the forces press on the rod."""
+        pressed = force.reshape(len(force), -1) * np.array([1.0, -1.0])[: 1 if force.ndim == 1 else force.shape[1]]
+        ends = zip(pressed.T, (place, self.length - place), strict=False)
+        borne = [after.stresses.axial_force(push, dt, self._reached(away)) for push, away in ends]
+        return np.asarray(sum(borne) / -(self.young * self.cross_section))
+
+    def _reached(self, away: float) -> Callable[[Array], Array]:
+        """Return the axial force so far away from an end, at times after a unit force is set on there."""
+        if (speed := self.wave_speed) is not None:
+            return lambda time: np.asarray(time >= away / speed, dtype=float)
+        free = impact.rod_with_end_impedance
+        rod: ExactRod = free(**self._sizes, end_impedance=0.0)
+        if self.far_end == "fixed":
+            rod = impact.fixed_rod(**self._sizes, damping_ratio=self.damping_ratio)
+        return lambda time: after.stresses.force_response(rod, time, at=away / self.length)

@@ -15,7 +15,7 @@ from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
 from seatfem.fields import Gap, KeyProblem, Length, Mass, of_same_names
 from seatfem.structures.kinds.beam import Beam, UniformBeam
-from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.striking import At, check_along
 from seatfem.structures.kinds.structure import SampleScene, Traits
 
 PLACES: Final = 17
@@ -41,6 +41,14 @@ thickness = "0.3 mm"
 
     def stress(self, force: Array, dt: float, body: Body, at: At) -> BeamStress:
         return BeamStress(self.beam(), force, dt, body, at)
+
+    def check_gauge(self, at: float, key: str) -> None:
+        check_along(self.kind, self.span, at, key)
+
+    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
+        """Return the bending strain in the face towards the seat."""
+        stress = after.stresses.bending_stress(force, dt, body, self.beam(), [place], contact_at=at)[0]
+        return np.asarray(stress / self.material.young)
 
 
 @dataclass(frozen=True)

@@ -74,6 +74,22 @@ class Striking(Table):
             raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
         return np.asarray(modal.shapes[:, :1])
 
+    @property
+    def wave_speed(self) -> float | None:
+        """Return the speed of waves [m/s] that may come along it to its struck end; ``None`` where none may."""
+        return None
+
+    def check_gauge(self, at: float, key: str) -> None:
+        """Raise `KeyProblem`, of ``key``, for a strain gauge at a place that it does not have [m]."""
+        raise KeyProblem(
+            key, f"of a {self.kind.replace('_', ' ')} no strain is known at places; take a rod or a cantilever"
+        )
+
+    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
+        """Return the strain (n + 1,) at a place [m], > 0 in tension, under forces as `stress` takes them, of a seat or
+        stopper under that (n + 1,) which presses on it."""
+        raise NotImplementedError
+
     def weight(self, body: Body) -> tuple[Array, float]:
         """Return (M,) how a force spread like its mass moves the modes [1/sqrt(kg)], and the mass [kg]."""
         raise NotImplementedError

@@ -24,6 +24,8 @@ from seatfem.structures.kinds.structure import in_role, in_words_of
 from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import drives, touches
+from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts.gauges import Strains, gauge_strains
 from seatfem.study.impacts.landings import Landings, landings_of_march
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, lips, measures
@@ -98,7 +100,7 @@ def seat_beside(scene: Scene, method: Method) -> Solved:
 
 
 def stopper_of(scene: Scene) -> impact.Body | None:
-    """Return the scene's stopper, at rest, as its own keys state it; ``None`` where there is none."""
+    """Return the scene's stopper as its own keys state it; ``None`` where there is none."""
     if scene.stopper is None:
         return None
     solved = solved_stopper(scene)
@@ -107,7 +109,7 @@ def stopper_of(scene: Scene) -> impact.Body | None:
     if scene.stopper.parts != Division() and _is_spring(greens):
         greens = bed(scene.stopper.parts, 1 / float(greens.static_compliance()[0, 0]))
     drives.check_base(scene, "stopper", greens)
-    return drives.on_its_base(scene, "stopper", impact.Body(greens))
+    return drives.on_its_base(scene, "stopper", impact.Body(greens, scene.stopper.speed))
 
 
 def solved_stopper(scene: Scene) -> Solved | None:
@@ -208,7 +210,11 @@ def run_contacts(
     drives.check_base(scene, "seat", seat)
     problem = problem_of(scene, striker, impact.Body(seat))
     result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
-    return touches.taken_apart(scene, problem, result)
+    met = touches.taken_apart(scene, problem, result)
+    if not scene.gauge:
+        return met
+    lift = lift_of(met)
+    return replace(met, strains=gauge_strains(scene, striker, met.seat.force, met.stopper_force, result.dt, lift))
 
 
 def problem_of(
@@ -267,7 +273,7 @@ def marched(
     striker, duration = problem.striker, scene.run.duration if duration is None else duration
     for body in problem.targets:
         if not body.loads:
-            problem = with_body(problem, body, impact.Body(body.greens.forces_only(), base=body.base))
+            problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
     flown = in_flight(striker, dt, duration) if flight is None else flight(striker, dt)
     targets = (motion.Discrete.from_body(body, dt, flown.loads.shape[1]) for body in problem.targets)
     prepared = impact.prepare(problem, dt, duration, bodies=(flown, *targets))
@@ -347,7 +353,14 @@ def blow_of_march(
         landings=landings,
         asked=choice,
         stress_since=since,
+        strains=tuple(strains_of(scene, stepper).values()),
     )
+
+
+def strains_of(scene: Scene, stepper: impact.ContactStepper) -> Strains:
+    """Return the strain at the gauges in a march."""
+    striker, dt, stopper = stepper.prepared.problem.striker, stepper.prepared.dt, touches.stopper_force_of(stepper)
+    return gauge_strains(scene, striker, touches.force_of(stepper), stopper, dt, stepper.opening)
 
 
 def in_flight(striker: impact.Body, dt: float, duration: float) -> motion.Discrete:

@@ -28,12 +28,17 @@ LOOKS: Final = 20_000  # times at which a course is looked at
 
 
 def on_its_base(scene: Scene, role: str, body: Body) -> Body:
-    """Return the ``body`` in a ``role``, carried by its base and under its own inertia, where that is known.
+    """Return the ``body`` in a ``role``, carried by its base and under its own inertia, where that is known, or by the
+    wave that comes along it.
 
     Raises:
         GreensFunctionError: a body that nothing holds; `TimeSeriesError`, a file that cannot be used.
     """
-    base = scene.base_of(role)
+    base, wave = scene.base_of(role), scene.wave_on(role)
+    if wave is not None and body.base is None and (speed := scene.bodies[role].wave_speed) is not None:
+        away = 1.0 if role == "seat" else -1.0  # from the rod: towards its partner
+        incoming = wave.incoming(speed)
+        return replace(body, base=lambda time: away * incoming.outwards(time))
     if base is None or body.base is not None:
         return body
     if not math.isinf(body.mass):

@@ -197,7 +197,7 @@ class _March:
 STATUS: Final = "landing_status"
 LANDED: Final = "landed"
 BAR: Final = "error_bar_"
-NO_LANDING_NEEDED: Final = ("stopper_", "gas_", "pressed_on_", "landing_count", STATUS)
+NO_LANDING_NEEDED: Final = ("stopper_", "gas_", "gauge_", "peak_gauge_strain", "pressed_on_", "landing_count", STATUS)
 """Prefixes of the keys of summary.json that need no landing on the seat."""
 
 

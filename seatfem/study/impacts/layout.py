@@ -182,6 +182,9 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
     for spring in scene.spring:
         x = _of_springs(scene, spring, at)[:, 0]
         yield Action(spring.words, float(x.min()), float(x.max()), -1)
+    for wave in scene.wave:
+        peak = float(np.abs(wave.course().value).max())
+        yield Action(f"a wave of strain up to {peak:.3g} comes along the {wave.of}", 0.0, 0.0, 0)
     for base in scene.base:
         yield Action(f"the base of the {base.of} moves as in a file", 0.0, 0.0, 0)
     if (gas := scene.gas) is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal, get_args
 
 import numpy as np
@@ -35,6 +35,7 @@ class Touches:
         stopper_parts: part by part, where it is divided.
         line: along the lip, where it has several arcs.
         landings: of the run; ``None``: not looked for.
+        strains: (n + 1,) at each gauge, by its name.
     """
 
     seat: ImpactResult
@@ -43,6 +44,7 @@ class Touches:
     line: Line | None = None
     stopper_parts: ImpactResult | None = None
     landings: Landings | None = None
+    strains: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def stopper_force(self) -> Array | None:
@@ -186,7 +188,8 @@ def contact_record_of(
     result, landings = touches.seat, () if touches.landings is None else touches.landings.seat
     force, moved, film, line = result.force, result.target_displacement, result.film, touches.line
     since = None if stress is None else stress_since(touches, asked)
-    return ContactRecord(force, result.dt, filter_width, moved, stress, line, film, landings, asked, since)
+    strains = tuple(touches.strains.values())
+    return ContactRecord(force, result.dt, filter_width, moved, stress, line, film, landings, asked, since, strains)
 
 
 def stress_since(touches: Touches, asked: LandingChoice) -> float | None:
@@ -233,8 +236,8 @@ def values_of_landings(landings: Landings, like: Landings | None = None) -> dict
         own = landings.on(face)
         partners = own if like is None else pair_landings(like.on(face), own)
         for number, landing in enumerate(partners):
-            for field, key in OF_A_LANDING.items():
-                value = math.inf if landing is None else getattr(landing, field)
+            for name, key in OF_A_LANDING.items():
+                value = math.inf if landing is None else getattr(landing, name)
                 if value is not None:
                     values[landing_name(face, number, key)] = value
     return values

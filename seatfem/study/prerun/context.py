@@ -83,7 +83,9 @@ class PlanningContext:
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
-            stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
+            stopper = Body(
+                scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens, scene.stopper.speed
+            )
         arcs = lips.choose_arc_count(scene, surrogate, stopper, progress)
         whole = surrogate
         looked_at, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)

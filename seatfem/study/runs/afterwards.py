@@ -24,10 +24,11 @@ from impact.runs.variations import SAFETY, Budget, Values, Variation, budget_of
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures import cell_grid, frame_pictures, frames, moving, rendering
 from seatfem.structures import method, rings
+from seatfem.structures.estimates.surrogate import Column
 from seatfem.structures.fields.recovery import mises_range, tensor_histories
 from seatfem.structures.fields.solids import AnyField, RingField, elements_of
-from seatfem.study.impacts import gas, validity
-from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, stress_of
+from seatfem.study.impacts import gas, gauges, validity
+from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, strains_of, stress_of
 from seatfem.study.impacts.life import LifeResult, block_from, life_notes
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.planning.plan import Plan
@@ -166,6 +167,14 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
     return bars
 
 
+def gauge_keys(done: Round) -> dict[str, object]:
+    """Return for summary.json the strains at the gauges, the largest and smallest of each with error bars."""
+    scene = done.plan.scene
+    bars = error_bars_of(done, lambda stepper: gauges.gauge_values(strains_of(scene, stepper)))
+    of_bars = {f"error_bar_{key}": finite_or_none(bar) for key, bar in bars.items()}
+    return {**gauges.gauge_values(done.touches.strains), **of_bars}
+
+
 @dataclass(frozen=True)
 class Baseline:
     """The spring of equal static stiffness, struck as the seat was in ``beside``; and ``simpler`` models of the seat
@@ -188,7 +197,8 @@ class Baseline:
 
 def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     """Return the baseline of a round. Raises as `static_stiffness`."""
-    stiffness, scene = static_stiffness(done.seat.greens), done.plan.scene
+    scene = done.plan.scene
+    stiffness = static_stiffness(done.seat.greens, scene.seat.column())
     with watch("spring baseline"):
         division = rings.Division.from_greens(done.seat.greens)
         spring = method.bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
@@ -235,9 +245,12 @@ def _left_by_record(
     return budget_of(run, own, values, touches.seat.dt, {RECORD: (draws,)}, filter_width=width)
 
 
-def static_stiffness(greens: GreensFunction) -> float:
-    """Return the static stiffness of the struck patch [N/m]. Raises `RunError` for a seat that is free to move."""
+def static_stiffness(greens: GreensFunction, column: Column | None = None) -> float:
+    """Return the static stiffness of the struck patch [N/m], of an endless body that of the ``column`` which it states.
+    Raises `RunError` for a seat that is free to move."""
     compliance = rings.face_compliance(greens)
+    if column is not None and np.isinf(compliance) and math.isinf(greens.mass()):
+        return column.stiffness
     if not np.isfinite(compliance) or compliance <= 0:
         raise RunError(
             "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "
@@ -327,6 +340,11 @@ def afterwards(
     if has_horizon(done):
         with watch("horizon"):
             keys |= horizon_keys(done, progress)
+    courses: tuple[Path, ...] = ()
+    if scene.gauge:
+        with watch("gauges"):
+            keys |= gauge_keys(done)
+            courses = (gauges.write_strains(folder, done.touches.strains, done.result.dt),)
         keep(keys)
     stress, of_reed = None, done.plate
     if scene.stress is not None or scene.life is not None:
@@ -339,6 +357,7 @@ def afterwards(
     with watch("hot spots"):
         spots = stress_spots.Spots.from_round(done, stress, plate)
         files = stress_spots.write_spots(spots, folder, courses=histories)
+    files = (*courses, *files)
     keys |= stress_spots.spot_keys(spots)
     keep(keys)
     if scene.life is None:

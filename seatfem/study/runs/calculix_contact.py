@@ -255,7 +255,8 @@ def _mass(scene: Scene) -> tuple[float, float]:
 
 def _refuse(scene: Scene, also: dict[str, object]) -> None:
     """Raise `DeckError` for scene keys that a deck cannot represent."""
-    parts = {"stopper": scene.stopper, "load": scene.load, "base": scene.base, "gas": scene.gas, "spring": scene.spring}
+    drives = {"load": scene.load, "base": scene.base, "wave": scene.wave, "gas": scene.gas, "spring": scene.spring}
+    parts = {"stopper": scene.stopper, **drives}
     contact = {"contact.film": scene.contact.film, "contact.preload": scene.contact.preload}
     if keys := [key for key, value in {**parts, **contact, **also}.items() if value]:
         raise DeckError(f"{keys[0]}: has no place in the deck of an impact; remove it for the comparison")

@@ -16,7 +16,7 @@ from impact.files.csv_table import write_csv
 from impact.notices import Progress
 from impact.pictures.drawing import gap_of
 from impact.pictures.greens_plots import plot_greens
-from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_motion
+from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_motion, plot_strains
 from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures import cell_grid, fit_plots, frames, moving, plots, rendering
@@ -119,6 +119,13 @@ def gas_pictures(scene: Scene, touches: Touches) -> list[rendering.Picture]:
         plot_gas(run.drive, run.history, run.angle, run.volume, path, stop=stop, title=scene.title or "Reed valve")
 
     return [("gas.png", draw)]
+
+
+def gauge_pictures(scene: Scene, touches: Touches) -> list[rendering.Picture]:
+    """Return gauges.png of a scene with strain gauges."""
+    title = scene.title or "Strain at the gauges"
+    draw = partial(plot_strains, touches.strains, touches.seat.dt, title=title)
+    return [("gauges.png", draw)] if touches.strains else []
 
 
 def _seat_pictures(scene: Scene, seat: Solved) -> list[rendering.Picture]:

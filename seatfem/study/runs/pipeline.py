@@ -28,7 +28,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import lives, seat_fields, stress_wave
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
 from seatfem.study.runs.kept import RunOutcome, cached_plan, save_plan
-from seatfem.study.runs.pictures import ahead, draw_modes, draw_run, gas_pictures
+from seatfem.study.runs.pictures import ahead, draw_modes, draw_run, gas_pictures, gauge_pictures
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.summary import (
@@ -138,7 +138,8 @@ def run_scene(
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
             of_lip = stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
             drawing = layout.drawing_picture(scene, latest.plan.method.seat.division)
-            more = [drawing, *of_lip, *gas_pictures(scene, latest.touches), *later.pictures(latest)]
+            of_gas, strains = gas_pictures(scene, latest.touches), gauge_pictures(scene, latest.touches)
+            more = [drawing, *of_lip, *of_gas, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
             drawn, gaps = draw_run(
                 scene,
@@ -214,7 +215,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
         plan = plan_scene(scene, progress=progress)
     seat = seat_of(scene, cache.Cache(path), method=plan.method.seat, watch=watch, progress=progress)
     summary = {
-        "seat_static_stiffness_N_per_m": static_stiffness(seat.greens),
+        "seat_static_stiffness_N_per_m": static_stiffness(seat.greens, scene.seat.column()),
         **greens_error_keys(seat.greens),
         **seat.about,
         "seat_reused": seat.reused,

@@ -61,7 +61,8 @@ def summarise(
     touched = len(groups) > 0
     thrown_back = stopper is not None and bool(np.any(stopper.force))
     values = measured(touches, filter_width, stress, asked)
-    keys = {each.key: values.get(name) for name, each in all_measures().items() if not each.judged_by}
+    shown = {name: each for name, each in all_measures().items() if not each.judged_by}
+    keys = {each.key: values.get(name) for name, each in shown.items() if name in values or not each.of_some}
     return (
         keys
         | landing_keys(touches.landings, values)

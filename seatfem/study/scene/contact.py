@@ -1,113 +1,33 @@
-"""[contact] of a scene, its law and film: where and how the bodies touch; [stopper]. A new law is a subclass of
-`ContactLaw`.
-"""
+"""[contact] of a scene and its film: where and how the bodies touch; [stopper]."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
-from impact.march.laws import Hertz, HuntCrossley, Law, LinearSpring, Signorini, SqueezeFilm
+from impact.march.laws import SqueezeFilm
 from seatfem.fields import (
     Angle,
     Contradictions,
     Gap,
-    HertzStiffness,
     Length,
     Opening,
     Position,
     Pressure,
-    Slowness,
-    Stiffness,
     Table,
     Viscosity,
     absent,
     default,
-    kinds_below,
     one_of,
 )
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.structure import motion_key
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS, Division
-
-
-class ContactLaw(Table):
-    """A law of contact: the keys that a scene states it by, ``kind: Literal["name"]`` among them."""
-
-    kind: str
-
-    def law(self, share: float = 1.0) -> Law:
-        """Return the law itself, of a ``share`` of the patch's area."""
-        raise NotImplementedError
-
-    @property
-    def of_a_sphere(self) -> float | None:
-        """Return Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; ``None`` where the contact is none of a sphere."""
-        return None
-
-
-def laws() -> tuple[type[ContactLaw], ...]:
-    """Return every law that is defined by now, ours first."""
-    return kinds_below(ContactLaw)
-
-
-class SignoriniLaw(ContactLaw):
-    """Rigid unilateral contact: no penetration, no adhesion."""
-
-    kind: Literal["signorini"]
-
-    def law(self, share: float = 1.0) -> Law:
-        return Signorini()
-
-
-class SpringLaw(ContactLaw):
-    """A linear spring between the bodies while they touch."""
-
-    kind: Literal["spring"]
-    stiffness: Stiffness = Field(description="force per penetration")
-
-    def law(self, share: float = 1.0) -> Law:
-        return LinearSpring(share * self.stiffness)
-
-
-class HertzLaw(ContactLaw):
-    """Hertz's contact of a sphere: force = stiffness * penetration^1.5."""
-
-    sample: ClassVar[str] = """
-kind = "hertz"
-stiffness = "5 GN/m^1.5"
-"""
-
-    kind: Literal["hertz"]
-    stiffness: HertzStiffness = Field(description="(4/3) E* sqrt(R)")
-
-    def law(self, share: float = 1.0) -> Law:
-        return Hertz(share * self.stiffness)
-
-    @property
-    def of_a_sphere(self) -> float | None:
-        return self.stiffness
-
-
-class HuntCrossleyLaw(HertzLaw):
-    """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration)."""
-
-    kind: Literal["hunt_crossley"]  # type: ignore[assignment]
-    damping: Slowness = default("0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v")
-
-    def law(self, share: float = 1.0) -> Law:
-        return HuntCrossley(share * self.stiffness, self.damping)
-
-
-def law_as_text(given: object) -> object:
-    """Return law = "signorini" as law = { kind = "signorini" }, in the table ``given``."""
-    if isinstance(given, Mapping) and isinstance(given.get("law"), str):
-        return {**given, "law": {"kind": given["law"]}}
-    return given
+from seatfem.study.scene.laws import USUAL, ContactLaw, law_as_text, laws
 
 
 class Film(Table):
@@ -170,7 +90,9 @@ STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
 
 
 class Stopper(Table):
-    """A second body, at rest, that limits the lift: of any kind, with the keys of that kind beside these. Its Green's
+    """A second body that limits the lift: of any kind, with the keys of that kind beside these. It is at rest, or, free
+    to move, has a velocity towards the seat: it then strikes the reed from behind, as in a chain of a striker and two
+    bars. A reed that is a free rod is met at its back where `at` is its length. Its Green's
     function is computed as its own keys state; what it is off by stands in the error bars of a run, not of its plan.
     """
 
@@ -199,7 +121,7 @@ gap = "1.5 mm"
     rings: int = default(1, "parts across each of its segments", strict=True, ge=1, le=MOST_RINGS)
     tilt: Angle = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
     tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
-    law: _Law = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
+    law: _Law = default(USUAL, "force by penetration; a kind without keys may be written as text")
     body: _Body = Field(description="the stopping body")
 
     @model_validator(mode="before")
@@ -231,8 +153,13 @@ gap = "1.5 mm"
             yield "tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg"
         if self.tilt and self.arcs == 1:
             yield "arcs", "a single contact point has only a mean gap, tilt needs several: remove one key"
-        if key := motion_key(self.body):
-            yield key, "a stopper is at rest; remove the key, or strike with the body"
+        if (key := motion_key(self.body)) and key != "velocity":
+            yield key, "a stopper is at rest, or strikes with a velocity; remove the key, or strike with the body"
+
+    @property
+    def speed(self) -> float:
+        """Return its velocity at the start, towards the seat < 0 [m/s]."""
+        return getattr(self.body, "velocity", None) or 0.0
 
     @property
     def parts(self) -> Division:
@@ -267,7 +194,7 @@ class Contact(Table):
     crosses once places are angles, from the x axis on; of others lengths along the lip.
     """
 
-    law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
+    law: AnyLaw = default(USUAL, "force by penetration; a kind without keys may be written as text")
     film: Film | None = absent("fluid in the gap; none where absent")
     at: Length | None = absent("position on the reed, from its root; the tip where absent")
     gap: Opening = default("0 mm", "smallest opening between the undeformed bodies")
@@ -332,6 +259,11 @@ class Contact(Table):
             yield "ports", f"{parts}: so many must be an even number of segments"
         if self.ports == 1 and self.uneven:
             yield "ports", f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"
+        if self.film is not None and self.law.remembers:
+            yield (
+                "film",
+                "how the fluid in a joint that stays closed moves is not known: remove one of film and law",
+            )
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
             yield "line_arc", f"{math.degrees(self.line_arc):g} deg must be above 0 and at most 360 deg"
         angles = [angle for angle, _ in self.waviness]

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from seatfem.fields import Contradictions, keys_of, within
+from impact.bodies.time_series import TimeSeriesError
+from seatfem.fields import Contradictions, keys_of, problem_of, within
 from seatfem.structures.kinds import striking, structure
 from seatfem.structures.rings import Division
 from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
@@ -28,6 +29,7 @@ def contradictions_of(scene: Scene) -> Contradictions:
     yield from _of_roles(scene)
     yield from _of_loads(scene)
     yield from _of_bases(scene)
+    yield from _of_waves(scene)
     yield from _of_contact(scene.reed, scene.seat.lip_face.ring, scene.contact.at)
     yield from contradictions_of_start(scene)
     yield from _of_lip(scene.seat, scene.reed, scene.contact)
@@ -55,7 +57,9 @@ def _of_roles(scene: Scene) -> Contradictions:
     reed, moved_by = scene.reed, scene.reed.traits.moved_by
     if not moved_by:
         yield "reed.kind", f"a body of kind {reed.kind!r} cannot move; take a kind that can"
-    if not structure.motion_key(reed) and not (scene.load or scene.base or scene.spring) and scene.gas is None:
+    struck = scene.stopper is not None and structure.motion_key(scene.stopper.body)
+    driven = scene.load or scene.base or scene.spring or scene.wave or struck or scene.gas is not None
+    if not structure.motion_key(reed) and not driven:
         others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
         words = type(reed).model_fields[moved_by[0]].description or ""
         yield f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}"
@@ -94,6 +98,28 @@ def _of_bases(scene: Scene) -> Contradictions:
             yield key, f"{words}; give a beam or a plate"
 
 
+def _of_waves(scene: Scene) -> Contradictions:
+    """Yield where waves come along no endless rod, and gauges sit on no place."""
+    for number, wave in enumerate(scene.wave):
+        key, body = f"wave.{number}.of", scene.bodies[wave.of]
+        if (speed := body.wave_speed) is None:
+            yield key, f"the {wave.of} is no endless rod without damping; take kind = 'rod' with far_end = 'endless'"
+            continue
+        if wave is not scene.wave_on(wave.of) or scene.base_of(wave.of) is not None:
+            yield key, f"the {wave.of} has another wave, or a base that moves; keep one"
+        with problem_of(f"wave.{number}.start" if wave.strain is None else f"wave.{number}.strain", TimeSeriesError):
+            wave.incoming(speed)
+    for number, gauge in enumerate(scene.gauge):
+        if gauge.of not in scene.bodies:
+            yield f"gauge.{number}.of", "there is no [stopper]; add one, or remove the table"
+        elif gauge.name in [each.name for each in scene.gauge[:number]]:
+            yield f"gauge.{number}.name", f"{gauge.name!r} is the name of another gauge; give it one of its own"
+        else:
+            scene.bodies[gauge.of].check_gauge(gauge.at, f"gauge.{number}.at")
+            if gauge.of != "reed" and scene.bodies[gauge.of].slender is not None:
+                yield f"gauge.{number}.of", "of beams strain is known along the reed; put the gauge there"
+
+
 def _of_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> Contradictions:
     striking.check_along(reed.kind, None if reed.slender is None else reed.slender.span, at, "contact.at")
     if ring is None or reed.slender is None or at is None:
@@ -108,8 +134,7 @@ def contradictions_of_start(scene: Scene) -> Contradictions:
     """Yield where the stopper meets the reed before the start. Raises `KeyProblem` of a place that the reed has not."""
     if (stopper := scene.stopper) is None:
         return
-    beam = scene.reed.slender
-    striking.check_along(scene.reed.kind, None if beam is None else beam.span, stopper.at, "stopper.at")
+    scene.reed.check_place(stopper.at, "stopper.at")
     if stopper.parts != Division() and scene.reed.thin_plate is None:
         key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
         words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face"

@@ -18,7 +18,7 @@ from pydantic_core import core_schema
 from seatfem import fields, units
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.parts import ReductionName
-from seatfem.study.scene import contact, load, measures, models
+from seatfem.study.scene import contact, laws, load, measures, models
 from seatfem.study.scene.problems import did_you_mean, leaves, notes_of, own_keys, reader_of, tables_in
 
 _PLAIN: Final = {bool: "`true` or `false`", str: "text", int: "whole number", float: "number", Path: "file name"}
@@ -309,7 +309,7 @@ def _is_scene(stated: Stated, name: str, table: object) -> bool:
     """Return whether the scene may have this table, if its files are there."""
     # with what is defined by now
 
-    model, key = load.scene_of(kinds_of(), contact.laws(), tuple(measures.all_measures())), name.partition(".")
+    model, key = load.scene_of(kinds_of(), laws.laws(), tuple(measures.all_measures())), name.partition(".")
     part = {**stated[key[0]], key[2]: table} if key[2] else table
     data: dict[str, Any] = {**stated, key[0]: part}
     try:

@@ -17,7 +17,8 @@ from impact.files.safe_files import MB, read_text
 from seatfem.fields import AnyTable, one_of
 from seatfem.structures import formats
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.study.scene.contact import Contact, ContactLaw, laws, stopper_of
+from seatfem.study.scene.contact import Contact, stopper_of
+from seatfem.study.scene.laws import ContactLaw, laws
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Scene
 from seatfem.study.scene.problems import KeyPath, Problem, SceneError, explain, key_lines, line_of, scene_error, single

@@ -73,6 +73,7 @@ class ContactRecord:
         film: (n + 1,) what of the force a film bears [N]; ``None``: nothing.
         landings: on the seat, in order of time.
         asked: which of them measures are asked of.
+        strains: (n + 1,) at each gauge.
     """
 
     force: Array
@@ -85,6 +86,7 @@ class ContactRecord:
     landings: tuple[Landing, ...] = ()
     asked: LandingChoice = "hardest"
     stress_since: float | None = None
+    strains: tuple[Array, ...] = ()
 
     def steps_of(self, landing: Landing) -> slice:
         """Return the recorded times of a landing, as numbers."""
@@ -98,6 +100,7 @@ class Measure(ResultSource, ABC):
         landing_words: the words of one landing, where they are something else.
         needs_displacement, needs_stress, needs_line: what it takes of the run beside the force.
         judged_by: the measure of the whole run whose relative error it has; "" of one with an error of its own.
+        of_some: whether it is left out of the results of runs that do not know it.
     """
 
     landing_words: ClassVar[str] = ""
@@ -105,6 +108,7 @@ class Measure(ResultSource, ABC):
     needs_stress: ClassVar[bool] = False
     needs_line: ClassVar[bool] = False
     judged_by: ClassVar[str] = ""
+    of_some: ClassVar[bool] = False
 
     def is_known(self, blow: ContactRecord) -> bool:
         """Return whether the run has a value of it."""
@@ -276,6 +280,19 @@ class LifeMargin(Measure):
 
     def evaluate(self, blow: ContactRecord) -> float:
         return math.nan
+
+
+class GaugeStrain(Measure):
+    """The largest size of a strain at any gauge."""
+
+    name, key, words = "gauge_strain", "peak_gauge_strain", "largest strain at a gauge"
+    of_some = True
+
+    def is_known(self, blow: ContactRecord) -> bool:
+        return bool(blow.strains)
+
+    def evaluate(self, blow: ContactRecord) -> float:
+        return max(float(np.abs(strain).max()) for strain in blow.strains)
 
 
 class LineForce(Measure):

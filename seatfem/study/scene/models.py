@@ -19,7 +19,7 @@ from seatfem.structures.kinds.striking import is_loaded
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.study import scene
-from seatfem.study.scene import contradictions, drives, measures, problems
+from seatfem.study.scene import contradictions, drives, measures, problems, waves
 from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
@@ -173,6 +173,8 @@ class Scene(fields.Table):
     load: tuple[drives.ExternalLoad, ...] = fields.default((), "known loads on the reed, a table each: [[load]]")
     spring: tuple[drives.ValveSpring, ...] = fields.default((), "valve springs on the reed, a table each: [[spring]]")
     base: tuple[drives.Base, ...] = fields.default((), "what moves the bases of bodies, a table each: [[base]]")
+    wave: tuple[waves.Wave, ...] = fields.default((), "waves that come along endless rods, a table each: [[wave]]")
+    gauge: tuple[waves.Gauge, ...] = fields.default((), "strain gauges, a table each: [[gauge]]")
     gas: CompressorGas | None = fields.absent("the gas that the reed, as a valve, lets through")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = fields.default({}, "the accuracy asked for")
@@ -227,8 +229,7 @@ class Scene(fields.Table):
         at = self.contact.at
         if self.stopper is None or self.stopper.at is None:
             return at
-        place = self.own_place
-        assert place is not None
+        place = self.own_place or 0.0  # of a rod its struck end
         return at if self.stopper.at == place else (place, self.stopper.at)
 
     @property
@@ -249,10 +250,15 @@ class Scene(fields.Table):
         """Return what moves the base of the body in this role; ``None``: it rests."""
         return next((base for base in self.base if base.of == role), None)
 
+    def wave_on(self, role: str) -> waves.Wave | None:
+        """Return the wave that comes along the body in this role; ``None`` where none does."""
+        return next((wave for wave in self.wave if wave.of == role), None)
+
     @property
     def is_loaded(self) -> bool:
-        """Return whether known forces drive the reed, or gas or springs do, or bases move."""
-        return bool(self.load or self.base or self.spring) or self.gas is not None or is_loaded(self.reed)
+        """Return whether known forces drive the reed, or gas or springs do, or bases move, or waves come."""
+        driven = bool(self.load or self.base or self.spring or self.wave)
+        return driven or self.gas is not None or is_loaded(self.reed)
 
     @property
     def is_blown_by_lift(self) -> bool:

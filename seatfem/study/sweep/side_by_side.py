@@ -77,6 +77,8 @@ def _marched(
 ) -> list[dict[str, Any] | None]:
     """Return a summary of each; ``None`` for those that cannot be marched so."""
     base = load_scene(path, changed)
+    if base.wave or base.gauge:
+        raise ContactError("scenes with [[wave]] or [[gauge]] are marched one by one: run them by themselves")
     plan = begun(base, start, as_it_is=True)
     if plan is None:
         raise ContactError("no plan to march by; give the plan that a scene of the sample ended with")

@@ -1,0 +1,192 @@
+"""Joints that remember how far they were closed since they last opened (see `impact.march.joints`): their force, the
+secant of its work over a step, its slope. The row ``i`` of ``numbers`` holds three parameters, the deepest closure so
+far, and of a joint by table its two branches. (Laws without a memory take scalars: arrays cost them half their speed.)
+"""
+
+from __future__ import annotations
+
+from impact.march.laws import BLENDED, DEEPEST, FIRST_KNOT, PASSIVE, ROUGH
+from impact.march.loop.compiled import compiled
+from impact.march.loop.forces import RIGID, narrowed
+
+NEAR = 1e-3  # (x - y)/(x + y) below which secants of powers are taken from their series: its next term is 1e-18
+
+
+@compiled()
+def remember(numbers, i, pen):
+    """Note the closure at the end of a step; a joint that is open has forgotten it."""
+    numbers[i, DEEPEST] = 0.0 if pen <= 0.0 else max(numbers[i, DEEPEST], pen)
+
+
+@compiled()
+def joint_step(code, rule, numbers, i, pen, pen_start, w0, together, dt):
+    """Return the N >= 0 of one step as `impact.march.loop.forces.contact_force` does: the root of p + w0 F(p) = pen by
+    guarded regula falsi (Illinois) on p, F a share of the law's force at the end and the rest of the mean over the way.
+    """
+    share = 1.0 if rule == PASSIVE else 0.0
+    if rule == BLENDED:
+        unresolved = joint_stiffness(code, numbers, i, pen_start) * together
+        share = 1.0 if unresolved >= RIGID else unresolved**2 / (1.0 + unresolved**2)
+    force = _mixed(code, numbers, i, pen, pen_start, share)
+    if force <= 0.0 or w0 <= 0.0:
+        return force
+    low, high, r_high, side = pen - w0 * force, pen, w0 * force, 0
+    if pen_start <= 0.0 or share == 1.0:
+        low = max(low, 0.0)
+    r_low = low + w0 * _mixed(code, numbers, i, low, pen_start, share) - pen
+    for count in range(200):
+        p = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 and r_high > r_low else 0.5 * (low + high)
+        force = _mixed(code, numbers, i, p, pen_start, share)
+        r = p + w0 * force - pen
+        if abs(r) <= 2e-16 * max(abs(pen), w0 * force) or high - low <= 2e-16 * max(abs(low), abs(high)):
+            break
+        low, high, r_low, r_high, side = narrowed(low, high, r_low, r_high, side, p, r)
+    return force
+
+
+@compiled()
+def _mixed(code, numbers, i, p, p0, share):
+    """Return the force of a step from ``p0`` to ``p``, a ``share`` of it that at the end."""
+    force = share * joint_force(code, numbers, i, p) if share > 0.0 else 0.0
+    return force + (1.0 - share) * joint_secant(code, numbers, i, p, p0) if share < 1.0 else force
+
+
+@compiled()
+def joint_force(code, numbers, i, pen):
+    """Return N [N] at a closure: of the loading branch beyond the deepest one so far, else of the other."""
+    if pen <= 0.0:
+        return 0.0
+    deepest = numbers[i, DEEPEST]
+    if pen >= deepest:
+        return _branch(code, numbers, i, 0, pen)
+    return _branch(code, numbers, i, 1, pen - _set(code, numbers, i, deepest))
+
+
+@compiled()
+def joint_secant(code, numbers, i, p, p0):
+    """Return the work between the closures ``p0`` and ``p`` over their difference: both are on the unloading branch, or
+    part of the way is beyond the deepest closure, which ``p0`` is not."""
+    if p <= 0.0 and p0 <= 0.0:
+        return 0.0
+    deepest = numbers[i, DEEPEST]
+    if deepest <= 0.0:
+        return _secant(code, numbers, i, 0, p, p0)
+    rest = _set(code, numbers, i, deepest)
+    if p <= deepest:
+        return _secant(code, numbers, i, 1, p - rest, p0 - rest)
+    work = _secant(code, numbers, i, 0, p, deepest) * (p - deepest)
+    if p0 < deepest:
+        work += _secant(code, numbers, i, 1, deepest - rest, p0 - rest) * (deepest - p0)
+    return work / (p - p0)
+
+
+@compiled()
+def joint_stiffness(code, numbers, i, pen):
+    """Return dN/dpen [N/m] at a closure, beyond the deepest one of the loading branch."""
+    if pen <= 0.0:
+        return 0.0
+    deepest = numbers[i, DEEPEST]
+    which, at = (0, pen) if pen >= deepest else (1, pen - _set(code, numbers, i, deepest))
+    if at <= 0.0:
+        return 0.0
+    if code == ROUGH:
+        k, n, share = _power(numbers, i, which)
+        return n * k / share * (at / share) ** (n - 1.0)
+    first, count = _knots(numbers, i, which)
+    return _slope(numbers, i, first, count, _interval(numbers, i, first, count, at))
+
+
+@compiled()
+def _set(code, numbers, i, deepest):
+    """Return the closure that stays when the joint is unloaded from the deepest one [m]."""
+    if code == ROUGH:
+        return (1.0 - numbers[i, 2]) * deepest
+    force = _branch(code, numbers, i, 0, deepest)
+    first, count = _knots(numbers, i, 1)
+    k = 1
+    while k < count - 1 and numbers[i, first + count + k] < force:
+        k += 1
+    back = force - numbers[i, first + count + k]
+    return deepest - numbers[i, first + k] - back / _slope(numbers, i, first, count, k)
+
+
+@compiled()
+def _power(numbers, i, which):
+    """Return k, n and the share r of N = k (x/r)^n on the loading branch (0) or the unloading one (1)."""
+    return numbers[i, 0], numbers[i, 1], 1.0 if which == 0 else numbers[i, 2]
+
+
+@compiled()
+def _knots(numbers, i, which):
+    """Return where the closures of a branch begin and how many there are; as many forces follow them."""
+    loading = int(numbers[i, 0])
+    return (FIRST_KNOT, loading) if which == 0 else (FIRST_KNOT + 2 * loading, int(numbers[i, 1]))
+
+
+@compiled()
+def _branch(code, numbers, i, which, x):
+    """Return the force [N] of a branch at ``x`` [m], counted from where its force begins."""
+    if x <= 0.0:
+        return 0.0
+    if code == ROUGH:
+        k, n, share = _power(numbers, i, which)
+        return k * (x / share) ** n
+    first, count = _knots(numbers, i, which)
+    k = _interval(numbers, i, first, count, x)
+    return numbers[i, first + count + k] + _slope(numbers, i, first, count, k) * (x - numbers[i, first + k])
+
+
+@compiled()
+def _interval(numbers, i, first, count, x):
+    """Return the number of the knot at the upper end of the piece that holds ``x`` > 0; the last one for all beyond."""
+    low, high = 0, count - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if numbers[i, first + middle] < x:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@compiled()
+def _slope(numbers, i, first, count, k):
+    """Return the slope [N/m] of the piece below knot ``k`` >= 1."""
+    rise = numbers[i, first + count + k] - numbers[i, first + count + k - 1]
+    return rise / (numbers[i, first + k] - numbers[i, first + k - 1])
+
+
+@compiled()
+def _secant(code, numbers, i, which, x, y):
+    """Return the work of a branch between ``y`` and ``x`` over x - y, without cancellation for x near y."""
+    if x < y:
+        x, y = y, x
+    if x <= 0.0:
+        return 0.0
+    if code == ROUGH:
+        k, n, share = _power(numbers, i, which)
+        if y > 0.0:
+            return k * _power_mean(n, x / share, y / share)
+        return k * (x / share) ** n * x / ((n + 1.0) * (x - y))
+    top = _branch(code, numbers, i, which, x)
+    if x == y:
+        return top
+    first, count = _knots(numbers, i, which)
+    k, work, at = _interval(numbers, i, first, count, x), 0.0, x
+    while at > max(y, 0.0):
+        down = max(numbers[i, first + k - 1], y, 0.0)
+        force = _branch(code, numbers, i, which, down)
+        work += 0.5 * (top + force) * (at - down)
+        top, at, k = force, down, max(k - 1, 1)
+    return work / (x - y)
+
+
+@compiled()
+def _power_mean(n, x, y):
+    """Return (x^(n+1) - y^(n+1))/((n + 1) (x - y)) for x, y > 0, by its series where they are near each other."""
+    apart = (x - y) / (x + y)
+    if abs(apart) < NEAR:
+        square = apart * apart
+        series = 1.0 + n * (n - 1.0) / 6.0 * square * (1.0 + (n - 2.0) * (n - 3.0) / 20.0 * square)
+        return (0.5 * (x + y)) ** n * series
+    return (x ** (n + 1.0) - y ** (n + 1.0)) / ((n + 1.0) * (x - y))

@@ -1,0 +1,68 @@
+"""Strain at the gauges of a scene, from the contact forces of a run, and what results say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from impact.after.loads import without_springs
+from impact.bodies.body import Body
+from impact.files import csv_table
+from impact.greens.base import Array
+from impact.march.stepper import with_recorded_loads
+from impact.runs.variations import Values
+from seatfem.study.impacts import touches
+from seatfem.study.scene import Scene
+from seatfem.study.scene.waves import Gauge
+
+FILE: Final = "gauges.csv"
+Strains = Mapping[str, Array]
+"""The (n + 1,) strain of each gauge by its name, > 0 in tension, in the middle of the step that ends at each time."""
+
+
+def gauge_strains(
+    scene: Scene, striker: Body, force: Array, stopper: Array | None, dt: float, opening: Array
+) -> Strains:
+    """Return the strain at the gauges of a scene.
+
+    Args:
+        scene: with its gauges.
+        striker: of the run.
+        force, stopper: (n + 1,) of the seat's contact and of the stopper's, if there is one [N].
+        dt: step [s].
+        opening: (n + 1,) the seats' mean, as in `seatfem.study.impacts.contact.stress_of` [m].
+    """
+    if not scene.gauge:
+        return {}
+    pushed = touches.pushes(striker, force, stopper)
+    marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
+    on = {"seat": force, "reed": pushed, "stopper": stopper}
+    return {gauge.name: _strain(scene, gauge, on[gauge.of], dt, marched) for gauge in scene.gauge}
+
+
+def _strain(scene: Scene, gauge: Gauge, force: Array | None, dt: float, striker: Body) -> Array:
+    body, wave = scene.bodies[gauge.of], scene.wave_on(gauge.of)
+    assert force is not None
+    strain = body.strain_at(gauge.at, force, dt, striker, scene.contact_at)
+    if wave is not None and (speed := body.wave_speed) is not None:
+        middle = np.asarray(dt * (np.arange(len(strain)) - 0.5), dtype=np.float64)
+        return np.asarray(strain + wave.incoming(speed).strain_at(middle, gauge.at))
+    return strain
+
+
+def gauge_values(strains: Strains) -> Values:
+    """Return the largest and the smallest strain of each gauge, by their keys in summary.json."""
+    ends = (("largest", np.max), ("smallest", np.min))
+    return {f"gauge_{name}_{word}_strain": float(end(strain)) for name, strain in strains.items() for word, end in ends}
+
+
+def write_strains(folder: Path, strains: Strains, dt: float) -> Path:
+    """Write gauges.csv, the courses of all gauges, a row a step at the time of its middle; return its path."""
+    columns: Sequence[Array] = list(strains.values())
+    time = dt * (np.arange(1, len(columns[0])) - 0.5)
+    heads = ["time [s]", *(f"{name} [m/m]" for name in strains)]
+    csv_table.write_csv(folder / FILE, heads, np.column_stack([time, *(column[1:] for column in columns)]).tolist())
+    return folder / FILE

@@ -1,0 +1,165 @@
+"""Laws of contact in scenes: the table of each. A new law is a subclass of `ContactLaw`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Final, Literal, Self
+
+from annotated_types import Ge, Gt, Le
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+
+from impact.march.joints import RoughJoint, TableJoint
+from impact.march.laws import Hertz, HuntCrossley, Law, LawError, LinearSpring, Signorini
+from seatfem.fields import (
+    ExistingFile,
+    HertzStiffness,
+    Length,
+    ReadQuantity,
+    Slowness,
+    Stiffness,
+    Table,
+    default,
+    kinds_below,
+    problem_of,
+    read_number,
+)
+from seatfem.structures.kinds.record_columns import ColumnsError, read_columns
+
+ClosingForce = Annotated[float, BeforeValidator(ReadQuantity("force")), Gt(0)]
+Exponent = Annotated[float, BeforeValidator(read_number), Ge(1), Le(10)]
+Recovery = Annotated[float, BeforeValidator(read_number), Gt(0), Le(1)]
+COLUMNS: Final = {"closure": "length", "loading": "force", "unloading": "force"}
+USUAL: Final = {"kind": "signorini"}
+"""The law of a contact that states none."""
+
+
+class ContactLaw(Table):
+    """A law of contact: the keys that a scene states it by, ``kind: Literal["name"]`` among them."""
+
+    remembers: ClassVar[bool] = False
+    """Whether it knows how far the contact was closed since it last opened."""
+
+    kind: str
+
+    def law(self, share: float = 1.0) -> Law:
+        """Return the law itself, of a ``share`` of the patch's area."""
+        raise NotImplementedError
+
+    @property
+    def of_a_sphere(self) -> float | None:
+        """Return Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; ``None`` where the contact is none of a sphere."""
+        return None
+
+
+def laws() -> tuple[type[ContactLaw], ...]:
+    """Return every law that is defined by now, ours first."""
+    return kinds_below(ContactLaw)
+
+
+class SignoriniLaw(ContactLaw):
+    """Rigid unilateral contact: no penetration, no adhesion."""
+
+    kind: Literal["signorini"]
+
+    def law(self, share: float = 1.0) -> Law:
+        return Signorini()
+
+
+class SpringLaw(ContactLaw):
+    """A linear spring between the bodies while they touch."""
+
+    kind: Literal["spring"]
+    stiffness: Stiffness = Field(description="force per penetration")
+
+    def law(self, share: float = 1.0) -> Law:
+        return LinearSpring(share * self.stiffness)
+
+
+class HertzLaw(ContactLaw):
+    """Hertz's contact of a sphere: force = stiffness * penetration^1.5."""
+
+    sample: ClassVar[str] = """
+kind = "hertz"
+stiffness = "5 GN/m^1.5"
+"""
+
+    kind: Literal["hertz"]
+    stiffness: HertzStiffness = Field(description="(4/3) E* sqrt(R)")
+
+    def law(self, share: float = 1.0) -> Law:
+        return Hertz(share * self.stiffness)
+
+    @property
+    def of_a_sphere(self) -> float | None:
+        return self.stiffness
+
+
+class HuntCrossleyLaw(HertzLaw):
+    """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration)."""
+
+    kind: Literal["hunt_crossley"]  # type: ignore[assignment]
+    damping: Slowness = default("0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v")
+
+    def law(self, share: float = 1.0) -> Law:
+        return HuntCrossley(share * self.stiffness, self.damping)
+
+
+class RoughLaw(ContactLaw):
+    """A joint of rough, conforming faces, bedded in: soft at low load, force = `force` * (closure/`closure`)^exponent.
+    Unloaded, a share `recovery` of its closure comes back, along a branch 1/recovery times as stiff at each force; the
+    rest when it opens, so that the next load finds it as new. Each cycle loses a share 1 - recovery of its work.
+    """
+
+    remembers: ClassVar[bool] = True
+    sample: ClassVar[str] = """
+kind = "rough_joint"
+force = "10 kN"
+closure = "2 um"
+"""
+
+    kind: Literal["rough_joint"]
+    force: ClosingForce = Field(description="that closes it by closure, on the whole contact")
+    closure: Length = Field(description="penetration at this force")
+    exponent: Exponent = default(2.0, "of force over closure; 2 of machined faces, up to 3.3 of fine ones")
+    recovery: Recovery = default(1.0, "share of the closure that comes back when unloaded; 1: elastic")
+
+    def law(self, share: float = 1.0) -> Law:
+        return RoughJoint.through(
+            force=share * self.force, closure=self.closure, exponent=self.exponent, recovery=self.recovery
+        )
+
+
+class TableLaw(ContactLaw):
+    """A joint by table: rows of a CSV file, its header as in `closure [um],loading [kN],unloading [kN]`, both forces
+    those of the whole contact. Loading rises from row to row; unloading is what is measured on the way back from the
+    last row, 0 up to the closure that stays until it opens, and nowhere softer than loading at the same force, as it
+    would give energy then. Between rows it is linear, beyond the last one with the slopes that lead to it; unloaded
+    from elsewhere, it goes back along the same branch, shifted.
+    """
+
+    remembers: ClassVar[bool] = True
+    sample: ClassVar[str] = """
+kind = "table_joint"
+file = "joint.csv"
+"""
+
+    kind: Literal["table_joint"]
+    file: ExistingFile = Field(description="CSV file with the columns closure, loading, unloading")
+
+    @model_validator(mode="after")
+    def _read(self, info: ValidationInfo) -> Self:
+        if not (info.context or {}).get("unread"):
+            with problem_of("file", ColumnsError, LawError):
+                self.law()
+        return self
+
+    def law(self, share: float = 1.0) -> Law:
+        table = read_columns(self.file, COLUMNS, tuple(COLUMNS))
+        return TableJoint(*(tuple(table[name].tolist()) for name in COLUMNS)).scaled(share)
+
+
+def law_as_text(given: object) -> object:
+    """Return law = "signorini" as law = { kind = "signorini" }, in the table ``given``."""
+    if isinstance(given, Mapping) and isinstance(given.get("law"), str):
+        return {**given, "law": {"kind": given["law"]}}
+    return given
