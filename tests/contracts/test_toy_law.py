@@ -1,5 +1,8 @@
 """A new contact law is one class: no file knows this one, and scenes, plans and runs carry it out."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
@@ -32,6 +35,21 @@ time_step = "0.2 us"
 [accuracy]
 target = "30 %"
 """
+
+SOFT = """
+from typing import Literal
+from impact.march.laws import LinearSpring
+from seatfem.fields import Stiffness
+from seatfem.study.scene.laws import ContactLaw
+
+class Soft(ContactLaw):
+    kind: Literal["toy_soft"]
+    stiffness: Stiffness
+
+    def law(self, share=1.0):
+        return LinearSpring(share * self.stiffness)
+"""
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join((str(Path(__file__).parents[2]), "."))}
 
 
 @pytest.fixture
@@ -87,3 +105,14 @@ def test_a_toy_law_is_gone_afterwards(tmp_path: Path) -> None:
     words = "'toy_rubber' is not one of 'signorini', 'spring', 'hertz', 'hunt_crossley', 'rough_joint', 'table_joint'"
     with pytest.raises(SceneError, match=words):
         load_scene(written(tmp_path, "toy_rubber"))
+
+
+def test_a_law_in_a_file_of_its_own_counts_when_it_is_imported_between_ours(tmp_path: Path) -> None:
+    """After the tables of scenes are made, before they are read."""
+    (tmp_path / "toy_soft.py").write_text(SOFT, encoding="utf-8")
+    program = "import seatfem.study.scene.contact, toy_soft; from seatfem.study.scene import load_scene; " + (
+        "print(load_scene('soft.toml').contact.law.law())"
+    )
+    written(tmp_path, "toy_soft").rename(tmp_path / "soft.toml")
+    run = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, env=ENVIRONMENT)
+    assert (run.returncode, "LinearSpring" in run.stdout) == (0, True), run.stderr

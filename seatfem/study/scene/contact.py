@@ -77,12 +77,13 @@ floor = "2 um"
         )
 
 
+OWN_KINDS, OWN_LAWS = kinds_of(), laws()
+"""Kinds and laws that `Scene` itself knows; a later one makes a type of scenes of its own (`load.scene_of`)."""
 if TYPE_CHECKING:
     _Body = Structure
     _Law = ContactLaw
 else:
-    _Body = one_of(kinds_of())
-    _Law = one_of(laws())
+    _Body, _Law = one_of(OWN_KINDS), one_of(OWN_LAWS)
 
 
 USUAL_ARCS: Final = 32
@@ -177,12 +178,6 @@ def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw],
     return create_model("Stopper", __base__=Stopper, **fields)
 
 
-if TYPE_CHECKING:
-    AnyLaw = ContactLaw
-else:
-    AnyLaw = one_of(laws())  # of those that the program has of its own
-
-
 class Contact(Table):
     """Where and how the two bodies touch.
 
@@ -194,7 +189,7 @@ class Contact(Table):
     crosses once places are angles, from the x axis on; of others lengths along the lip.
     """
 
-    law: AnyLaw = default(USUAL, "force by penetration; a kind without keys may be written as text")
+    law: _Law = default(USUAL, "force by penetration; a kind without keys may be written as text")
     film: Film | None = absent("fluid in the gap; none where absent")
     at: Length | None = absent("position on the reed, from its root; the tip where absent")
     gap: Opening = default("0 mm", "smallest opening between the undeformed bodies")

@@ -17,12 +17,12 @@ from impact.files.safe_files import MB, read_text
 from seatfem.fields import AnyTable, one_of
 from seatfem.structures import formats
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.study.scene.contact import Contact, stopper_of
+from seatfem.study.scene.contact import OWN_KINDS, OWN_LAWS, Contact, stopper_of
 from seatfem.study.scene.laws import ContactLaw, laws
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Scene
 from seatfem.study.scene.problems import KeyPath, Problem, SceneError, explain, key_lines, line_of, scene_error, single
-from seatfem.study.scene.run import Accuracy
+from seatfem.study.scene.run import OWN_MEASURES, Accuracy
 
 SCENE: Final = (".toml", "")
 _PARTS: Final = (
@@ -68,7 +68,6 @@ def no_scene(path: Path) -> str:
     return ""
 
 
-_BUILT_IN: Final = (kinds_of(), laws(), tuple(all_measures()))
 LIMIT: Final = 1 * MB
 DEEPEST: Final = 32
 _DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
@@ -118,7 +117,7 @@ def scene_of(
     kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...], measures: tuple[str, ...]
 ) -> type[Scene]:
     """Return the type of scenes of these kinds of bodies, laws and measures, and what else is defined by now."""
-    if (kinds, laws, measures) == _BUILT_IN:
+    if (kinds, laws, measures) == (OWN_KINDS, OWN_LAWS, OWN_MEASURES):
         return Scene
     law: Any = {"law": (one_of(laws), Contact.model_fields["law"])}
     contact = create_model("Contact", __base__=Contact, **law)

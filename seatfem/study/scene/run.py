@@ -11,10 +11,12 @@ from seatfem.fields import Contradictions, Fraction, Gap, KeyProblem, Position, 
 from seatfem.study.scene.measures import LandingChoice, all_measures, judged_names
 from seatfem.units import write_quantity
 
+OWN_MEASURES: Final = tuple(all_measures())
+"""Measures that `Scene` itself knows, as `contact.OWN_LAWS` are its laws."""
 if TYPE_CHECKING:
     Measure = str
 else:
-    Measure = Literal[tuple(all_measures())]  # of those that the program has of its own
+    Measure = Literal[OWN_MEASURES]
 
 
 MOST_MEMBERS: Final = 1000
