@@ -9,7 +9,7 @@ import numpy as np
 from tests.known_answers.round_bars import bar_frequency
 from tests.measured import striker_shot
 
-DATA = tomllib.loads(Path(__file__).with_name("striker_shot.toml").read_text(encoding="utf-8"))
+DATA = tomllib.loads((Path(__file__).parents[1] / "measured" / "striker_shot.toml").read_text(encoding="utf-8"))
 RECORD = SimpleNamespace(geometry=DATA["geometry"], fitted={}, data=DATA)
 MEASURED = np.array([row["value"] for row in DATA["predicted"]])
 KNOWN = np.array([row["uncertainty"] for row in DATA["predicted"]])

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import impact
 from tests.measured import bar_on_bar
 
-DATA = tomllib.loads(Path(__file__).with_name("bar_on_bar.toml").read_text(encoding="utf-8"))
+DATA = tomllib.loads((Path(__file__).parents[1] / "measured" / "bar_on_bar.toml").read_text(encoding="utf-8"))
 RECORD = SimpleNamespace(geometry=DATA["geometry"], fitted=DATA["fitted"], data=DATA)
 
 
