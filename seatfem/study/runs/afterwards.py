@@ -16,7 +16,7 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.gas.compressor import Compressor, gas_history
 from impact.greens.base import Array, GreensFunction
-from impact.life.places import Demand, judged, on_planes
+from impact.life.places import Demand, judged, on_planes, thinned
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, Tell
 from impact.quantities import finite_or_none, percent
@@ -91,7 +91,7 @@ def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: 
     near = np.flatnonzero(ranges >= SHARE * ranges.max())
     factors = np.full(len(ranges), np.nan)
     for number, history in zip(near, tensor_histories(field.at(near), force, dt), strict=True):
-        block = history[since:]
+        block = thinned(history[since:])
         factors[number] = min(_margin([each], demand) for each in ((block, -block) if faces else (block,)))
     return factors
 
