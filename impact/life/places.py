@@ -89,8 +89,11 @@ def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
 
 SAME: Final = 1e-4
 """Of the largest turn of a stress from its mean: what moves no plane's stress by more decides no life."""
-_SPAN, _PARTS = 256, 4  # steps that are looked at together, and the parts into which they fall where they are not straight
-_NORM: Final = (1, 1, 1, 2, 2, 2)  # of the squares of a tensor's components
+_SPAN, _PARTS = (
+    256,
+    4,
+)  # steps that are looked at together, and the parts into which they fall where they are not straight
+_NORM: Final = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # of the squares of a tensor's components
 
 
 def thinned(stress: Array) -> Array:
@@ -103,13 +106,16 @@ def thinned(stress: Array) -> Array:
     if stress.ndim != 2 or len(stress) <= _SPAN:
         return stress
     kept, starts, span = np.ones(len(stress), dtype=bool), np.arange(0, len(stress) - _SPAN, _SPAN), _SPAN
-    allowed = SAME**2 * float(((stress - stress.mean(axis=0)) ** 2 @ _NORM).max())
+    courses = np.ascontiguousarray(stress.T)
+    allowed = SAME**2 * float((_NORM @ (courses - courses.mean(axis=1, keepdims=True)) ** 2).max())
     while span > 1:
-        rows = starts[:, None] + np.arange(span + 1)
-        path, share = stress[rows], np.linspace(0, 1, span + 1)[:, None]
-        path -= (1 - share) * path[:, :1] + share * path[:, -1:]
-        straight = (path**2 @ _NORM).max(axis=1) <= allowed
-        kept[rows[straight, 1:-1]] = False
+        rows = starts[:, None] + np.arange(1, span)
+        share, squared = np.arange(1, span) / span, np.zeros(rows.shape)
+        for weight, course in zip(_NORM, courses, strict=True):
+            first, last = course[starts][:, None], course[starts + span][:, None]
+            squared += weight * (course[rows] - first - share * (last - first)) ** 2
+        straight = squared.max(axis=1, initial=0.0) <= allowed
+        kept[rows[straight]] = False
         span //= _PARTS
         starts = (starts[~straight, None] + span * np.arange(_PARTS)).ravel()
     return np.asarray(stress[kept])

@@ -53,7 +53,6 @@ import ctypes
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any, ClassVar, Final, Protocol
 
 import numpy as np
@@ -322,16 +321,6 @@ class PlainLaw(_NoPotential):
         """Return zero, as none is declared; raises the first failure, as `check` does."""
         self.check()
         return super().potential(penetration)
-
-
-@cache
-def no_user_law() -> Any:
-    """Return what stands in for a law where that is a built-in one; compiled when first needed."""
-    return cfunc(_SIGNATURE, cache=True)(_zero)
-
-
-def _zero(pen: float, pen_start: float, dt: float) -> float:
-    return 0.0
 
 
 FAR: Final = 1000.0

@@ -160,7 +160,7 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
         return {f"{key} {cycle}": mass for key, each in masses.items() for cycle, mass in enumerate(each)}
 
     bars: dict[str, list[float | None]] = {}
-    for name, bar in error_bars_of(done, look).items():
+    for name, bar in error_bars_of(done, look)[0].items():
         bars.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(finite_or_none(bar))
     return bars
 
