@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -122,20 +123,37 @@ def ritz_pairs(stiffness: Array, rigid: int, shift: float) -> tuple[Array, Array
     return np.sqrt(np.concatenate([np.zeros(rigid), np.where(values < zero, 0.0, values)])), coefficients
 
 
+SINGLE_FROM: Final = 20_000  # unknowns, from which on factors in single precision save more than they cost to judge
+_LOOSE: Final = 1e-3  # tolerance of g, from which on vectors of rounded solutions are as many as those of exact ones
+_OF_TOLERANCE: Final = 0.01  # that a vector may be off: what g misses by it is of second order
+
+
+def allowed_error(size: int, tolerance: float) -> float:
+    """Return by how much the solutions behind the vectors of a reduction may be off, relatively; 0: not at all.
+
+    Whatever the vectors, K and M are projected on them in double precision, so that the pairs are Ritz pairs, and what
+    they miss is seen by the growth of the space. ``tolerance``: of g.
+    """
+    return _OF_TOLERANCE * tolerance if size >= SINGLE_FROM and tolerance >= _LOOSE else 0.0
+
+
 @dataclass(frozen=True)
 class Here:
-    """This process; `slepc.Ranks` answers the same."""
+    """This process; `slepc.Ranks` answers the same. Solutions behind a basis may be ``allowed`` off."""
 
     model: SecondOrderModel
     backend: Backend
+    allowed: float = 0.0
 
-    def factorize(self, square: float) -> Factorization:
-        """Return the factorization of K + ``square`` M, positive definite."""
-        return factorize(self.model.K + square * self.model.M, backend=self.backend, name="K + s^2 M")
+    def factorize(self, square: float, *, allowed: float = 0.0) -> Factorization:
+        """Return the factorization of K + ``square`` M, positive definite; its solutions may be ``allowed`` off."""
+        matrix = self.model.K + square * self.model.M
+        return factorize(matrix, backend=self.backend, allowed=allowed, name="K + s^2 M")
 
     def basis(self, shift: float, limit: int) -> KrylovBasis:
         """Return a basis that is empty but for the rigid motions, about -``shift``^2."""
-        return KrylovBasis(self.model, self.factorize(shift**2), shift, limit, eigen_search.rigid_shapes(self.model))
+        factor = self.factorize(shift**2, allowed=self.allowed)
+        return KrylovBasis(self.model, factor, shift, limit, eigen_search.rigid_shapes(self.model))
 
     def spectrum(self, progress: Progress) -> Spectrum | reduction.slepc.RanksSpectrum:
         """Return a spectrum of which nothing is known yet."""
@@ -146,7 +164,7 @@ class Here:
 def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | reduction.slepc.Ranks]:
     """Yield what the aims ask for, while it is needed."""
     if not aims.distributed:
-        yield Here(model, aims.backend)
+        yield Here(model, aims.backend, allowed_error(model.size, aims.tolerance))
         return
     with reduction.slepc.on_ranks(model) as ranks:
         yield ranks

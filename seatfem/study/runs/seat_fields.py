@@ -135,8 +135,9 @@ class SeatMesh:
     # Fields
 
     def places(self, waves: Waves | None) -> list[tuple[Sites, Array]]:
-        """Return where the largest stress is looked for, and then the points that the scene names, with their angles."""
-        assert (asked := self.plan.scene.stress) is not None
+        """Return where the largest stress is looked for, then the points that the scene names, with their angles."""
+        asked = self.plan.scene.stress
+        assert asked is not None
         points = np.array(asked.points).reshape(-1, 3)
         named = [(self.named(), np.arctan2(points[:, 1], points[:, 0])[:, None])] if len(points) else []
         where = (self.surface(), np.zeros(1) if waves is None else waves.angles) if asked.surface else named[0]
