@@ -53,10 +53,11 @@ import ctypes
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
+from importlib import import_module
 from typing import Any, ClassVar, Final, Protocol
 
 import numpy as np
-from numba import cfunc, types
 
 from impact import exact
 from impact.greens.base import Array
@@ -65,7 +66,14 @@ SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, USER = 0, 1, 2, 3, 4
 PASSIVE, CONSERVING, BLENDED = 0, 1, 2
 
 Parameters = tuple[float, float, float]
-_SIGNATURE = types.float64(types.float64, types.float64, types.float64)
+
+
+@cache
+def _signature() -> Any:
+    """Return numba's type of a force by three numbers; what compiles is loaded when a law needs it."""
+    types = import_module("numba").types
+    types.WrapperAddressProtocol.register(_Callback)
+    return types.float64(types.float64, types.float64, types.float64)
 
 
 class LawError(ValueError):
@@ -239,7 +247,7 @@ class CompiledLaw(_NoPotential):
 def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
     """Compile ``force(pen, pen_start, dt)`` [N]; raises `LawError` with numba's complaint if it cannot be."""
     try:
-        return CompiledLaw(cfunc(_SIGNATURE)(force))
+        return CompiledLaw(import_module("numba").cfunc(_signature())(force))
     except Exception as problem:
         name = getattr(force, "__name__", repr(force))
         raise LawError(
@@ -257,6 +265,7 @@ class _Callback:
         self.failure: BaseException | None = None
         self._force = force
         number = ctypes.c_double
+        _signature()
         self._pointer = ctypes.CFUNCTYPE(number, number, number, number)(self._call)
 
     def _call(self, pen: float, pen_start: float, dt: float) -> float:
@@ -284,10 +293,7 @@ class _Callback:
         return ctypes.cast(self._pointer, ctypes.c_void_p).value or 0
 
     def signature(self) -> Any:
-        return _SIGNATURE
-
-
-types.WrapperAddressProtocol.register(_Callback)
+        return _signature()
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 import pymetis
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
@@ -236,7 +237,7 @@ def _calls(solver: Any, upper: sparse.csr_matrix, kind: type) -> Callable[[int, 
 
     def call(phase: int, rhs: Array) -> tuple[Array, int]:
         largest = 1.0 if kind is np.float64 else float(np.abs(rhs).max()) or 1.0
-        b = np.asfortranarray(rhs if largest == 1.0 else rhs / largest, dtype=kind)
+        b: NDArray[Any] = np.asfortranarray(rhs if largest == 1.0 else rhs / largest, dtype=kind)
         x, failed = np.zeros_like(b, order="F"), integer(0)
         solver._mkl_pardiso(
             handle,

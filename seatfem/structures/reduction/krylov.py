@@ -128,7 +128,7 @@ _LOOSE: Final = 1e-3  # tolerance of g, from which on vectors of rounded solutio
 _OF_TOLERANCE: Final = 0.01  # that a vector may be off: what g misses by it is of second order
 
 
-def allowed_error(size: int, tolerance: float) -> float:
+def allowed_error(size: float, tolerance: float) -> float:
     """Return by how much the solutions behind the vectors of a reduction may be off, relatively; 0: not at all.
 
     Whatever the vectors, K and M are projected on them in double precision, so that the pairs are Ritz pairs, and what
