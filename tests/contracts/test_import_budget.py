@@ -35,7 +35,12 @@ NUMBERS = {"numpy", "scipy", "h5py", "pydantic"}
 ERRANDS = [  # with the most modules that they may load: some 3 % above what they did when this was written
     (["--help"], 0, 295, DRAWN | SOLID | COMPILED | NUMBERS),
     (["run", "wrong.toml"], 2, 610, DRAWN | SOLID | COMPILED | {"h5py", "pypardiso"}),
-    (["run", "spring.toml", "--output", "out", "--no-pictures"], 0, 1200, DRAWN | SOLID - {"scipy.linalg"} | {"pypardiso"}),
+    (
+        ["run", "spring.toml", "--output", "out", "--no-pictures"],
+        0,
+        1200,
+        DRAWN | SOLID - {"scipy.linalg"} | {"pypardiso"},
+    ),
 ]
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
+from seatfem.machine import libraries
 from seatfem.machine.resources import Machine
-from seatfem.structures import reduction
 from seatfem.structures.estimates.sizes import (
     KRYLOV_VECTORS,
     MATRIX_ENTRY,
@@ -20,7 +20,7 @@ from seatfem.structures.estimates.sizes import (
 )
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import BEYOND, COARSENING, Method
+from seatfem.structures.method import BEYOND, COARSENING, Method, allowed_error
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.rings import rings_behind
 from seatfem.structures.shapes.profile import profile_of
@@ -99,7 +99,7 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
         return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER
     n = numbers.sizes.counts.dof
-    rounded = reduction.krylov.allowed_error(n, method.tolerance) > 0 and reduction.factorization.has_pardiso()
+    rounded = allowed_error(n, method.tolerance) > 0 and libraries.has_pardiso()
     single = rounded and not (method.distributed or numbers.hexahedra)
     return SeatModel(**vars(numbers), vectors=min(vectors, n), single=single)
 

@@ -4,12 +4,11 @@ PARDISO (Intel MKL through pypardiso) where it can be imported, otherwise a METI
 """
 
 import ctypes
-import importlib.util
+import importlib
 import os
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -146,12 +145,6 @@ def _residual(matrix: sparse.csr_array, solve: Callable[[Array], Array]) -> floa
     """Return ||A x - b|| / ||b|| of a vector b without symmetry."""
     rhs = np.cos(np.arange(matrix.shape[0], dtype=float))
     return float(np.linalg.norm(matrix @ solve(rhs) - rhs) / np.linalg.norm(rhs))
-
-
-@cache
-def has_pardiso() -> bool:
-    """Return whether PARDISO is installed; what it needs is not loaded for that."""
-    return importlib.util.find_spec("pypardiso") is not None
 
 
 def _pardiso_class() -> Any:

@@ -9,14 +9,13 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from impact.greens.base import ErrorEstimate
 from impact.notices import Progress, silent
 from seatfem.structures import reduction
-from seatfem.structures.method import Aims
+from seatfem.structures.method import Aims, allowed_error
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel
 from seatfem.structures.reduction import eigen_search, residual
 from seatfem.structures.reduction.factorization import Backend, Factorization, factorize
@@ -121,20 +120,6 @@ def ritz_pairs(stiffness: Array, rigid: int, shift: float) -> tuple[Array, Array
     coefficients = np.eye(len(stiffness))
     coefficients[rigid:, rigid:] = vectors
     return np.sqrt(np.concatenate([np.zeros(rigid), np.where(values < zero, 0.0, values)])), coefficients
-
-
-SINGLE_FROM: Final = 20_000  # unknowns, from which on factors in single precision save more than they cost to judge
-_LOOSE: Final = 1e-3  # tolerance of g, from which on vectors of rounded solutions are as many as those of exact ones
-_OF_TOLERANCE: Final = 0.01  # that a vector may be off: what g misses by it is of second order
-
-
-def allowed_error(size: float, tolerance: float) -> float:
-    """Return by how much the solutions behind the vectors of a reduction may be off, relatively; 0: not at all.
-
-    Whatever the vectors, K and M are projected on them in double precision, so that the pairs are Ritz pairs, and what
-    they miss is seen by the growth of the space. ``tolerance``: of g.
-    """
-    return _OF_TOLERANCE * tolerance if size >= SINGLE_FROM and tolerance >= _LOOSE else 0.0
 
 
 @dataclass(frozen=True)
