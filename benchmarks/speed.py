@@ -258,7 +258,7 @@ print(model.size, after - start, (solved - after) / 5, seconds, memory / 1e6, gr
 def precision_table() -> Table:
     """Return time and memory of reductions by factors in double and in single precision, in turn."""
     rows = []
-    for cells in (12, 18, 23):
+    for cells in (12, 18):
         taken: dict[str, list[np.ndarray]] = {"double": [], "single": []}
         for _ in range(2):  # interleaved, so that both see the same machine
             for precision, runs in taken.items():
