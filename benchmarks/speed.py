@@ -272,7 +272,7 @@ def precision_table() -> Table:
         rows.append((f"{double[0]:.0f}", *pairs, f"{double[5]:.0f} / {single[5]:.0f}", f"{apart:.0e}"))
     notes = (
         "A block of quadratic tetrahedra, 300 kHz, 60 us, 2 % damping, tolerance 1 %: double / single precision, one",
-        "thread, the less of 2 interleaved processes; memory is that of the whole process.",
+        "thread, the shorter of 2 interleaved processes; memory is that of the whole process.",
     )
     columns = ("unknowns", "factor [s]", "one solve [s]", "reduction [s]", "memory [GB]", "vectors", "g apart by")
     return Table("Factors in single precision", notes, columns, tuple(rows))
