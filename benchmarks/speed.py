@@ -1,6 +1,6 @@
 """How fast the march and studies are: docs/performance.md, from the tables that this script leaves in results/.
 
-    python benchmarks/speed.py [march | costs | studies ...]
+    python benchmarks/speed.py [march | costs | studies | precision ...]
 
 measures the tables named, by default all; others stay as they were found. Some minutes of a processor that has nothing
 else to do.
@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -224,7 +225,65 @@ def studies_table() -> Table:
     return Table("Scenes of a study", notes, columns, rows)
 
 
-TABLES: Final = {"studies": studies_table, "march": march_table, "costs": costs_table}
+REDUCED: Final = """
+import sys
+from pathlib import Path
+from time import process_time
+import numpy as np
+from speed import block
+from seatfem.structures import method
+from seatfem.structures.method import Aims
+from seatfem.structures.reduction import krylov
+method.SINGLE_FROM = 0 if sys.argv[1] == "single" else 10**9
+model = block(int(sys.argv[2]))
+aims, damping = Aims(3e5, 6e-5, 0.01), model.damping.plus(0.02)
+shift, load = aims.band, model.port_matrix
+start = process_time()
+factor = krylov.Here(model, "auto").factorize(shift**2, allowed=method.allowed_error(model.size, aims.tolerance))
+after = process_time()
+for _ in range(5):
+    factor.solve(load)
+solved = process_time()
+del factor
+begun = process_time()
+greens = krylov.Krylov().reduce(model, damping, aims).greens
+seconds = process_time() - begun
+memory = int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0])
+g = greens.filtered(np.linspace(0, aims.duration, 1000), aims.width).ravel()
+print(model.size, after - start, (solved - after) / 5, seconds, memory / 1e6, greens.origin["vectors"], *g)
+"""
+"""A reduction in its own process: precision and cells; unknowns, seconds of factor, solve and all, GB, vectors, g."""
+
+
+def precision_table() -> Table:
+    """Return time and memory of reductions by factors in double and in single precision, in turn."""
+    rows = []
+    for cells in (12, 18):
+        taken: dict[str, list[np.ndarray]] = {"double": [], "single": []}
+        for _ in range(2):  # interleaved, so that both see the same machine
+            for precision, runs in taken.items():
+                command = [sys.executable, "-c", REDUCED, precision, str(cells)]
+                done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parent)
+                runs.append(np.array(done.stdout.split(), dtype=float))
+        double, single = (np.min(runs, axis=0)[:6] for runs in taken.values())
+        one, other = taken["double"][0][6:], taken["single"][0][6:]
+        apart = np.abs(one - other).max() / np.abs(one).max()
+        pairs = [f"{a:.3g} / {b:.3g}" for a, b in zip(double[1:5], single[1:5], strict=True)]
+        rows.append((f"{double[0]:.0f}", *pairs, f"{double[5]:.0f} / {single[5]:.0f}", f"{apart:.0e}"))
+    notes = (
+        "A block of quadratic tetrahedra, 300 kHz, 60 us, 2 % damping, tolerance 1 %: double / single precision, one",
+        "thread, the shorter of 2 interleaved processes; memory is that of the whole process.",
+    )
+    columns = ("unknowns", "factor [s]", "one solve [s]", "reduction [s]", "memory [GB]", "vectors", "g apart by")
+    return Table("Factors in single precision", notes, columns, tuple(rows))
+
+
+TABLES: Final = {
+    "studies": studies_table,
+    "march": march_table,
+    "costs": costs_table,
+    "precision": precision_table,
+}
 
 
 def write_page() -> None:

@@ -9,13 +9,15 @@ import numpy as np
 
 from impact import after, notices
 from impact.greens.base import Array
-from impact.march import laws, motion
+from impact.march import laws
 from impact.march.problem import ContactProblem
 from impact.names import frame_of
 from impact.quantities import as_html, brief, cut, in_units, percent, some
 
 if TYPE_CHECKING:
     import pandas
+
+    from impact.march import motion
 
 _WAYS = ("gap", "striker_displacement", "target_displacement")
 _TERMS = ("input", "striker", "target", "contact", "dissipated")

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import ClassVar, Final
 
 import numpy as np
-import scipy.linalg
+import scipy
 from numpy.polynomial import Legendre, Polynomial
 from numpy.typing import ArrayLike
 

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.polynomial import Chebyshev
 from numpy.typing import ArrayLike
-from scipy.special import erfc
 
 from impact.greens.base import Array
 
@@ -189,7 +189,7 @@ def tip_step_moment(eta: ArrayLike) -> Array:
 
     From EI u'''' + rho A u_tt = 0, u_t(0, t) = v, u''(0, t) = 0, in the Laplace domain.
     """
-    return np.asarray(-np.imag(erfc(np.asarray(eta, dtype=float) * np.exp(0.25j * np.pi) / 2)))
+    return np.asarray(-np.imag(scipy.special.erfc(np.asarray(eta, dtype=float) * np.exp(0.25j * np.pi) / 2)))
 
 
 def tip_step_stress(

@@ -87,6 +87,40 @@ def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
     return np.array(margins)
 
 
+SAME: Final = 1e-4
+"""Of the largest turn of a stress from its mean: what moves no plane's stress by more decides no life."""
+_SPAN, _PARTS = (
+    256,
+    4,
+)  # steps that are looked at together, and the parts into which they fall where they are not straight
+_NORM: Final = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # of the squares of a tensor's components
+
+
+def thinned(stress: Array) -> Array:
+    """Return the (m, 6) rows of an (n, 6) history that decide its life, in their order, both ends among them.
+
+    A row is left out that lies within `SAME` of the straight line between its neighbours kept, in the norm of tensors.
+    Every normal stress and pressure, and the smallest sphere around the path, keep their extremes to that: they take
+    them at corners. Steps are shorter than a mode's period by hundreds, so that some hundredth of the rows is kept.
+    """
+    if stress.ndim != 2 or len(stress) <= _SPAN:
+        return stress
+    kept, starts, span = np.ones(len(stress), dtype=bool), np.arange(0, len(stress) - _SPAN, _SPAN), _SPAN
+    courses = np.ascontiguousarray(stress.T)
+    allowed = SAME**2 * float((_NORM @ (courses - courses.mean(axis=1, keepdims=True)) ** 2).max())
+    while span > 1:
+        rows = starts[:, None] + np.arange(1, span)
+        share, squared = np.arange(1, span) / span, np.zeros(rows.shape)
+        for weight, course in zip(_NORM, courses, strict=True):
+            first, last = course[starts][:, None], course[starts + span][:, None]
+            squared += weight * (course[rows] - first - share * (last - first)) ** 2
+        straight = squared.max(axis=1, initial=0.0) <= allowed
+        kept[rows[straight]] = False
+        span //= _PARTS
+        starts = (starts[~straight, None] + span * np.arange(_PARTS)).ravel()
+    return np.asarray(stress[kept])
+
+
 APART: Final = 10.0
 """Degrees between normals: one half of that off loses 1 - cos^2 = 0.8 % of the stress; along the axes nothing."""
 _HELD: Final = 16  # planes at once
@@ -106,7 +140,7 @@ def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
     if not np.isfinite(stress).all():
         raise LifeError(f"{name}: the stress history must be finite, {np.sum(~np.isfinite(stress))} values are not")
     turns = stress - stress.mean(axis=0)
-    furthest = turns[int(np.argmax((turns**2) @ (1, 1, 1, 2, 2, 2)))]
+    furthest = turns[int(np.argmax(turns**2 @ _NORM))]
     axes = np.linalg.eigh(furthest[[[0, 5, 4], [5, 1, 3], [4, 3, 2]]])[1]
     x, y, z = (_normals() @ axes.T).T
     across = np.stack([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y])

@@ -10,8 +10,8 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import ndtri
 
 from impact.greens.base import Array
 from impact.quantities import in_units
@@ -153,7 +153,7 @@ def tabled(points: Sequence[tuple[float, float]], *, scatter: float | None = Non
 def _quantile(survival: float) -> float:
     if not 0 < survival < 1:
         raise LifeError(f"survival = {survival:g} must lie between 0 and 1, as in 0.999")
-    return float(ndtri(survival))
+    return float(scipy.special.ndtri(survival))
 
 
 Kind = TypeVar("Kind")

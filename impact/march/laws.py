@@ -55,10 +55,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
+from importlib import import_module
 from typing import Any, ClassVar, Final, Protocol
 
 import numpy as np
-from numba import cfunc, types
 
 from impact import exact
 from impact.greens.base import Array
@@ -70,7 +70,14 @@ DEEPEST, FIRST_KNOT = 3, 4
 PASSIVE, CONSERVING, BLENDED = 0, 1, 2
 
 Parameters = tuple[float, ...]
-_SIGNATURE = types.float64(types.float64, types.float64, types.float64)
+
+
+@cache
+def _signature() -> Any:
+    """Return numba's type of a force by three numbers; what compiles is loaded when a law needs it."""
+    types = import_module("numba").types
+    types.WrapperAddressProtocol.register(_Callback)
+    return types.float64(types.float64, types.float64, types.float64)
 
 
 class LawError(ValueError):
@@ -256,7 +263,7 @@ class CompiledLaw(_NoPotential):
 def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
     """Compile ``force(pen, pen_start, dt)`` [N]; raises `LawError` with numba's complaint if it cannot be."""
     try:
-        return CompiledLaw(cfunc(_SIGNATURE)(force))
+        return CompiledLaw(import_module("numba").cfunc(_signature())(force))
     except Exception as problem:
         name = getattr(force, "__name__", repr(force))
         raise LawError(
@@ -274,6 +281,7 @@ class _Callback:
         self.failure: BaseException | None = None
         self._force = force
         number = ctypes.c_double
+        _signature()
         self._pointer = ctypes.CFUNCTYPE(number, number, number, number)(self._call)
 
     def _call(self, pen: float, pen_start: float, dt: float) -> float:
@@ -301,10 +309,7 @@ class _Callback:
         return ctypes.cast(self._pointer, ctypes.c_void_p).value or 0
 
     def signature(self) -> Any:
-        return _SIGNATURE
-
-
-types.WrapperAddressProtocol.register(_Callback)
+        return _signature()
 
 
 @dataclass(frozen=True)
@@ -338,16 +343,6 @@ class PlainLaw(_NoPotential):
         """Return zero, as none is declared; raises the first failure, as `check` does."""
         self.check()
         return super().potential(penetration)
-
-
-@cache
-def no_user_law() -> Any:
-    """Return what stands in for a law where that is a built-in one; compiled when first needed."""
-    return cfunc(_SIGNATURE, cache=True)(_zero)
-
-
-def _zero(pen: float, pen_start: float, dt: float) -> float:
-    return 0.0
 
 
 FAR: Final = 1000.0

@@ -151,7 +151,7 @@ class ContactStepper:
         seats = np.array([c.side > 0 for c in contacts])
         seats = seats if np.any(seats) else ~seats
         self._seats = seats / np.count_nonzero(seats)
-        self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None) or laws.no_user_law()
+        self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None)
         self._laws = (
             np.array([c.law.code for c in contacts]),
             prepared.rules,

@@ -17,7 +17,7 @@ from impact.after.measures import MERGE
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.history import aligned
-from impact.march.laws import DEEPEST, PlainLaw, no_user_law
+from impact.march.laws import DEEPEST, PlainLaw
 from impact.march.loop.marches import LANES, march_lanes
 from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, prepare
@@ -97,7 +97,7 @@ def solve_many(
     moving = _in_translation(problem.striker)
     reach = 0.0 if moving is None else moving.velocity_of(contact.striker_port)
     closing = contact.target.velocity_of(contact.port) - reach * scales[1]
-    user = getattr(contact.law, "compiled", None) or no_user_law()
+    user = getattr(contact.law, "compiled", None)
 
     def run(scenes: NDArray[np.int64]) -> int:
         lanes = np.resize(scenes, LANES)  # a last group that is not full repeats its scenes

@@ -7,7 +7,7 @@ import inspect
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -19,9 +19,12 @@ from seatfem import readings, results, structures
 from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.fields import by_group, kind_of
 from seatfem.machine.doctor import Check
-from seatfem.structures.inspection import cad, mesh_file
+from seatfem.structures.inspection import cad
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.safety import STAGES, in_words
+
+if TYPE_CHECKING:
+    from seatfem.structures.inspection import mesh_file
 
 
 def time_line(seconds: Mapping[str, float]) -> str:

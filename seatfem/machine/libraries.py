@@ -36,6 +36,12 @@ class MissingLibraryError(RuntimeError):
     """A system library is missing; the message holds the command that installs it."""
 
 
+@cache
+def has_pardiso() -> bool:
+    """Return whether PARDISO is installed; what it needs is not loaded for that."""
+    return importlib.util.find_spec("pypardiso") is not None
+
+
 def missing_packages(libraries: Mapping[str, str]) -> tuple[str, ...]:
     """Return the packages (values) whose library (key) cannot be loaded. Empty outside Linux, where wheels differ."""
     if sys.platform != "linux":

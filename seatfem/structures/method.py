@@ -50,6 +50,20 @@ NAMES: Final[Mapping[Level, str]] = {
 }
 
 
+SINGLE_FROM: Final = 20_000  # unknowns, from which on factors in single precision save more than they cost to judge
+_LOOSE: Final = 1e-3  # tolerance of g, from which on vectors of rounded solutions are as many as those of exact ones
+_OF_TOLERANCE: Final = 0.01  # that a vector may be off: what g misses by it is of second order
+
+
+def allowed_error(size: float, tolerance: float) -> float:
+    """Return by how much the solutions behind the vectors of a reduction may be off, relatively; 0: not at all.
+
+    Whatever the vectors, K and M are projected on them in double precision, so that the pairs are Ritz pairs, and what
+    they miss is seen by the growth of the space. ``tolerance``: of g.
+    """
+    return _OF_TOLERANCE * tolerance if size >= SINGLE_FROM and tolerance >= _LOOSE else 0.0
+
+
 @dataclass(frozen=True)
 class Aims:
     """Band, duration and tolerance of a reduction, and its limits.

@@ -15,7 +15,6 @@ from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.structure import kind_of
 from seatfem.study.impacts import contact
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
 from tests.fuzz import corpus
@@ -102,7 +101,7 @@ def test_every_kind_that_may_strike_is_here() -> None:
 @pytest.mark.parametrize("kind", STRIKERS)
 def test_a_striker_is_planned_run_and_told_of(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its contact is seen by the plan; what it is known to be off by is in the bars, or named beside them."""
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))
     scene = scene_of(kind, tmp_path)
     plan = plan_scene(scene)
     assert min(plan.error.values()) > 0

@@ -23,7 +23,6 @@ from seatfem.structures.shapes import Turning
 from seatfem.structures.shapes.profile import Profile, polygon
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
 
@@ -107,7 +106,7 @@ RUN = '[run]\nduration = "{}"\nfilter_width = "10 us"\n[accuracy]\ntarget = "30 
 
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))  # they are tested elsewhere
+    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))  # they are tested elsewhere
 
 
 def written(folder: Path, text: str) -> Path:

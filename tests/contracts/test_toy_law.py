@@ -13,7 +13,6 @@ from pydantic import Field
 from impact.march.laws import Law, compiled_law
 from seatfem.fields import Stiffness
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.laws import ContactLaw, laws
@@ -81,7 +80,7 @@ def written(folder: Path, kind: str) -> Path:
 @pytest.mark.usefixtures("toy")
 def test_a_toy_law_is_planned_and_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Half the energy is lost: restitution 1/sqrt(2), to what steps of a 500th of the blow leave."""
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))  # they are tested elsewhere
+    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))  # they are tested elsewhere
     scene = load_scene(written(tmp_path, "toy_rubber"))
     assert plan_scene(scene).level == "closed form"
     summary = run_scene(scene, tmp_path / "out").summary

@@ -10,7 +10,6 @@ import pytest
 from seatfem.faces.verdict import name_of
 from seatfem.results import rows_of
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.measures import ContactRecord, Measure, all_measures
@@ -55,7 +54,7 @@ def written(folder: Path) -> Path:
 @pytest.mark.usefixtures("toy")
 def test_a_toy_measure_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of half a sine of the amplitude v sqrt(k m): its square times half the blow."""
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))  # they are tested elsewhere
+    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))  # they are tested elsewhere
     scene = load_scene(written(tmp_path))
     assert scene.accuracy.measures == ("toy_square",)
     assert plan_scene(scene).error["toy_square"] < 0.1

@@ -15,7 +15,6 @@ from seatfem.structures.model import Damping, ModelError, SecondOrderModel
 from seatfem.structures.reduction import greens as registry
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
 from seatfem.structures.reduction.residual import truncate
-from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
@@ -96,7 +95,7 @@ def test_a_toy_is_asked_for_by_name() -> None:
 
 @pytest.mark.usefixtures("toy")
 def test_a_scene_runs_with_a_toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))  # pictures are tested elsewhere
+    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))
     path = tmp_path / "scene.toml"
     path.write_text(SCENE)
     summary = run_scene(load_scene(path), tmp_path / "out").summary

@@ -16,7 +16,7 @@ from impact.greens.sampled import SampledGreens
 from impact.storage.hdf5 import save_greens
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import check_length
-from seatfem.study.runs import pipeline, rounds
+from seatfem.study.runs import rounds
 from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.keys import scene_template
@@ -159,7 +159,7 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """f_20 of the reed is 411 kHz: w h = 1.03 at 0.4 us. The run goes on; the limit is half a radian, 0.19 us."""
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))
 
     def messages(step: str) -> tuple[str, ...]:
         path = tmp_path / "scene.toml"
@@ -201,7 +201,7 @@ def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: pytest.CaptureFix
 def test_a_reed_known_by_its_length_is_the_papers_and_that_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))
     short = REED.replace('width = "10 mm"\nthickness = "0.305 mm"\n', "").replace(STEEL, "")
     told, results = [], []
     for name, reed in (("given", REED), ("assumed", short)):

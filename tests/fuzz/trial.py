@@ -32,7 +32,7 @@ from seatfem.structures.formats.uff import read_impulse_response_uff
 from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
 from seatfem.structures.store import VARIABLE, Store
 from seatfem.study.impacts import contact
-from seatfem.study.runs import pipeline
+from seatfem.study.runs import pictures
 from seatfem.study.sweep.runner import read_journal
 
 from .corpus import KEY, Specimen, fresh_march
@@ -247,7 +247,7 @@ def _pictures(case: Case) -> Iterator[None]:
     drawn = Random(case.name + " pictures").randrange(DRAWN_ONE_IN) == 0
     changes: list[tuple[Any, str, Any]] = [(contact, "MAX_STEPS", STEPS)]
     if not drawn:
-        changes.append((pipeline, "draw_run", lambda *_: ((), ())))
+        changes.append((pictures, "draw_run", lambda *_: ((), ())))
     if case.specimen.entry == "draw":
         changes.append((GmshSession, "__call__", _stop))
     kept = [(owner, name, getattr(owner, name)) for owner, name, _ in changes]

@@ -14,13 +14,13 @@ from impact import (
     ModalState,
     Signorini,
 )
-from impact.march.laws import PASSIVE, no_user_law
+from impact.march.laws import PASSIVE
 from impact.march.loop.forces import contact_force as march_force
 
 
 def contact_force(code: int, k: float, pen: float, w0: float) -> float:
     """Force of a passive step that starts at no penetration."""
-    return float(march_force(code, PASSIVE, k, 0.0, 0.0, no_user_law(), pen, 0.0, w0, w0, 1.0))
+    return float(march_force(code, PASSIVE, k, 0.0, 0.0, None, pen, 0.0, w0, w0, 1.0))
 
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, LawError, ModalGreens, PlainLaw, Residual, compiled_law
 from impact.greens.base import Array
-from impact.march.laws import BLENDED, CONSERVING, PASSIVE, Law, no_user_law
+from impact.march.laws import BLENDED, CONSERVING, PASSIVE, Law
 from impact.march.loop.forces import contact_force
 
 RIGID = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.spring(1e-14))
@@ -164,7 +164,7 @@ def test_no_step_gains_energy(seed: int) -> None:
     if start <= 0:  # a rigid contact holds no penetration
         laws.append((impact.Signorini(), PASSIVE))
     for law, rule in laws:
-        force = contact_force(law.code, rule, *law.parameters, no_user_law(), pen, start, w0, w0, dt)
+        force = contact_force(law.code, rule, *law.parameters, None, pen, start, w0, w0, dt)
         end = pen - w0 * force
         before, after = law.potential(np.array([start, end]))
         # the end is known to 1e-16 of pen: that times the force in the work, times Psi' <= 4 Psi/end in the potential

@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual, measures
-from impact.march.laws import Law, no_user_law
+from impact.march.laws import Law
 from impact.march.loop.several import active_set, by_sweeps, linear_laws
 
 SEAT = ModalGreens(
@@ -75,10 +75,9 @@ def test_stiff_contacts_almost_at_one_place_share_the_force_of_one(code: int, ap
     both = np.outer(root, root)
     ones, numbers = np.ones(3, dtype=np.int64), np.tile([1e8, 0.0, 0.0], (3, 1))
     force, alone = np.zeros(3), np.zeros(1)
-    user = no_user_law()
-    found = contact_forces(code * ones, ones, numbers, user, np.full(3, 1e-3), np.zeros(3), both, 1.0, force)
+    found = contact_forces(code * ones, ones, numbers, None, np.full(3, 1e-3), np.zeros(3), both, 1.0, force)
     thrice = np.array([[3e8, 0.0, 0.0]])
-    contact_forces(code * ones[:1], ones[:1], thrice, user, np.full(1, 1e-3), np.zeros(1), both[:1, :1], 1.0, alone)
+    contact_forces(code * ones[:1], ones[:1], thrice, None, np.full(1, 1e-3), np.zeros(1), both[:1, :1], 1.0, alone)
     assert found
     assert np.all(force >= 0)
     assert force.sum() == pytest.approx(alone[0], rel=1e-9 + 3 * apart)

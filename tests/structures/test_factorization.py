@@ -9,7 +9,14 @@ from scipy import sparse
 from scipy.linalg import eigvalsh
 
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.reduction.factorization import FactorizationError, _mkl_runtime, _pardiso_class, factorize
+from seatfem.structures.model import Material
+from seatfem.structures.reduction.factorization import (
+    SINGLE,
+    FactorizationError,
+    _mkl_runtime,
+    _pardiso_class,
+    factorize,
+)
 
 BACKENDS = ["superlu", pytest.param("pardiso", marks=pytest.mark.skipif(not _pardiso_class(), reason="no MKL"))]
 
@@ -77,3 +84,73 @@ def test_another_installation_of_mkl_is_left_to_pypardiso(monkeypatch: pytest.Mo
 
     monkeypatch.setattr(metadata, "files", missing)
     assert _mkl_runtime() is None
+
+
+STEEL, PEEK = Material(200e9, 0.3, 7850.0), Material(3.6e9, 0.4, 1300.0)
+ALLOWED = 1e-4
+GRADED = np.concatenate([[0.0], np.geomspace(1e-6, 1e-3, 7)])
+STEEPER = np.concatenate([[0.0], np.geomspace(1e-7, 1e-3, 7)])
+
+
+def evenly(length, cells):
+    return np.linspace(0, length, cells + 1)
+
+
+def body(*sides, material=STEEL):
+    mesh = skfem.MeshTet.init_tensor(*sides)
+    top = sides[2][-1]
+    named = {"contact": lambda x: x[2] > top * (1 - 1e-9), "fixed": lambda x: x[0] < 1e-12}
+    mesh = mesh.with_boundaries(named)
+    if isinstance(material, dict):
+        mesh = mesh.with_subdomains({"lower": lambda x: x[2] < top / 2, "upper": lambda x: x[2] >= top / 2})
+    return assemble(mesh, material, order=2)
+
+
+BLOCK = (evenly(20e-3, 6), evenly(20e-3, 6), evenly(8e-3, 4))
+BODIES = [
+    ("block", lambda: body(*BLOCK), 300e3, "plain"),
+    ("PEEK on steel", lambda: body(*BLOCK, material={"lower": STEEL, "upper": PEEK}), 300e3, "plain"),
+    ("PEEK on steel, slow", lambda: body(*BLOCK, material={"lower": STEEL, "upper": PEEK}), 10e3, "refined"),
+    ("plate of 0.2 mm", lambda: body(evenly(20e-3, 10), evenly(20e-3, 10), evenly(0.2e-3, 1)), 300e3, "refined"),
+    ("plate of 0.2 mm, slow", lambda: body(evenly(20e-3, 10), evenly(20e-3, 10), evenly(0.2e-3, 1)), 10e3, "double"),
+    ("plate of 20 um", lambda: body(evenly(20e-3, 10), evenly(20e-3, 10), evenly(20e-6, 1)), 300e3, "double"),
+    ("nearly incompressible", lambda: body(*BLOCK, material=Material(4e9, 0.4999, 1300.0)), 300e3, "refined"),
+    ("rubber", lambda: body(*BLOCK, material=Material(4e9, 0.499999, 1300.0)), 300e3, "double"),
+    ("elements of 1 um and 1 mm", lambda: body(GRADED, GRADED, GRADED), 300e3, "refined"),
+    ("elements of 0.1 um and 1 mm", lambda: body(STEEPER, STEEPER, STEEPER), 300e3, "double"),
+]
+
+
+@pytest.mark.skipif(not _pardiso_class(), reason="no MKL")
+@pytest.mark.parametrize(("make", "band", "how"), [case[1:] for case in BODIES], ids=[case[0] for case in BODIES])
+def test_single_precision_is_refined_or_refused_where_it_leaves_too_much(make, band, how):
+    """No solution under a load on the port, nor of the next vector, is further off than allowed."""
+    model = make()
+    matrix = model.K + (2 * np.pi * band) ** 2 * model.M
+    exact, factor = factorize(matrix), factorize(matrix, allowed=ALLOWED)
+    assert ("double" if SINGLE not in factor.backend else "refined" if factor.refined else "plain") == how
+    first = exact.solve(model.port_matrix)
+    for load in (model.port_matrix, model.M @ first):
+        x, rough = exact.solve(load), factor.solve(load)
+        assert np.linalg.norm(rough - x) <= ALLOWED * np.linalg.norm(x)
+        if how != "double":
+            assert np.linalg.norm(rough - x) > 1e-12 * np.linalg.norm(x)  # it is rounded indeed
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_single_precision_is_not_tried_unless_asked_for_and_by_pardiso_alone(model, backend):
+    assert SINGLE not in factorize(model.K, backend=backend).backend
+    assert (SINGLE in factorize(model.K, backend=backend, allowed=1e-3).backend) == (backend == "pardiso")
+    indefinite = factorize(model.K - 100.0 * model.M, definite=False, backend=backend, allowed=1e-3)
+    assert SINGLE not in indefinite.backend  # counts of eigenvalues are exact
+
+
+@pytest.mark.skipif(not _pardiso_class(), reason="no MKL")
+def test_numbers_out_of_the_range_of_single_precision_are_scaled(model):
+    for scale in (1e-60, 1e60):
+        factor = factorize(scale * model.K, allowed=1e-3)
+        load = 1e50 * model.port_matrix
+        assert SINGLE in factor.backend
+        exact = factorize(scale * model.K).solve(load)
+        np.testing.assert_allclose(factor.solve(load), exact, rtol=0.0, atol=1e-3 * np.abs(exact).max())
+        assert not np.any(factor.solve(0.0 * load))

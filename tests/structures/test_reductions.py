@@ -1,5 +1,6 @@
 """Krylov vectors, modes and time steps from M, C, K to g on small models whose modes are all known."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,9 +11,11 @@ from scipy import sparse
 
 import impact
 from impact.greens.modal import ModalGreens, Residual
+from seatfem.machine.libraries import has_pardiso
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError, Port, SecondOrderModel, as_csr
+from seatfem.structures.reduction.factorization import SINGLE
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
@@ -94,6 +97,27 @@ def test_krylov_error_is_below_its_estimate(rod, block, damping, tolerance, band
         # the measuring points miss the largest value by a few percent; an estimate beyond 15 times tells nothing
         assert error <= 1.1 * stated
         assert stated <= 15 * error
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="no MKL")
+@pytest.mark.parametrize("damping", [Damping(), Damping(0.02)])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+def test_vectors_of_rounded_solutions_make_the_same_g(block, monkeypatch, damping, tolerance):
+    """K and M are projected on them in double precision: what they miss is far below the tolerance, and stated."""
+    aims = Aims(4e5, 2e-5, tolerance)
+    exact = Krylov().reduce(block, damping, aims).greens
+    monkeypatch.setattr("seatfem.structures.method.SINGLE_FROM", 0)
+    rough = Krylov().reduce(block, damping, aims).greens
+    assert SINGLE not in exact.origin["factorization"]
+    assert SINGLE in rough.origin["factorization"]
+    assert true_error(rough, block, damping, 4e5, 2e-5) <= 1.1 * rough.error_estimate.reduction
+    t = np.linspace(0, 2e-5, 1001)
+    one, other = (greens.filtered_matrix(t, 1 / 4e5) for greens in (exact, rough))
+    assert 0 < np.abs(one - other).max() <= 1e-3 * tolerance * np.abs(one).max()
+    tighter = Krylov().reduce(block, damping, replace(aims, tolerance=9e-4)).greens
+    plain = Krylov().reduce(block, damping, replace(aims, backend="superlu")).greens
+    assert SINGLE not in tighter.origin["factorization"]
+    assert SINGLE not in plain.origin["factorization"]
 
 
 @pytest.mark.parametrize("damping", [Damping(), Damping(0.05)])

@@ -11,6 +11,7 @@ import pytest
 
 from seatfem.faces.cli import DONE, run_command
 from seatfem.machine import calibration
+from seatfem.machine.libraries import has_pardiso
 from seatfem.machine.resources import Machine, MachineError, calibration_file
 from seatfem.structures.estimates import costs as seat_costs
 from seatfem.structures.estimates.samples import body_of, section_of, solid_of
@@ -18,6 +19,7 @@ from seatfem.structures.estimates.sizes import counts_of, memory_need, predicted
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.method import SINGLE_FROM
 from seatfem.structures.reduction import modal
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stopper, ValvePlate
 from seatfem.study.method import MODEL, stated_method
@@ -189,6 +191,21 @@ def test_a_spring_and_a_rod_need_no_reduction_of_the_seat():
     spring, waves = (cost_at(demo(0.3e-3), level, Machine()) for level in ("spring", "axisymmetric"))
     assert spring.parts["reduction"] < waves.parts["reduction"]
     assert "mesh" not in cost_at(load_scene(EXAMPLES / "mass_on_bar.toml"), "rod", Machine()).parts
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="no MKL")
+def test_large_seats_are_predicted_with_factors_in_single_precision():
+    scene = demo(0.4e-3)
+    method = replace(stated_method(scene).seat, level="3d", tolerance=1e-2)
+    large = seat_costs.seat_model(scene.seat, method, 1e-3)
+    assert large.sizes.counts.dof > SINGLE_FROM
+    assert large.single
+    assert not seat_costs.seat_model(scene.seat, method, 1e-3, 8.0).single  # a coarser one
+    assert not seat_costs.seat_model(scene.seat, replace(method, tolerance=9e-4), 1e-3).single
+    both = [seat_costs.seat_seconds(each, Machine())["reduction"] for each in (large, replace(large, single=False))]
+    assert both[0] < both[1]
+    double = replace(large, single=False)
+    assert seat_costs.seat_memory(large)[0] < 0.8 * seat_costs.seat_memory(double)[0]
 
 
 def test_costs_scale_with_the_machine():

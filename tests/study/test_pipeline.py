@@ -470,7 +470,7 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(tmp_pa
         monkeypatch.setattr(pipeline, "write_json", full)
         return (), ()
 
-    monkeypatch.setattr(pipeline, "draw_run", fill)
+    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", fill)
     found = run(SPRING, tmp_path / "out", pictures=True)
     assert any("summary.json does not list the pictures" in text for text in found.outcome.messages)
     assert set(found.summary) >= DEMANDED

@@ -11,7 +11,7 @@ from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.fields.recovery import von_mises
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs import afterwards, pipeline
+from seatfem.study.runs import pipeline
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys, stress_pictures
 from seatfem.study.runs.stress_spots import load_histories
@@ -52,7 +52,7 @@ def test_a_bar_pressed_slowly_bears_force_over_area(tmp_path: Path, monkeypatch:
         kept.append(stress)
         return stress_keys(stress)
 
-    monkeypatch.setattr(afterwards, "stress_keys", keys)
+    monkeypatch.setattr("seatfem.study.runs.seat_stress.stress_keys", keys)
     pipeline.run_scene(load_scene(scene(tmp_path, f"points = [{MIDDLE}]\ndistance = '3 mm'")), tmp_path, pictures=False)
     summary = json.loads((tmp_path / "summary.json").read_text())
     of_middle = kept[0].named[0]

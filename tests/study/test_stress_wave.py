@@ -305,7 +305,7 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
     some = some[first]
     angles = np.arctan2(wave.points[some, 1], wave.points[some, 0])
     sites = at_nodes(elements_of(stress.mesh), nodes)
-    ((field, _),) = stress.drawn.fields(done, [(sites, angles[:, None])], stress.waves)
+    ((field, _),) = stress.drawn.fields(done.result.dt, [(sites, angles[:, None])], stress.waves)
     exact = von_mises(np.moveaxis(histories(field, force_by_port(done, done.touches), done.result.dt), 1, 2))
     now = np.round(wave.time / done.result.dt).astype(int)
     assert exact.max() > 0

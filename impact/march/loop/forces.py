@@ -22,7 +22,7 @@ def law_force(code, a, b, c, user, pen, pen_start, dt):
         return a * pen * math.sqrt(pen)
     if code == HUNT_CROSSLEY:
         return a * pen**c * max(0.0, 1.0 + b * (pen - pen_start) / dt)
-    if code == USER:
+    if code == USER and user is not None:  # None of built-in laws: its type is told at once, that of a function is not
         force = user(pen, pen_start, dt)
         return 0.0 if force <= 0.0 else force  # a force that is not a number stays one, and is refused in the end
     return math.inf

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
+from seatfem.machine import libraries
 from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.sizes import (
     KRYLOV_VECTORS,
@@ -19,7 +20,7 @@ from seatfem.structures.estimates.sizes import (
 )
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import BEYOND, COARSENING, Method
+from seatfem.structures.method import BEYOND, COARSENING, Method, allowed_error
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.rings import rings_to_compare
 from seatfem.structures.shapes.profile import profile_of
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a tetrahedron
 SECTION_ENTRY: Final = 10.0  # of assembling an entry of a section's matrix, over that of a solid's
+SINGLE_FACTOR, SINGLE_SOLVE = 0.6, 0.62  # of the times in single precision, over those in double
 SECTION_FACTOR: Final = 0.5  # of factor and solves of a section, over those of a solid
 FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3
 ROOM: Final = 32  # Krylov vectors at first; their number is doubled where it does not do
@@ -67,9 +69,11 @@ class Numbers:
 
 @dataclass(frozen=True)
 class SeatModel(Numbers):
-    """The same with what a reduction makes of it. ``vectors``: Krylov vectors, of one harmonic."""
+    """The same with what a reduction makes of it. ``vectors``: Krylov vectors, of one harmonic; ``single``: by factors
+    in single precision."""
 
     vectors: float = 0.0
+    single: bool = False
 
     def stricter(self, ratio: float) -> SeatModel:
         """Return the aims with the tolerance of the reduction times ``ratio``."""
@@ -94,8 +98,10 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
     if numbers.kept is not None and not numbers.section:  # a mode, or a part's statics, takes about what a vector does
         return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER
-    vectors = min(vectors, numbers.sizes.counts.dof)
-    return SeatModel(**vars(numbers), vectors=vectors)
+    n = numbers.sizes.counts.dof
+    rounded = allowed_error(n, method.tolerance) > 0 and libraries.has_pardiso()
+    single = rounded and not (method.distributed or numbers.hexahedra)
+    return SeatModel(**vars(numbers), vectors=min(vectors, n), single=single)
 
 
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
@@ -173,11 +179,12 @@ def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> M
     """Return the times of mesh, assembly and reduction [s]; ``static``: a factorization alone."""
     counts, sizes = model.sizes.counts, model.sizes
     weight = SECTION_ELEMENT if model.section else (HEXAHEDRON if model.hexahedra else 1.0)
-    effort = SECTION_FACTOR if model.section else 1.0
+    effort, single = SECTION_FACTOR if model.section else 1.0, model.single and not static
     assembly = counts.nnz * rates.entry * (SECTION_ENTRY if model.section else 1.0)
     n, vectors = counts.dof, 1.0 if static else model.vectors
-    factor = rates.factor_start + effort * rates.factor * n**1.47
-    vector = effort * rates.solve * n ** (4 / 3) + rates.product * counts.nnz + rates.check + rates.inner * n * vectors
+    factor = rates.factor_start + effort * rates.factor * n**1.47 * (SINGLE_FACTOR if single else 1.0)
+    solve = effort * rates.solve * n ** (4 / 3) * (SINGLE_SOLVE if single else 1.0)
+    vector = solve + rates.product * counts.nnz + rates.check + rates.inner * n * vectors
     mesh = (rates.meshing_start if model.drawn else 0.0) + sizes.elements * weight * rates.element
     if model.runs == 1.0:
         return {"mesh": mesh, "assembly": assembly, "reduction": factor + vectors * vector}
@@ -194,5 +201,5 @@ def seat_memory(model: SeatModel) -> tuple[float, float]:
     """Return the bytes at the peak of the reduction, and those that stay: matrices, modes, mesh."""
     counts = model.sizes.counts
     room = ROOM * 2 ** max(0, math.ceil(math.log2(max(model.vectors, 1.0) / ROOM)))
-    peak = memory_need(counts).factorized + 8 * counts.dof * max(0.0, room - KRYLOV_VECTORS)
+    peak = memory_need(counts, single=model.single).factorized + 8 * counts.dof * max(0.0, room - KRYLOV_VECTORS)
     return peak, MATRIX_ENTRY * (counts.nnz + counts.mass_nnz) + 8 * 60 * counts.dof

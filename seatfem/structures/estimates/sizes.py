@@ -113,10 +113,10 @@ def counts_from(
     return nodes, Counts(3 * nodes, 9 * couples, 3 * (nodes if shape == "hexahedron" else couples), compactness)
 
 
-def memory_need(counts: Counts) -> MemoryNeed:
-    """Return the peaks [bytes] of assembly and reduction."""
+def memory_need(counts: Counts, *, single: bool = False) -> MemoryNeed:
+    """Return the peaks [bytes] of assembly and reduction; ``single``: by factors in single precision."""
     mass, vector = MATRIX_ENTRY * counts.mass_nnz, 8 * counts.dof
-    fill = FILL * counts.compactness * counts.dof ** (4 / 3)
+    fill = FILL * counts.compactness * counts.dof ** (4 / 3) * (0.5 if single else 1.0)
     assembly = ASSEMBLY_ENTRY * counts.nnz + mass
     factorized = FACTORIZED_ENTRY * counts.nnz + mass + FACTOR_ENTRY * fill + KRYLOV_VECTORS * vector
     return MemoryNeed(max(assembly, factorized), assembly + LANCZOS_VECTORS * vector)

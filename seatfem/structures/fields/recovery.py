@@ -239,7 +239,11 @@ def histories(field: Field, force: Array, dt: float, stride: int = 1) -> Array:
     """Return the (P, 6, n + 1) stress at all its points [Pa], or of every ``stride``-th step, under forces (n + 1,) or
     (n + 1, ports) along the ports' outward normals [N]: ``force[m]`` acts over the step that ends at m dt. A contact
     force presses a seat: give ``-force``."""
-    return np.concatenate([_all(field, part) for part in field.coordinates(force, dt, stride)], axis=2)
+    stress, first = np.empty((len(field.points), 6, 1 + (len(force) - 1) // stride)), 0
+    for part in field.coordinates(force, dt, stride):
+        _fill(stress[:, :, first : first + len(part)], field, part)
+        first += len(part)
+    return stress
 
 
 def at_time(field: Field, force: Array, dt: float, steps: int) -> Array:
@@ -260,9 +264,18 @@ def at_own_times(field: Field, force: Array, dt: float, steps: Integers) -> Arra
 
 def _all(field: Field, part: Array) -> Array:
     """Return the (P, 6, m) stress at all points by coordinates (m, K)."""
-    every = np.arange(len(field.bounds)), np.arange(len(field.radians))
-    out = [each.copy() for each in field.stress(every[0], np.ascontiguousarray(part.T), every[1])]
-    return np.concatenate(out).reshape(len(field.points), 6, -1)
+    stress = np.empty((len(field.points), 6, len(part)))
+    _fill(stress, field, part)
+    return stress
+
+
+def _fill(stress: Array, field: Field, part: Array) -> None:
+    """Fill the (P, 6, m) stress at all points by coordinates (m, K)."""
+    places, kept, first = np.arange(len(field.bounds)), np.arange(len(field.radians)), 0
+    for each in field.stress(places, np.ascontiguousarray(part.T), kept):
+        some = each.reshape(-1, 6, len(part))
+        stress[first : first + len(some)] = some
+        first += len(some)
 
 
 def _norms(fields: Array) -> Array:

@@ -15,6 +15,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 import pymetis
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
@@ -22,6 +23,9 @@ from seatfem.structures.model import Array, as_csr
 
 Backend = Literal["auto", "pardiso", "superlu"]
 MKL_RUNTIME: Final = "PYPARDISO_MKL_RT"  # where pypardiso is told the path of MKL
+SINGLE: Final = ", single precision"
+"""Behind the name of the backend."""
+_CONVERGES: Final = 0.03  # error of a solve in single precision up to which one step of refinement leaves it squared
 _ROUGH: Final = 1e-8  # residual of a first solve above which solves are refined: two steps, four times the time
 _SETTINGS: Final = {  # of PARDISO, by the number of iparm
     1: 1,  # these, instead of its defaults, which refine every solve
@@ -45,9 +49,10 @@ class Factorization:
 
     Attributes:
         size: number of unknowns.
-        backend: "pardiso" or "superlu".
+        backend: "pardiso" or "superlu", and `SINGLE` of factors in single precision.
         negative_pivots: number of negative eigenvalues of the matrix (Sylvester), ``None`` if the backend cannot tell.
         residual: ||A x - b|| / ||b|| of its first solve.
+        refined: each solve is refined once, by a product in double precision.
     """
 
     size: int
@@ -55,6 +60,7 @@ class Factorization:
     negative_pivots: int | None
     residual: float
     _solve: Callable[[Array], Array]
+    refined: bool = False
 
     def solve(self, rhs: Array) -> Array:
         """Return A^-1 rhs for one (n,) or several (n, m) right-hand sides."""
@@ -69,6 +75,7 @@ def factorize(
     definite: bool = True,
     backend: Backend = "auto",
     tolerance: float = 1e-8,
+    allowed: float = 0.0,
     name: str = "the matrix",
 ) -> Factorization:
     """Factorize a symmetric matrix and verify it by a first solve.
@@ -78,6 +85,8 @@ def factorize(
         definite: whether a matrix that is not positive definite is an error; ``False`` for counting eigenvalues.
         backend: "auto" takes PARDISO if it can be imported.
         tolerance: largest relative residual of the first solve.
+        allowed: relative error of a solution that does no harm; where PARDISO's factors in single precision, of half
+            the memory, leave no more, at once or after a step of refinement, they are kept; 0: they are not tried.
         name: of the matrix in messages, e.g. "K + s^2 M".
 
     Raises:
@@ -92,6 +101,8 @@ def factorize(
     pardiso = _pardiso_class() if backend in ("auto", "pardiso") else None
     if backend == "pardiso" and pardiso is None:
         raise FactorizationError("PARDISO is not installed here: pip install pypardiso, or backend='superlu'")
+    if allowed > 0 and pardiso and definite and (rough := _in_single_precision(matrix, pardiso, allowed)) is not None:
+        return rough
     try:
         solve, negative = _pardiso(matrix, definite, pardiso) if pardiso else _superlu(matrix)
         if definite and negative:
@@ -105,6 +116,29 @@ def factorize(
             f"(limit {tolerance:.0e}): the matrix is singular or badly scaled{_REMEDY}"
         )
     return Factorization(matrix.shape[0], "pardiso" if pardiso else "superlu", negative, residual, solve)
+
+
+def _in_single_precision(matrix: sparse.csr_array, solver_class: Any, allowed: float) -> Factorization | None:
+    """Return a factorization whose solutions are ``allowed`` off, as far as a step of refinement tells of the first;
+    ``None`` where rounded numbers are not positive definite or leave more: thin and nearly incompressible bodies."""
+    try:
+        solve, _ = _pardiso(matrix, True, solver_class, single=True)
+    except FactorizationError:
+        return None
+    size = matrix.shape[0]
+    loads = matrix.diagonal()[:, None] * np.stack([np.ones(size), np.cos(np.arange(size, dtype=float))], axis=1)
+    first = solve(loads)  # of loads that small elements feel no more than large ones
+    errors = np.linalg.norm(solve(loads - matrix @ first), axis=0) / np.linalg.norm(first, axis=0)
+    error = 2 * float(errors.max())
+    if not (error <= allowed or (error < _CONVERGES and error**2 <= allowed)):
+        return None
+
+    def solve_twice(rhs: Array) -> Array:
+        x = solve(rhs)
+        return np.asarray(x + solve(rhs - matrix @ x))
+
+    chosen = solve if error <= allowed else solve_twice
+    return Factorization(size, "pardiso" + SINGLE, 0, _residual(matrix, chosen), chosen, refined=error > allowed)
 
 
 def _residual(matrix: sparse.csr_array, solve: Callable[[Array], Array]) -> float:
@@ -133,8 +167,10 @@ def _mkl_runtime() -> Path | None:
     return next((path for path in paths if path.is_file()), None)
 
 
-def _pardiso(matrix: sparse.csr_array, definite: bool, solver_class: Any) -> tuple[Callable[[Array], Array], int]:
-    """Return PARDISO on the upper triangle: Cholesky, or LDL' with its inertia; solves call its phase 33 directly.
+def _pardiso(
+    matrix: sparse.csr_array, definite: bool, solver_class: Any, *, single: bool = False
+) -> tuple[Callable[[Array], Array], int]:
+    """Return PARDISO on the upper triangle: Cholesky, or LDL' with its inertia, ``single`` in numbers of half the size.
 
     Left to itself it refines each solve twice; here only one that leaves much without. Source of the settings: Intel
     oneMKL Developer Reference, "pardiso iparm Parameter".
@@ -142,23 +178,28 @@ def _pardiso(matrix: sparse.csr_array, definite: bool, solver_class: Any) -> tup
     upper = sparse.csr_matrix(sparse.triu(matrix, format="csr"))
     upper.sort_indices()
     solver = solver_class(mtype=2 if definite else -2)
-    for number, value in _SETTINGS.items():
+    for number, value in (_SETTINGS | {28: int(single)}).items():
         solver.set_iparm(number, value)
-    try:
-        solver.factorize(upper)
-    except Exception as error:  # pypardiso's own exception class is not importable without it
+    call = _calls(solver, upper, np.float32 if single else np.float64)
+    if code := call(12, np.zeros(upper.shape[0]))[1]:
         solver.free_memory(everything=True)
-        raise FactorizationError(_pardiso_message(error, definite)) from error
-    solver.remove_stored_factorization()
-    solve = _phase_33(solver, upper)
-    if _residual(matrix, solve) > _ROUGH:
+        raise FactorizationError(_pardiso_message(code, definite))
+
+    def solve(rhs: Array) -> Array:
+        if rhs.size == 0:  # an exhausted Krylov space asks for nothing; the library would refuse
+            return np.empty_like(rhs, order="F")
+        x, code = call(33, rhs)
+        if code:
+            raise FactorizationError(f"pardiso: the solve failed with code {code}; try backend='superlu'")
+        return x
+
+    if not single and _residual(matrix, solve) > _ROUGH:
         solver.set_iparm(_STEPS, 2)
     weakref.finalize(solve, solver.free_memory, True)
     return solve, 0 if definite else int(solver.get_iparm(23))
 
 
-def _pardiso_message(error: Exception, definite: bool) -> str:
-    code = int(getattr(error, "value", 0))
+def _pardiso_message(code: int, definite: bool) -> str:
     meanings = {
         -2: "not enough memory for the factors: use a coarser mesh, fewer dimensions, or no factorization at all "
         "(mass='nodal' and method='lanczos')",
@@ -167,45 +208,47 @@ def _pardiso_message(error: Exception, definite: bool) -> str:
         else "a zero pivot: the shift is an eigenvalue, move it by a part in a thousand",
         -8: "the factors have more entries than 32-bit indices count: use method='lanczos'",
     }
-    said = meanings.get(code, f"{error}; try backend='superlu'")
+    said = meanings.get(code, "the factorization failed; try backend='superlu'")
     return f"pardiso: {said} (code {code})"
 
 
-def _phase_33(solver: Any, upper: sparse.csr_matrix) -> Callable[[Array], Array]:
-    """Do forward and backward substitution by the library itself, the 1-based index arrays made once.
+def _calls(solver: Any, upper: sparse.csr_matrix, kind: type) -> Callable[[int, Array], tuple[Array, int]]:
+    """Return a call of the library itself by its phase and right-hand sides, which gives solutions and its error code.
 
-    The wrapper would compare or hash the whole matrix and rebuild these arrays in every call.
+    The 1-based index arrays are made once: the wrapper would compare or hash the whole matrix and rebuild these in
+    every call, and takes double precision only. Numbers are scaled to the range of single precision.
     """
     integer, pointer = ctypes.c_int32, ctypes.POINTER(ctypes.c_int32)
     starts, columns = upper.indptr.astype(np.int32) + 1, upper.indices.astype(np.int32) + 1
-    n = upper.shape[0]
-    fixed = [ctypes.byref(integer(value)) for value in (1, 1, solver.mtype, 33, n)]  # maxfct, mnum, mtype, phase, n
+    scale = 1.0 if kind is np.float64 else float(np.abs(upper.data).max())
+    values = np.asarray(upper.data / scale, dtype=kind) if scale != 1.0 else upper.data
+    fixed = [ctypes.byref(integer(value)) for value in (1, 1, solver.mtype)]  # maxfct, mnum, mtype
+    size = ctypes.byref(integer(upper.shape[0]))
     index = [array.ctypes.data_as(pointer) for array in (starts, columns, solver.perm)]
-    real = ctypes.POINTER(ctypes.c_double)
     handle = solver.pt.ctypes.data_as(ctypes.POINTER(solver._pt_type[0]))
+    address = ctypes.c_void_p
 
-    def solve(rhs: Array) -> Array:
-        b = np.asfortranarray(rhs, dtype=float)
-        x, failed = np.empty_like(b, order="F"), integer(0)
-        if b.size == 0:  # an exhausted Krylov space asks for nothing; the library would refuse
-            return x
+    def call(phase: int, rhs: Array) -> tuple[Array, int]:
+        largest = 1.0 if kind is np.float64 else float(np.abs(rhs).max()) or 1.0
+        b: NDArray[Any] = np.asfortranarray(rhs if largest == 1.0 else rhs / largest, dtype=kind)
+        x, failed = np.zeros_like(b, order="F"), integer(0)
         solver._mkl_pardiso(
             handle,
             *fixed,
-            upper.data.ctypes.data_as(real),
+            ctypes.byref(integer(phase)),
+            size,
+            values.ctypes.data_as(address),
             *index,
             ctypes.byref(integer(1 if b.ndim == 1 else b.shape[1])),
             solver.iparm.ctypes.data_as(pointer),
             ctypes.byref(integer(0)),  # silent
-            b.ctypes.data_as(real),
-            x.ctypes.data_as(real),
+            b.ctypes.data_as(address),
+            x.ctypes.data_as(address),
             ctypes.byref(failed),
         )
-        if failed.value:
-            raise FactorizationError(f"pardiso: the solve failed with code {failed.value}; try backend='superlu'")
-        return x
+        return x if kind is np.float64 else largest / scale * x.astype(float), int(failed.value)
 
-    return solve
+    return call
 
 
 def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | None]:

@@ -15,7 +15,7 @@ import numpy as np
 from impact.greens.base import ErrorEstimate
 from impact.notices import Progress, silent
 from seatfem.structures import reduction
-from seatfem.structures.method import Aims
+from seatfem.structures.method import Aims, allowed_error
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel
 from seatfem.structures.reduction import eigen_search, residual
 from seatfem.structures.reduction.factorization import Backend, Factorization, factorize
@@ -124,18 +124,21 @@ def ritz_pairs(stiffness: Array, rigid: int, shift: float) -> tuple[Array, Array
 
 @dataclass(frozen=True)
 class Here:
-    """This process; `slepc.Ranks` answers the same."""
+    """This process; `slepc.Ranks` answers the same. Solutions behind a basis may be ``allowed`` off."""
 
     model: SecondOrderModel
     backend: Backend
+    allowed: float = 0.0
 
-    def factorize(self, square: float) -> Factorization:
-        """Return the factorization of K + ``square`` M, positive definite."""
-        return factorize(self.model.K + square * self.model.M, backend=self.backend, name="K + s^2 M")
+    def factorize(self, square: float, *, allowed: float = 0.0) -> Factorization:
+        """Return the factorization of K + ``square`` M, positive definite; its solutions may be ``allowed`` off."""
+        matrix = self.model.K + square * self.model.M
+        return factorize(matrix, backend=self.backend, allowed=allowed, name="K + s^2 M")
 
     def basis(self, shift: float, limit: int) -> KrylovBasis:
         """Return a basis that is empty but for the rigid motions, about -``shift``^2."""
-        return KrylovBasis(self.model, self.factorize(shift**2), shift, limit, eigen_search.rigid_shapes(self.model))
+        factor = self.factorize(shift**2, allowed=self.allowed)
+        return KrylovBasis(self.model, factor, shift, limit, eigen_search.rigid_shapes(self.model))
 
     def spectrum(self, progress: Progress) -> Spectrum | reduction.slepc.RanksSpectrum:
         """Return a spectrum of which nothing is known yet."""
@@ -146,7 +149,7 @@ class Here:
 def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | reduction.slepc.Ranks]:
     """Yield what the aims ask for, while it is needed."""
     if not aims.distributed:
-        yield Here(model, aims.backend)
+        yield Here(model, aims.backend, allowed_error(model.size, aims.tolerance))
         return
     with reduction.slepc.on_ranks(model) as ranks:
         yield ranks

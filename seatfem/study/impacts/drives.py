@@ -195,8 +195,9 @@ def _blown(scene: Scene, load: drives.ExternalLoad, body: Body) -> Load:
     """Return the load of a pressure, p(t) A(0), and its change with the lift, A/A(0): 1 for a constant area."""
     assert load.pressure is not None
     assert load.area is not None
-    area, closed = load.area, load.area(0.0)
-    by_opening = (lambda opening: area(opening) / closed) if load.by_lift else None
+    closed = load.area(0.0)
+    lifts, ratios = np.array(load.area.lift), np.array(load.area.area) / closed  # asked for every few steps
+    by_opening = (lambda opening: float(np.interp(opening, lifts, ratios))) if load.by_lift else None
     shape = scene.reed.pushed_at(body, None, by="pressure")[:, 0]
     return Load(shape, scaled(load.pressure.course, closed), by_opening)
 

@@ -12,7 +12,7 @@ from impact.after import loads, measures, stresses
 from impact.greens.base import Array
 from impact.life import damage, strength
 from impact.life.multiaxial import hertz_path
-from impact.life.places import Judged, judged, margin_error, on_planes
+from impact.life.places import Judged, judged, margin_error, on_planes, thinned
 from impact.march.stepper import with_recorded_loads
 from impact.notices import Advice
 from seatfem.study.impacts.gas import lift_of
@@ -64,7 +64,7 @@ def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = (
     first, bodies = block_from(scene, touches), []
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
         if demand is not None and life.of_bending:
-            block = ((name, each[first:]) for name, each in histories)
+            block = ((name, thinned(each[first:])) for name, each in histories)
             judgement = judged(on_planes(block, tensors=demand.several_axes is not None), demand)
             bodies.append((judgement, demand.strength))
     contact = life.demand("contact")

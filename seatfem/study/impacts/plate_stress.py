@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +16,18 @@ from impact.after.stresses import PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
 from impact.march.stepper import with_recorded_loads
-from seatfem.structures import lip, rings, sheets
-from seatfem.structures.elements.mindlin import PlateMesh
-from seatfem.structures.fields import corners, peaks
-from seatfem.structures.fields.recovery import Largest, LargestStress, StressField, largest
-from seatfem.structures.fields.sites import plate_nodes, plate_stress
+from seatfem import structures
+from seatfem.structures import fields, lip, rings
 from seatfem.structures.kinds.thin_plate import ThinPlate
-from seatfem.structures.mesh.plane_meshes import CLAMPED
-from seatfem.structures.reduction.factorization import factorize
 from seatfem.study.impacts.touches import parts_of, stopper_force_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of, on_the_reed
+
+if TYPE_CHECKING:
+    from seatfem.structures import sheets
+    from seatfem.structures.elements.mindlin import PlateMesh
+    from seatfem.structures.fields import peaks
+    from seatfem.structures.fields.recovery import Largest, LargestStress, StressField
 
 AT_REST: Final = 1e-2  # of the lowest frequency: what moves so slowly bends a free plate as if at rest
 AS_IF_HELD: Final = 1e-8  # residual of a first solve, as of a plate that is held
@@ -95,7 +96,7 @@ def plate_field(scene: Scene, striker: Body, division: rings.Division, *, few: b
     plate = reed_of(scene).plate(striker.greens)
     lips, touched = lips_of_plate(scene, division), touching_lips(scene, division)
     columns = _columns(_Plate(plate, lips, touched, tuple(striker.greens.ports)))
-    field = StressField(columns.points, columns.static, columns.modal, striker)
+    field = fields.recovery.StressField(columns.points, columns.static, columns.modal, striker)
     return field.at(columns.few) if few else field
 
 
@@ -122,7 +123,7 @@ class _Plate:
 def _columns(asked: _Plate) -> _Columns:
     """Return the stress of a plate by modes and ports; found once in a process."""
     plate = asked.plate
-    sheet, sites = plate.sheet, plate_nodes(plate.mesh)
+    sheet, sites = plate.sheet, fields.sites.plate_nodes(plate.mesh)
     model, thickness = plate.with_ports(asked.lips).with_ports(asked.ports), sheet.shape.thickness
     rigid, shapes = plate.modes.omega == 0, plate.modes.shapes
     stiffness, loads, tolerance = model.K, model.port_matrix, AS_IF_HELD
@@ -131,10 +132,13 @@ def _columns(asked: _Plate) -> _Columns:
         slow = AT_REST * float(plate.modes.omega[~rigid].min())
         stiffness, loads = stiffness + slow**2 * model.M, loads - model.M @ (moving @ (moving.T @ loads))
         tolerance /= AT_REST**2  # a first solve pushes rigid motions, too, which yield as much more than bending
-    functional = plate_stress(plate.mesh, sheet.material, thickness, model, sites)
-    solutions = factorize(stiffness, tolerance=tolerance, name="K").solve(loads), shapes[:, ~rigid]
+    functional = fields.sites.plate_stress(plate.mesh, sheet.material, thickness, model, sites)
+    solutions = (
+        structures.reduction.factorization.factorize(stiffness, tolerance=tolerance, name="K").solve(loads),
+        shapes[:, ~rigid],
+    )
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in solutions)
-    away = ~corners.near(sites.points, _singular(plate, asked.touched), thickness)
+    away = ~fields.corners.near(sites.points, _singular(plate, asked.touched), thickness)
     points, static, modal = sites.points[away], static[away], modal[away]
     return _Columns(points, static, modal, _most_stressed(static, modal))
 
@@ -214,7 +218,9 @@ class PlateLook:
         forces, body = Forces.from_march(stepper), self.field.body
         pushes = pushes_of(body.greens, forces.by(self.division), self.division, forces.stopper)
         field = struck_by(self.field, body, stepper.opening, pushes, forces.dt)
-        return stresses_of_plate(self.scene, field, largest(field, pushes, forces.dt, since=since, workers=1))
+        return stresses_of_plate(
+            self.scene, field, fields.recovery.largest(field, pushes, forces.dt, since=since, workers=1)
+        )
 
 
 @dataclass(frozen=True)
@@ -277,15 +283,17 @@ def pushes_of(greens: GreensFunction, parts: Array, division: rings.Division, st
 
 def _singular(plate: sheets.PlateModes, touched: tuple[lip.AnyLip, ...]) -> Array:
     """Return (k, 2) points that are touched, ends of the clamp and sharp corners [m]."""
-    return np.concatenate([_points_of(plate, touched), _ends_of_clamp(plate.mesh), corners.sharp_nodes(plate.mesh)])
+    return np.concatenate(
+        [_points_of(plate, touched), _ends_of_clamp(plate.mesh), fields.corners.sharp_nodes(plate.mesh)]
+    )
 
 
 def _points_of(plate: sheets.PlateModes, lips: tuple[lip.AnyLip, ...]) -> Array:
     """Return (k, 2) points of the patches of some lips [m]."""
-    return np.concatenate([patch.points for patch in sheets.patches_of(plate.sheet, lips).values()])
+    return np.concatenate([patch.points for patch in structures.sheets.patches_of(plate.sheet, lips).values()])
 
 
 def _ends_of_clamp(mesh: PlateMesh) -> Array:
     """Return (2, 2) ends of the clamped line [m]; none of a free plate."""
-    line = mesh.points[mesh.lines.get(CLAMPED, np.zeros(0, dtype=np.int64))]
+    line = mesh.points[mesh.lines.get(structures.mesh.plane_meshes.CLAMPED, np.zeros(0, dtype=np.int64))]
     return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]] if len(line) else line

@@ -171,7 +171,10 @@ def _reduction(decision: Decision, method: RunMethod) -> str:
     if method.seat.reduction == "auto" and n <= ALL_MODES:
         return f"about {_count(n)} unknowns: all modes"
     each = f" in each of {model.runs:.0f} harmonics" if model.runs > 1 else ""
-    return f"about {_count(n)} unknowns, {model.vectors:.0f} Krylov vectors{each} (Lanczos where the mass is diagonal)"
+    of = "" if not model.single else " of factors in single precision, projected in double"
+    return (
+        f"about {_count(n)} unknowns, {model.vectors:.0f} Krylov vectors{each}{of} (Lanczos where the mass is diagonal)"
+    )
 
 
 def _size(decision: Decision, method: RunMethod) -> str:

@@ -3,6 +3,7 @@ from seatfem.study.runs import (
     afterwards as afterwards,
     calculix as calculix,
     calculix_contact as calculix_contact,
+    horizon as horizon,
     kept as kept,
     lives as lives,
     next_round as next_round,

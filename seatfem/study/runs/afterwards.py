@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -16,40 +16,33 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.gas.compressor import Compressor, gas_history
 from impact.greens.base import Array, GreensFunction
-from impact.life.places import Demand, judged, on_planes
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, Tell
 from impact.quantities import finite_or_none, percent
 from impact.runs.variations import SAFETY, Budget, Values, Variation, budget_of
+from seatfem import pictures
 from seatfem.machine.resources import Stopwatch
-from seatfem.pictures import cell_grid, frame_pictures, frames, moving, rendering
-from seatfem.structures import method, rings
+from seatfem.structures import fields, method, rings
 from seatfem.structures.estimates.surrogate import Column
-from seatfem.structures.fields.recovery import mises_range, tensor_histories
-from seatfem.structures.fields.solids import AnyField, RingField, elements_of
+from seatfem.study import runs
 from seatfem.study.impacts import gas, gauges, validity
 from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, strains_of, stress_of
 from seatfem.study.impacts.life import LifeResult, block_from, life_notes
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.planning.plan import Plan
-from seatfem.study.runs import reed_stress, seat_fields, stress_spots, stress_wave, summary
-from seatfem.study.runs.horizon import has_horizon, horizon_keys
-from seatfem.study.runs.lives import (
-    MarginCurve,
-    Stressed,
-    curve_keys,
-    curve_pictures,
-    life_curves,
-    lives,
-    run_keys,
-    write_curves,
-)
+from seatfem.study.runs import summary
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures
-from seatfem.study.runs.stresses import contact_margin_bar, error_bars_of, stress_notes, stresses
 from seatfem.study.safety import OF_DRAWS
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import LifeMargin
+
+if TYPE_CHECKING:
+    from impact.life.places import Demand
+    from seatfem.pictures import frames, rendering
+    from seatfem.structures.fields.solids import AnyField, RingField
+    from seatfem.study.runs import reed_stress, stress_spots
+    from seatfem.study.runs.lives import MarginCurve, Stressed
+    from seatfem.study.runs.seat_stress import SeatStress
 
 PICTURE: Final = "margin_map.png"
 SHARE: Final = 0.3
@@ -65,15 +58,16 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Pi
     try:
         maps = [one for one in (_of_seat(done, stressed), _of_reed(done, stressed)) if one is not None]
     except Exception as problem:  # numbers are known already, as in `gap_of`
-        return [(PICTURE, partial(stress_wave.raising, problem))]
+        return [(PICTURE, partial(runs.stress_wave.raising, problem))]
     if not maps:
         return []
     several = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
     title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{several}\n"
     files: list[rendering.Picture] = [
-        (f"{each.title}_margin.vtu", partial(moving.write_surface, each, {"margin": each.colours[0]})) for each in maps
+        (f"{each.title}_margin.vtu", partial(pictures.moving.write_surface, each, {"margin": each.colours[0]}))
+        for each in maps
     ]
-    return [(PICTURE, partial(frame_pictures.plot_margin_map, maps, title=title)), *files]
+    return [(PICTURE, partial(pictures.frame_pictures.plot_margin_map, maps, title=title)), *files]
 
 
 def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False) -> Array:
@@ -89,11 +83,11 @@ def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: 
     Raises:
         LifeError: as `impact.life.places.judged`.
     """
-    ranges = mises_range(field, force, dt, since=since)
+    ranges = fields.recovery.mises_range(field, force, dt, since=since)
     near = np.flatnonzero(ranges >= SHARE * ranges.max())
     factors = np.full(len(ranges), np.nan)
-    for number, history in zip(near, tensor_histories(field.at(near), force, dt), strict=True):
-        block = history[since:]
+    for number, history in zip(near, fields.recovery.tensor_histories(field.at(near), force, dt), strict=True):
+        block = impact.life.places.thinned(history[since:])
         factors[number] = min(_margin([each], demand) for each in ((block, -block) if faces else (block,)))
     return factors
 
@@ -101,8 +95,8 @@ def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: 
 def _margin(blocks: Iterable[Array], demand: Demand) -> float:
     named = (("", block) for block in blocks)
     if demand.several_axes is not None:
-        return judged(named, demand).tensor_margin or 0.0
-    life = judged(on_planes(named), demand).life
+        return impact.life.places.judged(named, demand).tensor_margin or 0.0
+    life = impact.life.places.judged(impact.life.places.on_planes(named), demand).life
     return math.inf if life is None else life.margin
 
 
@@ -111,27 +105,29 @@ def _of_seat(done: Round, stressed: Stressed) -> frames.Frames | None:
     demand = None if life is None else life.demand("seat")
     if seat is None or demand is None:
         return None
-    first, force = block_from(done.plan.scene, done.touches), seat_fields.force_by_port(done, done.touches)
+    first, force = block_from(done.plan.scene, done.touches), runs.seat_fields.force_by_port(done, done.touches)
     factors = margins(seat.field, force, done.result.dt, demand, since=first)
-    nodes = elements_of(seat.mesh).nodes
-    if isinstance(seat.field, RingField):
+    nodes = fields.solids.elements_of(seat.mesh).nodes
+    if isinstance(seat.field, fields.solids.RingField):
         return _of_ring(seat.field, factors, seat.mesh, nodes)
     assert seat.model is not None
-    skin = cell_grid.skin_of(seat.model)
+    skin = pictures.cell_grid.skin_of(seat.model)
     values = np.full(len(skin.nodes), np.nan)
-    values[stress_wave.rows_of(seat.field.points, nodes.T[skin.nodes])] = factors
-    return frames.margin_frames("seat", skin, values)
+    values[runs.stress_wave.rows_of(seat.field.points, nodes.T[skin.nodes])] = factors
+    return pictures.frames.margin_frames("seat", skin, values)
 
 
 def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> frames.Frames:
     """Return the map of margins (P,) at a field's points, all around the ring: any place may fail first."""
     around = field.angles[0]
-    skin = cell_grid.skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
+    skin = pictures.cell_grid.skin_of_section(
+        mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)
+    ).spread()
     assert skin.angles is not None
     values = np.full((nodes.shape[1], len(around)), np.nan)
-    values[stress_wave.rows_of(field.section, nodes.T)] = found.reshape(field.angles.shape)
+    values[runs.stress_wave.rows_of(field.section, nodes.T)] = found.reshape(field.angles.shape)
     turns = np.round((skin.angles - around[0]) / (2 * np.pi) * len(around)).astype(np.int64) % len(around)
-    return frames.margin_frames("seat", skin, values[skin.nodes, turns])
+    return pictures.frames.margin_frames("seat", skin, values[skin.nodes, turns])
 
 
 def _of_reed(done: Round, stressed: Stressed) -> frames.Frames | None:
@@ -140,12 +136,12 @@ def _of_reed(done: Round, stressed: Stressed) -> frames.Frames | None:
     if field is None or demand is None or reed is None:
         return None
     mesh, first = reed.plate(done.striker.greens).mesh, block_from(done.plan.scene, done.touches)
-    force = reed_stress.plate_pushes(done, done.touches)
+    force = runs.reed_stress.plate_pushes(done, done.touches)
     factors = margins(field, force, done.result.dt, demand, since=first, faces=True)
-    skin = cell_grid.skin_of_plate(mesh)
+    skin = pictures.cell_grid.skin_of_plate(mesh)
     values = np.full(len(skin.nodes), np.nan)
-    values[stress_wave.rows_of(field.points, mesh.points[skin.nodes])] = factors
-    return frames.margin_frames("reed", skin, values)
+    values[runs.stress_wave.rows_of(field.points, mesh.points[skin.nodes])] = factors
+    return pictures.frames.margin_frames("reed", skin, values)
 
 
 def gas_bars(done: Round) -> dict[str, list[float | None]]:
@@ -162,7 +158,7 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
         return {f"{key} {cycle}": mass for key, each in masses.items() for cycle, mass in enumerate(each)}
 
     bars: dict[str, list[float | None]] = {}
-    for name, bar in error_bars_of(done, look).items():
+    for name, bar in runs.stresses.error_bars_of(done, look)[0].items():
         bars.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(finite_or_none(bar))
     return bars
 
@@ -170,7 +166,7 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
 def gauge_keys(done: Round) -> dict[str, object]:
     """Return for summary.json the strains at the gauges, the largest and smallest of each with error bars."""
     scene = done.plan.scene
-    bars = error_bars_of(done, lambda stepper: gauges.gauge_values(strains_of(scene, stepper)))
+    bars, _ = runs.stresses.error_bars_of(done, lambda stepper: gauges.gauge_values(strains_of(scene, stepper)))
     of_bars = {f"error_bar_{key}": finite_or_none(bar) for key, bar in bars.items()}
     return {**gauges.gauge_values(done.touches.strains), **of_bars}
 
@@ -206,7 +202,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     stress = None
     if done.plate is not None:
         with watch("reed stress"):
-            stress = reed_stress.stress_on_another_seat(done, touches)
+            stress = runs.reed_stress.stress_on_another_seat(done, touches)
     elif done.stress is not None:
         with watch("reed stress"):
             coarsely = not scene.needs_stress
@@ -273,7 +269,7 @@ class Afterwards:
 
     keys: Mapping[str, object] = field(default_factory=dict)
     stress: SeatStress | None = None
-    spots: stress_spots.Spots = field(default_factory=stress_spots.Spots)
+    spots: stress_spots.Spots = field(default_factory=lambda: runs.stress_spots.Spots())
     stressed: Stressed | None = None
     life: LifeResult = field(default_factory=LifeResult)
     curves: tuple[MarginCurve, ...] = ()
@@ -282,11 +278,13 @@ class Afterwards:
     def pictures(self, done: Round) -> list[rendering.Picture]:
         """Return the pictures of stress, life and curves."""
         return [
-            *stress_pictures(self.stress, done.plan.scene.title or "Stress in the seat", stress_wave.after_touch(done)),
-            *stress_spots.spot_pictures(done, self.spots),
-            *stress_wave.wave_pictures(done, self.stress),
+            *runs.seat_stress.stress_pictures(
+                self.stress, done.plan.scene.title or "Stress in the seat", runs.stress_wave.after_touch(done)
+            ),
+            *runs.stress_spots.spot_pictures(done, self.spots),
+            *runs.stress_wave.wave_pictures(done, self.stress),
             *margin_pictures(done, self.stressed),
-            *curve_pictures(self.curves),
+            *runs.lives.curve_pictures(self.curves),
         ]
 
     def notes(self, plan: Plan) -> tuple[str, ...]:
@@ -294,7 +292,7 @@ class Afterwards:
         scene = plan.scene
         return (
             *self.margin_missed(scene),
-            *stress_notes(plan, self.stress),
+            *(() if self.stress is None else runs.stresses.stress_notes(plan, self.stress)),
             *gas.gas_notes(scene),
             *life_notes(scene, self.life),
         )
@@ -337,9 +335,9 @@ def afterwards(
         with watch("gas bars"):
             keys |= gas_bars(done)
         keep(keys)
-    if has_horizon(done):
+    if runs.horizon.has_horizon(done):
         with watch("horizon"):
-            keys |= horizon_keys(done, progress)
+            keys |= runs.horizon.horizon_keys(done, progress)
     courses: tuple[Path, ...] = ()
     if scene.gauge:
         with watch("gauges"):
@@ -349,33 +347,33 @@ def afterwards(
     stress, of_reed = None, done.plate
     if scene.stress is not None or scene.life is not None:
         with watch("reed stress" if scene.stress is None else "seat stress"):
-            stress, of_reed = stresses(done, progress)
-        keys |= stress_keys(stress) | ({} if done.plate else plate_stress_keys(of_reed))
+            stress, of_reed = runs.stresses.stresses(done, progress)
+        keys |= runs.seat_stress.stress_keys(stress) | ({} if done.plate else plate_stress_keys(of_reed))
         keep(keys)
     keys |= reed_front_keys(done, done.stress if of_reed is None else of_reed.found)
     plate = None if of_reed is None else of_reed.peaks
     with watch("hot spots"):
-        spots = stress_spots.Spots.from_round(done, stress, plate)
-        files = stress_spots.write_spots(spots, folder, courses=histories)
+        spots = runs.stress_spots.Spots.from_round(done, stress, plate)
+        files = runs.stress_spots.write_spots(spots, folder, courses=histories)
     files = (*courses, *files)
-    keys |= stress_spots.spot_keys(spots)
+    keys |= runs.stress_spots.spot_keys(spots)
     keep(keys)
     if scene.life is None:
         return Afterwards(keys, stress, spots, files=files)
     with watch("life"):
-        stressed = Stressed.from_round(done, stress, plate, of_reed)
-        life = lives(done, stressed, done.touches, done.stress, progress)
-        life_at_spring = lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
-    keys |= run_keys(done, stressed, life, life_at_spring)
+        stressed = runs.lives.Stressed.from_round(done, stress, plate, of_reed)
+        life = runs.lives.lives(done, stressed, done.touches, done.stress, progress)
+        life_at_spring = runs.lives.lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
+    keys |= runs.lives.run_keys(done, stressed, life, life_at_spring)
     if life.below is not None and life.below[0].tensor_margin is not None:
-        bar = contact_margin_bar(done, life.below[0].tensor_margin)
+        bar = runs.stresses.contact_margin_bar(done, life.below[0].tensor_margin)
         keys |= {"error_bar_life_contact_margin": finite_or_none(bar)}
     keep(keys)
     with watch("life curves"):
         price = done.spent.get("contact", 0.0) + watch.stages["life"] / 2
-        curves = life_curves(done, stressed, price=price, tell=tell)
-        written = write_curves(curves, folder)
-    keys |= curve_keys(curves)
+        curves = runs.lives.life_curves(done, stressed, price=price, tell=tell)
+        written = runs.lives.write_curves(curves, folder)
+    keys |= runs.lives.curve_keys(curves)
     keep(keys)
     return Afterwards(keys, stress, spots, stressed, life, curves, (*files, *written))
 

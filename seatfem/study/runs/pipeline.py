@@ -8,27 +8,26 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from impact.after.stresses import ReedStress
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
+from seatfem import structures
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures.rendering import Painter
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
-from seatfem.structures.natural_modes import Wanted, modes_of
+from seatfem.study import runs
 from seatfem.study.impacts import drives, layout, validity
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
 from seatfem.study.impacts.touches import Touches, bar_keys
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs import lives, seat_fields, stress_wave
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
 from seatfem.study.runs.kept import RunOutcome, cached_plan, save_plan
-from seatfem.study.runs.pictures import ahead, draw_modes, draw_run, gas_pictures, gauge_pictures
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.summary import (
@@ -49,6 +48,9 @@ from seatfem.study.runs.summary import (
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.units import UnitError, number_and_unit
+
+if TYPE_CHECKING:
+    from seatfem.study.runs.lives import MarginCurve
 
 __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
 
@@ -98,11 +100,12 @@ def run_scene(
         if plan is None and painter is not None and scene.seat.elastic is not None:  # the seat is likely to be new
             painter.begin()
         plan = plan or plan_scene(scene, progress=progress, folder=folder)
-        seat_fields.check_stress(plan, progress)
+        if scene.stress is not None:
+            runs.seat_fields.check_stress(plan, progress)
     baseline: Baseline | None = None
     for latest in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if painter is not None:
-            ahead(scene, latest.plan.method, latest.seat, painter)
+            runs.pictures.ahead(scene, latest.plan.method, latest.seat, painter)
         if baseline is None or baseline.beside is not latest.result:  # a round comes again where the next one failed
             baseline = baseline_of(latest, watch)
         summary = _summary(scene, latest, baseline, watch)
@@ -136,12 +139,13 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            of_lip = stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
+            of_lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
             drawing = layout.drawing_picture(scene, latest.plan.method.seat.division)
-            of_gas, strains = gas_pictures(scene, latest.touches), gauge_pictures(scene, latest.touches)
+            of_gas = runs.pictures.gas_pictures(scene, latest.touches)
+            strains = runs.pictures.gauge_pictures(scene, latest.touches)
             more = [drawing, *of_lip, *of_gas, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
-            drawn, gaps = draw_run(
+            drawn, gaps = runs.pictures.draw_run(
                 scene,
                 latest.plan.method,
                 latest.seat,
@@ -237,14 +241,16 @@ def write_modes(
     safe_files.check_writable(folder / "modes.csv")
     watch = Stopwatch()
     check_files(scene)
-    natural = modes_of(scene.seat, Wanted.from_limits(count, up_to_hz), watch, progress)
+    natural = structures.natural_modes.modes_of(
+        scene.seat, structures.natural_modes.Wanted.from_limits(count, up_to_hz), watch, progress
+    )
     if natural is None:
         raise RunError(
             f"seat.kind = {scene.seat.kind!r} has neither finite elements nor matrices to take modes from; use a "
             "geometry (annular, bar, block, cad, ...), mesh or matrices"
         )
     with watch("pictures"):
-        files, gaps = draw_modes(natural, folder, progress)
+        files, gaps = runs.pictures.draw_modes(natural, folder, progress)
     counted = "as many as inertia counts" if natural.complete else "NOT counted: some may be missing"
     note = f"{len(natural.modes)} modes of {natural.searched}, {natural.dof} unknowns, {counted}"
     summary = {
@@ -261,9 +267,9 @@ def margin_curve(
     values: Sequence[str | float],
     folder: Path | str,
     *,
-    margin: str = lives.MARGIN,
+    margin: str = "life_margin",
     tell: Tell = ignore,
-) -> lives.MarginCurve:
+) -> MarginCurve:
     """Run a scene over values of one key, and where two of them enclose a margin of 1, look for the value there.
 
     Each run is a whole one, with its error bars and without pictures, in a folder of its own; those that look for the
@@ -289,8 +295,8 @@ def margin_curve(
         tell(f"{key} = {written}: {margin} {result[0]:.4g}")
         return result
 
-    curve = lives.traced(key, unit, numbers, run, margin=margin)
-    lives.write_curve(curve, Path(folder) / "margin.csv")
+    curve = runs.lives.traced(key, unit, numbers, run, margin=margin)
+    runs.lives.write_curve(curve, Path(folder) / "margin.csv")
     return curve
 
 

@@ -1,30 +1,35 @@
 """A plan carried out, its error measured, and the plan refined until the target is met or cannot be."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from impact.notices import Progress, Tell, ignore
 from impact.quantities import in_time
 from impact.runs.variations import Budget, Values, total
 from impact.storage.hdf5 import save_greens
+from seatfem import structures
 from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.cache import Cache, key_of
-from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.study import impacts, runs
 from seatfem.study.accuracy.error_budget import error_budget, with_bars_of_measures
-from seatfem.study.impacts import contact, gas, plate_stress
+from seatfem.study.impacts import contact, gas
 from seatfem.study.impacts.contact import run_contacts, seat_of
 from seatfem.study.impacts.touches import LIP, STRIKER, Source, stress_since
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, price, time_ratios
-from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress
 from seatfem.study.runs.round import Round, in_words, missed
 from seatfem.study.safety import LOOSER
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
+
+if TYPE_CHECKING:
+    from seatfem.study.runs.reed_stress import PlateReedStress
 
 __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
@@ -151,7 +156,7 @@ def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress,
     for tolerance in LOOSER if plan.is_open(TOLERANCE) else ():
         try:
             return _round(plan, folder, watch, progress, limits=limits)
-        except ConvergenceError:
+        except structures.reduction.modes.ConvergenceError:
             plan = replace(plan, method=plan.method.replaced({TOLERANCE: tolerance}))
     return _round(plan, folder, watch, progress, limits=limits)
 
@@ -186,10 +191,10 @@ def _round(
             since = stress_since(touches, scene.accuracy.landing)
             stress = contact.stress_of(scene, striker, result.force, result.dt, lift, stopper=met, since=since)
     computed = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed)
-    if any_needs_stress(scene.accuracy.measures) and plate_stress.has_plate_stress(scene, striker):
+    if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
-            plate = plate_reed_stress(computed, stress_since(touches, scene.accuracy.landing))
+            plate = runs.reed_stress.plate_reed_stress(computed, stress_since(touches, scene.accuracy.landing))
         computed = replace(computed, plate=plate, stress=None if plate is None else plate.found)
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None

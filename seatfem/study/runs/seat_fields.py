@@ -134,14 +134,24 @@ class SeatMesh:
 
     # Fields
 
-    def fields(self, done: Round, places: Sequence[tuple[Sites, Array]], waves: Waves | None) -> Sequence[Fields]:
-        """Return fields at several sets of places, each at angles (A,), or (G, 1) of its own, with ``waves`` around."""
+    def places(self, waves: Waves | None) -> list[tuple[Sites, Array]]:
+        """Return where the largest stress is looked for, then the points that the scene names, with their angles."""
+        asked = self.plan.scene.stress
+        assert asked is not None
+        points = np.array(asked.points).reshape(-1, 3)
+        named = [(self.named(), np.arctan2(points[:, 1], points[:, 0])[:, None])] if len(points) else []
+        where = (self.surface(), np.zeros(1) if waves is None else waves.angles) if asked.surface else named[0]
+        return [where, *named]
+
+    def fields(self, dt: float, places: Sequence[tuple[Sites, Array]], waves: Waves | None) -> Sequence[Fields]:
+        """Return fields, for forces of a step ``dt`` [s], at several sets of places, each at angles (A,), or (G, 1) of
+        its own, with ``waves`` around."""
         if waves is None:
             model = self.model
-            response = self._response(model, done, VECTORS + MORE * (len(model.ports) - 1))
+            response = self._response(model, dt, VECTORS + MORE * (len(model.ports) - 1))
             return [self._both(model, response, sites) for sites, _ in places]
         by_place: list[list[tuple[Harmonic, Harmonic]]] = [[] for _ in places]
-        for n, model, response, mixing in self.harmonics(done, waves):
+        for n, model, response, mixing in self.harmonics(dt, waves):
             for each, (sites, _) in zip(by_place, places, strict=True):
                 one, two = self._both(model, response, sites, harmonic=n)
                 each.append((Harmonic(n, one, mixing), Harmonic(n, two, mixing)))
@@ -152,14 +162,14 @@ class SeatMesh:
             both.append((full, less))
         return both
 
-    def harmonics(self, done: Round, waves: Waves) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
+    def harmonics(self, dt: float, waves: Waves) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
         """Yield number, model and answers of each harmonic, and its `Harmonic.mixing`, one after the other."""
         rings, slowest = list(dict.fromkeys(patch.boundary for patch in waves.patches.values())), 0.0
         for n in waves.numbers:
             model = self._matrices(harmonic=n)
             waving = n <= FIRST or slowest < 2 * math.pi * BEYOND * self.bandwidth
             most = VECTORS + MORE * (len(rings) - 1) if waving else STATIC * len(rings)
-            response = self._response(model, done, most, resting=n > 0)
+            response = self._response(model, dt, most, resting=n > 0)
             slowest = float(response.pairs.greens.omega.min())
             yield n, model, response, mixing_of(waves.patches, rings, n)
 
@@ -183,11 +193,11 @@ class SeatMesh:
         lip = method.lip if method.in_arcs and isinstance(method.lip, FaceLip) else None
         return matrices(body, self.mesh, body.elements_of(method), rings=method.rings or 1, harmonic=harmonic, lip=lip)
 
-    def _response(self, model: SecondOrderModel, done: Round, vectors: int, *, resting: bool = False) -> Response:
+    def _response(self, model: SecondOrderModel, dt: float, vectors: int, *, resting: bool = False) -> Response:
         return Response.from_model(
             model,
             bandwidth=self.bandwidth,
-            dt=done.result.dt,
+            dt=dt,
             damping_ratio=self.body.damping_ratio,
             vectors=vectors,
             resting=resting,

@@ -114,9 +114,8 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     dt, force = done.result.dt, seat_fields.force_by_port(done, done.touches)
     waves = seat_fields.Waves.from_forces(fine, force)
     points = np.array(scene.stress.points).reshape(-1, 3)
-    named = [(fine.named(), np.arctan2(points[:, 1], points[:, 0])[:, None])] if len(points) else []
-    where = (fine.surface(), np.zeros(1) if waves is None else waves.angles) if scene.stress.surface else named[0]
-    (field, fewer), *of_points = fine.fields(done, [where, *named], waves)
+    where, *named = fine.places(waves)
+    (field, fewer), *of_points = fine.fields(dt, [where, *named], waves)
     peaks = largest(field, force, dt).after_contact
     worst = int(peaks.von_mises.argmax())
     both = field.at(np.array([worst, int(peaks.principal.argmax())]))
@@ -130,7 +129,7 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     else:
         coarse = seat_fields.SeatMesh(done.plan, coarser)
         places = coarse.surface() if scene.stress.surface else coarse.named()
-        ((coarse_field, _),) = coarse.fields(done, [(places, where[1])], waves)
+        ((coarse_field, _),) = coarse.fields(dt, [(places, where[1])], waves)
         weight = MESH_SAFETY / (refinement_of(fine.mesh, coarse.mesh) - 1)
         other = largest(coarse_field, force, dt).after_contact
         pairs = ((peaks.von_mises, other.von_mises), (peaks.principal, other.principal))
@@ -185,6 +184,14 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
         "error_bar_peak_seat_principal_stress_Pa": quantities.finite_or_none(stress.tension_bar),
         "peak_seat_stress_over_rho_c0_v": None if math.isnan(stress.front) else value / stress.front,
     }
+
+
+def peaks_under(stress: SeatStress, force: Array, dt: float) -> Largest:
+    """Return the largest stress at each site under other forces (n + 1, ports) [N]; of a shorter step ``dt`` [s], with
+    the faster pairs that answer a sharper blow."""
+    waves = seat_fields.Waves.from_forces(stress.drawn, force)
+    ((field, _),) = stress.drawn.fields(dt, stress.drawn.places(waves)[:1], waves)
+    return largest(field, force, dt).after_contact
 
 
 def axes_of(place: Sequence[float] | Array, body: str) -> tuple[str, ...]:

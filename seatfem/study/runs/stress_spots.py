@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -16,15 +16,16 @@ from impact.files.csv_table import write_csv
 from impact.greens.base import Array
 from impact.quantities import finite_or_none
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
-from seatfem.pictures.rendering import Picture
-from seatfem.pictures.stress_plot import plot_stress_histories
-from seatfem.structures.fields.corners import edge_distances
-from seatfem.structures.fields.recovery import at_own_times, histories, von_mises
+from seatfem import pictures
+from seatfem.structures import fields
+from seatfem.study import runs
 from seatfem.study.impacts.life import beam_histories
-from seatfem.study.runs import reed_stress, seat_stress
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_fields import force_by_port
-from seatfem.study.runs.stress_wave import touch_of
+
+if TYPE_CHECKING:
+    from seatfem.pictures.rendering import Picture
+    from seatfem.study.runs import reed_stress, seat_stress
+
 
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
 AROUND: Final = ("rr", "tt", "zz", "tz", "rz", "rt")
@@ -63,14 +64,14 @@ class Spot:
         body: str, part: str, at: Array, edge: float, time: float, state: Array, names: Sequence[str]
     ) -> Spot:
         """Return the spot of the stress (6,), or (1,) of one axis, at its time."""
-        value = float(von_mises(state)) if len(state) > 1 else abs(float(state[0]))
+        value = float(fields.recovery.von_mises(state)) if len(state) > 1 else abs(float(state[0]))
         k = int(np.argmax(np.abs(state)))
         return Spot(body, part, tuple(map(float, at)), edge, value, time, names[k], float(state[k]))
 
     @property
     def name(self) -> str:
         """Return its body, part and place in words."""
-        return f"{self.body}, {self.part}, {seat_stress.place_words(self.at, self.body)}"
+        return f"{self.body}, {self.part}, {runs.seat_stress.place_words(self.at, self.body)}"
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ class History:
     @property
     def mises(self) -> Array | None:
         """Return von Mises' stress (m,); ``None`` for one axis."""
-        return von_mises(self.stress.T) if len(self.components) > 1 else None
+        return fields.recovery.von_mises(self.stress.T) if len(self.components) > 1 else None
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,7 @@ def write_spots(spots: Spots, folder: Path, *, courses: bool = True) -> tuple[Pa
     for body, file in _FILES.items():
         if not (own := [spot for spot in spots.all if spot.body == body]):
             continue
-        places = [f"{axis}_m" for axis in seat_stress.axes_of(own[0].at, body)]
+        places = [f"{axis}_m" for axis in runs.seat_stress.axes_of(own[0].at, body)]
         heads = ("von_mises_Pa", "time_s", *places, "edge_distance_m", "part", "component", "component_Pa")
         rows = ((p.value, p.time, *p.at, p.edge, p.part, p.component, p.leading) for p in own)
         files.append(write_csv(folder / file, heads, rows, digits=9))
@@ -178,7 +179,18 @@ def spot_pictures(done: Round, spots: Spots) -> list[Picture]:
         return []
     curves = [(each.spot.name, each.spot.component, each.leading, each.mises, each.spot.time) for each in shown]
     title = f"{done.plan.scene.title or 'Stress'}: histories at the hot spots"
-    return [(PICTURE, partial(plot_stress_histories, spots.time, curves, touch=touch_of(done), title=title))]
+    return [
+        (
+            PICTURE,
+            partial(
+                pictures.stress_plot.plot_stress_histories,
+                spots.time,
+                curves,
+                touch=runs.stress_wave.touch_of(done),
+                title=title,
+            ),
+        )
+    ]
 
 
 def _of_beam(done: Round, stride: int) -> list[History]:
@@ -186,7 +198,7 @@ def _of_beam(done: Round, stride: int) -> list[History]:
     scene, stress = done.plan.scene, done.stress
     if stress is None:
         return []
-    at, touch = scene.contact_at, touch_of(done)
+    at, touch = scene.contact_at, runs.stress_wave.touch_of(done)
     places = at if isinstance(at, tuple) else () if at is None else (at,)
     worst = (stress.after_contact or stress.initial).at
     known = {f"{1e3 * worst:.4g} mm from the root": worst, **dict(zip(("contact", "stopper"), places, strict=False))}
@@ -203,14 +215,17 @@ def _of_beam(done: Round, stride: int) -> list[History]:
 
 def _of_plate(done: Round, plate: reed_stress.PlatePeaks, stride: int) -> list[History]:
     """Return the histories of the largest von Mises stress in each part of a plate, in the face away from the seat."""
-    parts = reed_stress.parts_of_plate(done, plate.field.points)
+    parts = runs.reed_stress.parts_of_plate(done, plate.field.points)
     peak = plate.found.after_contact if math.isfinite(plate.found.spans.touch) else plate.found.initial
     own = [np.flatnonzero(parts == part) for part in np.unique(parts)]
     chosen = np.array([which[peak.von_mises[which].argmax()] for which in own])
-    some, force, dt = plate.field.at(chosen), reed_stress.plate_pushes(done, done.touches), done.result.dt
-    times, edges = peak.von_mises_time[chosen], edge_distances(some.points, reed_stress.singular_of_plate(done))
-    states, kept = at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
-    for k, course in enumerate(histories(some, force, dt, stride)):
+    some, force, dt = plate.field.at(chosen), runs.reed_stress.plate_pushes(done, done.touches), done.result.dt
+    times, edges = (
+        peak.von_mises_time[chosen],
+        fields.corners.edge_distances(some.points, runs.reed_stress.singular_of_plate(done)),
+    )
+    states, kept = fields.recovery.at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
+    for k, course in enumerate(fields.recovery.histories(some, force, dt, stride)):
         part, edge, time = str(parts[chosen[k]]), float(edges[k]), float(times[k])
         spot = Spot.from_stress("reed", part, some.points[k], edge, time, states[k], COMPONENTS)
         kept.append(History(spot, COMPONENTS, course))
@@ -219,19 +234,23 @@ def _of_plate(done: Round, plate: reed_stress.PlatePeaks, stride: int) -> list[H
 
 def _of_seat(done: Round, seat: seat_stress.SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
     """Return all hot spots; the largest on the lip and elsewhere, and the named points, with histories."""
-    force, dt, names = force_by_port(done, done.touches), done.result.dt, AROUND if seat.is_around else COMPONENTS
+    force, dt, names = (
+        runs.seat_fields.force_by_port(done, done.touches),
+        done.result.dt,
+        AROUND if seat.is_around else COMPONENTS,
+    )
     times, own = seat.peak.von_mises_time[seat.spots], seat.field.at(seat.spots)
-    states = at_own_times(own, force, dt, np.round(times / dt).astype(np.int64))
+    states = fields.recovery.at_own_times(own, force, dt, np.round(times / dt).astype(np.int64))
     parts = np.where(seat.on_lip[seat.spots], LIP, "body")
     spots = tuple(
         Spot.from_stress("seat", str(part), seat.sites[k], float(seat.singular[k]), float(time), state, names)
         for k, part, time, state in zip(seat.spots, parts, times, states, strict=True)
     )
     first = np.sort(np.unique(parts, return_index=True)[1])
-    courses = histories(own.at(first), force, dt, stride)
+    courses = fields.recovery.histories(own.at(first), force, dt, stride)
     kept = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
     for point, course in zip(seat.named_places, seat.named[:-1], strict=True):
-        k = _since(done, von_mises(course.T), touch_of(done))
+        k = _since(done, fields.recovery.von_mises(course.T), runs.stress_wave.touch_of(done))
         spot = Spot.from_stress("seat", "named", point, math.inf, float(done.result.time[k]), course[:, k], names)
         kept.append(History(spot, names, course[:, ::stride]))
     return spots, tuple(kept)

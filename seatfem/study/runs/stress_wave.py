@@ -207,7 +207,7 @@ def _around(
     nodes, which = np.unique(skin.nodes, return_inverse=True)
     sites = at_nodes(solids.elements_of(stress.mesh), nodes)
     tensors, moved = np.zeros((len(steps), len(skin.nodes), 6)), np.zeros((len(steps), len(skin.nodes), 3))
-    for n, model, response, mixing in stress.drawn.harmonics(done, stress.waves):
+    for n, model, response, mixing in stress.drawn.harmonics(done.result.dt, stress.waves):
         functional = stress.drawn.stress_of(model, sites, n)
         for by_sin in (False, True)[: 2 if n else 1]:
             pushes = force @ mixing[:, :, int(by_sin)]

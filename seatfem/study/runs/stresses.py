@@ -18,17 +18,17 @@ from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
 from impact.quantities import percent
 from impact.runs.variations import Values, budget_of, changes, times
-from seatfem.structures.fields.recovery import largest
+from seatfem.structures.fields.recovery import Largest, largest
 from seatfem.structures.rings import Division
 from seatfem.study.accuracy.error_budget import sources_of
-from seatfem.study.impacts.contact import marched, problem_of, run_contacts
+from seatfem.study.impacts.contact import marched, problem_of
 from seatfem.study.impacts.plate_stress import Forces, pushes_of
 from seatfem.study.impacts.touches import force_of, stress_since
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs import kept, reed_stress
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_stress import SeatStress, seat_stress
+from seatfem.study.runs.seat_stress import SeatStress, peaks_under, seat_stress
 
 STAGE: Final = "runs for the error bar of stress"
 
@@ -36,12 +36,13 @@ STAGE: Final = "runs for the error bar of stress"
 def error_bars_of(
     done: Round,
     look: Callable[[impact.ContactStepper], Values],
-    also: Values | None = None,
+    at_half: Callable[[impact.ContactStepper], Values] | None = None,
     progress: Progress = silent,
-) -> Values:
-    """Return the error bars of ``look``, as those of the measures are found, with twice what half the step changes.
+) -> tuple[Values, Values]:
+    """Return the error bars of ``look``, as those of the measures are found, with twice what half the step changes; and
+    the values at half the step.
 
-    ``also``: values known better at half the step than from its forces; ``progress``: hears of each run.
+    ``at_half``: the look at a run of half the step, ``None``: as at others; ``progress``: hears of each run.
     """
     scene, dt = done.plan.scene, done.result.dt
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
@@ -49,21 +50,21 @@ def error_bars_of(
     sources, _ = sources_of(ComputedRun(scene, done.plan.method, done.seat, problem, done.reed))
     runs, count = 2 + sum(len(term) for terms in sources.values() for term in terms or ()), 0
 
-    def run(varied: ContactProblem, step: float) -> Values:
+    def run(varied: ContactProblem, step: float, look: Callable[[impact.ContactStepper], Values] = look) -> Values:
         nonlocal count
         count += 1
         progress(STAGE, min(count / runs, 1.0))
         return look(marched(scene, varied, step))
 
-    values, half = run(problem, dt), {**run(problem, dt / 2), **(also or {})}
+    values, half = run(problem, dt), run(problem, dt / 2, at_half or look)
     budget = budget_of(run, problem, values, dt, sources, finer=times(2.0, changes(values, half)))
-    return {name: budget.bar(name) for name in values}
+    return {name: budget.bar(name) for name in values}, half
 
 
 def contact_margin_bar(done: Round, margin: float) -> float:
     """Return the error bar of a margin below a contact of Hertz, whose stress is as the cube root of its largest force,
     by what is left in that; ``inf`` where that is all of it."""
-    errors = error_bars_of(done, lambda stepper: {"force": float(force_of(stepper).max())})
+    errors, _ = error_bars_of(done, lambda stepper: {"force": float(force_of(stepper).max())})
     share = errors["force"] / float(done.result.force.max())
     return margin_error(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)
 
@@ -94,25 +95,30 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     def look(stepper: impact.ContactStepper) -> Values:
         forces, values = Forces.from_march(stepper), dict[str, float]()
         if of_seat is not None:
-            peaks = largest(of_seat.largest_at, -forces.by(of_seat.division), forces.dt).after_contact
-            values |= {SEAT: float(peaks.von_mises.max()), TENSION: float(peaks.principal.max())}
+            values |= _peaks_of(largest(of_seat.largest_at, -forces.by(of_seat.division), forces.dt).after_contact)
         if of_reed is not None:
             division = Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division()
             pushes = pushes_of(of_reed.largest_at.body.greens, forces.by(division), division, forces.stopper)
             values[REED] = float(largest(of_reed.largest_at, pushes, forces.dt).after_contact.von_mises.max())
         return values
 
-    def peaks_at_half_the_step() -> Values:  # whose faster pairs answer a sharper blow
-        touches = run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2)
-        return _peaks_of(seat_stress(replace(done, touches=touches)))
+    def look_everywhere(stepper: impact.ContactStepper) -> Values:
+        values, forces = dict(look(stepper)), Forces.from_march(stepper)
+        if of_seat is not None:
+            values |= _peaks_of(peaks_under(of_seat, -forces.by(of_seat.division), forces.dt))
+        return values
 
-    own, finer = _peaks_of(seat), _peaks_of(None)
-    if of_seat is not None:
-        finer = kept.cached_numbers(done, done.touches, "stress in the seat at half the step", peaks_at_half_the_step)
     judged = {REED: of_reed, SEAT: of_seat}
     what = f"errors left in {', '.join(sorted(name for name, each in judged.items() if each is not None))}"
-    errors = kept.cached_numbers(done, done.touches, what, lambda: error_bars_of(done, look, finer, progress))
+    bars_and_half = kept.cached_numbers(
+        done,
+        done.touches,
+        what,
+        lambda: dict(zip(("bars", "half"), error_bars_of(done, look, look_everywhere, progress), strict=True)),
+    )
+    errors, finer = bars_and_half["bars"], bars_and_half["half"]
     if seat is not None and of_seat is not None:
+        own = _peaks_of(of_seat.peak)
         raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else errors[name] for name in (SEAT, TENSION)]
         seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
     if of_reed is not None:
@@ -143,8 +149,6 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _peaks_of(seat: SeatStress | None) -> Values:
+def _peaks_of(peaks: Largest) -> dict[str, float]:
     """Return the largest stresses in the seat."""
-    if seat is None:
-        return {}
-    return {SEAT: float(seat.peak.von_mises.max()), TENSION: float(seat.peak.principal.max())}
+    return {SEAT: float(peaks.von_mises.max()), TENSION: float(peaks.principal.max())}

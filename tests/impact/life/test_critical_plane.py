@@ -5,7 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from impact.life.damage import Goodman
-from impact.life.places import Demand, _normals, judged, normal_stresses, on_planes
+from impact.life.multiaxial import Crossland
+from impact.life.places import SAME, Demand, _normals, judged, normal_stresses, on_planes, thinned
 from impact.life.strength import LifeError, Strength, basquin
 
 DEMAND = Demand(
@@ -66,3 +67,37 @@ def test_normals_lie_ten_degrees_apart() -> None:
 def test_what_is_no_history_of_tensors(stress: np.ndarray) -> None:
     with pytest.raises(LifeError, match=r"root: .*(\(n, 6\)|must be finite)"):
         list(normal_stresses("root", stress))
+
+
+def test_the_corners_of_a_history_decide_its_life() -> None:
+    """The normal stress on each plane, pressure and sphere keep their extremes to `SAME` of the largest turn."""
+    rng, t = np.random.default_rng(3), 31e-9 * np.arange(100_000)
+    waves = np.array([150.0, 900.0, 2600.0, 15e3, 60e3])
+    history: np.ndarray = 50e6 + sum(
+        rng.normal(size=6) * 1e8 / (f / 150) ** 0.6 * np.sin(2 * np.pi * f * t + rng.uniform(0, 6))[:, None]
+        for f in waves
+    )
+    history[40_000] += 2e6  # one step alone
+    corners = thinned(history)
+    assert len(corners) < len(history) / 12  # 60 kHz take more than a plate of 30 kHz
+    np.testing.assert_array_equal(corners[[0, -1]], history[[0, -1]])
+    assert (corners == history[40_000]).all(axis=1).any()
+    turns = history - history.mean(axis=0)
+    allowed = SAME * np.sqrt((turns**2 @ [1, 1, 1, 2, 2, 2]).max())
+    for normal in rng.normal(size=(50, 3)):
+        x, y, z = normal / np.linalg.norm(normal)
+        across = np.array([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y])
+        for extreme in (np.max, np.min):
+            assert abs(extreme(history @ across) - extreme(corners @ across)) <= allowed
+    criterion = Crossland(torsion_limit=300e6, bending_limit=500e6)
+    assert criterion.margin(corners) == pytest.approx(criterion.margin(history), rel=2 * SAME)
+
+
+def test_a_straight_course_has_no_corners_between_its_ends() -> None:
+    path = np.outer(np.linspace(0, 1e8, 1025), np.ones(6))
+    np.testing.assert_array_equal(thinned(path), path[[0, 256, 512, 768, 1024]])
+    few = path[:200]
+    assert thinned(few) is few
+    damaged = path.copy()
+    damaged[300, 2] = np.nan
+    assert np.isnan(thinned(damaged)).any()  # and is refused where it is judged

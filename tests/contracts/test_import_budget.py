@@ -1,0 +1,62 @@
+"""A user waits for what is imported: each errand loads what it needs, in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCENE = """
+[seat]
+kind = "spring"
+{stiffness} = "1e7 N/m"
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-1 m/s"
+[run]
+duration = "1 ms"
+"""
+PROGRAM = """
+import contextlib, io, json, sys
+from seatfem.faces import cli
+words = io.StringIO()
+with contextlib.redirect_stdout(words), contextlib.redirect_stderr(words):
+    code = cli.run_command(sys.argv[1:])
+print(json.dumps([code, sorted(sys.modules)]))
+"""
+DRAWN = {"gmsh", "pyvista", "vtkmodules", "matplotlib", "plotly", "PIL", "meshio", "pandas", "dask", "pint"}
+SOLID = {"skfem", "scipy.spatial", "scipy.sparse", "scipy.linalg", "scipy.optimize", "scipy.special", "pymetis"}
+COMPILED = {"numba", "llvmlite"}
+NUMBERS = {"numpy", "scipy", "h5py", "pydantic"}
+ERRANDS = [  # with the most modules that they may load: some 3 % above what they did when this was written
+    (["--help"], 0, 295, DRAWN | SOLID | COMPILED | NUMBERS),
+    (["run", "wrong.toml"], 2, 610, DRAWN | SOLID | COMPILED | {"h5py", "pypardiso"}),
+    (
+        ["run", "spring.toml", "--output", "out", "--no-pictures"],
+        0,
+        1200,
+        DRAWN | SOLID - {"scipy.linalg"} | {"pypardiso"},
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("errand", "code", "most", "not_needed"), ERRANDS, ids=["help", "wrong key", "mass on a spring"]
+)
+def test_an_errand_loads_no_more_than_it_needs(
+    tmp_path: Path, errand: list[str], code: int, most: int, not_needed: set[str]
+) -> None:
+    (tmp_path / "wrong.toml").write_text(SCENE.format(stiffness="stifness"), encoding="utf-8")
+    (tmp_path / "spring.toml").write_text(SCENE.format(stiffness="stiffness"), encoding="utf-8")
+    root = str(Path(__file__).parents[2])
+    program = f"import sys; sys.path.insert(0, {root!r})\n{PROGRAM}"
+    command = [sys.executable, "-c", program, *errand]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    ended, modules = json.loads(done.stdout)
+    assert ended == code
+    assert not_needed & set(modules) == set()
+    assert len(modules) <= most
