@@ -5,7 +5,7 @@ its errors.
 import math
 from dataclasses import replace
 from functools import partial
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
+from seatfem.structures.estimates.coarse import coarsely_meshed
 from seatfem.structures.estimates.sizes import check_before_meshing, check_elastic
 from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds.drawn import Drawn
@@ -53,9 +54,15 @@ def draw(
     """
     try:
         check_before_meshing(body, spec, level, method)
-        if level in ("axisymmetric", "harmonics"):
+        section, copies = level in ("axisymmetric", "harmonics"), body.copies.get(level, 1)
+        if not body.files() and spec == body.coarsest():  # a plan may have made it
+            return cast(
+                "AnyMesh",
+                coarsely_meshed(body.geometry(), spec, "section" if section else "solid", 1 if section else copies),
+            )
+        if section:
             return make_meridian(body.geometry(), spec, progress, gmsh=gmsh)
-        return make_mesh(body.geometry(), spec, progress, sector=body.copies.get(level, 1), gmsh=gmsh)
+        return make_mesh(body.geometry(), spec, progress, sector=copies, gmsh=gmsh)
     except (GeometryError, MeshingError) as error:
         named = next((text for file in body.files() if (text := cad.naming(file, str(error))) != str(error)), None)
         if named is not None:

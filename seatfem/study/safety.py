@@ -36,7 +36,6 @@ MESH_BAR_OF_ARCS: Final = 3.0  # the same of the arcs of a lip, which see less o
 PATCH_BAR: Final = 2.0  # what a run states for its patch, over what the static compliance has of it
 UNKNOWN_PATCH: Final = 0.03  # of the compliance, of a patch that nothing is known of
 UNKNOWN_BODY: Final = 0.25  # band times filter width, for a body nothing is known of
-FIRST_WAVE: Final = 4.0  # the body's first resonance: its depth is a quarter of a wavelength
 FEWER_POLES: Final = 0.7  # highest pole of a reduction that is counted on, over the usual one
 STIFFER: Final = 0.5  # g of the seat that confirms the number of reed modes, over the surrogate's
 REED_MARGIN: Final = 1.3  # on what a reed's modes change with a surrogate seat

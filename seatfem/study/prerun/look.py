@@ -1,6 +1,5 @@
 """A look at the seat before anything is chosen: its real geometry on a coarse mesh, assembled and reduced."""
 
-import math
 from dataclasses import replace
 from typing import Final
 
@@ -13,7 +12,6 @@ from seatfem.structures.method import AUTO, Method, Solved
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.method import BAND, MODEL, SIZE, TOLERANCE, is_given, stated_method
-from seatfem.study.safety import FIRST_WAVE
 from seatfem.study.scene import Scene
 
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
@@ -70,7 +68,7 @@ def coarse_method(scene: Scene, patch: Patch) -> Method:
     how = how if is_given(scene, TOLERANCE) else replace(how, tolerance=COARSE_TOLERANCE)
     if scene.seat.drawn is None:
         return how
-    sizes = element_sizes(patch, stated, how.bandwidth or band, ERRORS[0])
+    sizes = element_sizes(patch, stated, (how.bandwidth or band) if is_given(scene, BAND) else least, ERRORS[0])
     return replace(how, size=sizes.size, contact_size=sizes.contact_size)
 
 
@@ -83,5 +81,4 @@ def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Si
 
 def lowest_band(patch: Patch) -> float:
     """Return the narrowest band that describes a body [Hz]: its first resonance, a plate's in bending, and more."""
-    bends = patch.bending_frequency / (2 * math.pi)
-    return NARROWER * (bends or patch.c_p / (FIRST_WAVE * patch.depth))
+    return NARROWER * patch.first_resonance

@@ -1,0 +1,261 @@
+"""The coarsest mesh of a body, and how many elements finer ones have in its place.
+
+    n = sum of max(1, a int dV/h^d + b int dS/h^(d - 1))
+
+over the elements of the coarse mesh: none of them becomes less than one, as fillets and thin walls ask for, and where
+the sizes h of the finer mesh are smaller, as many as gmsh makes in the volume and more along the surface; d = 3 of
+tetrahedra, 2 of half sections and plans. Each has its own number of elements, whatever the sum says of it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.greens.base import Array
+from seatfem.structures import mesh as meshes
+from seatfem.structures.errors import GeometryError
+from seatfem.structures.inspection import cad
+from seatfem.structures.mesh._gmsh_inspect import ACROSS, COARSE, GROWTH
+from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
+from seatfem.structures.mesh.spec import MeshSpec, boundary_lines
+from seatfem.structures.shapes import CadPart, Geometry, decode, encode
+from seatfem.structures.shapes.shape import EVERYWHERE
+
+Integers = NDArray[np.int64]
+HALVED: Final = 2.0  # gmsh meshes this many times coarser, then quarters
+PLACES: Final = 512  # points in an element near the struck face, where sizes change; one in others
+BINS, CLOSEST = 40, 1e-4  # of distances, over which points of an element are one; the smallest over the largest
+NEAR: Final = 1.5  # extents of an element within which it is near
+ON_STRUCK: Final = 64  # points on each facet of the struck face, from which distances are taken
+
+
+@dataclass(frozen=True)
+class Law:
+    """Elements that gmsh makes over int dV/h^d and int dS/h^(d-1), facets over the latter, and vertices over both
+    numbers."""
+
+    dimension: int
+    inside: float
+    along: float
+    facets: float
+    of_elements: float
+    of_facets: float
+
+
+LAWS: Final = {
+    "tetrahedra": Law(3, 2.26, 4.77, 2.69, 0.145, 0.347),
+    "triangles": Law(2, 2.23, 1.06, 1.2, 0.5, 0.5),
+    "quadrilaterals": Law(2, 3.5, 3.23, 2.9, 1.0, 0.5),
+}
+
+
+@dataclass(frozen=True)
+class Tally:
+    """Numbers of elements, of facets on the surface (sides on an outline), and of vertices."""
+
+    elements: float
+    facets: float
+    vertices: float
+
+
+@dataclass(frozen=True)
+class Places:
+    """Points in elements or facets: the measure that each stands for, its distance from the struck face [m], and the
+    row of what it lies in."""
+
+    weight: Array
+    distance: Array
+    row: Integers
+
+    def per_row(self, spec: MeshSpec, dimension: int, rows: int) -> Array:
+        """Return int dV/h^d over each of so many rows."""
+        h = size_at(self.distance, spec)
+        return np.asarray(np.bincount(self.row, self.weight / h**dimension, rows), dtype=np.float64)
+
+
+def size_at(distance: Array, spec: MeshSpec) -> Array:
+    """Return the element size [m] that is asked for at distances from the patch [m]."""
+    near = spec.patch_size
+    return np.asarray(np.interp(distance, [near, max(near + spec.transition, 1.001 * near)], [near, spec.size]))
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseMesh:
+    """A mesh by its elements and facets, each with places in it; ``owner``: the element behind each facet."""
+
+    kind: str
+    spec: MeshSpec
+    own: Tally
+    inner: Places
+    outer: Places
+    owner: Integers
+
+    def tally(self, spec: MeshSpec) -> Tally:
+        """Return the numbers of a mesh of other sizes."""
+        law = LAWS[self.kind]
+        now, before = (self._by_law(each) for each in (spec, self.spec))
+        elements, facets = (_at_least_one(*pair) for pair in zip(now, before, strict=True))
+        more = law.of_elements * (elements - self.own.elements) + law.of_facets * (facets - self.own.facets)
+        return Tally(elements, facets, max(self.own.vertices + more, law.of_elements * elements))
+
+    def _by_law(self, spec: MeshSpec) -> tuple[Array, Array]:
+        """Return what the law says of each element and of each facet."""
+        law, m, n = LAWS[self.kind], round(self.own.elements), round(self.own.facets)
+        if self.kind == "quadrilaterals":
+            spec = replace(spec, size=HALVED * spec.size, contact_size=HALVED * spec.patch_size)
+        inside = law.inside * self.inner.per_row(spec, law.dimension, m)
+        area = self.outer.per_row(spec, law.dimension - 1, n)
+        return inside + law.along * np.bincount(self.owner, area, m), law.facets * area
+
+
+def _at_least_one(now: Array, before: Array) -> float:
+    """Return the sum over parts of a coarse mesh, by what the law says of each now, less what it said too much
+    before."""
+    return float(max(np.maximum(1.0, now - np.maximum(0.0, before - 1.0)).sum(), now.sum()))
+
+
+Part = Literal["solid", "section", "plan"]
+"""What is meshed of a body: the solid or a sector, its half section, or its plan, which is swept."""
+
+
+def tally(geometry: Geometry, spec: MeshSpec, coarse: MeshSpec, part: Part = "solid", sectors: int = 1) -> Tally | None:
+    """Return the numbers of a mesh of these sizes, by a mesh with ``coarse`` ones; ``None`` where that cannot be made.
+
+    Args:
+        geometry: of the body.
+        spec: whose sizes count.
+        coarse: sizes of the mesh that is made, once in a process; of a file, its inspection has made it.
+        part: that is meshed.
+        sectors: that the body is cut into; one of them is meshed.
+    """
+    state = cad.state_of(geometry.path) if isinstance(geometry, CadPart) else None
+    made = _coarse(json.dumps(encode(geometry), sort_keys=True), state, coarse, part, sectors)
+    return None if made is None else made.tally(spec)
+
+
+@lru_cache(maxsize=8)
+def _coarse(encoded: str, state: cad.FileState | None, spec: MeshSpec, part: Part, sectors: int) -> CoarseMesh | None:
+    geometry: Geometry = decode(json.loads(encoded))
+    try:
+        if state is not None:
+            return _inspected(cad.inspect_geometry(geometry).shape)
+        if part == "plan":
+            return _of_plan(geometry, spec, sectors)
+        return _of_mesh(_meshed(encoded, spec, part, sectors), spec)
+    except (GeometryError, MeshingError, OSError, meshes.io.MeshError):  # its run tells
+        return None
+
+
+def coarsely_meshed(geometry: Geometry, spec: MeshSpec, part: Part, sectors: int) -> Any:
+    """Return a mesh that is made once in a process, as of a plan and of the run after it; not of a file.
+
+    Raises:
+        What `make_mesh` and `make_meridian` raise.
+    """
+    return _meshed(json.dumps(encode(geometry), sort_keys=True), spec, part, sectors)
+
+
+@lru_cache(maxsize=4)
+def _meshed(encoded: str, spec: MeshSpec, part: Part, sectors: int) -> Any:
+    geometry: Geometry = decode(json.loads(encoded))
+    if part == "section":
+        return meshes.plane_meshes.make_meridian(geometry, spec)
+    return meshes.meshing.make_mesh(geometry, spec, sector=sectors)
+
+
+def _of_mesh(made: Any, spec: MeshSpec, struck: Integers | None = None) -> CoarseMesh:
+    """Return a mesh in scikit-fem's words; ``struck``: (n, k) vertices of the struck facets, by default of its group
+    "contact"."""
+    mesh = getattr(made, "mesh", made)
+    points, outside = mesh.p.T, mesh.boundary_facets()
+    facets = mesh.facets.T
+    at = points[facets[mesh.boundaries["contact"]] if struck is None else struck]
+    kind = {(3, 2): "triangles", (4, 2): "quadrilaterals", (4, 3): "tetrahedra"}[mesh.t.shape[0], points.shape[1]]
+    cells = points[mesh.t.T]
+    return _placed(kind, spec, cells, points[facets[outside]], mesh.f2t[0, outside], at, int(mesh.nvertices))
+
+
+def _inspected(shape: cad.Shape) -> CoarseMesh | None:
+    """Return the coarse elements that the inspection of a part made; ``None`` where gmsh could not fill it."""
+    struck = shape.groups.get("contact")
+    if not len(shape.cells) or struck is None or not len(struck):
+        return None
+    from skfem import MeshTet
+
+    size = COARSE * float(np.linalg.norm(shape.extent))
+    spec = MeshSpec(size, min(size, ACROSS * shape.width("contact")), grading=GROWTH)
+    used, rows = np.unique(shape.cells, return_inverse=True)
+    mesh = MeshTet(np.ascontiguousarray(shape.points[used].T), np.ascontiguousarray(rows.reshape(-1, 4).T))
+    return _of_mesh(mesh, spec, np.searchsorted(used, shape.triangles[struck]))
+
+
+def _of_plan(geometry: Geometry, spec: MeshSpec, sectors: int) -> CoarseMesh:
+    """Return the quadrilaterals of a plan, which is struck where its areas are."""
+    assert geometry.plan is not None
+    plane, _, _ = meshes.meshing.plan_mesh(geometry, spec, sectors, gmsh=run_gmsh)
+    points, cells, sides = plane["points"], plane["cells"][:, :4], boundary_lines(plane)
+    names = [name for name in geometry.plan.top["contact"] if name == EVERYWHERE or f"area:{name}" in plane]
+    struck = [np.arange(len(cells)) if name == EVERYWHERE else plane[f"area:{name}"] for name in names]
+    pairs = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    number = {(a, b): k // 4 for k, (a, b) in enumerate(pairs.tolist())}
+    owner = np.array([number[a, b] for a, b in np.sort(sides, axis=1).tolist()])
+    at = points[cells[np.unique(np.concatenate(struck))]]
+    return _placed("quadrilaterals", spec, points[cells], points[sides], owner, at, len(np.unique(cells)))
+
+
+def _placed(
+    kind: str, spec: MeshSpec, cells: Array, facets: Array, owner: Integers, struck: Array, vertices: int
+) -> CoarseMesh:
+    """Return the mesh with places in its elements and facets (n, corners, d), by distance from the ``struck`` ones."""
+    from scipy.spatial import cKDTree
+
+    on_struck = _spread(struck, ON_STRUCK)
+    tree = cKDTree(np.concatenate([struck.reshape(-1, struck.shape[2]), on_struck]))
+    own = Tally(len(cells), len(facets), vertices)
+    return CoarseMesh(kind, spec, own, _places(cells, tree), _places(facets, tree), owner)
+
+
+def _places(corners: Array, struck: Any) -> Places:
+    """Return places in elements, many in those near the struck face."""
+    measures, middles = _measures(corners), corners.mean(axis=1)
+    away = struck.query(middles)[0]
+    near = np.flatnonzero(away < NEAR * np.linalg.norm(np.ptp(corners, axis=1), axis=1))
+    far = np.setdiff1d(np.arange(len(corners)), near)
+    points = _spread(corners[near], PLACES)
+    weight, distance = np.repeat(measures[near] / PLACES, PLACES), np.asarray(struck.query(points)[0])
+    ends = np.geomspace(CLOSEST, 1.0, BINS) * max(float(distance.max(initial=0.0)), float(np.finfo(float).tiny))
+    _, alike = np.unique(np.repeat(near, PLACES) * (BINS + 1) + np.digitize(distance, ends), return_inverse=True)
+    total, moment, row = (
+        np.bincount(alike, each) for each in (weight, weight * distance, weight * np.repeat(near, PLACES))
+    )
+    rows = np.concatenate([far, np.rint(row / total).astype(np.int64)])
+    return Places(np.concatenate([measures[far], total]), np.concatenate([away[far], moment / total]), rows)
+
+
+def _spread(corners: Array, number: int) -> Array:
+    """Return (m number, d) points spread over each of m simplices or quadrilaterals (m, corners, d)."""
+    count, dimension = corners.shape[1:]
+    if count == 4 and dimension == 2:
+        u, v = np.random.default_rng(1).random((2, number))
+        shares = np.column_stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])
+    else:
+        shares = np.random.default_rng(1).dirichlet(np.ones(count), number)
+    return np.asarray(np.einsum("qk,mkd->mqd", shares, corners).reshape(-1, dimension))
+
+
+def _measures(corners: Array) -> Array:
+    """Return the (m,) lengths, areas or volumes of elements (m, corners, d)."""
+    count, dimension = corners.shape[1:]
+    if count == 4 and dimension == 2:
+        edges = np.stack([corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]], axis=1)
+        return np.asarray(np.abs(np.linalg.det(edges)) / 2)
+    edges = corners[:, 1:] - corners[:, :1]
+    gram = np.linalg.det(edges @ edges.transpose(0, 2, 1))
+    return np.asarray(np.sqrt(np.maximum(gram, 0.0)) / math.factorial(count - 1))
