@@ -25,11 +25,17 @@ IMPOSSIBLE: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueE
 def look_at(scene: Scene, surrogate: Surrogate, machine: Machine, store: Store, longest: float) -> Surrogate:
     """Return the seat itself on a coarse mesh, as a whole, in place of its surrogate; the surrogate of a seat that is
     not reduced or exact, of which nothing is open, where the look is predicted to take over ``longest`` [s], and of one
-    without modes, as with dashpots: what a narrower band leaves, neither a plan nor a run could tell on it."""
+    without modes, as with dashpots: what a narrower band leaves, neither a plan nor a run could tell on it.
+
+    Over the band of its first resonance, or where that takes too long, over the one that the filter passes.
+    """
     if not leaves_open(scene) or surrogate.exact or surrogate.patch is None:
         return surrogate
     method = coarse_method(scene, surrogate.patch)
-    if (seat := coarse_seat(scene, method, machine, store, longest)) is None:
+    if (seat := coarse_seat(scene, method, machine, store, longest)) is None and not is_given(scene, BAND):
+        method = replace(method, bandwidth=next_band(BAND_PER_FILTER / scene.run.filter_width))
+        seat = coarse_seat(scene, method, machine, store, longest)
+    if seat is None:
         return surrogate
     if (modal := seat.greens.modal) is None or not len(modal.omega):
         return surrogate
@@ -62,7 +68,7 @@ def coarse_method(scene: Scene, patch: Patch) -> Method:
     """
     stated = stated_method(scene).seat
     least = max(lowest_band(patch), BAND_PER_FILTER / scene.run.filter_width)
-    band = next((edge for edge in BANDS if edge >= least), BANDS[-1])
+    band = next_band(least)
     how = replace(stated, level=scene.seat.level(0.0).level, rings=1, lip=None, reduction=AUTO, max_vectors=None)
     how = how if is_given(scene, BAND) else replace(how, bandwidth=band)
     how = how if is_given(scene, TOLERANCE) else replace(how, tolerance=COARSE_TOLERANCE)
@@ -70,6 +76,11 @@ def coarse_method(scene: Scene, patch: Patch) -> Method:
         return how
     sizes = element_sizes(patch, stated, (how.bandwidth or band) if is_given(scene, BAND) else least, ERRORS[0])
     return replace(how, size=sizes.size, contact_size=sizes.contact_size)
+
+
+def next_band(least: float) -> float:
+    """Return the narrowest of the bands that are chosen from that is as wide [Hz]; the widest where none is."""
+    return next((edge for edge in BANDS if edge >= least), BANDS[-1])
 
 
 def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Sizes:
