@@ -20,7 +20,7 @@ from seatfem.structures.store import Store
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given, stated_method
 from seatfem.study.prerun import lips
-from seatfem.study.prerun.bench import Bench, locate_contact_window, surrogate_striker
+from seatfem.study.prerun.bench import Bench, locate_contact_window, striker_greens
 from seatfem.study.prerun.look import BANDS, element_sizes, look_at, lowest_band
 from seatfem.study.prerun.sensitivity import Changes, Sensitivity
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
@@ -229,5 +229,5 @@ def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
 
 def _bench(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Bench:
     """Return the bench on which the pre-runs of a scene run."""
-    seat, striker = surrogate.greens, surrogate_striker(scene, progress)
+    seat, striker = surrogate.greens, striker_greens(scene, progress)
     return Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)
