@@ -23,10 +23,9 @@ from seatfem.structures import mesh as meshes
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.inspection import cad
 from seatfem.structures.mesh._gmsh_inspect import ACROSS, COARSE, GROWTH
-from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
-from seatfem.structures.mesh.spec import MeshSpec, boundary_lines
+from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode
-from seatfem.structures.shapes.shape import EVERYWHERE
 
 Integers = NDArray[np.int64]
 HALVED: Final = 2.0  # gmsh meshes this many times coarser, then quarters
@@ -39,8 +38,9 @@ ON_STRUCK: Final = 64  # points on each facet of the struck face, from which dis
 @dataclass(frozen=True)
 class Law:
     """Elements that gmsh makes over int dV/h^d and int dS/h^(d-1), facets over the latter, and vertices over both
-    numbers."""
+    numbers; ``sides``: corners of an element on each of its facets."""
 
+    sides: tuple[tuple[int, ...], ...]
     dimension: int
     inside: float
     along: float
@@ -50,9 +50,9 @@ class Law:
 
 
 LAWS: Final = {
-    "tetrahedra": Law(3, 2.26, 4.77, 2.69, 0.145, 0.347),
-    "triangles": Law(2, 2.23, 1.06, 1.2, 0.5, 0.5),
-    "quadrilaterals": Law(2, 3.5, 3.23, 2.9, 1.0, 0.5),
+    "tetrahedra": Law(((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)), 3, 2.26, 4.77, 2.69, 0.145, 0.347),
+    "triangles": Law(((0, 1), (1, 2), (2, 0)), 2, 2.23, 1.06, 1.2, 0.5, 0.5),
+    "quadrilaterals": Law(((0, 1), (1, 2), (2, 3), (3, 0)), 2, 3.5, 3.23, 2.9, 1.0, 0.5),
 }
 
 
@@ -170,16 +170,12 @@ def _meshed(encoded: str, spec: MeshSpec, part: Part, sectors: int) -> Any:
     return meshes.meshing.make_mesh(geometry, spec, sector=sectors)
 
 
-def _of_mesh(made: Any, spec: MeshSpec, struck: Integers | None = None) -> CoarseMesh:
-    """Return a mesh in scikit-fem's words; ``struck``: (n, k) vertices of the struck facets, by default of its group
-    "contact"."""
-    mesh = getattr(made, "mesh", made)
-    points, outside = mesh.p.T, mesh.boundary_facets()
-    facets = mesh.facets.T
-    at = points[facets[mesh.boundaries["contact"]] if struck is None else struck]
-    kind = {(3, 2): "triangles", (4, 2): "quadrilaterals", (4, 3): "tetrahedra"}[mesh.t.shape[0], points.shape[1]]
-    cells = points[mesh.t.T]
-    return _placed(kind, spec, cells, points[facets[outside]], mesh.f2t[0, outside], at, int(mesh.nvertices))
+def _of_mesh(made: Any, spec: MeshSpec) -> CoarseMesh:
+    """Return a mesh in scikit-fem's words."""
+    mesh = made.mesh
+    points, cells = mesh.p.T, mesh.t.T
+    kind = {(3, 2): "triangles", (4, 2): "quadrilaterals", (4, 3): "tetrahedra"}[cells.shape[1], points.shape[1]]
+    return _placed(kind, spec, points, cells, points[mesh.facets.T[mesh.boundaries["contact"]]])
 
 
 def _inspected(shape: cad.Shape) -> CoarseMesh | None:
@@ -187,49 +183,41 @@ def _inspected(shape: cad.Shape) -> CoarseMesh | None:
     struck = shape.groups.get("contact")
     if not len(shape.cells) or struck is None or not len(struck):
         return None
-    from skfem import MeshTet
-
     size = COARSE * float(np.linalg.norm(shape.extent))
     spec = MeshSpec(size, min(size, ACROSS * shape.width("contact")), grading=GROWTH)
-    used, rows = np.unique(shape.cells, return_inverse=True)
-    mesh = MeshTet(np.ascontiguousarray(shape.points[used].T), np.ascontiguousarray(rows.reshape(-1, 4).T))
-    return _of_mesh(mesh, spec, np.searchsorted(used, shape.triangles[struck]))
+    return _placed("tetrahedra", spec, shape.points, shape.cells, shape.points[shape.triangles[struck]])
 
 
 def _of_plan(geometry: Geometry, spec: MeshSpec, sectors: int) -> CoarseMesh:
     """Return the quadrilaterals of a plan, which is struck where its areas are."""
     assert geometry.plan is not None
-    plane, _, _ = meshes.meshing.plan_mesh(geometry, spec, sectors, gmsh=run_gmsh)
-    points, cells, sides = plane["points"], plane["cells"][:, :4], boundary_lines(plane)
-    names = [name for name in geometry.plan.top["contact"] if name == EVERYWHERE or f"area:{name}" in plane]
-    struck = [np.arange(len(cells)) if name == EVERYWHERE else plane[f"area:{name}"] for name in names]
-    pairs = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
-    number = {(a, b): k // 4 for k, (a, b) in enumerate(pairs.tolist())}
-    owner = np.array([number[a, b] for a, b in np.sort(sides, axis=1).tolist()])
-    at = points[cells[np.unique(np.concatenate(struck))]]
-    return _placed("quadrilaterals", spec, points[cells], points[sides], owner, at, len(np.unique(cells)))
+    plane, _, _ = meshes.meshing.plan_mesh(geometry, spec, sectors)
+    points, cells = plane["points"], plane["cells"][:, :4]
+    names = geometry.plan.top["contact"]
+    rows = [plane[f"area:{name}"] for name in names if f"area:{name}" in plane] or [np.arange(len(cells))]
+    return _placed("quadrilaterals", spec, points, cells, points[cells[np.unique(np.concatenate(rows))]])
 
 
-def _placed(
-    kind: str, spec: MeshSpec, cells: Array, facets: Array, owner: Integers, struck: Array, vertices: int
-) -> CoarseMesh:
-    """Return the mesh with places in its elements and facets (n, corners, d), by distance from the ``struck`` ones."""
-    from scipy.spatial import cKDTree
+def _placed(kind: str, spec: MeshSpec, points: Array, cells: Integers, struck: Array) -> CoarseMesh:
+    """Return the mesh with places in its elements and facets, by distance from the ``struck`` ones (n, corners, d)."""
+    sides = np.sort(cells[:, LAWS[kind].sides], axis=2)
+    faces = sides.reshape(-1, sides.shape[2])
+    _, first, count = np.unique(faces, axis=0, return_index=True, return_counts=True)
+    outside = first[count == 1]
+    near = np.concatenate([struck.reshape(-1, struck.shape[2]), _spread(struck, ON_STRUCK)])
+    own = Tally(len(cells), len(outside), len(np.unique(cells)))
+    inner, outer = (_places(points[part], near) for part in (cells, faces[outside]))
+    return CoarseMesh(kind, spec, own, inner, outer, outside // sides.shape[1])
 
-    on_struck = _spread(struck, ON_STRUCK)
-    tree = cKDTree(np.concatenate([struck.reshape(-1, struck.shape[2]), on_struck]))
-    own = Tally(len(cells), len(facets), vertices)
-    return CoarseMesh(kind, spec, own, _places(cells, tree), _places(facets, tree), owner)
 
-
-def _places(corners: Array, struck: Any) -> Places:
-    """Return places in elements, many in those near the struck face."""
+def _places(corners: Array, struck: Array) -> Places:
+    """Return places in elements, many in those near points ``struck``."""
     measures, middles = _measures(corners), corners.mean(axis=1)
-    away = struck.query(middles)[0]
+    away = meshes.checks.distances(middles, struck)
     near = np.flatnonzero(away < NEAR * np.linalg.norm(np.ptp(corners, axis=1), axis=1))
     far = np.setdiff1d(np.arange(len(corners)), near)
     points = _spread(corners[near], PLACES)
-    weight, distance = np.repeat(measures[near] / PLACES, PLACES), np.asarray(struck.query(points)[0])
+    weight, distance = np.repeat(measures[near] / PLACES, PLACES), meshes.checks.distances(points, struck)
     ends = np.geomspace(CLOSEST, 1.0, BINS) * max(float(distance.max(initial=0.0)), float(np.finfo(float).tiny))
     _, alike = np.unique(np.repeat(near, PLACES) * (BINS + 1) + np.digitize(distance, ends), return_inverse=True)
     total, moment, row = (
