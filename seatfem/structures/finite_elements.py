@@ -16,7 +16,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
-from seatfem.structures.estimates.coarse import coarsely_meshed
+from seatfem.structures.estimates.coarse import mesh_coarsely
 from seatfem.structures.estimates.sizes import check_before_meshing, check_elastic
 from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds.drawn import Drawn
@@ -58,7 +58,7 @@ def draw(
         if not body.files() and spec == body.coarsest():  # a plan may have made it
             return cast(
                 "AnyMesh",
-                coarsely_meshed(body.geometry(), spec, "section" if section else "solid", 1 if section else copies),
+                mesh_coarsely(body.geometry(), spec, "section" if section else "solid", 1 if section else copies),
             )
         if section:
             return make_meridian(body.geometry(), spec, progress, gmsh=gmsh)

@@ -14,7 +14,7 @@ from seatfem.faces.cli import DONE, run_command
 from seatfem.machine import calibration
 from seatfem.machine.resources import Machine, MachineError, calibration_file
 from seatfem.structures.estimates import costs as seat_costs
-from seatfem.structures.estimates.coarse import tally
+from seatfem.structures.estimates.coarse import count_elements
 from seatfem.structures.estimates.sizes import MARGIN, counts_of, memory_need, predicted_sizes
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.plane_meshes import make_meridian
@@ -126,7 +126,7 @@ def test_no_element_of_the_coarse_mesh_is_lost_in_a_finer_one():
     """A fillet keeps its elements however large the others may be, and they become more where sizes are smaller."""
     body = AnnularSeat(lip_edge_radius=0.1e-3)
     counted = [
-        tally(body, replace(COARSE, size=size, contact_size=size / 2), COARSE, "section")
+        count_elements(body, replace(COARSE, size=size, contact_size=size / 2), COARSE, "section")
         for size in (20e-3, 5e-3, 1e-3)
     ]
     mesh = make_meridian(body, COARSE)

@@ -37,8 +37,15 @@ ON_STRUCK: Final = 64  # points on each facet of the struck face, from which dis
 
 @dataclass(frozen=True)
 class Law:
-    """Elements that gmsh makes over int dV/h^d and int dS/h^(d-1), facets over the latter, and vertices over both
-    numbers; ``sides``: corners of an element on each of its facets."""
+    """How many elements gmsh makes.
+
+    Attributes:
+        sides: corners of an element on each of its facets.
+        dimension: d.
+        inside, along: elements over int dV/h^d and over int dS/h^(d - 1).
+        facets: on the surface, over the latter.
+        of_elements, of_facets: vertices over both numbers.
+    """
 
     sides: tuple[tuple[int, ...], ...]
     dimension: int
@@ -88,7 +95,15 @@ def size_at(distance: Array, spec: MeshSpec) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class CoarseMesh:
-    """A mesh by its elements and facets, each with places in it; ``owner``: the element behind each facet."""
+    """A mesh that tells the numbers of others.
+
+    Attributes:
+        kind: of its elements, in `LAWS`.
+        spec: sizes that it was made with.
+        own: its numbers.
+        inner, outer: places in its elements and on its facets.
+        owner: (facets,) the element behind each.
+    """
 
     kind: str
     spec: MeshSpec
@@ -97,15 +112,15 @@ class CoarseMesh:
     outer: Places
     owner: Integers
 
-    def tally(self, spec: MeshSpec) -> Tally:
+    def count(self, spec: MeshSpec) -> Tally:
         """Return the numbers of a mesh of other sizes."""
         law = LAWS[self.kind]
-        now, before = (self._by_law(each) for each in (spec, self.spec))
+        now, before = (self._per_part(each) for each in (spec, self.spec))
         elements, facets = (_at_least_one(*pair) for pair in zip(now, before, strict=True))
         more = law.of_elements * (elements - self.own.elements) + law.of_facets * (facets - self.own.facets)
         return Tally(elements, facets, max(self.own.vertices + more, law.of_elements * elements))
 
-    def _by_law(self, spec: MeshSpec) -> tuple[Array, Array]:
+    def _per_part(self, spec: MeshSpec) -> tuple[Array, Array]:
         """Return what the law says of each element and of each facet."""
         law, m, n = LAWS[self.kind], round(self.own.elements), round(self.own.facets)
         if self.kind == "quadrilaterals":
@@ -125,7 +140,9 @@ Part = Literal["solid", "section", "plan"]
 """What is meshed of a body: the solid or a sector, its half section, or its plan, which is swept."""
 
 
-def tally(geometry: Geometry, spec: MeshSpec, coarse: MeshSpec, part: Part = "solid", sectors: int = 1) -> Tally | None:
+def count_elements(
+    geometry: Geometry, spec: MeshSpec, coarse: MeshSpec, part: Part = "solid", sectors: int = 1
+) -> Tally | None:
     """Return the numbers of a mesh of these sizes, by a mesh with ``coarse`` ones; ``None`` where that cannot be made.
 
     Args:
@@ -136,98 +153,100 @@ def tally(geometry: Geometry, spec: MeshSpec, coarse: MeshSpec, part: Part = "so
         sectors: that the body is cut into; one of them is meshed.
     """
     state = cad.state_of(geometry.path) if isinstance(geometry, CadPart) else None
-    made = _coarse(json.dumps(encode(geometry), sort_keys=True), state, coarse, part, sectors)
-    return None if made is None else made.tally(spec)
+    made = _coarse_mesh(json.dumps(encode(geometry), sort_keys=True), state, coarse, part, sectors)
+    return None if made is None else made.count(spec)
 
 
 @lru_cache(maxsize=8)
-def _coarse(encoded: str, state: cad.FileState | None, spec: MeshSpec, part: Part, sectors: int) -> CoarseMesh | None:
+def _coarse_mesh(
+    encoded: str, state: cad.FileState | None, spec: MeshSpec, part: Part, sectors: int
+) -> CoarseMesh | None:
     geometry: Geometry = decode(json.loads(encoded))
     try:
         if state is not None:
-            return _inspected(cad.inspect_geometry(geometry).shape)
+            return _from_inspection(cad.inspect_geometry(geometry).shape)
         if part == "plan":
-            return _of_plan(geometry, spec, sectors)
-        return _of_mesh(_meshed(encoded, spec, part, sectors), spec)
+            return _from_plan(geometry, spec, sectors)
+        return _from_mesh(_made_mesh(encoded, spec, part, sectors), spec)
     except (GeometryError, MeshingError, OSError, meshes.io.MeshError):  # its run tells
         return None
 
 
-def coarsely_meshed(geometry: Geometry, spec: MeshSpec, part: Part, sectors: int) -> Any:
+def mesh_coarsely(geometry: Geometry, spec: MeshSpec, part: Part, sectors: int) -> Any:
     """Return a mesh that is made once in a process, as of a plan and of the run after it; not of a file.
 
     Raises:
         What `make_mesh` and `make_meridian` raise.
     """
-    return _meshed(json.dumps(encode(geometry), sort_keys=True), spec, part, sectors)
+    return _made_mesh(json.dumps(encode(geometry), sort_keys=True), spec, part, sectors)
 
 
 @lru_cache(maxsize=4)
-def _meshed(encoded: str, spec: MeshSpec, part: Part, sectors: int) -> Any:
+def _made_mesh(encoded: str, spec: MeshSpec, part: Part, sectors: int) -> Any:
     geometry: Geometry = decode(json.loads(encoded))
     if part == "section":
         return meshes.plane_meshes.make_meridian(geometry, spec)
     return meshes.meshing.make_mesh(geometry, spec, sector=sectors)
 
 
-def _of_mesh(made: Any, spec: MeshSpec) -> CoarseMesh:
+def _from_mesh(made: Any, spec: MeshSpec) -> CoarseMesh:
     """Return a mesh in scikit-fem's words."""
     mesh = made.mesh
     points, cells = mesh.p.T, mesh.t.T
     kind = {(3, 2): "triangles", (4, 2): "quadrilaterals", (4, 3): "tetrahedra"}[cells.shape[1], points.shape[1]]
-    return _placed(kind, spec, points, cells, points[mesh.facets.T[mesh.boundaries["contact"]]])
+    return _with_places(kind, spec, points, cells, points[mesh.facets.T[mesh.boundaries["contact"]]])
 
 
-def _inspected(shape: cad.Shape) -> CoarseMesh | None:
+def _from_inspection(shape: cad.Shape) -> CoarseMesh | None:
     """Return the coarse elements that the inspection of a part made; ``None`` where gmsh could not fill it."""
     struck = shape.groups.get("contact")
     if not len(shape.cells) or struck is None or not len(struck):
         return None
     size = COARSE * float(np.linalg.norm(shape.extent))
     spec = MeshSpec(size, min(size, ACROSS * shape.width("contact")), grading=GROWTH)
-    return _placed("tetrahedra", spec, shape.points, shape.cells, shape.points[shape.triangles[struck]])
+    return _with_places("tetrahedra", spec, shape.points, shape.cells, shape.points[shape.triangles[struck]])
 
 
-def _of_plan(geometry: Geometry, spec: MeshSpec, sectors: int) -> CoarseMesh:
+def _from_plan(geometry: Geometry, spec: MeshSpec, sectors: int) -> CoarseMesh:
     """Return the quadrilaterals of a plan, which is struck where its areas are."""
     assert geometry.plan is not None
     plane, _, _ = meshes.meshing.plan_mesh(geometry, spec, sectors)
     points, cells = plane["points"], plane["cells"][:, :4]
     names = geometry.plan.top["contact"]
     rows = [plane[f"area:{name}"] for name in names if f"area:{name}" in plane] or [np.arange(len(cells))]
-    return _placed("quadrilaterals", spec, points, cells, points[cells[np.unique(np.concatenate(rows))]])
+    return _with_places("quadrilaterals", spec, points, cells, points[cells[np.unique(np.concatenate(rows))]])
 
 
-def _placed(kind: str, spec: MeshSpec, points: Array, cells: Integers, struck: Array) -> CoarseMesh:
+def _with_places(kind: str, spec: MeshSpec, points: Array, cells: Integers, struck: Array) -> CoarseMesh:
     """Return the mesh with places in its elements and facets, by distance from the ``struck`` ones (n, corners, d)."""
     sides = np.sort(cells[:, LAWS[kind].sides], axis=2)
     faces = sides.reshape(-1, sides.shape[2])
     _, first, count = np.unique(faces, axis=0, return_index=True, return_counts=True)
     outside = first[count == 1]
-    near = np.concatenate([struck.reshape(-1, struck.shape[2]), _spread(struck, ON_STRUCK)])
+    near = np.concatenate([struck.reshape(-1, struck.shape[2]), _spread_points(struck, ON_STRUCK)])
     own = Tally(len(cells), len(outside), len(np.unique(cells)))
-    inner, outer = (_places(points[part], near) for part in (cells, faces[outside]))
+    inner, outer = (_spread_places(points[part], near) for part in (cells, faces[outside]))
     return CoarseMesh(kind, spec, own, inner, outer, outside // sides.shape[1])
 
 
-def _places(corners: Array, struck: Array) -> Places:
+def _spread_places(corners: Array, struck: Array) -> Places:
     """Return places in elements, many in those near points ``struck``."""
     measures, middles = _measures(corners), corners.mean(axis=1)
     away = meshes.checks.distances(middles, struck)
     near = np.flatnonzero(away < NEAR * np.linalg.norm(np.ptp(corners, axis=1), axis=1))
     far = np.setdiff1d(np.arange(len(corners)), near)
-    points = _spread(corners[near], PLACES)
+    points = _spread_points(corners[near], PLACES)
     weight, distance = np.repeat(measures[near] / PLACES, PLACES), meshes.checks.distances(points, struck)
     ends = np.geomspace(CLOSEST, 1.0, BINS) * max(float(distance.max(initial=0.0)), float(np.finfo(float).tiny))
-    _, alike = np.unique(np.repeat(near, PLACES) * (BINS + 1) + np.digitize(distance, ends), return_inverse=True)
-    total, moment, row = (
-        np.bincount(alike, each) for each in (weight, weight * distance, weight * np.repeat(near, PLACES))
-    )
-    rows = np.concatenate([far, np.rint(row / total).astype(np.int64)])
-    return Places(np.concatenate([measures[far], total]), np.concatenate([away[far], moment / total]), rows)
+    bins = np.repeat(near, PLACES) * (BINS + 1) + np.digitize(distance, ends)
+    bins, alike = np.unique(bins, return_inverse=True)
+    total, moment = (np.bincount(alike, each, len(bins)) for each in (weight, weight * distance))
+    mean = moment / np.maximum(total, np.finfo(float).tiny)
+    rows = np.concatenate([far, bins // (BINS + 1)])
+    return Places(np.concatenate([measures[far], total]), np.concatenate([away[far], mean]), rows)
 
 
-def _spread(corners: Array, number: int) -> Array:
+def _spread_points(corners: Array, number: int) -> Array:
     """Return (m number, d) points spread over each of m simplices or quadrilaterals (m, corners, d)."""
     count, dimension = corners.shape[1:]
     if count == 4 and dimension == 2:

@@ -21,7 +21,7 @@ import numpy as np
 
 from seatfem.machine.resources import available_memory
 from seatfem.structures import reduction
-from seatfem.structures.estimates.coarse import Tally, size_at, tally
+from seatfem.structures.estimates.coarse import Tally, count_elements, size_at
 from seatfem.structures.estimates.surrogate import Patch
 from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec, graded, half_axis
@@ -232,11 +232,11 @@ def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: i
     """Return the mesh of a seat at a level ("axisymmetric", "harmonics", "sector" with so many sectors, or "3d"), by
     one of ``coarse`` sizes; ``None`` where that cannot be made."""
     if level in ("axisymmetric", "harmonics"):
-        counted = tally(geometry, spec, coarse, "section")
+        counted = count_elements(geometry, spec, coarse, "section")
         return None if counted is None else _section(counted, spec, 3 if level == "harmonics" else 2)
     if spec.shape == "hex":
         return _hexahedra(geometry, spec, sectors, coarse)
-    counted = tally(geometry, spec, coarse, "solid", sectors)
+    counted = count_elements(geometry, spec, coarse, "solid", sectors)
     return None if counted is None else _tetrahedra(counted, spec)
 
 
@@ -261,12 +261,16 @@ def _hexahedra(geometry: Geometry, spec: MeshSpec, sectors: int, coarse: MeshSpe
     plan, profile, rectangle = geometry.plan, geometry.profile, geometry.rectangle
     if plan is not None:
         layers = spec.layers or len(graded(plan.height, spec.patch_size, spec.size, spec.grading)) - 1
-        plane = tally(geometry, spec, coarse, "plan", sectors) if rectangle is None else _grid(rectangle, spec, sectors)
+        plane = (
+            count_elements(geometry, spec, coarse, "plan", sectors)
+            if rectangle is None
+            else _grid(rectangle, spec, sectors)
+        )
         return None if plane is None else _swept(plane, layers, spec, closed=False)
     if profile is None:
         raise GeometryError(f"{geometry.source} is neither a solid of revolution nor extruded; set shape = 'tet'")
     around = spec.layers or max(LEAST_LAYERS, math.ceil(2 * math.pi * profile.outer_radius / spec.size))
-    plane = tally(geometry, spec, coarse, "section")
+    plane = count_elements(geometry, spec, coarse, "section")
     return None if plane is None else _swept(plane, math.ceil(around / sectors), spec, closed=sectors == 1)
 
 
@@ -304,8 +308,8 @@ def rough_sizes(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> Si
     near = np.cumsum(pieces) < inside
     h = size_at((away[1:] + away[:-1]) / 2, spec)
     dimension, shape = 2 if plane else 3, "section" if plane else spec.shape
-    left = inside - float(pieces[near].sum())
-    elements = max(1.0, ROUGHLY[shape] * float(np.sum((pieces / h**dimension)[near]) + left / spec.size**dimension))
+    rest = inside - float(pieces[near].sum())
+    elements = max(1.0, ROUGHLY[shape] * float(np.sum((pieces / h**dimension)[near]) + rest / spec.size**dimension))
     outside = 4 * elements ** (1 - 1 / dimension)
     if plane:
         return _section(Tally(elements, outside, elements), spec, 3 if level == "harmonics" else 2)

@@ -219,11 +219,6 @@ class Inspected:
     edges: Mapping[str, Array] = field(default_factory=dict, repr=False)
 
     @property
-    def meshed(self) -> bool:
-        """Return whether gmsh could fill the solids with coarse elements."""
-        return len(self.shape.cells) > 0
-
-    @property
     def filled(self) -> float:
         """Return the volume [m^3], of solids that gmsh cannot fill about."""
         return self.shape.volume or FILLED * float(self.shape.extent.prod())

@@ -12,9 +12,9 @@ from impact.bodies.body import Body
 from impact.notices import Progress, silent
 from impact.runs.variations import SAFETY
 from seatfem.machine.resources import Machine
-from seatfem.structures.estimates.costs import SeatModel, coarse_of, seat_model
+from seatfem.structures.estimates.costs import SeatModel, seat_model
 from seatfem.structures.estimates.surrogate import Patch, Sizes, Surrogate
-from seatfem.structures.method import Applicability, Method
+from seatfem.structures.method import COARSENING, Applicability, Method
 from seatfem.structures.rings import Division, share_left
 from seatfem.structures.store import Store
 from seatfem.study.impacts.validity import ONE_PORT
@@ -224,7 +224,9 @@ def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
 
 def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
     """Return the coarser elements behind the mesh error; ``None`` where no mesh is made for the run."""
-    return None if method.seat.exact else coarse_of(scene.seat, method.seat, scene.run.duration)
+    if method.seat.exact or scene.seat.drawn is None:
+        return None
+    return seat_model(scene.seat, method.seat, scene.run.duration, COARSENING)
 
 
 def _bench(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Bench:
