@@ -5,7 +5,7 @@ its errors.
 import math
 from dataclasses import replace
 from functools import partial
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,14 +16,13 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
-from seatfem.structures.estimates.coarse import mesh_coarsely
 from seatfem.structures.estimates.sizes import check_before_meshing, check_elastic
 from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic, Reduced
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
-from seatfem.structures.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, run_gmsh
+from seatfem.structures.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, remembered_gmsh, run_gmsh
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
@@ -54,15 +53,11 @@ def draw(
     """
     try:
         check_before_meshing(body, spec, level, method)
-        section, copies = level in ("axisymmetric", "harmonics"), body.copies.get(level, 1)
         if not body.files() and spec == body.coarsest():  # a plan may have made it
-            return cast(
-                "AnyMesh",
-                mesh_coarsely(body.geometry(), spec, "section" if section else "solid", 1 if section else copies),
-            )
-        if section:
+            gmsh = remembered_gmsh
+        if level in ("axisymmetric", "harmonics"):
             return make_meridian(body.geometry(), spec, progress, gmsh=gmsh)
-        return make_mesh(body.geometry(), spec, progress, sector=copies, gmsh=gmsh)
+        return make_mesh(body.geometry(), spec, progress, sector=body.copies.get(level, 1), gmsh=gmsh)
     except (GeometryError, MeshingError) as error:
         named = next((text for file in body.files() if (text := cad.naming(file, str(error))) != str(error)), None)
         if named is not None:

@@ -21,7 +21,7 @@ from seatfem.study.impacts.contact import RunError, check_step, problem_of, solv
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
-from seatfem.study.prerun.bench import Bench, striker_greens
+from seatfem.study.prerun.bench import Bench, surrogate_striker
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, SceneError
@@ -271,7 +271,8 @@ def test_a_part_that_nothing_holds_is_thrown(tmp_path: Path) -> None:
     )
     text = f'kind = "cad"\nfile = "{block}"\nmaterial = "steel"\n{more}'
     scene = scene_of(tmp_path, text, seat=SPRING.replace("20 N/um", "1 N/um"))
+    guess = surrogate_striker(scene)
     plan = plan_scene(scene)
     assert not any("no contact" in note for note in plan.notes)
     solved = solved_striker(scene)
-    assert striker_greens(scene) is solved.greens  # the run finds again what the plan computed
+    assert guess.mass() == pytest.approx(solved.greens.mass(), rel=1e-3)

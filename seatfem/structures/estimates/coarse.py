@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from typing import Any, Final, Literal
 
@@ -23,15 +23,16 @@ from seatfem.structures import mesh as meshes
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.inspection import cad
 from seatfem.structures.mesh._gmsh_inspect import ACROSS, COARSE, GROWTH
-from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.structures.mesh.gmsh_process import MeshingError, remembered_gmsh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import CadPart, Geometry, decode, encode
+from seatfem.structures.shapes import CadPart, Geometry, encode
 
 Integers = NDArray[np.int64]
 HALVED: Final = 2.0  # gmsh meshes this many times coarser, then quarters
 PLACES: Final = 512  # points in an element near the struck face, where sizes change; one in others
 BINS, CLOSEST = 40, 1e-4  # of distances, over which points of an element are one; the smallest over the largest
 NEAR: Final = 1.5  # extents of an element within which it is near
+AT_ONCE: Final = 4096  # points whose distances are taken together
 ON_STRUCK: Final = 64  # points on each facet of the struck face, from which distances are taken
 
 
@@ -136,6 +137,7 @@ def _at_least_one(now: Array, before: Array) -> float:
     return float(max(np.maximum(1.0, now - np.maximum(0.0, before - 1.0)).sum(), now.sum()))
 
 
+TASKS: Final = {"solid": "mesh", "section": "section", "plan": "plan"}
 Part = Literal["solid", "section", "plan"]
 """What is meshed of a body: the solid or a sector, its half section, or its plan, which is swept."""
 
@@ -148,73 +150,47 @@ def count_elements(
     Args:
         geometry: of the body.
         spec: whose sizes count.
-        coarse: sizes of the mesh that is made, once in a process; of a file, its inspection has made it.
+        coarse: sizes of the mesh that is made, once in a process; of a file, its inspection has made one.
         part: that is meshed.
         sectors: that the body is cut into; one of them is meshed.
     """
-    state = cad.state_of(geometry.path) if isinstance(geometry, CadPart) else None
-    made = _coarse_mesh(json.dumps(encode(geometry), sort_keys=True), state, coarse, part, sectors)
+    if isinstance(geometry, CadPart):
+        made = _inspected(cad.inspect_geometry(geometry))
+    else:
+        struck = geometry.plan.top["contact"] if part == "plan" and geometry.plan is not None else ()
+        made = _drawn(json.dumps(encode(geometry), sort_keys=True), coarse, part, sectors, tuple(struck))
     return None if made is None else made.count(spec)
 
 
 @lru_cache(maxsize=8)
-def _coarse_mesh(
-    encoded: str, state: cad.FileState | None, spec: MeshSpec, part: Part, sectors: int
-) -> CoarseMesh | None:
-    geometry: Geometry = decode(json.loads(encoded))
+def _drawn(geometry: str, spec: MeshSpec, part: Part, sectors: int, areas: tuple[str, ...]) -> CoarseMesh | None:
+    """Return the mesh of a geometry in JSON, by the job that a run has, which finds it again; ``areas``: of a plan,
+    those that are struck."""
+    job: dict[str, Any] = {"task": TASKS[part], "geometry": json.loads(geometry), "spec": asdict(spec)}
+    job |= {} if part == "section" else {"sectors": sectors}
     try:
-        if state is not None:
-            return _from_inspection(cad.inspect_geometry(geometry).shape)
-        if part == "plan":
-            return _from_plan(geometry, spec, sectors)
-        return _from_mesh(_made_mesh(encoded, spec, part, sectors), spec)
-    except (GeometryError, MeshingError, OSError, meshes.io.MeshError):  # its run tells
+        arrays = remembered_gmsh(job | ({"msh": None} if part == "solid" else {}))
+    except (GeometryError, MeshingError, OSError):  # its run tells
         return None
-
-
-def mesh_coarsely(geometry: Geometry, spec: MeshSpec, part: Part, sectors: int) -> Any:
-    """Return a mesh that is made once in a process, as of a plan and of the run after it; not of a file.
-
-    Raises:
-        What `make_mesh` and `make_meridian` raise.
-    """
-    return _made_mesh(json.dumps(encode(geometry), sort_keys=True), spec, part, sectors)
+    kind = "tetrahedra" if part == "solid" else "triangles" if spec.shape == "tet" else "quadrilaterals"
+    points, cells = arrays["points"], arrays["cells"][:, : len(LAWS[kind].sides)]
+    if part != "plan":
+        struck = arrays["surface:contact" if part == "solid" else "line:contact"]
+    else:
+        rows = [arrays[f"area:{name}"] for name in areas if f"area:{name}" in arrays]
+        struck = cells[np.unique(np.concatenate(rows))] if rows else cells
+    return _with_places(kind, spec, points, cells, points[struck])
 
 
 @lru_cache(maxsize=4)
-def _made_mesh(encoded: str, spec: MeshSpec, part: Part, sectors: int) -> Any:
-    geometry: Geometry = decode(json.loads(encoded))
-    if part == "section":
-        return meshes.plane_meshes.make_meridian(geometry, spec)
-    return meshes.meshing.make_mesh(geometry, spec, sector=sectors)
-
-
-def _from_mesh(made: Any, spec: MeshSpec) -> CoarseMesh:
-    """Return a mesh in scikit-fem's words."""
-    mesh = made.mesh
-    points, cells = mesh.p.T, mesh.t.T
-    kind = {(3, 2): "triangles", (4, 2): "quadrilaterals", (4, 3): "tetrahedra"}[cells.shape[1], points.shape[1]]
-    return _with_places(kind, spec, points, cells, points[mesh.facets.T[mesh.boundaries["contact"]]])
-
-
-def _from_inspection(shape: cad.Shape) -> CoarseMesh | None:
+def _inspected(part: cad.Inspected) -> CoarseMesh | None:
     """Return the coarse elements that the inspection of a part made; ``None`` where gmsh could not fill it."""
-    struck = shape.groups.get("contact")
+    shape, struck = part.shape, part.shape.groups.get("contact")
     if not len(shape.cells) or struck is None or not len(struck):
         return None
     size = COARSE * float(np.linalg.norm(shape.extent))
     spec = MeshSpec(size, min(size, ACROSS * shape.width("contact")), grading=GROWTH)
     return _with_places("tetrahedra", spec, shape.points, shape.cells, shape.points[shape.triangles[struck]])
-
-
-def _from_plan(geometry: Geometry, spec: MeshSpec, sectors: int) -> CoarseMesh:
-    """Return the quadrilaterals of a plan, which is struck where its areas are."""
-    assert geometry.plan is not None
-    plane, _, _ = meshes.meshing.plan_mesh(geometry, spec, sectors)
-    points, cells = plane["points"], plane["cells"][:, :4]
-    names = geometry.plan.top["contact"]
-    rows = [plane[f"area:{name}"] for name in names if f"area:{name}" in plane] or [np.arange(len(cells))]
-    return _with_places("quadrilaterals", spec, points, cells, points[cells[np.unique(np.concatenate(rows))]])
 
 
 def _with_places(kind: str, spec: MeshSpec, points: Array, cells: Integers, struck: Array) -> CoarseMesh:
@@ -232,11 +208,11 @@ def _with_places(kind: str, spec: MeshSpec, points: Array, cells: Integers, stru
 def _spread_places(corners: Array, struck: Array) -> Places:
     """Return places in elements, many in those near points ``struck``."""
     measures, middles = _measures(corners), corners.mean(axis=1)
-    away = meshes.checks.distances(middles, struck)
+    away = _distances(middles, struck)
     near = np.flatnonzero(away < NEAR * np.linalg.norm(np.ptp(corners, axis=1), axis=1))
     far = np.setdiff1d(np.arange(len(corners)), near)
     points = _spread_points(corners[near], PLACES)
-    weight, distance = np.repeat(measures[near] / PLACES, PLACES), meshes.checks.distances(points, struck)
+    weight, distance = np.repeat(measures[near] / PLACES, PLACES), _distances(points, struck)
     ends = np.geomspace(CLOSEST, 1.0, BINS) * max(float(distance.max(initial=0.0)), float(np.finfo(float).tiny))
     bins = np.repeat(near, PLACES) * (BINS + 1) + np.digitize(distance, ends)
     bins, alike = np.unique(bins, return_inverse=True)
@@ -244,6 +220,14 @@ def _spread_places(corners: Array, struck: Array) -> Places:
     mean = moment / np.maximum(total, np.finfo(float).tiny)
     rows = np.concatenate([far, bins // (BINS + 1)])
     return Places(np.concatenate([measures[far], total]), np.concatenate([away[far], mean]), rows)
+
+
+def _distances(points: Array, struck: Array) -> Array:
+    """Return the distances from the nearest struck point; in space, where they are many, by a tree."""
+    if points.shape[1] == 3:
+        return meshes.checks.distances(points, struck)
+    parts = np.array_split(points, 1 + len(points) // AT_ONCE)
+    return np.concatenate([cad.distances(part, struck) for part in parts])
 
 
 def _spread_points(corners: Array, number: int) -> Array:

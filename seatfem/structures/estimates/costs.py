@@ -18,7 +18,7 @@ from seatfem.structures.estimates.sizes import (
 )
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import BEYOND, Method
+from seatfem.structures.method import BEYOND, COARSENING, Method
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.rings import rings_behind
 from seatfem.structures.shapes.profile import profile_of
@@ -182,6 +182,11 @@ def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> M
         return {"mesh": mesh, "assembly": assembly, "reduction": factor + vectors * vector}
     around = model.runs * (factor + vectors * vector + assembly) + STATIC_HARMONICS * (factor + assembly)
     return {"mesh": mesh, "reduction": around}
+
+
+def coarse_of(structure: Structure, method: Method, duration: float) -> SeatModel | None:
+    """Return the coarser one behind the mesh error, where there is one."""
+    return seat_model(structure, method, duration, COARSENING) if structure.drawn is not None else None
 
 
 def seat_memory(model: SeatModel) -> tuple[float, float]:

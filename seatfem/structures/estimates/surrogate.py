@@ -263,6 +263,23 @@ def unknown(what: str, face: Face) -> Surrogate:
     return Surrogate(_rod_behind(patch, SPREADING, 0.0), False, words)
 
 
+def ringing(greens: base.GreensFunction, ratio: float) -> base.GreensFunction:
+    """Return what stands for a striker: it flies as its own damping ratio has it, waves that spread come back to it."""
+    g = greens.modal
+    return greens if g is None else replace(g, zeta=np.minimum(g.zeta, ratio))
+
+
+def freed(greens: base.GreensFunction, mass: float) -> base.GreensFunction:
+    """Return a body that nothing holds, of this mass [kg], from one that is held as long as its waves take to come
+    back."""
+    g = greens.modal
+    if g is None:
+        return greens
+    omega, zeta = (np.concatenate([[0.0], values]) for values in (g.omega, g.zeta))
+    shapes = np.concatenate([np.full((1, g.shapes.shape[1]), 1 / math.sqrt(mass)), g.shapes])
+    return modal.ModalGreens(omega, zeta, shapes, g.residual)
+
+
 def _rod_behind(patch: Patch, ratio: float, bending_ratio: float) -> modal.ModalGreens:
     length = patch.compliance * patch.density * patch.c_p**2 * patch.area
     omega = (np.arange(MODES) + 0.5) * math.pi * patch.c_p / length

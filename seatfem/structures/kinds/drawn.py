@@ -223,6 +223,9 @@ class Drawn(elastic.Elastic):
         """Return the relative error of g by the closed form, beside what `beyond` knows."""
         return 0.0
 
+    def mass(self) -> float:
+        return self.material.density * self.measures_inside("3d")
+
     # Computing it
 
     def solve(

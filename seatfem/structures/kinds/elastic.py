@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from impact.greens.base import GreensFunction
 from impact.notices import Progress
 from seatfem.fields import DampingRatio, KeyProblem, default
 from seatfem.structures import lands, reduction
 from seatfem.structures.errors import ModelError
-from seatfem.structures.estimates.surrogate import Face, Surrogate, of_patch
+from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch, ringing
 from seatfem.structures.inspection.cad import listed
 from seatfem.structures.kinds import motion, parts, structure
 from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
@@ -193,6 +194,15 @@ class Elastic(Reduced):
         patch = self.patch()
         assert patch is not None
         return of_patch(patch, self.damping_ratio + self.material.loss_factor / 2)
+
+    def mass(self) -> float:
+        """Return the mass [kg], all of it of the body's own material."""
+        raise NotImplementedError
+
+    def stand_in(self, duration: float, face: Face) -> GreensFunction:
+        """Return what stands for its Green's function in pre-runs in which it strikes ``face``."""
+        greens = ringing(self.surrogate(duration, face).greens, self.damping_ratio + self.material.loss_factor / 2)
+        return freed(greens, self.mass()) if self.velocity is not None and self.loose else greens
 
     def unknown_names(self, faces: Collection[str], regions: Collection[str]) -> Iterator[structure.Finding]:
         """Yield supports on faces that are not there, materials of regions that are not there."""

@@ -202,6 +202,9 @@ file = "seat.msh"
     def land(self) -> structures.lands.Land:
         return inspection.mesh_file.land_of_mesh(self.read(), self.struck_face)
 
+    def mass(self) -> float:
+        return self.material.density * self.read().quality.volume
+
     def numbers(self, method: Method, coarser: float = 1.0) -> estimates.costs.Numbers | None:
         return estimates.costs.numbers_of_mesh(self.read(), self.slowest, method)
 

@@ -184,7 +184,7 @@ def _revolved(
 
 
 def _extruded(geometry: Geometry, plan: Plan, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh) -> Hexes:
-    plane, version, cad = plan_mesh(geometry, spec, sectors, progress, gmsh)
+    plane, version, cad = _plane(geometry, spec, sectors, progress, gmsh)
     if sectors > 1:
         plane = cut_lines(plane, sectors)
     fractions = (
@@ -207,8 +207,8 @@ def _extruded(geometry: Geometry, plan: Plan, spec: MeshSpec, sectors: int, prog
     return arrays, version, volume, areas
 
 
-def plan_mesh(
-    geometry: Geometry, spec: MeshSpec, sectors: int, progress: Progress = silent, gmsh: Gmsh = run_gmsh
+def _plane(
+    geometry: Geometry, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh
 ) -> tuple[dict[str, NDArray[Any]], str, dict[str, float]]:
     """Return plane arrays of the plan, the version of gmsh ("" where it was not needed), and exact areas by name."""
     if (rectangle := geometry.rectangle) is not None:

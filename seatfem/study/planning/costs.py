@@ -7,8 +7,7 @@ from typing import Final
 
 from impact.greens.base import GreensFunction
 from seatfem.machine.resources import Machine
-from seatfem.structures.estimates.costs import SeatModel, highest_pole, seat_memory, seat_model, seat_seconds
-from seatfem.structures.estimates.sizes import Counts, memory_need
+from seatfem.structures.estimates.costs import SeatModel, coarse_of, highest_pole, seat_memory, seat_model, seat_seconds
 from seatfem.study.impacts.contact import CONTACT_BYTES, striker_of, time_step
 from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.ladders.level import method_beside
@@ -20,7 +19,6 @@ from seatfem.study.scene import Scene
 __all__ = ["Cost", "predict_cost"]
 
 
-ENTRIES: Final = 80  # of a row of a stiffness matrix
 MODE_OF_PLATE: Final = 0.007  # s for each mode of a plate that strikes, with those of a coarser mesh
 BUDGET_OF_PLATE: Final = (0.9, 0.012)  # s, and s for each mode: other bands, other divisions of its lip
 BUDGET_OF_GAS: Final = 0.7  # s
@@ -118,6 +116,8 @@ def predict_cost(
         parts |= seat_seconds(seat, rates, static=static)
     if coarser is not None and not kept:
         parts["mesh error"] = sum(seat_seconds(coarser, rates, static=static).values())
+    reed = striker_elements(scene, method)
+    parts |= {} if reed is None else {STRIKER: sum(sum(seat_seconds(model, rates).values()) for model in reed)}
     contact = _contact(scene, method, None if static else seat)
     parts |= contact_seconds(contact, rates)
     parts["error budget"] += _waves_beside(scene, method, rates)
@@ -125,9 +125,7 @@ def predict_cost(
     parts["pictures"] = SHEETS * rates.sheet + views
     further = further_seconds(scene, seat, contact.steps, contact.reed, parts["contact"], rates)
     parts |= {stage: parts.get(stage, 0.0) + seconds for stage, seconds in further.items()}
-    memory = _memory(seat, contact.memory)
-    if (reed := striker_counts(bench.striker_greens(scene))) is not None:
-        memory = max(memory, PROGRAM + memory_need(reed).factorized)
+    memory = max(_memory(seat, contact.memory), _memory(reed[0] if reed else None, contact.memory))
     return Cost(sum(parts.values()), memory, parts)
 
 
@@ -138,10 +136,17 @@ def _waves_beside(scene: Scene, method: RunMethod, rates: Machine) -> float:
     return 0.0 if model is None else sum(seat_seconds(model, rates).values())
 
 
-def striker_counts(greens: GreensFunction | None) -> Counts | None:
-    """Return the unknowns of a striker of finite elements, and matrix entries as tetrahedra of order 2 have them."""
-    dof = None if greens is None else greens.provenance.get("dof")
-    return Counts(dof, ENTRIES * dof, ENTRIES * dof / 3) if isinstance(dof, int) else None
+def striker_elements(scene: Scene, method: RunMethod) -> tuple[SeatModel, ...] | None:
+    """Return the sizes of the striker's elements, and of the coarser ones of its mesh error; ``None`` if unknown."""
+    reed, how, duration = scene.reed, method.reed, scene.run.duration
+    if (
+        not reed.traits.is_solved
+        or how.level in ("rod", "closed form")
+        or (model := seat_model(reed, how, duration)) is None
+    ):
+        return None
+    coarser = coarse_of(reed, how, duration)
+    return (model,) if coarser is None else (model, coarser)
 
 
 def striker_poles(
@@ -149,10 +154,12 @@ def striker_poles(
 ) -> float | None:
     """Return the number of poles of the striker that are marched; ``None``: it has step weights.
 
-    ``known``: of one that has to be computed.
+    ``known``: what stands for one that has to be computed.
     """
     if method.reed.n_modes is not None:
         return method.reed.n_modes
+    if (elements := striker_elements(scene, method)) is not None:
+        return elements[0].poles
     greens = scene.reed.closed_form() if known is None else known
     return 1.0 if greens is None else greens.marched_poles(dt, steps)
 
@@ -198,7 +205,7 @@ def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> Contact
         model = ContactModel(steps, seat.poles, 1.0, seat.poles, BUDGET_RUNS)
     else:
         model = contact_model(steps, dt, closed)
-    return with_striker(model, scene, method, dt, bench.striker_greens(scene))
+    return with_striker(model, scene, method, dt, bench.surrogate_striker(scene))
 
 
 def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> ContactModel:
@@ -229,11 +236,14 @@ def _weights(steps: float) -> float:
 
 
 def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: GreensFunction | None) -> float:
-    reed = striker_of(scene, method.reed.n_modes, bench.striker_greens(scene)).greens
+    reed, elements = (
+        striker_of(scene, method.reed.n_modes, bench.surrogate_striker(scene)).greens,
+        striker_elements(scene, method),
+    )
     dt = time_step(scene, reed, reed if closed is None else closed)
-    if seat is not None and method.seat.bandwidth is not None:
-        rate = 2 * math.pi * highest_pole(seat, method.seat.tolerance) * method.seat.bandwidth
-        dt = min(dt, 1 / (4 * rate))
+    for model, how in ((seat, method.seat), (None if elements is None else elements[0], method.reed)):
+        if model is not None and how.bandwidth is not None:
+            dt = min(dt, 1 / (4 * 2 * math.pi * highest_pole(model, how.tolerance) * how.bandwidth))
     return dt
 
 

@@ -25,6 +25,7 @@ from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, step_count
 from impact.notices import Progress, silent
 from impact.runs.variations import Values
+from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.rings import Division, divided_less, parts_joined
 from seatfem.study import impacts
 from seatfem.study.impacts import contact, drives
@@ -72,11 +73,24 @@ class Window:
         return self.groups > 0
 
 
-def striker_greens(scene: Scene, progress: Progress = silent) -> GreensFunction | None:
-    """Return the Green's function of a striker that has to be computed, which the run finds again; of a plate, whose
-    band a plan chooses, without the error of its mesh; ``None`` for a closed form."""
-    solved = contact.solved_striker(scene, progress, mesh_error=scene.reed.thin_plate is None)
-    return None if solved is None else solved.greens
+def surrogate_striker(scene: Scene, progress: Progress = silent) -> GreensFunction | None:
+    """Return the Green's function that pre-runs take for a striker that has to be computed: its own only where nothing
+    else describes it; ``None`` for a closed form."""
+    if not scene.reed.traits.is_solved:
+        return None
+    if (
+        scene.reed.thin_plate is not None
+        and (solved := contact.solved_striker(scene, progress, mesh_error=False)) is not None
+    ):
+        return solved.greens
+    with in_role("reed", scene.reed):
+        if scene.reed.elastic is not None:
+            return scene.reed.elastic.stand_in(scene.run.duration, scene.seat.face)
+        surrogate = scene.reed.surrogate(scene.run.duration, scene.seat.face)
+    greens = surrogate.greens if surrogate.exact else None
+    if greens is None and (solved := contact.solved_striker(scene, progress)) is not None:
+        return solved.greens
+    return greens
 
 
 def locate_contact_window(
@@ -84,7 +98,7 @@ def locate_contact_window(
 ) -> Window:
     """Return where the contact is that matters: a coarse run with few modes over the whole duration.
 
-    ``striker``: of one that has to be computed.
+    ``striker``: what stands for one that has to be computed.
     """
     few = contact.striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None, striker)
     width = scene.run.filter_width
@@ -150,7 +164,7 @@ class Bench:
         scene: whose impact they march.
         seat: what is struck, or what stands for it, unless a run has another one.
         window: the part of the run that they march.
-        striker: of a body that has to be computed, its Green's function; ``None`` of others.
+        striker: of a body that has to be computed, its Green's function or what stands for it; ``None`` of others.
         stopper: of a scene that has one.
         other: in place of the scene's striker.
         look: at the stress of a plate, where it is asked for; ``None``: at a few places.

@@ -12,15 +12,15 @@ from impact.bodies.body import Body
 from impact.notices import Progress, silent
 from impact.runs.variations import SAFETY
 from seatfem.machine.resources import Machine
-from seatfem.structures.estimates.costs import SeatModel, seat_model
+from seatfem.structures.estimates.costs import SeatModel, coarse_of, seat_model
 from seatfem.structures.estimates.surrogate import Patch, Sizes, Surrogate
-from seatfem.structures.method import COARSENING, Applicability, Method
+from seatfem.structures.method import Applicability, Method
 from seatfem.structures.rings import Division, share_left
 from seatfem.structures.store import Store
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given, stated_method
 from seatfem.study.prerun import lips
-from seatfem.study.prerun.bench import Bench, locate_contact_window, striker_greens
+from seatfem.study.prerun.bench import Bench, locate_contact_window, surrogate_striker
 from seatfem.study.prerun.look import BANDS, element_sizes, look_at, lowest_band
 from seatfem.study.prerun.sensitivity import Changes, Sensitivity
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
@@ -224,12 +224,10 @@ def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
 
 def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
     """Return the coarser elements behind the mesh error; ``None`` where no mesh is made for the run."""
-    if method.seat.exact or scene.seat.drawn is None:
-        return None
-    return seat_model(scene.seat, method.seat, scene.run.duration, COARSENING)
+    return None if method.seat.exact else coarse_of(scene.seat, method.seat, scene.run.duration)
 
 
 def _bench(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Bench:
     """Return the bench on which the pre-runs of a scene run."""
-    seat, striker = surrogate.greens, striker_greens(scene, progress)
+    seat, striker = surrogate.greens, surrogate_striker(scene, progress)
     return Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)

@@ -24,7 +24,7 @@ from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
 from seatfem.study.method import PORTS, REED_BAND, RINGS, as_stated, is_given, stated_method
 from seatfem.study.prerun.bench import MOST as MOST_STEPS
-from seatfem.study.prerun.bench import Bench, locate_contact_window, relative_changes, striker_greens
+from seatfem.study.prerun.bench import Bench, locate_contact_window, relative_changes, surrogate_striker
 from seatfem.study.prerun.sensitivity import COARSE, Changes, with_other_modes
 from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, MODES_SHARE, STIFFER
 from seatfem.study.scene import Scene
@@ -70,7 +70,7 @@ def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, p
     most = most if stated else lip.whole(most)
     finest = with_ports(scene, parts_behind(Division(most, scene.contact.rings)).arcs)
     seat = surrogate_in_arcs(finest, surrogate).greens
-    striker, division = striker_greens(finest, progress), Division.from_greens(seat)
+    striker, division = surrogate_striker(finest, progress), Division.from_greens(seat)
     bench = Bench(finest, seat, locate_contact_window(finest, seat, striker, stopper), striker, stopper)
     dt = bench.affordable(scene.run.filter_width / COARSE)
     known: dict[int, Mapping[str, float]] = {}
@@ -117,7 +117,7 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
             break
         parts = Division(arcs, max(rings, finer))
         looked_at = with_parts(scene, parts)
-        seat, striker = surrogate_in_arcs(looked_at, surrogate).greens, striker_greens(looked_at)
+        seat, striker = surrogate_in_arcs(looked_at, surrogate).greens, surrogate_striker(looked_at)
         every = Bench(looked_at, seat, bench.window, striker, bench.stopper)
         few, many = (every.divided(Division(arcs, number)).measures(dt=dt) for number in (rings, finer))
         errors[rings] = times(weight, relative_changes(few, many))
@@ -278,7 +278,7 @@ def choose_plate_bandwidth(
 
 
 def _left(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> Changes:
-    striker = striker_greens(scene, progress)
+    striker = surrogate_striker(scene, progress)
     bench = Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)
     dt = bench.affordable(scene.run.filter_width / COARSE)
     own = bench.measures(dt=dt)
