@@ -29,7 +29,7 @@ from seatfem.structures.shapes import CadPart, Geometry, encode
 
 Integers = NDArray[np.int64]
 HALVED: Final = 2.0  # gmsh meshes this many times coarser, then quarters
-PLACES: Final = 512  # points in an element near the struck face, where sizes change; one in others
+PLACES: Final = 64  # points in an element near the struck face, where sizes change; one in others
 BINS, CLOSEST = 40, 1e-4  # of distances, over which points of an element are one; the smallest over the largest
 NEAR: Final = 1.5  # extents of an element within which it is near
 AT_ONCE: Final = 4096  # points whose distances are taken together
