@@ -36,7 +36,6 @@ MESH_BAR_OF_ARCS: Final = 3.0  # that ratio for the arcs of a lip, which feel le
 PATCH_BAR: Final = 2.0  # bar that a run states for its patch, over the error of the static compliance
 UNKNOWN_PATCH: Final = 0.03  # error of the compliance of a patch of which nothing is known, relative
 UNKNOWN_BODY: Final = 0.25  # band times filter width, for a body nothing is known of
-FIRST_WAVE: Final = 4.0  # the body's first resonance: its depth is a quarter of a wavelength
 FEWER_POLES: Final = 0.7  # highest pole of a reduction that is counted on, over the usual one
 STIFFER: Final = 0.5  # g of the seat, over the surrogate's, that confirms the number of reed modes
 REED_MARGIN: Final = 1.3  # safety factor on the change by a reed's modes with a surrogate seat

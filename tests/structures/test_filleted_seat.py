@@ -67,5 +67,6 @@ def test_the_fillet_has_the_elements_that_are_stated_and_is_no_singular_edge() -
 @pytest.mark.parametrize("shape", ["tet", "hex"])
 def test_its_elements_are_counted_beforehand(shape: str) -> None:
     mesh = drawn(1.0, shape)
-    counted = predicted_sizes(SEAT, MeshSpec(**mesh.provenance.spec), "axisymmetric")
+    coarse = MeshSpec(4e-3, 2e-3, shape=mesh.provenance.spec["shape"])
+    counted = predicted_sizes(SEAT, MeshSpec(**mesh.provenance.spec), "axisymmetric", 1, coarse)
     assert counted.elements == pytest.approx(mesh.quality.elements, rel=0.2)

@@ -1,2 +1,2 @@
 # ruff: noqa: I001 (one import a module)
-from seatfem.structures.estimates import costs as costs, samples as samples, sizes as sizes, surrogate as surrogate
+from seatfem.structures.estimates import coarse as coarse, costs as costs, sizes as sizes, surrogate as surrogate

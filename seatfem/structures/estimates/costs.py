@@ -16,7 +16,6 @@ from seatfem.structures.estimates.sizes import (
     Sizes,
     counts_of,
     memory_need,
-    predicted_sizes,
 )
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
@@ -105,11 +104,11 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
 
 
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
-    """Return the numbers of a body that gmsh meshes, by what is known of its size field."""
+    """Return the numbers of a body that gmsh meshes, by its coarsest mesh."""
     assert method.bandwidth is not None
     level, spec = body.elements_of(method), body.mesh_spec(method)
     spec = replace(spec, size=coarser * spec.size, contact_size=coarser * spec.patch_size)
-    sizes = predicted_sizes(body.geometry(), spec, level, body.copies.get(level, 1))
+    sizes = body.sizes(spec, level)
     section, inside = level in ("axisymmetric", "harmonics"), body.measures_inside(level)
     modes = (_of_area if section else modes_of_volume)(inside, method.bandwidth, body.slowest)
     around = 1.0

@@ -1,7 +1,6 @@
-"""Elements, nodes and unknowns of a seat's mesh, and the memory that it needs, predicted without a mesh.
+"""Elements, nodes and unknowns of a seat's mesh, and the memory that it needs, predicted from its coarsest mesh.
 
-The numbers of elements and of faces on the surface follow from integrals over the size field; all others from them by
-Euler's formula. The factors were fitted to meshes of all families (benchmarks/predicted.py compares).
+The numbers of elements, of faces on the surface and of vertices follow from that mesh; all others by Euler's formula.
 
 Two nodes are coupled where some element holds both. Each couple belongs to exactly one vertex, edge, face or element,
 the smallest that holds both, so the couples are counted without a matrix: with V, E, F, T vertices, edges, faces and
@@ -15,17 +14,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
+
+import numpy as np
 
 from seatfem.machine.resources import available_memory
 from seatfem.structures import reduction
-from seatfem.structures.estimates.samples import Body, body_of, plan_of, section_of, solid_of
+from seatfem.structures.estimates.coarse import Tally, count_elements, size_at
+from seatfem.structures.estimates.surrogate import Patch
 from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec, graded, half_axis
 from seatfem.structures.method import AUTO, CHEAPEST_FIRST, AnyLevel, Level, Method
 from seatfem.structures.shapes import Geometry, GeometryError
-from seatfem.structures.shapes.profile import profile_of
 from seatfem.structures.shapes.shape import Rectangle
 from seatfem.units import write_quantity
 
@@ -204,16 +205,10 @@ def _share(counts: Counts, method: str, there: float) -> float:
     return max(low, 1e-12)
 
 
-TETRAHEDRA: Final = (2.26, 4.77)  # elements over int dV/h^3 and over int dA/h^2
-FACES: Final = 2.69  # on the surface, over int dA/h^2
-VERTICES: Final = (0.145, 0.347)  # over elements and faces on the surface
-TRIANGLES: Final = (2.23, 1.06)  # over int dA/h^2 and int ds/h
-QUADRILATERALS: Final = (3.5, 3.23)  # the same, h being twice the size asked for
-TRIANGLE_SIDES, QUADRILATERAL_SIDES = 1.2, 2.9  # on the outline, over int ds/h
-HALVED: Final = 2.0  # gmsh meshes this many times coarser, then quarters
 SECTION_ENTRIES: Final = {"tet": 11.5, "hex": 16.0}  # coupled nodes for each node of a section of order 2
-MARGIN: Final = 2.0  # on predicted memory: a mesh that may fit after all is made, and counted exactly
-FILE_MARGIN: Final = 4.0  # of a part from a file, whose small features may ask for more elements
+ROUGHLY: Final = {"tet": 4.0, "hex": 1.3, "section": 2.3}  # elements over int dV/h^d
+STEPS: Final = 200  # of distances from the patch
+MARGIN: Final = 4.0  # on rough memory: a mesh that may fit after all is made, and counted exactly
 MOST_ELEMENTS: Final = 2e7  # gmsh makes some 1e5 in a second, and needs 1 kB for each
 
 
@@ -233,90 +228,94 @@ class Sizes:
     counts: Counts
 
 
-def body_in_numbers(geometry: Geometry, sectors: int = 1) -> Body:
-    """Return samples of the solid, or of one of its equal sectors."""
-    return body_of(geometry) if geometry.is_imported else solid_of(geometry, sectors)
-
-
-def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: int = 1) -> Sizes:
-    """Return the mesh of a seat at a level ("axisymmetric", "harmonics", "sector" with so many sectors, or "3d")."""
-    if geometry.is_imported:
-        return _tetrahedra(body_of(geometry), spec)
+def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: int, coarse: MeshSpec) -> Sizes | None:
+    """Return the mesh of a seat at a level ("axisymmetric", "harmonics", "sector" with so many sectors, or "3d"), by
+    one of ``coarse`` sizes; ``None`` where that cannot be made."""
     if level in ("axisymmetric", "harmonics"):
-        return _section(geometry, spec, 3 if level == "harmonics" else 2)
+        counted = count_elements(geometry, spec, coarse, "section")
+        return None if counted is None else _section(counted, spec, 3 if level == "harmonics" else 2)
     if spec.shape == "hex":
-        return _hexahedra(geometry, spec, sectors)
-    return _tetrahedra(solid_of(geometry, sectors), spec)
+        return _hexahedra(geometry, spec, sectors, coarse)
+    counted = count_elements(geometry, spec, coarse, "solid", sectors)
+    return None if counted is None else _tetrahedra(counted, spec)
 
 
-def _tetrahedra(body: Body, spec: MeshSpec) -> Sizes:
-    volume, surface = body.inner.count(spec, 3), body.outer.count(spec, 2)
-    elements, surface = TETRAHEDRA[0] * volume + TETRAHEDRA[1] * surface, FACES * surface
-    vertices = VERTICES[0] * elements + VERTICES[1] * surface
+def _tetrahedra(counted: Tally, spec: MeshSpec) -> Sizes:
+    elements, surface, vertices = counted.elements, counted.facets, counted.vertices
     faces = 2 * elements + surface / 2
-    edges = vertices + faces - elements
-    nodes, counts = counts_from("tetrahedron", spec.order, (vertices, edges, faces, elements), surface)
+    nodes, counts = counts_from(
+        "tetrahedron", spec.order, (vertices, vertices + faces - elements, faces, elements), surface
+    )
     return Sizes(elements, nodes, surface, counts)
 
 
-def _plane(body: Body, spec: MeshSpec) -> tuple[float, float, float]:
-    """Return the elements, vertices and sides on the outline of a plane mesh."""
-    inner, outer = body.inner.count(spec, 2), body.outer.count(spec, 1)
-    if spec.shape == "hex":
-        elements, sides = QUADRILATERALS[0] * inner + QUADRILATERALS[1] * outer, QUADRILATERAL_SIDES * outer
-        return elements, elements + sides / 2 + 1, sides
-    elements, sides = TRIANGLES[0] * inner + TRIANGLES[1] * outer, TRIANGLE_SIDES * outer
-    return elements, elements / 2 + sides / 2 + 1, sides
-
-
-def _as_meshed(spec: MeshSpec) -> MeshSpec:
-    """Return the size that gmsh is given before it quarters."""
-    if spec.shape == "tet":
-        return spec
-    return replace(spec, size=HALVED * spec.size, contact_size=HALVED * spec.patch_size)
-
-
-def _section(geometry: Geometry, spec: MeshSpec, directions: int) -> Sizes:
-    meshed = _as_meshed(spec)
-    elements, vertices, sides = _plane(section_of(profile_of(geometry)), meshed)
-    nodes = vertices
+def _section(counted: Tally, spec: MeshSpec, directions: int) -> Sizes:
+    elements, nodes = counted.elements, counted.vertices
     if spec.order == 2:
-        nodes += vertices + elements - 1 + (elements if spec.shape == "hex" else 0.0)
+        nodes += nodes + elements - 1 + (elements if spec.shape == "hex" else 0.0)
     entries = directions**2 * SECTION_ENTRIES[spec.shape] * nodes
-    return Sizes(elements, nodes, sides, Counts(directions * nodes, entries, entries / directions, 0.0))
+    return Sizes(elements, nodes, counted.facets, Counts(directions * nodes, entries, entries / directions, 0.0))
 
 
-def _hexahedra(geometry: Geometry, spec: MeshSpec, sectors: int) -> Sizes:
-    meshed, plan, profile = _as_meshed(spec), geometry.plan, geometry.profile
+def _hexahedra(geometry: Geometry, spec: MeshSpec, sectors: int, coarse: MeshSpec) -> Sizes | None:
+    plan, profile, rectangle = geometry.plan, geometry.profile, geometry.rectangle
     if plan is not None:
         layers = spec.layers or len(graded(plan.height, spec.patch_size, spec.size, spec.grading)) - 1
-        rectangle = geometry.rectangle
-        plane = _plane(plan_of(geometry, sectors), meshed) if rectangle is None else _grid(rectangle, spec, sectors)
-        return _swept(*plane, layers, spec, closed=False)
+        plane = (
+            count_elements(geometry, spec, coarse, "plan", sectors)
+            if rectangle is None
+            else _grid(rectangle, spec, sectors)
+        )
+        return None if plane is None else _swept(plane, layers, spec, closed=False)
     if profile is None:
         raise GeometryError(f"{geometry.source} is neither a solid of revolution nor extruded; set shape = 'tet'")
     around = spec.layers or max(LEAST_LAYERS, math.ceil(2 * math.pi * profile.outer_radius / spec.size))
-    plane = _plane(section_of(profile), meshed)
-    return _swept(*plane, math.ceil(around / sectors), spec, closed=sectors == 1)
+    plane = count_elements(geometry, spec, coarse, "section")
+    return None if plane is None else _swept(plane, math.ceil(around / sectors), spec, closed=sectors == 1)
 
 
-def _grid(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> tuple[float, float, float]:
-    """Return the elements, vertices and sides of the grid under a rectangular solid; exact."""
+def _grid(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> Tally:
+    """Return the grid under a rectangular solid; exact."""
     sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
     x, y = (len(half_axis(side, edge, spec)) - 1 for side, edge in zip(sides, patch, strict=True))
     x, y = x * (1 if sectors == 4 else 2), y * (1 if sectors > 1 else 2)
-    return x * y, (x + 1) * (y + 1), 2 * (x + y)
+    return Tally(x * y, 2 * (x + y), (x + 1) * (y + 1))
 
 
-def _swept(plane: float, vertices: float, sides: float, layers: int, spec: MeshSpec, *, closed: bool) -> Sizes:
-    """Return the hexahedra above a plane mesh of ``plane`` quadrilaterals."""
+def _swept(plane: Tally, layers: int, spec: MeshSpec, *, closed: bool) -> Sizes:
+    """Return the hexahedra above a plane mesh."""
     levels = layers if closed else layers + 1
-    elements, points = plane * layers, vertices * levels
-    edges = (vertices + plane - 1) * levels + vertices * layers
-    faces = plane * levels + (vertices + plane - 1) * layers
-    surface = sides * layers + (0.0 if closed else 2 * plane)
+    elements, points = plane.elements * layers, plane.vertices * levels
+    edges = (plane.vertices + plane.elements - 1) * levels + plane.vertices * layers
+    faces = plane.elements * levels + (plane.vertices + plane.elements - 1) * layers
+    surface = plane.facets * layers + (0.0 if closed else 2 * plane.elements)
     nodes, counts = counts_from("hexahedron", spec.order, (points, edges, faces, elements), surface)
     return Sizes(elements, nodes, surface, counts)
+
+
+def rough_sizes(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> Sizes:
+    """Return the order of magnitude of a mesh, before any is made: int dV/h^d over what lies at each distance from a
+    patch whose outline is as long as that of a strip, as far as the body goes.
+
+    ``inside``: volume [m^3], or area of a half section [m^2].
+    """
+    plane = level in ("axisymmetric", "harmonics")
+    away = np.linspace(0.0, 1.0, STEPS) ** 2 * (spec.patch_size + spec.transition)
+    deep = math.pi * np.minimum(away, patch.depth)
+    front = patch.width + deep if plane else patch.area * (1 + deep / patch.width) + 2 * away * deep
+    step = np.diff(away)
+    pieces = (front[1:] + front[:-1]) / 2 * step
+    near = np.cumsum(pieces) < inside
+    h = size_at((away[1:] + away[:-1]) / 2, spec)
+    dimension, shape = 2 if plane else 3, "section" if plane else spec.shape
+    rest = inside - float(pieces[near].sum())
+    elements = max(1.0, ROUGHLY[shape] * float(np.sum((pieces / h**dimension)[near]) + rest / spec.size**dimension))
+    outside = 4 * elements ** (1 - 1 / dimension)
+    if plane:
+        return _section(Tally(elements, outside, elements), spec, 3 if level == "harmonics" else 2)
+    if spec.shape == "tet":
+        return _tetrahedra(Tally(elements, outside, 0.2 * elements + 4), spec)
+    return _swept(Tally(elements, outside, elements), 1, spec, closed=False)
 
 
 def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method: Method | None = None) -> None:
@@ -325,12 +324,10 @@ def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method
     ``method``: of the reduction; by default as the body's table states it.
     """
     how = body.stated() if method is None else method
-    sizes = predicted_sizes(body.geometry(), spec, level, body.copies.get(level, 1))
+    sizes = body.rough_sizes(spec, level)
     need = memory_need(sizes.counts)
-    least = need.of_reduction(how.reduction, distributed=how.distributed)
-    margin = FILE_MARGIN if body.files() else MARGIN
-    available = available_memory()
-    if least <= margin * available and sizes.elements <= margin * MOST_ELEMENTS:
+    least, available = need.of_reduction(how.reduction, distributed=how.distributed), available_memory()
+    if least <= MARGIN * available and sizes.elements <= MARGIN * MOST_ELEMENTS:
         return
     chosen = (
         ""

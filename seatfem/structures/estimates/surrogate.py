@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 
 OFF_CENTRE: Final = 1.5  # (R + r)/R of a force half way between a clamped plate's centre and its rim
+FIRST_WAVE: Final = 4.0  # first resonance of a bulky body: its depth is a quarter of a wavelength
 _BENDING_LOAD: Final = 1 / (16 * math.pi)  # centre of a clamped round plate under a central force: w = F R^2/(16 pi D)
 _FUNDAMENTAL: Final = 10.22  # of a clamped round plate: w_1 = 10.22/R^2 sqrt(D/(rho t)). Leissa, Vibration of Plates
 
@@ -66,6 +67,11 @@ class Patch:
     def impedance(self) -> float:
         """Return the force per velocity of the patch at the very first instant, rho c_p A [N s/m]."""
         return self.density * self.c_p * self.area
+
+    @property
+    def first_resonance(self) -> float:
+        """Return the body's first resonance, about, a plate's in bending [Hz]."""
+        return self.bending_frequency / (2 * math.pi) or self.c_p / (FIRST_WAVE * self.depth)
 
     @property
     def evened(self) -> float:

@@ -162,6 +162,7 @@ def distances(points: Array, others: Array) -> Array:
     return np.asarray(np.sqrt(np.maximum(nearest, 0.0)))
 
 
+FILLED: Final = 0.6  # of its bounding box, for a part whose volume is not known
 EVEN: Final = 1e-6  # of the cosine between normals of faces that look the same way
 
 
@@ -218,9 +219,9 @@ class Inspected:
     edges: Mapping[str, Array] = field(default_factory=dict, repr=False)
 
     @property
-    def meshed(self) -> bool:
-        """Return whether gmsh could fill the solids with coarse elements."""
-        return len(self.shape.cells) > 0
+    def filled(self) -> float:
+        """Return the volume [m^3], of solids that gmsh cannot fill about."""
+        return self.shape.volume or FILLED * float(self.shape.extent.prod())
 
     @lru_cache(maxsize=4)  # noqa: B019  few are kept, as inspections are
     def land(self, group: str, along: Vector | None = None) -> lands.Land:

@@ -13,7 +13,7 @@ from impact.notices import Progress
 from seatfem import fields, structures
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import estimates, inspection, outlines
-from seatfem.structures.estimates.surrogate import Column, Patch, bulky
+from seatfem.structures.estimates.surrogate import ERRORS, Column, Patch, bulky, sizes_for
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds import elastic, parts, selectors, structure
 from seatfem.structures.mesh.spec import MeshSpec
@@ -31,6 +31,7 @@ from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
 
+MOST_OF_COARSEST: Final = 2e4  # elements of a mesh that is made to count those of others
 WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a ring-shaped face of other bodies
 
 
@@ -185,10 +186,33 @@ class Drawn(elastic.Elastic):
     def numbers(self, method: Method, coarser: float = 1.0) -> estimates.costs.Numbers | None:
         return estimates.costs.numbers_of_drawn(self, method, coarser)
 
+    def coarsest(self) -> MeshSpec | None:
+        """Return the coarsest mesh that shows the body's first resonance; ``None`` where no face is known."""
+        if (patch := self.patch()) is None:
+            return None
+        sizes = sizes_for(patch, patch.first_resonance, ERRORS[0], self.mesh.order)
+        return MeshSpec(sizes.size, sizes.contact_size, order=self.mesh.order, shape=self.mesh.shape)
+
+    def rough_sizes(self, spec: MeshSpec, level: Level) -> estimates.sizes.Sizes:
+        """Return the order of magnitude of a mesh, before any is made."""
+        area, width, depth = self.struck_part()
+        patch = bulky(self.material.mean, area / self.copies.get(level, 1), width, depth)
+        return estimates.sizes.rough_sizes(spec, level, patch, self.measures_inside(level))
+
+    def sizes(self, spec: MeshSpec, level: Level) -> estimates.sizes.Sizes:
+        """Return a mesh in numbers, by the body's coarsest one, which is made once where that is quick."""
+        coarsest = self.coarsest()
+        if coarsest is not None and self.rough_sizes(coarsest, level).elements <= MOST_OF_COARSEST:
+            sizes = estimates.sizes.predicted_sizes(self.geometry(), spec, level, self.copies.get(level, 1), coarsest)
+            if sizes is not None:
+                return sizes
+        return self.rough_sizes(spec, level)
+
     def measures_inside(self, level: Level) -> float:
         """Return the volume of what is modelled [m^3], or area of a half section [m^2]."""
-        copies = self.copies.get(level, 1)
-        return estimates.sizes.body_in_numbers(self.geometry()).inner.total / copies
+        geometry = self.geometry()
+        volume = inspect_geometry(geometry).filled if geometry.volume is None else geometry.volume
+        return volume / self.copies.get(level, 1)
 
     def beyond(self, level: AnyLevel) -> GreensFunction | None:
         """Return what a level leaves out, to first order: a body that has it; ``None``: nothing is known."""

@@ -123,6 +123,11 @@ file = "seat.step"
             raise GeometryError("\n".join(message for _, message in inspected.problems))
         return of_shape(inspected.shape, self.supports, self.material.mean)
 
+    def struck_part(self) -> tuple[float, float, float]:
+        patch = self.patch()
+        assert patch is not None
+        return patch.area, patch.width, patch.depth
+
     def column(self) -> Column | None:
         return None
 

@@ -16,7 +16,7 @@ from impact.bodies.body import Body
 from impact.greens.base import Array
 from seatfem import structures
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
-from seatfem.structures.estimates import samples, surrogate
+from seatfem.structures.estimates import surrogate
 from seatfem.structures.kinds import drawn, striking, structure
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import QUARTERS, Level, Method
@@ -113,7 +113,7 @@ class Turned(drawn.Drawn):
 
     def measures_inside(self, level: Level) -> float:
         if level in ("axisymmetric", "harmonics"):
-            return samples.section_of(self.geometry().profile).inner.total
+            return self.geometry().profile.section_area
         return super().measures_inside(level)
 
 

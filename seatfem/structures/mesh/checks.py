@@ -214,6 +214,11 @@ def check_coincident(arrays: io.MeshArrays) -> None:
         )
 
 
+def distances(points: io.Floats, others: io.Floats) -> io.Floats:
+    """Return the (n,) distances of points from the nearest of others."""
+    return np.asarray(cKDTree(others).query(points)[0], dtype=np.float64)
+
+
 def near_pairs(points: io.Floats, within: float, source: str) -> io.Integers:
     """Return the pairs of rows of points nearer to each other than a distance; (n, 2).
 

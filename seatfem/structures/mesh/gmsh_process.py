@@ -11,6 +11,7 @@ import signal
 import subprocess
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -91,6 +92,16 @@ def run_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
     """Run one job in a process of its own, as `Gmsh`; interrupting the caller kills the process."""
     with GmshSession() as gmsh:
         return gmsh(job, progress)
+
+
+def remembered_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
+    """Run one job as `run_gmsh`, or return what it gave before in this process: of coarse meshes of drawn bodies."""
+    return dict(_remembered(json.dumps(dict(job), sort_keys=True)))
+
+
+@lru_cache(maxsize=8)
+def _remembered(job: str) -> Arrays:
+    return run_gmsh(json.loads(job))
 
 
 def _told(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:

@@ -6,9 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
-import numpy as np
-
-from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import profile, shape
 from seatfem.structures.shapes.selectors import DOWN, UP, Patches, PlaneFace, PointFace, Selector
@@ -243,23 +240,8 @@ class ValvePlate(shape.Shape):
         rim: tuple[int, int] = occ.cut([self._outline(occ, 0.0)], [inner])[0][0]
         return rim
 
-    def plan_samples(self) -> shape.PlanSamples:
-        centres = np.array(self.centres)
-        inner, outer = self.port_radius, self.port_radius + self.land_width
-
-        def from_centres(points: Array) -> Array:
-            return np.asarray(np.min([np.hypot(*(points - centre).T) for centre in centres], axis=0))
-
-        def distance(points: Array) -> Array:
-            return from_centres(points) - outer
-
-        x, y = self.half_sides if self.layout == "row" else (self.outer_radius, self.outer_radius)
-        points, areas = shape.squares((-x, -y), (x, y), distance)
-        kept = from_centres(points) > inner
-        rim = shape.side_points((x, y))
-        if self.layout == "circle":
-            kept &= np.hypot(points[:, 0], points[:, 1]) < x
-            rim = shape.circle_points(np.zeros((1, 2)), x)
-        holes = shape.circle_points(centres, inner)
-        outline, lengths = (np.concatenate([rim[k], holes[k]]) for k in range(2))
-        return points[kept], areas[kept], outline, lengths, distance
+    @property
+    def volume(self) -> float:
+        x, y = self.half_sides
+        plan = 4 * x * y if self.layout == "row" else math.pi * self.outer_radius**2
+        return self.thickness * (plan - self.ports * math.pi * self.port_radius**2)

@@ -51,6 +51,16 @@ class Edge:
         return math.pi * radius * (primitive(first + turn) - primitive(first))
 
     @property
+    def section_area(self) -> float:
+        """Return the contribution int r dz to the area of the half section."""
+        (r0, z0), (r1, z1) = self.start, self.end
+        if self.centre is None:
+            return (z1 - z0) * (r0 + r1) / 2
+        c, radius, (first, turn) = self.centre[0], math.dist(self.centre, self.start), self.angles
+        ends = [c * math.sin(t) + radius * (t / 2 + math.sin(2 * t) / 4) for t in (first, first + turn)]
+        return radius * (ends[1] - ends[0])
+
+    @property
     def area(self) -> float:
         """Return the area 2 pi int r ds of the surface that the edge sweeps."""
         (r0, _), (r1, _) = self.start, self.end
@@ -84,6 +94,11 @@ class Profile:
     def volume(self) -> float:
         """Return the volume of the full solid, in cubic metres."""
         return sum(edge.volume for edge in self.edges)
+
+    @property
+    def section_area(self) -> float:
+        """Return the area of the half section, in square metres."""
+        return sum(edge.section_area for edge in self.edges)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -298,13 +298,3 @@ class Stopper(Turning):
         disc, patch = (occ.addDisk(0, 0, 0, 1e3 * r, 1e3 * r) for r in (self.radius, self.contact_radius))
         _, pieces = occ.fragment([(2, disc)], [(2, patch)])
         return {"patch": [tag for _, tag in pieces[1]]}
-
-    def plan_samples(self) -> shape.PlanSamples:
-        radius, patch = self.radius, self.contact_radius
-
-        def distance(points: Array) -> Array:
-            return np.asarray(np.hypot(points[:, 0], points[:, 1]) - patch)
-
-        points, areas = shape.squares((-radius, -radius), (radius, radius), distance)
-        kept = np.hypot(points[:, 0], points[:, 1]) < radius
-        return points[kept], areas[kept], *shape.circle_points(np.zeros((1, 2)), radius), distance

@@ -15,11 +15,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, ClassVar, Final, Literal
 
-import numpy as np
-
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes.profile import Point, Profile
+from seatfem.structures.shapes.profile import Profile
 from seatfem.structures.shapes.selectors import HalfPlaneFace, Patches
 from seatfem.units import parse_quantity, write_quantity
 
@@ -69,15 +67,6 @@ def _run(file: str, name: str) -> ModuleType:
 
 EVERYWHERE = ""
 """The area that is the whole plan."""
-PlanSamples = tuple[Array, Array, Array, Array, Callable[[Array], Array]]
-"""Points (n, 2) of a plan, the area around each, points of its outline, the length around each, and the distance of any
-points from the struck area, negative inside [m, m^2]."""
-COARSEST = 24  # squares along the longer side of the rectangle that is searched
-OUTLINE = 60  # samples of a straight edge, and of a circle
-HALVINGS = 10
-FINEST = 1 / 150  # of the longer side: distances below it are not told apart
-PER_DISTANCE = 0.8  # side of a square over its distance from the patch
-Distance = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -224,9 +213,14 @@ class Shape(ABC):
         """Add the plan (millimetres), split into its areas, in the given gmsh OpenCASCADE model: their surface tags."""
         raise NotImplementedError
 
-    def plan_samples(self) -> PlanSamples:
-        """Return the plan, for counts of elements."""
-        raise NotImplementedError
+    @property
+    def volume(self) -> float | None:
+        """Return the volume [m^3]; ``None`` where that is known once it is drawn."""
+        if self.profile is not None:
+            return self.profile.volume
+        if self.plan is None or self.rectangle is None:
+            return None
+        return 4 * math.prod(self.rectangle.sides) * self.plan.height
 
     @property
     def dome(self) -> Callable[[Array], Array] | None:
@@ -247,43 +241,6 @@ def families(base: type[Shape] = Shape) -> Iterator[type[Shape]]:
         if "family" in vars(each):
             yield each
         yield from families(each)
-
-
-def squares(low: Point, high: Point, distance: Distance) -> tuple[Array, Array]:
-    """Return the centres (n, 2) and areas (n,) of rectangles that tile a rectangle, smaller where |``distance``| is."""
-    extent = np.subtract(high, low)
-    finest = FINEST * float(extent.max())
-    counts = np.maximum(1, np.ceil(COARSEST * extent / extent.max() - 1e-9)).astype(int)
-    steps = extent / counts
-    axes = [low[k] + steps[k] * (np.arange(counts[k]) + 0.5) for k in range(2)]
-    centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    all_centres, areas = [], []
-    for level in range(HALVINGS + 1):
-        coarse = steps.max() > PER_DISTANCE * np.maximum(np.abs(distance(centres)), finest)
-        coarse &= level < HALVINGS
-        all_centres.append(centres[~coarse])
-        areas.append(np.full(len(all_centres[-1]), steps.prod()))
-        steps = steps / 2
-        corners = steps / 2 * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
-        centres = (centres[coarse][:, None, :] + corners).reshape(-1, 2)
-    return np.concatenate(all_centres), np.concatenate(areas)
-
-
-def circle_points(centres: Array, radius: float) -> tuple[Array, Array]:
-    """Return the points (n, 2) on circles about some centres, and the length around each."""
-    angles = 2 * math.pi * np.arange(OUTLINE) / OUTLINE
-    ring = radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    points = (centres[:, None, :] + ring).reshape(-1, 2)
-    return points, np.full(len(points), 2 * math.pi * radius / OUTLINE)
-
-
-def side_points(half: Point) -> tuple[Array, Array]:
-    """Return the points (n, 2) on the sides of a rectangle about the origin, and the length around each."""
-    corners = np.array([(-half[0], -half[1]), (half[0], -half[1]), half, (-half[0], half[1])])
-    along = np.roll(corners, -1, axis=0) - corners
-    t = (np.arange(OUTLINE) + 0.5) / OUTLINE
-    points = (corners[:, None, :] + t[:, None] * along[:, None, :]).reshape(-1, 2)
-    return points, np.repeat(np.linalg.norm(along, axis=1) / OUTLINE, OUTLINE)
 
 
 REACH = 8.0  # of the cutting wedge, over the size of what it cuts

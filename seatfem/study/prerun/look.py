@@ -1,6 +1,5 @@
 """A look at the seat before anything is chosen: its real geometry on a coarse mesh, assembled and reduced."""
 
-import math
 from dataclasses import replace
 from typing import Final
 
@@ -13,7 +12,6 @@ from seatfem.structures.method import AUTO, Method, Solved
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.method import BAND, MODEL, SIZE, TOLERANCE, is_given, stated_method
-from seatfem.study.safety import FIRST_WAVE
 from seatfem.study.scene import Scene
 
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
@@ -27,11 +25,17 @@ IMPOSSIBLE: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueE
 def look_at(scene: Scene, surrogate: Surrogate, machine: Machine, store: Store, longest: float) -> Surrogate:
     """Return the seat itself on a coarse mesh, as a whole, in place of its surrogate; the surrogate of a seat that is
     not reduced or exact, of which nothing is open, where the look is predicted to take over ``longest`` [s], and of one
-    without modes, as with dashpots: what a narrower band leaves, neither a plan nor a run could tell on it."""
+    without modes, as with dashpots: what a narrower band leaves, neither a plan nor a run could tell on it.
+
+    Over the band of its first resonance, or where that takes too long, over the one that the filter passes.
+    """
     if not leaves_open(scene) or surrogate.exact or surrogate.patch is None:
         return surrogate
     method = coarse_method(scene, surrogate.patch)
-    if (seat := coarse_seat(scene, method, machine, store, longest)) is None:
+    if (seat := coarse_seat(scene, method, machine, store, longest)) is None and not is_given(scene, BAND):
+        method = replace(method, bandwidth=next_band(BAND_PER_FILTER / scene.run.filter_width))
+        seat = coarse_seat(scene, method, machine, store, longest)
+    if seat is None:
         return surrogate
     if (modal := seat.greens.modal) is None or not len(modal.omega):
         return surrogate
@@ -64,14 +68,19 @@ def coarse_method(scene: Scene, patch: Patch) -> Method:
     """
     stated = stated_method(scene).seat
     least = max(lowest_band(patch), BAND_PER_FILTER / scene.run.filter_width)
-    band = next((edge for edge in BANDS if edge >= least), BANDS[-1])
+    band = next_band(least)
     how = replace(stated, level=scene.seat.level(0.0).level, rings=1, lip=None, reduction=AUTO, max_vectors=None)
     how = how if is_given(scene, BAND) else replace(how, bandwidth=band)
     how = how if is_given(scene, TOLERANCE) else replace(how, tolerance=COARSE_TOLERANCE)
     if scene.seat.drawn is None:
         return how
-    sizes = element_sizes(patch, stated, how.bandwidth or band, ERRORS[0])
+    sizes = element_sizes(patch, stated, (how.bandwidth or band) if is_given(scene, BAND) else least, ERRORS[0])
     return replace(how, size=sizes.size, contact_size=sizes.contact_size)
+
+
+def next_band(least: float) -> float:
+    """Return the narrowest of the bands that are chosen from that is as wide [Hz]; the widest where none is."""
+    return next((edge for edge in BANDS if edge >= least), BANDS[-1])
 
 
 def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Sizes:
@@ -83,5 +92,4 @@ def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Si
 
 def lowest_band(patch: Patch) -> float:
     """Return the narrowest band that describes a body [Hz]: its first resonance, a plate's in bending, and more."""
-    bends = patch.bending_frequency / (2 * math.pi)
-    return NARROWER * (bends or patch.c_p / (FIRST_WAVE * patch.depth))
+    return NARROWER * patch.first_resonance
