@@ -10,24 +10,25 @@ from typing import Final
 
 from impact.bodies.body import Body
 from impact.notices import Progress, silent
-from impact.runs.variations import SAFETY
+from impact.runs.variations import SAFETY, times
 from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import SeatModel, coarse_of, seat_model
 from seatfem.structures.estimates.surrogate import Patch, Sizes, Surrogate
 from seatfem.structures.method import Applicability, Method
-from seatfem.structures.rings import Division, share_left
+from seatfem.structures.rings import ENOUGH, Division, as_a_whole, left_by, share_left
 from seatfem.structures.store import Store
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given, stated_method
 from seatfem.study.prerun import lips
 from seatfem.study.prerun.bench import Bench, locate_contact_window, surrogate_striker
-from seatfem.study.prerun.look import BANDS, element_sizes, look_at, lowest_band
+from seatfem.study.prerun.look import BANDS, coarse_method, coarse_seat, element_sizes, look_at, lowest_band
 from seatfem.study.prerun.sensitivity import Changes, Sensitivity
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
 TOLERANCES: Final = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
 RING_NUMBERS: Final = (1, 4, 8)
+LOOKED_AT: Final = 0.02  # share of the target, bound of what rings change above which they are looked at
 PER_ARC: Final = 0.8  # element size over the length of an arc, at most: meshes are a little coarser than asked for
 
 
@@ -205,10 +206,28 @@ class PlanningContext:
 
     def of_rings(self, rings: int) -> Changes:
         """Return what a patch in so many rings leaves in the measures, as the budget states it."""
+        if self._by_rings is None:
+            return self._bound_of_rings(rings)
+        return times(left_by(rings) if rings > 2 else 1 + left_by(ENOUGH), self._by_rings)
+
+    def _bound_of_rings(self, rings: int) -> Changes:
+        """Return what is left at most, by the compliance that a rigid face loses."""
         evened = UNKNOWN_PATCH
         if self.patch is not None:
             evened = PATCH_BAR * self.patch.evened / float(self.surrogate.greens.static_compliance()[0, 0])
         return self.per_g(evened * share_left(rings))
+
+    @cached_property
+    def _by_rings(self) -> Changes | None:
+        """Return what rings change on a coarse mesh of the seat; ``None`` where they hardly can, or nobody looked."""
+        patch, least = self.patch, LOOKED_AT * self.scene.accuracy.target
+        if patch is None or self.surrogate.band is None or self.scene.seat.drawn is None:
+            return None
+        if self.sensitivity.worst(self._bound_of_rings(1)) <= least:
+            return None
+        method = replace(coarse_method(self.scene, patch), rings=ENOUGH)
+        seat = coarse_seat(self.scene, method, self.machine, self.store, self.look)
+        return None if seat is None else self.sensitivity.between(as_a_whole(seat.greens), seat.greens)
 
     @cached_property
     def left_by_rings(self) -> Mapping[int, Changes]:
