@@ -22,7 +22,7 @@ from impact.greens.base import Array
 from seatfem.structures import mesh as meshes
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.inspection import cad
-from seatfem.structures.mesh._gmsh_inspect import ACROSS, COARSE, GROWTH
+from seatfem.structures.mesh._gmsh_inspect import SIZE_PER_WIDTH, COARSE, GROWTH
 from seatfem.structures.mesh.gmsh_process import MeshingError, remembered_gmsh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, encode
@@ -189,7 +189,7 @@ def _inspected(part: cad.Inspected) -> CoarseMesh | None:
     if not len(shape.cells) or struck is None or not len(struck):
         return None
     size = COARSE * float(np.linalg.norm(shape.extent))
-    spec = MeshSpec(size, min(size, ACROSS * shape.width("contact")), grading=GROWTH)
+    spec = MeshSpec(size, min(size, SIZE_PER_WIDTH * shape.width("contact")), grading=GROWTH)
     return _with_places("tetrahedra", spec, shape.points, shape.cells, shape.points[shape.triangles[struck]])
 
 

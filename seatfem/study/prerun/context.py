@@ -15,7 +15,7 @@ from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import SeatModel, coarse_of, seat_model
 from seatfem.structures.estimates.surrogate import Patch, Sizes, Surrogate
 from seatfem.structures.method import Applicability, Method
-from seatfem.structures.rings import ENOUGH, Division, as_a_whole, left_by, share_left
+from seatfem.structures.rings import REFERENCE_RINGS, Division, as_a_whole, left_by, share_left
 from seatfem.structures.store import Store
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given, stated_method
@@ -208,7 +208,7 @@ class PlanningContext:
         """Return what a patch in so many rings leaves in the measures, as the budget states it."""
         if self._by_rings is None:
             return self._bound_of_rings(rings)
-        return times(left_by(rings) if rings > 2 else 1 + left_by(ENOUGH), self._by_rings)
+        return times(left_by(rings) if rings > 2 else 1 + left_by(REFERENCE_RINGS), self._by_rings)
 
     def _bound_of_rings(self, rings: int) -> Changes:
         """Return what is left at most, by the compliance that a rigid face loses."""
@@ -225,7 +225,7 @@ class PlanningContext:
             return None
         if self.sensitivity.worst(self._bound_of_rings(1)) <= least:
             return None
-        method = replace(coarse_method(self.scene, patch), rings=ENOUGH)
+        method = replace(coarse_method(self.scene, patch), rings=REFERENCE_RINGS)
         seat = coarse_seat(self.scene, method, self.machine, self.store, self.look)
         return None if seat is None else self.sensitivity.between(as_a_whole(seat.greens), seat.greens)
 
