@@ -29,7 +29,7 @@ def written(path: Path, count: int) -> None:
 
 def squares(path: Path) -> int:
     length = path.stat().st_size
-    return sum(sum(range(8 * length)) for _ in range(length))
+    return sum(sum(range(16 * length)) for _ in range(length))  # twice what counts on the fastest machine so far
 
 
 def proportions(path: Path) -> int:

@@ -17,7 +17,7 @@ from seatfem.structures.fields.recovery import histories, von_mises
 from seatfem.structures.fields.sites import plate_nodes, plate_stress
 from seatfem.structures.lip import Lip
 from seatfem.structures.sheets import PlateModes
-from seatfem.study.runs import afterwards, pipeline
+from seatfem.study.runs import pipeline
 from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, plate_field, plate_pushes
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress
@@ -149,7 +149,7 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateReedStres
         kept.append((done, reed))
         return seat, reed
 
-    monkeypatch.setattr(afterwards, "stresses", told)
+    monkeypatch.setattr("seatfem.study.runs.stresses.stresses", told)
     return kept
 
 

@@ -99,9 +99,13 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             "[run]",
             "[run]\nfoo = 1",
-            "scene.toml:17: run.foo: unknown key; known here: duration, time_step, filter_width",
+            "scene.toml:17: run.foo: unknown key; known here: duration, time_step, filter_width, ensemble",
         ),
-        ("[run]", '[run]\n"" = 1', "scene.toml:17: run.: unknown key; known here: duration, time_step, filter_width"),
+        (
+            "[run]",
+            '[run]\n"" = 1',
+            "scene.toml:17: run.: unknown key; known here: duration, time_step, filter_width, ensemble",
+        ),
         ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' is a mass; a length is needed, e.g. '3 mm'"),
         ('"25.4 mm"', "true", "scene.toml:10: reed.length: True has no unit; write a string, e.g. '3 mm'"),
         ('"25.4 mm"', '"-3 mm"', "scene.toml:10: reed.length: '-3 mm' must be positive"),

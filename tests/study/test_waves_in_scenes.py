@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError
 from tests.gallery import load_text
@@ -86,7 +85,7 @@ landing = "run"
 
 
 def run(text, folder, monkeypatch):
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))  # they are tested elsewhere
+    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))  # they are tested elsewhere
     run_scene(load_text(folder, text), folder / "out")
     with (folder / "out" / "gauges.csv").open() as file:
         heads, *rows = csv.reader(file)
