@@ -120,6 +120,9 @@ def pressed_on(summary: Summary) -> str:
     return f"reed pressed on its seat by {by}: up to {in_units(load, 'N')}, {duration(time)} in total (not a landing)"
 
 
+HARDLY: Final = 1.1  # growth of a difference from landing to landing that is none to a reader
+
+
 def horizon(summary: Summary) -> str:
     """Return which landings are known, and what an ensemble says of the others; "" of runs with few landings."""
     known, growth = as_number(summary.get(results.KNOWN_LANDINGS)), as_number(summary.get(results.LANDING_GROWTH))
@@ -127,7 +130,8 @@ def horizon(summary: Summary) -> str:
     if known is None or growth is None or not number:
         return ""
     words = f"all {number} landings are known" if known >= number else _partly(int(known))
-    words += f": a small difference grows {growth:.2g}-fold from one to the next"
+    grows = "hardly grows" if growth < HARDLY else f"grows {growth:.2g}-fold"
+    words += f": a small difference {grows} from one to the next"
     of_inputs = as_number(summary.get(results.KNOWN_OF_INPUTS))
     if of_inputs is not None and of_inputs < min(known, number):
         words += f"; with inputs known to 0.1 %, {_count(int(of_inputs))}"

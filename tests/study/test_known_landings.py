@@ -131,3 +131,8 @@ def test_the_horizon_in_words(known: int, inputs: int, words: str) -> None:
         results.LANDING_GROWTH: 1.5,
     }
     assert horizon(summary) == words
+
+
+def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
+    summary = {"landings": [{}, {}, {}], results.KNOWN_LANDINGS: 3, results.LANDING_GROWTH: 1.02}
+    assert horizon(summary) == "all 3 landings are known: a small difference hardly grows from one to the next"
