@@ -13,7 +13,7 @@ from impact.bodies.time_series import TimeSeries, TimeSeriesError
 from impact.greens.base import Array
 
 EARLY: Final = 0.01
-"""Of all that a wave moves the end by: what may have come before t = 0, as the noise of a record."""
+"""Share of a wave's whole displacement of the end that may come before t = 0, as the noise of a record."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""From a beam to a `Body` that takes part in an impact: contact points, release, loads."""
+"""This module makes of a beam a `Body` that takes part in an impact: contact points, release, loads."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
 
 
 SAME: Final = 1e-4
-"""Of the largest turn of a stress from its mean: what moves no plane's stress by more decides no life."""
+"""Share of a stress's largest distance from its mean: turns that move no plane's stress by more decide no life."""
 _SPAN, _PARTS = (
     256,
     4,

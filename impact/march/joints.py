@@ -31,7 +31,7 @@ from impact.greens.base import Array
 from impact.march.laws import ROUGH, TABLE, LawError, Parameters
 
 MOST_KNOTS: Final = 500
-"""Of a joint by table: each contact that has it keeps them all."""
+"""Limit of the rows of a joint by table: each contact that has it keeps them all."""
 _SAME: Final = 1e-9  # relative, of slopes that are typed in; and of the largest force, what is none
 
 

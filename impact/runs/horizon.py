@@ -24,13 +24,13 @@ from impact.quantities import brief
 from impact.runs.solver import solve
 
 PERTURBATION: Final = 1e-9
-"""Of the twin, relative to the largest opening of the run."""
+"""Widening of the twin's gaps, relative to the largest opening of the run."""
 ROUND_OFF: Final = 1e-12
 """Relative difference of runs that no computation keeps apart: other machines, other orders of summation."""
 FELT: Final = 0.1
-"""Of the largest opening: a difference above it leaves nothing of a history but statistics."""
+"""Share of the largest opening: a difference above it leaves nothing of a history but statistics."""
 SMALL: Final = 0.01
-"""Of the largest opening: a difference below it grows as an infinitesimal one does."""
+"""Share of the largest opening: a difference below it grows as an infinitesimal one does."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,13 @@ def twin_of(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[C
     if not largest > 0 or not math.isfinite(largest):
         raise ContactError("the bodies never part: a history without a flight has no horizon; let them part")
     shift = perturbation * largest
+    return with_wider_gaps(problem, shift), shift
+
+
+def with_wider_gaps(problem: ContactProblem, shift: float) -> ContactProblem:
+    """Return a problem whose gaps are all wider by ``shift`` [m]."""
     contacts = [replace(contact, gap=contact.gap + shift) for contact in problem.contacts]
-    return ContactProblem(problem.striker, contacts=contacts, preload=problem.preload), shift
+    return ContactProblem(problem.striker, contacts=contacts, preload=problem.preload)
 
 
 def growth_of_difference(first: Array, second: Array, starts: Sequence[int], shift: float) -> Array:

@@ -24,7 +24,7 @@ from seatfem.structures.model import Array, as_csr
 Backend = Literal["auto", "pardiso", "superlu"]
 MKL_RUNTIME: Final = "PYPARDISO_MKL_RT"  # where pypardiso is told the path of MKL
 SINGLE: Final = ", single precision"
-"""Behind the name of the backend."""
+"""Suffix to the name of the backend."""
 _CONVERGES: Final = 0.03  # error of a solve in single precision up to which one step of refinement leaves it squared
 _ROUGH: Final = 1e-8  # residual of a first solve above which solves are refined: two steps, four times the time
 _SETTINGS: Final = {  # of PARDISO, by the number of iparm

@@ -1,4 +1,4 @@
-"""From a scene to its drawing: bodies in their places, loads and motions in words, for `seatfem.pictures.layout`."""
+"""This module lays a scene out for `seatfem.pictures.layout`: bodies in their places, loads and motions in words."""
 
 import math
 from collections.abc import Iterator, Sequence

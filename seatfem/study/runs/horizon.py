@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -14,7 +13,7 @@ from impact.after.landings import Landing
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.notices import Progress
-from impact.runs.horizon import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of
+from impact.runs.horizon import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of, with_wider_gaps
 from seatfem import results
 from seatfem.study.impacts.contact import marched, problem_of
 from seatfem.study.impacts.landings import landings_of_march
@@ -52,7 +51,7 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     runs = [both[known:]]
     for number in range(1, members):
         progress(STAGE, number / members)
-        runs.append(_march(done, _shifted(problem, number * ROUND_OFF * shift / PERTURBATION))[1][known:])
+        runs.append(_march(done, with_wider_gaps(problem, number * ROUND_OFF * shift / PERTURBATION))[1][known:])
     return keys | ensemble_keys(runs)
 
 
@@ -82,8 +81,3 @@ def _march(done: Round, problem: ContactProblem) -> tuple[Array, tuple[Landing, 
     landings = landings_of_march(stepper, scene.run.filter_width, rebound=False)
     both = sorted((*landings.seat, *landings.stopper), key=lambda landing: landing.start)
     return stepper.gap[: stepper.done + 1], tuple(both)
-
-
-def _shifted(problem: ContactProblem, shift: float) -> ContactProblem:
-    contacts = [replace(contact, gap=contact.gap + shift) for contact in problem.contacts]
-    return ContactProblem(problem.striker, contacts=contacts, preload=problem.preload)

@@ -224,12 +224,13 @@ def _of_plate(done: Round, plate: reed_stress.PlatePeaks, stride: int) -> list[H
         peak.von_mises_time[chosen],
         fields.corners.edge_distances(some.points, runs.reed_stress.singular_of_plate(done)),
     )
-    states, kept = fields.recovery.at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
+    states = fields.recovery.at_own_times(some, force, dt, np.round(times / dt).astype(np.int64))
+    spot_histories = []
     for k, course in enumerate(fields.recovery.histories(some, force, dt, stride)):
         part, edge, time = str(parts[chosen[k]]), float(edges[k]), float(times[k])
         spot = Spot.from_stress("reed", part, some.points[k], edge, time, states[k], COMPONENTS)
-        kept.append(History(spot, COMPONENTS, course))
-    return _foremost(kept)
+        spot_histories.append(History(spot, COMPONENTS, course))
+    return _foremost(spot_histories)
 
 
 def _of_seat(done: Round, seat: seat_stress.SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
