@@ -7,8 +7,10 @@ Runs the comparison of `seatfem verify --measured`; texts and numbers are those 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Final
 
 from markers import between
@@ -27,8 +29,8 @@ shipped.
 
 A number and its uncertainty are the source's, or the row says whose else. Ours has a bar: what the mesh leaves, the
 uncertainty of what was fitted, and the tolerances of what the source states. They overlap if the distance is no more
-than both together. A set in which as many numbers are fitted as predicted does not count. Where a set states that a
-number does not agree, it says why, and the verb fails if that changes.
+than both together. A set in which as many numbers are fitted as predicted does not count. Where a number does not
+agree, its set says why, and the verb fails if that changes.
 
 """
 LEFT: Final = """\
@@ -73,26 +75,48 @@ Others could be read, and were left:
 
 
 def page(compared: Sequence[ComparedSet]) -> str:
-    """Return the page: counts, one section a set, and what was left."""
-    return HEAD + f"{counted(compared)}.\n\n" + "".join(section(each) for each in compared) + LEFT
+    """Return the page: counts, a table of the sets, one section each, and what was left."""
+    table = "\n".join(["| set | fitted | predicted | overlap |", "|---|---|---|---|", *map(row_of_set, compared)])
+    return HEAD + f"{counted(compared)}.\n\n{table}\n\n" + "".join(section(each) for each in compared) + LEFT
+
+
+def title_of(compared: ComparedSet) -> str:
+    """Return the title of a set's section, "Bar on bar"."""
+    return compared.record.name.replace("_", " ").capitalize()
+
+
+def row_of_set(compared: ComparedSet) -> str:
+    """Return a set's row of the first table, with a link to its section."""
+    title = title_of(compared)
+    overlaps = sum(row.overlap for row in compared.rows)
+    link = f"[{title}](#{title.lower().replace(' ', '-')})"
+    return f"| {link} | {len(compared.record.fitted)} | {len(compared.rows)} | {overlaps} |"
 
 
 def section(compared: ComparedSet) -> str:
     """Return the section of one set."""
     record = compared.record
     fits = [fitted(compared, name) for name in record.fitted]
+    reasons = repeated_reasons(compared.rows)
     lines = [
-        f"## {record.name.replace('_', ' ').capitalize()}\n",
+        f"## {title_of(compared)}\n",
         f"{record.about}\n",
         f"{record.finding}\n",
         f"Source: {record.source['title']}. {record.source['address']}. Licence: {record.source['licence']}.",
         f"Read: {record.source['read']}.\n" if "read" in record.source else "",
-        f"Fitted: {'; '.join(fits)}.\n" if fits else "Nothing is fitted.\n",
+        *([f"Fitted: {'; '.join(fits)}.\n"] if fits else []),
         "| quantity | measured | ours | overlap |",
         "|---|---|---|---|",
-        *(row_of(row) for row in compared.rows),
+        *(row_of(row, reasons) for row in compared.rows),
     ]
-    return "\n".join(lines) + "\n\n"
+    below = "".join(f"\n({letter}) {reason}\n" for reason, letter in reasons.items())
+    return "\n".join(lines) + f"\n{below}\n"
+
+
+def repeated_reasons(rows: Sequence[Comparison]) -> dict[str, str]:
+    """Return the letters of the reasons that several rows share; they are told once, below the table."""
+    counts = Counter(row.measured.note for row in rows if not row.overlap)
+    return dict(zip((reason for reason, count in counts.items() if count > 1), ascii_lowercase, strict=False))
 
 
 def fitted(compared: ComparedSet, name: str) -> str:
@@ -104,11 +128,12 @@ def fitted(compared: ComparedSet, name: str) -> str:
     return f"{name} {with_uncertainty(value.value, value.uncertainty, fit['unit'])}, to {fit['to']}"
 
 
-def row_of(row: Comparison) -> str:
-    """Return a row of the table, with the reason of a disagreement."""
+def row_of(row: Comparison, letters: Mapping[str, str]) -> str:
+    """Return a row of the table, with the reason of a disagreement or its letter."""
     measured = with_uncertainty(row.measured.value, row.measured.uncertainty, row.measured.unit)
     ours = with_uncertainty(row.ours.value, row.ours.uncertainty, row.measured.unit)
-    verdict = "yes" if row.overlap else f"no: {row.measured.note}"
+    reason = f" ({letters[row.measured.note]})" if row.measured.note in letters else f": {row.measured.note}"
+    verdict = "yes" if row.overlap else f"no{reason}"
     return f"| {row.measured.name} | {measured} | {ours} | {verdict} |"
 
 
