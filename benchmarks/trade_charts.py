@@ -32,34 +32,31 @@ LIMIT, LIMIT_ON_LIP = 10.0, 40.0  # processor seconds for a point; the reference
 
 HEAD: Final = f"""# Speed for accuracy, measured
 
-Written by `python benchmarks/trade_charts.py`. Measured on {{machine}}. Other programs were running, which is why the
-charts show processor time.
+By `python benchmarks/trade_charts.py` on {{machine}}. Other programs were running, which is why the charts show
+processor time.
 
 ```text
 seatfem trade SCENE [-o FOLDER] [--quick] [--limit SECONDS]
 ```
 
-runs a scene at every fidelity that applies to it and draws time against error. Each point is a scene with its keys
-stated and runs in a process of its own, on one thread, with an empty store.
+runs a scene at every fidelity that applies to it and draws time against error. Each point runs in a process of its own,
+on one thread, with an empty store. The same command continues a run that was stopped (`trade.jsonl`).
 
-- **The ladder.** The diagonal refines mesh and band together by {RATIO} from rung to rung, for every level of modelling
-  that describes the seat, as far as the time limit lets it (`--limit`; here {LIMIT:g} processor seconds for a point,
-  {LIMIT_ON_LIP:g} for the tilted landing). Around its centre each choice is varied alone: mesh, order, band, tolerance
-  of the reduction, its method, reed modes, time step, history engine. The column of material under the contact, as a
-  spring E A/h and as a rod, stands for what is used without finite elements: a guess, drawn as a hollow square, that
-  has no error bar and does not count for the front; the last column of the table counts it.
-- **Time** is processor time from the scene to its measures: mesher, assembly, reduction, contact; no error bars, files,
-  pictures or start of the program. Peak memory is that of the point's process.
-- **Error** is the relative difference from a reference that is finer than the whole ladder in every choice. The rings
-  of the patch are one, or as the file states. The reference is computed once more, one notch coarser in every choice;
-  their difference over {RATIO} - 1 (order 1) is the reference's own uncertainty: the shaded floor.
+- **The ladder** refines mesh and band together by {RATIO} from rung to rung, for every level of modelling of the seat,
+  within the time limit (`--limit`; here {LIMIT:g} processor seconds for a point, {LIMIT_ON_LIP:g} for the tilted
+  landing). Around its centre each choice is varied alone: mesh, order, band, tolerance of the reduction, its method,
+  reed modes, time step, history engine. The column of material under the contact, as a spring E A/h and as a rod, is a
+  guess without finite elements (hollow square): it has no error bar and counts in the last column of the table alone.
+- **Time** is processor time from the scene to its measures, without error bars, files, pictures or start of the
+  program. Peak memory is that of the point's process.
+- **Error** is the relative difference from a reference that is finer than the whole ladder in every choice; the rings
+  of the patch are one, or as the file states. The reference's own uncertainty (shaded floor) is what one notch coarser
+  in every choice changes over {RATIO} - 1 (order 1).
 - **Stopped** points (time limit; {LONGER:g} times as long for the reference and the planner's choice) and failed ones
-  are in the csv with the reason.
+  are in the tables, `benchmarks/results/trade_*.csv`, with the reason.
 - **The planner's choice** (star) is what `seatfem plan` chooses if the file leaves all of it open; the diamond is the
   file as it is, where it states some. *Excess* is its cost over that of the cheapest point that is at least as
   accurate in the worst of the measures asked for; 1 is on the Pareto front.
-
-A journal (`trade.jsonl`) takes each point as it ends: the same command continues a run that was stopped.
 
 | scene | points | target | planner's error | planner's time | excess over the front | over the cheapest at target | \
 over the front with guesses |
@@ -119,8 +116,7 @@ def section(charted: Charted) -> str:
             memory = trade.outcomes[name].memory / 1e6
             parts.append(f"{name.capitalize()}: {errors}; {trade.cost(name):.2g} s, {memory:.0f} MB. ")
     floors = ", ".join(f"{words} {100 * trade.floor[each]:.2g} %" for each, words in heads.items())
-    table = f"benchmarks/results/trade_{charted.name}.csv"
-    parts.append(f"Uncertainty of the reference: {floors}. All points: `{table}`.\n")
+    parts.append(f"Uncertainty of the reference: {floors}.\n")
     return "".join(parts)
 
 

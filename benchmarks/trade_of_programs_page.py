@@ -156,26 +156,24 @@ def peers() -> Iterator[Point]:
 
 HEAD: Final = """# Speed for accuracy, judged by other programs
 
-Written by `python benchmarks/trade_of_programs_page.py` from what `python benchmarks/trade_of_programs.py` measured on
+By `python benchmarks/trade_of_programs_page.py` from what `python benchmarks/trade_of_programs.py` measured on
 {machine}. Other programs were running, which is why the charts show processor time.
 
-In [Speed for accuracy](trade.md) the reference is this program itself, finer. Here it is a program that shares with
-it the scene files and the equations of these pages alone. One scene a section; every error is relative.
+The reference is not this program itself, finer, as in [Speed for accuracy](trade.md), but a program that shares with
+it the scene files and the equations of these pages alone. Every error is relative.
 
-- **seatfem**: `seatfem run SCENE --no-pictures`, a process with an empty store and one thread, for targets of 30, 10, 3
-  and, but for the CAD seat, 1 %: start, plan, mesh, rounds, error bars, spring baseline, files. A dash is the bar that
-  the run states.
+- **seatfem**: `seatfem run SCENE --no-pictures`, a process with an empty store and one thread, from start to files, for
+  targets of 30, 10, 3 and, but for the CAD seat, 1 %. A dash is the bar that the run states.
 - **plain program** (`benchmarks/peers/plain_program.py`, `benchmarks/peers/plain_bodies.py`; NumPy, SciPy, Numba, and
-  scikit-fem for an annular seat and a ring): what an engineer writes in an afternoon. Both bodies are sums of modes, of
-  the closed forms of cantilever and rod or of finite elements, with a spring for the modes left out; Strang's splitting
-  (velocity Verlet) with steps of {step:g} us over 2^n on level n. It states no error.
+  scikit-fem for an annular seat and a ring): what an engineer writes in an afternoon. Both bodies are sums of modes, in
+  closed form or of finite elements, with a spring for the modes left out; Strang's splitting (velocity Verlet) with
+  steps of {step:g} us over 2^n on level n. It states no error.
 - **plate on points** (`benchmarks/points`): Mindlin's plate and the seat by spectral elements, a law at each point.
 - **Siconos** (`benchmarks/peers/siconos_landing.py`): its theta rule on the modes of the plain program, in a quarter of
   its steps.
 - **CalculiX**, **scikit-fem and SciPy**: the solver alone, on a mesh that is there, from [peers](peers.md).
 - **Reference**: the finest level of the scene's independent program. Its doubt is the change from the next coarser
-  level, which a method of first order still lacks at half the step (Richardson). Errors below it, or below 0.001 %, are
-  drawn at the edge of the shaded part.
+  level. Errors below it, or below 0.001 %, are drawn at the edge of the shaded part.
 
 | scene | judged by | doubt | asked 1 % (CAD: 3 %): largest error | time | as accurate by the other | bars that hold |
 |---|---|---|---|---|---|---|
@@ -188,8 +186,7 @@ it the scene files and the equations of these pages alone. One scene a section; 
 FINDINGS: Final = """- Bars are {wide:.0f} times the error in the median.
 - For the error that seatfem reaches at the least target the other program takes {cheap}, and seatfem {low:.1f} to
   {high:.1f} times as long: it starts slower, plans, and repeats the contact for bars and baseline. CalculiX, given the
-  mesh, takes longer than all. A program written for one scene is faster with it; seatfem takes any scene and knows
-  the error.
+  mesh, takes longer than all.
 - A target of 30 % is hardly cheaper than one of 3 %: the time is not that of the contact.
 - The tilted flapper misses 1 % by its own bar, and says so.
 
@@ -205,12 +202,11 @@ stopper; impulse and peak are those of the whole run, with the gas that presses 
     "film_landing": """A rigid valve squeezes air out of the gap, N = -k/(g + f)^3 dg/dt ([methods](methods.md)), and
 lands on a bar of PEEK.""",
     "mass_on_lip": """A rigid mass of 20 g strikes the sharp lip of an annular seat through a spring as stiff as the
-seat. CalculiX, scikit-fem and SciPy were given the same impact on a lip with edges of 0.1 mm: their errors are from the
-exact answer of their own mesh, whose error is not in them, as it is in the others.""",
+seat. CalculiX, scikit-fem and SciPy had a lip with edges of 0.1 mm: the error of their mesh is not in their errors.""",
     "sprung_ring": """The ring of a ring valve, a Mindlin plate in both programs, closes under a valve spring on a lip
 of PEEK.""",
     "mass_on_slot": """The mass of above on the lip around a slot, a face of a STEP file. The plain program
-meshes a quarter of it with gmsh, as the part is symmetric about two planes; seatfem does not look for such planes.""",
+meshes a quarter of it with gmsh; seatfem does not look for planes of symmetry.""",
     "tilted_flapper": """A flapper lands tilted by 0.2 degrees on the lip of a solid steel seat. CalculiX marched our
 mesh of plate and seat ([exchange](exchange.md)), coarse as it could afford; its time is that of the solver alone.""",
 }

@@ -96,7 +96,7 @@ def scripts() -> list[Example]:
 
 def _cards(examples: list[Example]) -> str:
     cards = "\n".join(
-        f"- [![{each.title}](images/scenes/{each.path.stem}.png)]({each.entry})\n  **[{each.title}]({each.entry})**"
+        f"- [![{each.path.stem}](images/scenes/{each.path.stem}.png)]({each.entry})\n  **[{each.title}]({each.entry})**"
         for each in examples
     )
     return f'<div class="cards">\n\n{cards}\n\n</div>\n'
@@ -104,7 +104,7 @@ def _cards(examples: list[Example]) -> str:
 
 def _section(example: Example) -> str:
     name, picture = example.path.name, PICTURES.get(example.path.stem)
-    shown = f"\n![{example.title}](images/{picture})\n" if picture else ""
+    shown = f"\n![{example.path.stem}](images/{picture})\n" if picture else ""
     command = f"[`seatfem {example.verb} examples/{name}`](../examples/{name})"
     return f"\n## {example.title}\n\n{example.sentence}\n\n{command}\n{shown}"
 

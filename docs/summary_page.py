@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.files.safe_files import write_whole
-from seatfem.results import HEADINGS, OF_LANDINGS, RESULTS, result_of, unit_of
+from seatfem.results import HEADINGS, OF_LANDINGS, RESULTS, result_of
 from seatfem.study.scene.measures import all_measures
 
 PAGE: Final = Path(__file__).with_name("summary.md")
@@ -24,8 +24,8 @@ LANDINGS: Final = """
 
 A list, in the order of time: one record for each landing on seat and stopper, also in landings.csv.
 
-| key | what | unit |
-|---|---|---|
+| key | what |
+|---|---|
 """
 PLACES: Final = {"{width}": "filter width", "{touch}": "touch", "{closed}": "", "{above}": "", "\n": " "}
 """What stands in the words of a result for what a run says there."""
@@ -36,7 +36,7 @@ def table_row(key: str, words: str) -> str:
     plain = words
     for name, text in PLACES.items():
         plain = plain.replace(name, text)
-    return f"| `{key}` | {plain.strip()} | {unit_of(key)} |"
+    return f"| `{key}` | {plain.strip()} |"
 
 
 def lines_of_page() -> Iterator[str]:
@@ -46,7 +46,7 @@ def lines_of_page() -> Iterator[str]:
     results = {row.key: row for row in (*RESULTS, *map(result_of, measures))}
     for group, heading in HEADINGS.items():
         rows = [row for row in results.values() if row.group == group]
-        yield f"## {heading.partition('{')[0]}\n\n| key | what | unit |\n|---|---|---|"
+        yield f"## {heading.partition('{')[0]}\n\n| key | what |\n|---|---|"
         above = ""
         for row in rows:
             above = above if row.words.startswith(" ") else row.words
