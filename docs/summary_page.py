@@ -14,10 +14,10 @@ PAGE: Final = Path(__file__).with_name("summary.md")
 HEAD: Final = """\
 # Keys of summary.json
 
-The numbers of a run that the terminal, the report and charts show, made from the program's own table (`make docs`).
-All are SI, with the unit at the end of the key. `error_bar_KEY` is the error bar of a key that has one, `spring_KEY`
-the same of the spring baseline, `error_mesh_KEY` and its like the parts of a bar. A key is absent where a scene has no
-such part, and `null` where a number is not known, as the restitution of a reed that never lets go.
+The numbers of a run that the terminal, the report and charts show. All are SI, with the unit at the end of the key.
+`error_bar_KEY` is the error bar of a key that has one, `spring_KEY` the same of the spring baseline, `error_mesh_KEY`
+and its like the parts of a bar. A key is absent where a scene has no such part, and `null` where a number is not
+known, as the restitution of a reed that never lets go.
 """
 LANDINGS: Final = """
 ## landings
