@@ -87,24 +87,6 @@ def test_six_rigid_modes_whole_mass_symmetric_and_positive(kind, order, curve, m
     assert model.M.sum() == pytest.approx(consistent.M.sum(), rel=1e-12)
 
 
-@pytest.mark.parametrize(("order", "curve", "degree"), [(1, 0.0, 3), (2, 0.0, 5), (2, 0.1, 5)])
-def test_hexahedra_equal_scikit_fems_own(order, curve, degree):
-    from skfem.helpers import dot
-    from skfem.models.elasticity import linear_elasticity
-
-    mesh = block("hex", order, 2, 0.2, curve)
-    model = assemble(mesh, STEEL, fixed=(), order=order)
-    scalar = skfem.ElementHex1() if order == 1 else skfem.ElementHex2()
-    basis = skfem.Basis(mesh, skfem.ElementVector(scalar), intorder=degree)
-    theirs = skfem.Basis(mesh, scalar, intorder=1).element_dofs
-    ours = np.empty(basis.N, dtype=int)
-    ours[basis.element_dofs] = (3 * theirs[:, None, :] + np.arange(3)[None, :, None]).reshape(-1, theirs.shape[1])
-    mass = skfem.BilinearForm(lambda u, v, _: STEEL.density * dot(u, v))
-    for mine, form in ((model.K, linear_elasticity(*STEEL.lame)), (model.M, mass)):
-        reference = skfem.asm(form, basis)
-        assert abs(mine[ours][:, ours] - reference).max() < 1e-12 * abs(reference).max()
-
-
 def halves(kind="tet"):
     return block(kind, 1, 2).with_subdomains({"low": lambda x: x[2] < 0.5, "high": lambda x: x[2] > 0.5})
 

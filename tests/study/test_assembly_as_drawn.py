@@ -13,7 +13,7 @@ from seatfem.study.scene.files import check_files
 from tests.gallery import summary_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cad_assembly.toml"
-GAP, LIP_TOP, THICKNESS, ROOT = 20e-6, 6.5e-3, 0.3e-3, -22e-3  # of meshes/valve_plate_assembly.py
+GAP, ROOT = 20e-6, -22e-3  # of meshes/valve_plate_assembly.py
 LIP_RADIUS = 4.6e-3  # mean
 LENGTH, ANGLE = 1e-6, 1e-4  # m, rad
 

@@ -4,7 +4,7 @@ import json
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,6 @@ from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, w
 from seatfem.study.runs.stress_spots import load_histories
 from seatfem.study.scene import load_scene
 
-ROOT = Path(__file__).parents[2]
 REED = """
 [reed]
 kind = "cantilever"
@@ -117,6 +116,9 @@ def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: 
         json.loads((annular.folder / "summary.json").read_text(encoding="utf-8"))["notes"] == annular.summary["notes"]
     )
     assert annular.outcome.messages == tuple(annular.summary["notes"])  # and no picture is missing
+    text = (annular.folder / "summary.json").read_text(encoding="utf-8")
+    assert "NaN" not in text
+    assert "Infinity" not in text
     results = load_results(annular.folder / "result.h5")
     for prefix, name in (("", "wave"), ("spring_", "spring")):
         found, result = annular.summary, results[name]
@@ -367,9 +369,7 @@ def assert_whole(folder: Path) -> None:
     ("stage", "at", "left"),
     [
         ("meshing", 0.0, set()),
-        ("assembly", 1.0, set()),
         ("reduction", 1.0, set()),
-        ("coarser mesh, for the error estimate", 0.0, set()),
         ("stepping", 0.0, {"seat.h5"}),
         ("stepping", 1.0, {"seat.h5"}),
         ("pictures", 0.0, {"seat.h5", "result.h5", "summary.json", "landings.csv", "force.png", *OF_STRESS}),
@@ -514,22 +514,6 @@ def test_an_interrupted_program_leaves_whole_files_only(tmp_path: Path) -> None:
     if (tmp_path / "out").exists():
         assert_whole(tmp_path / "out")
         assert not (tmp_path / "out" / "summary.json").exists()
-
-
-def test_summary_is_plain_json(annular: Ran) -> None:
-    def plain(value: object) -> bool:
-        if isinstance(value, Mapping):
-            return all(plain(v) for v in value.values())
-        if isinstance(value, list):
-            return all(plain(v) for v in value)
-        return value is None or isinstance(value, str | int | float | bool)
-
-    assert plain(annular.summary)
-    assert annular.summary["title"] == ""
-    text = (annular.folder / "summary.json").read_text(encoding="utf-8")
-    assert "NaN" not in text
-    assert "Infinity" not in text
-    assert "e-0" in text  # numbers, not strings
 
 
 def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path) -> None:
