@@ -70,17 +70,6 @@ def assert_same(read: object, written: object) -> None:
             assert a == b, field.name
 
 
-@pytest.mark.parametrize("name", KINDS)
-def test_greens_function_is_read_as_it_was_written(name: str, tmp_path: Path) -> None:
-    path = tmp_path / "new folder" / "g.h5"
-    save_greens(KINDS[name], path)
-    read = load_greens(path)
-    assert_same(read, KINDS[name])
-    assert read.provenance == KINDS[name].provenance
-    assert read.error_estimate == KINDS[name].error_estimate
-    assert [p.name for p in path.parent.iterdir()] == ["g.h5"]
-
-
 @pytest.mark.parametrize("seat", ["spring", "rod", "damped rod"])
 def test_results_are_read_as_they_were_written(seat: str, tmp_path: Path) -> None:
     """Advice included: the second result's step is too coarse for its reed."""
