@@ -10,6 +10,7 @@ import skfem
 from scipy import sparse
 
 import impact
+from impact.greens.modal import ModalGreens, Residual
 from seatfem.machine.libraries import has_pardiso
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.method import Aims
@@ -71,6 +72,18 @@ def true_error(greens, model, damping, bandwidth, duration):
     return np.abs(greens.filtered_matrix(t, 1 / bandwidth) - reference).max() / np.abs(reference).max()
 
 
+@pytest.mark.parametrize("zeta", [0.1, 1.0, 2.5])
+def test_closed_form_pulse_response_is_the_quadrature(zeta):
+    omega = np.array([0.0, 0.3, 1.0, 2 * np.pi / 1.3, 20.0])
+    shapes = np.random.default_rng(0).random((5, 2))
+    rest = Residual.exponential(0.1 * np.eye(2), [[2.0, 0.5], [0.5, 1.0]])
+    greens = ModalGreens(omega, zeta * (omega > 0), shapes, rest, ("a", "b"))
+    t = np.linspace(0, 5, 23)
+    quadrature = greens.filtered(t, 1.3, 0, 1)
+    # the double pole at zeta = 1 is replaced by a pair 1e-7 apart
+    assert greens.filtered_matrix(t, 1.3)[0, 1] == pytest.approx(quadrature, abs=1e-6 * np.abs(quadrature).max())
+
+
 @pytest.mark.parametrize(
     ("damping", "tolerance", "bandwidth"),
     [
@@ -121,6 +134,13 @@ def test_modal_error_is_below_its_estimate(block, damping):
     assert error <= stated <= 2e-2
     assert stated <= 10 * error
     assert modes.frequencies_hz[-1] < 6e5
+
+
+@pytest.mark.parametrize("zeta", [0.1, 1.0, 3.0])
+def test_first_velocity_of_a_damped_rod_is_the_sum_over_its_modes(zeta):
+    w = np.geomspace(1e-4, 1e5, 400001)  # their integral at t = 1
+    integral = np.trapezoid(impact.greens.oscillator.impulse_response(1.0, w, zeta) * w, np.log(w))
+    assert Damping(zeta).first_velocity() == pytest.approx(2 / np.pi * integral, rel=1e-3)
 
 
 def test_an_unknown_impedance_gives_a_bare_spring(rod):
