@@ -14,7 +14,6 @@ from seatfem.structures.shapes import (
     Face,
     GeometryError,
     PlaneFace,
-    fingerprint,
     select,
 )
 from seatfem.structures.shapes.cad import stated_unit
@@ -55,14 +54,6 @@ def ring(tag: int, inner: float, outer: float, z: float = 0.0, colour=None, curv
 def test_bad_values_name_field_value_and_limit(spec, values, message):
     with pytest.raises(GeometryError, match=message):
         spec(**values)
-
-
-def test_fingerprint_follows_content_not_path(tmp_path):
-    first, second, changed = (tmp_path / name for name in ("a.step", "b.step", "c.step"))
-    first.write_text("solid")
-    second.write_text("solid")
-    changed.write_text("other")
-    assert fingerprint(CadPart(first)) == fingerprint(CadPart(second)) != fingerprint(CadPart(changed))
 
 
 def test_colour_selector_has_a_tolerance():

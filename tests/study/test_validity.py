@@ -12,7 +12,7 @@ from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, striker_of
-from seatfem.study.impacts.touches import Touches, bar_keys
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
@@ -131,13 +131,6 @@ def test_a_measure_that_nobody_looked_at_has_no_bar(tmp_path: Path) -> None:
     run_command(["run", str(path), "-o", str(out), "--quiet", "--no-pictures"])
     asked = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert asked["error_bar_max_seat_displacement_m"] > 0
-
-
-def test_bars_left_out_are_none() -> None:
-    values = {"impulse": 1.0, "seat_displacement": 2.0}
-    keys = bar_keys(impact.Budget(values, {"mesh": values}), without=("seat_displacement",))
-    assert keys["error_bar_max_seat_displacement_m"] is None
-    assert keys["error_bar_impulse_Ns"] == pytest.approx(1.5)
 
 
 def test_a_beam_that_is_pressed_on_a_port_says_that_it_does_not_dish() -> None:
