@@ -110,7 +110,7 @@ def test_a_turned_pair_lands_the_same(folder: Path) -> None:
     stiff = '{ young = "110000 GPa", poisson = 0.26, density = "7200 kg/m^3" }'
     found = []
     for moved in ("", "turned_"):
-        path = written(folder, f"{moved}plate", f"{moved}flapper", ('"cast iron"', stiff))
+        path = written(folder, f"{moved}plate", f"{moved}flapper", ('"cast iron"', stiff), ('"10 %"', '"30 %"'))
         found.append(summary_of(load_scene(path), folder / f"{moved}run")["impulse_Ns"])
     assert found[1] == pytest.approx(found[0], rel=1e-6)
     assert found[0] > 1e-4
