@@ -81,6 +81,13 @@ def test_an_error_of_g_becomes_one_of_the_force_not_of_the_impulse(scene: Scene)
     assert impulse < 2e-3
 
 
+def test_a_bar_over_its_value() -> None:
+    parts = {"mesh": {"impulse": 0.3, "peak_force": 0.1}, "time_step": {"impulse": 0.1, "peak_force": 0.0}}
+    found = Budget({"impulse": -10.0, "peak_force": 0.0}, parts)
+    assert found.relative("impulse") == pytest.approx(SAFETY * 0.04)
+    assert found.relative("peak_force") == math.inf
+
+
 def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
     """The impulse of a mass on a spring is 2 m V whatever its stiffness: the floor alone knows of waves."""
     striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
