@@ -99,15 +99,14 @@ def test_every_kind_that_may_strike_is_here() -> None:
 
 
 @pytest.mark.parametrize("kind", STRIKERS)
-def test_a_striker_is_planned_run_and_told_of(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_striker_is_planned_run_and_told_of(kind: str, tmp_path: Path) -> None:
     """Its contact is seen by the plan; what it is known to be off by is in the bars, or named beside them."""
-    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))
     scene = scene_of(kind, tmp_path)
     plan = plan_scene(scene)
     assert min(plan.error.values()) > 0
     assert not any("no contact" in note for note in plan.notes)
     assert ("striker" in plan.cost.parts) == (scene.reed.elastic is not None or scene.reed.thin_plate is not None)
-    found = run_scene(scene, tmp_path / "out").summary
+    found = run_scene(scene, tmp_path / "out", pictures=False).summary
     assert found["reed_kind"] == kind
     assert found["contact_count"] > 0
     if not scene.reed.traits.is_solved:
@@ -125,7 +124,7 @@ def test_a_striker_is_planned_run_and_told_of(kind: str, tmp_path: Path, monkeyp
         assert found["error_striker_filtered_peak_force_N"] > 0
 
 
-@pytest.mark.parametrize("kind", STRIKERS)
+@pytest.mark.parametrize("kind", ["annular", "cantilever", "flapper", "greens"])
 def test_what_is_wrong_with_a_striker_is_told_in_its_table(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

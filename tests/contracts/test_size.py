@@ -1,9 +1,10 @@
-"""The product grows only by a decision: limits are lowered where it shrinks, and raised in a commit that says why."""
+"""Product and tests grow only by a decision: limits fall where they shrink, and rise in a commit that says why."""
 
 from __future__ import annotations
 
 import ast
 import re
+from pathlib import Path
 
 from tests.contracts.test_imports import FILES, statements
 
@@ -31,3 +32,13 @@ def test_no_more_imports_hide_in_functions() -> None:
 def test_constructors_say_what_they_are_made_from() -> None:
     """A method `of` says nothing where it is called."""
     assert [path for path in FILES if "\n    def of(" in path.read_text(encoding="utf-8")] == []
+
+
+MOST_LINES_OF_TESTS = 53_832
+TESTS = sorted(Path(__file__).parents[1].rglob("*.py"))
+
+
+def test_the_tests_have_no_more_lines_than_before() -> None:
+    """Known answers, frozen numbers, extremes and fuzz included."""
+    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in TESTS)
+    assert lines <= MOST_LINES_OF_TESTS, lines

@@ -104,11 +104,6 @@ BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-0.1 m/s"\n'
 RUN = '[run]\nduration = "{}"\nfilter_width = "10 us"\n[accuracy]\ntarget = "30 %"\n'
 
 
-@pytest.fixture(autouse=True)
-def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))  # they are tested elsewhere
-
-
 def written(folder: Path, text: str) -> Path:
     path = folder / "scene.toml"
     path.write_text(text, encoding="utf-8")
@@ -120,7 +115,7 @@ def test_a_toy_reed_strikes(tmp_path: Path) -> None:
     """Twice the momentum with which a harmonic oscillator passes its middle, within the bar that the run states."""
     scene = load_scene(written(tmp_path, SPRING + HAMMER + RUN.format("2 ms")))
     assert plan_scene(scene).level == "closed form"
-    summary = run_scene(scene, tmp_path / "out").summary
+    summary = run_scene(scene, tmp_path / "out", pictures=False).summary
     assert abs(summary["impulse_Ns"] - 2 * 1e-4 * np.sqrt(1e-3 * 1e3)) < summary["error_bar_impulse_Ns"]
     assert summary["error_bar_impulse_Ns"] < 0.3 * summary["impulse_Ns"]
 
@@ -131,13 +126,13 @@ def test_a_toy_seat_is_planned_meshed_and_struck(tmp_path: Path) -> None:
     scene = load_scene(written(tmp_path, CUP + BALL + RUN.format("0.2 ms")))
     plan = plan_scene(scene)
     assert plan.level in ("spring", "axisymmetric")
-    summary = run_scene(scene, tmp_path / "out").summary
+    summary = run_scene(scene, tmp_path / "out", pictures=False).summary
     assert summary["seat_kind"] == "toy_cup"
     column = scene.seat.column()
     assert column is not None
     assert column.stiffness < summary["seat_static_stiffness_N_per_m"] < 2 * column.stiffness
     assert 1e-4 < summary["impulse_Ns"] < 2e-4  # thrown back, not faster than it came
-    again = run_scene(scene, tmp_path / "again").summary
+    again = run_scene(scene, tmp_path / "again", pictures=False).summary
     assert again["seat_reused"] is True
 
 

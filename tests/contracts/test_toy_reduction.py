@@ -94,11 +94,10 @@ def test_a_toy_is_asked_for_by_name() -> None:
 
 
 @pytest.mark.usefixtures("toy")
-def test_a_scene_runs_with_a_toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))
+def test_a_scene_runs_with_a_toy(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(SCENE)
-    summary = run_scene(load_scene(path), tmp_path / "out").summary
+    summary = run_scene(load_scene(path), tmp_path / "out", pictures=False).summary
     assert summary["greens_error_reduction"] == pytest.approx(0.01)
     assert summary["peak_force_N"] > 0
 

@@ -31,6 +31,7 @@ from seatfem.structures.shapes import GeometryError
 from seatfem.study import runs
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene import Scene
+from tests.contracts.test_program import VERBS
 
 ROOT = Path(__file__).parents[2]
 SPRING_SCENE = ROOT / "examples" / "flapper_on_spring.toml"
@@ -237,24 +238,7 @@ def test_where_results_go(pipeline: Pipeline) -> None:
     assert pipeline.asked[0][1] == "Suction valve on a cast-iron plate"
 
 
-@pytest.mark.parametrize(
-    "verb",
-    [
-        "demo",
-        "init",
-        "run",
-        "report",
-        "view",
-        "plan",
-        "greens",
-        "modes",
-        "sweep",
-        "optimise",
-        "faces",
-        "verify",
-        "doctor",
-    ],
-)
+@pytest.mark.parametrize("verb", VERBS)
 def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command([verb, "--help"]) == DONE
     assert f"Usage: seatfem {verb}" in capsys.readouterr().out

@@ -2,8 +2,6 @@
 
 import json
 import math
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,23 +11,11 @@ from seatfem.faces.cli import DONE, run_command
 from seatfem.faces.plan_view import plan_json
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.prerun.bench import Bench, locate_contact_window
-from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene import load_scene
 from seatfem.study.scene.measures import asked_name
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SLEEVE = EXAMPLES / "flapper_on_peek_sleeve.toml"
-HEAVY = (
-    "pint",
-    "h5py",
-    "matplotlib",
-    "pyvista",
-    "skfem",
-    "scipy.sparse",
-    "scipy.signal",
-    "scipy.optimize",
-    "pypardiso",
-)
 
 
 @pytest.fixture(scope="module")
@@ -79,39 +65,3 @@ def test_the_scene_is_filled_and_in_si_units(plan: Plan) -> None:
 def test_json_knows_no_infinity(plan: Plan) -> None:
     endless = replace(plan, error={"impulse": math.inf, "stress": math.nan, "filtered_peak": 0.5})
     assert json.loads(plan_json(endless))["error"] == {"impulse": None, "stress": None, "filtered_peak": 0.5}
-
-
-def test_pre_runs_compute_no_displacement_and_stress_that_is_not_asked_for() -> None:
-    scene = load_scene(EXAMPLES / "flapper_on_spring.toml")
-    seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
-    window = locate_contact_window(scene, seat)
-
-    def found(*measures: str) -> dict[str, float]:
-        """By the names that measures are asked by: of the one landing and of the window the same."""
-        accuracy = scene.accuracy.model_copy(update={"measures": measures})
-        asked: Scene = scene.model_copy(update={"accuracy": accuracy})
-        values = Bench(asked, seat, window).measures(dt=scene.run.filter_width / 10, n_modes=5)
-        assert {name: values[f"landing_{name}"] for name in values if f"landing_{name}" in values} == pytest.approx(
-            {name: values[name] for name in values if f"landing_{name}" in values}
-        )
-        return {name: value for name, value in values.items() if name == asked_name(name)}
-
-    every = found("impulse", "filtered_peak", "contact_duration", "seat_displacement", "stress")
-    assert len(every) == 5
-    assert all(value > 0 for value in every.values())
-    of_the_force = {"impulse", "filtered_peak", "contact_duration"}  # cost nothing beside the march
-    assert found("stress") == {name: every[name] for name in every if name in of_the_force | {"stress"}}
-    assert found("filtered_peak", "seat_displacement").keys() == of_the_force | {"seat_displacement"}
-
-
-def test_a_plan_loads_no_library_that_it_does_not_need() -> None:
-    """Each of them takes a good part of a plan's time to load; of a seat of which all is stated."""
-    code = (
-        "import sys; from seatfem.faces.cli import run_command; code = run_command(sys.argv[1:]); "
-        f"print(code, *(name for name in {HEAVY} if name in sys.modules))"
-    )
-    stated = ("seat.model=axisymmetric", "seat.greens.bandwidth=400 kHz", "seat.mesh.size=0.5 mm")
-    changes = [word for each in stated for word in ("--set", each)]
-    command = [sys.executable, "-c", code, "plan", str(SLEEVE), "--quiet", *changes]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["0"]

@@ -9,7 +9,7 @@ import pytest
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.study import Design, Optimise, Outputs, Study, load_study
+from seatfem.study.sweep.study import Design, Optimise, Outputs, Study
 from seatfem.study.sweep.variations import Variation, kinds_below
 from tests.study.crew_at_hand import answer_here
 
@@ -282,8 +282,3 @@ def test_the_page_has_every_key_design_and_kind() -> None:
             assert f'kind = "{name}"' in text
         keys = {field.alias or key for key, field in kind.model_fields.items()} - {"kind", "values"}
         assert [key for key in keys if f"{key} = " not in text] == []
-
-
-def test_the_example_is_a_study() -> None:
-    found = load_study(ROOT / "examples" / "tolerance_study.toml")
-    assert found.number_of_scenes == 32

@@ -128,29 +128,6 @@ def test_coherence_and_variance_tell_the_noise(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (
-            "time [s],force [N]\n0,0,1,5\n0,5,2,5\n",
-            "line 2: 4 columns under 2 heads: commas divide .* semicolons or tabs",
-        ),
-        ("time [s];force [N]\n0,5;1\n1.5;2\n", "line 3: '1.5' has a decimal point, '0,5' .line 2. a comma: write all"),
-        ("time [s];force [N]\n0;1.234,5\n1;2\n", "line 2: '1.234,5' has points and commas: .* marks of thousands"),
-        ("time [s];force [N]\n0;1_0\n1;2\n", "line 2, column 2: '1_0' must be a finite number"),
-        ("time [s];force [N]\n0;1;2\n1;2;3\n", "line 2: 3 columns, 2 are needed"),
-        ("time [s];force [N];force [kN]\n0;1;2\n1;2;3\n", "the name of force is the head of 2 columns; give columns ="),
-        (
-            "time [s];weight [N]\n0;1\n1;2\n",
-            "column 2: header 'weight .N.' must be 'force .unit.' .* columns = . force",
-        ),
-    ],
-)
-def test_what_cannot_be_told_is_refused(tmp_path: Path, text: str, words: str) -> None:
-    with pytest.raises(TimeSeriesError, match=rf"r\.csv.*{words}"):
-        read_time_series(written(tmp_path, text), "force")
-
-
-@pytest.mark.parametrize(
     ("how", "words"),
     [
         (

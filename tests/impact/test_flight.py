@@ -70,8 +70,10 @@ def test_the_weight_is_carried_at_rest() -> None:
     assert result.force[-100:] == pytest.approx(1.0, rel=1e-6)
 
 
-@pytest.mark.parametrize("ports", [1, 2])
-@pytest.mark.parametrize("stop", [3, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK, 2 * BLOCK + 77])
+@pytest.mark.parametrize(
+    ("ports", "stop"),
+    [(1, 3), (2, BLOCK - 1), (1, BLOCK), (2, BLOCK + 1), (1, 2 * BLOCK), (2, 2 * BLOCK + 77)],
+)
 def test_split_marches_equal_single_ones(ports: int, stop: int) -> None:
     prepared = prepare(problem(ports, 2), 1e-2, 3 * BLOCK * 1e-2)
     whole, first, second = (ContactStepper(prepared) for _ in range(3))

@@ -20,13 +20,18 @@ def body(rng: np.random.Generator, ports: int, moving: bool) -> Body:
     zeta = rng.choice([0.0, 0.01, 0.1, 1.0, 2.0], n)
     root = rng.normal(size=(ports, ports)) * 0.2
     compliance, start = root @ root.T + 1e-3 * np.eye(ports), np.diag(rng.uniform(0.05, 2.0, ports))
-    residual = Residual.exponential(compliance, start) if rng.random() < 0.6 else Residual.spring(compliance)
+    kinds = [Residual.exponential(compliance, start), Residual.spring(compliance), dashpots(rng, ports)]
+    residual = kinds[int(rng.choice(3, p=[0.5, 0.3, 0.2]))]
     names = tuple(f"p{i}" for i in range(ports))
     shapes = rng.normal(size=(n, ports))
     if ports > 1 and rng.random() < 0.3:  # two ports almost at one place
         shapes[:, 1] = shapes[:, 0] * (1 + 1e-7)
     state = ModalState(rng.normal(size=n) / (1 + omega), rng.normal(size=n)) if moving else None
     return Body(ModalGreens(omega, zeta, shapes, residual, port_names=names), state=state)
+
+
+def dashpots(rng: np.random.Generator, ports: int) -> Residual:
+    return Residual(np.diag(rng.uniform(0.1, 2.0, ports)), np.zeros(ports), np.zeros((ports, ports)))
 
 
 def law(rng: np.random.Generator, with_potential: bool = False) -> Law:
@@ -80,3 +85,27 @@ def test_conserving_contacts_lose_nothing(seed: int, step: float) -> None:
     assert np.all(result.force >= 0)
     assert np.abs(result.energy.contact_loss).max() <= 1e-9 * largest
     assert np.all(np.diff(result.energy.stored) <= 1e-9 * largest)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=SEEDS,
+    steps=st.integers(3, 60),
+    end=st.sampled_from([0.0, 0.3, 1.0, 4.0, np.inf]),
+    damping_ratio=st.sampled_from([0.0, 0.05, 0.5]),
+)
+def test_ledger_closes_on_rods(seed: int, steps: int, end: float, damping_ratio: float) -> None:
+    """Waves on a reflecting rod and poles of a damped one, struck by a random modal body."""
+    rng = np.random.default_rng(seed)
+    rod = {"young": 1.0, "density": 1.0, "area": 1.0, "length": 1.0}
+    if damping_ratio > 0:
+        greens = impact.fixed_rod(**rod, damping_ratio=damping_ratio)
+    else:
+        greens = impact.rod_with_end_impedance(**rod, end_impedance=end)
+    striker = body(rng, 1, moving=True)
+    start = striker.modal_start().displacement @ striker.greens.shapes  # type: ignore[attr-defined]
+    posed = ContactProblem(striker, Body(greens), gap=0.01 - float(start[0]), law=law(rng))
+    result = impact.solve(posed, dt=2.0 / steps, duration=300 * 2.0 / steps)
+    assert result.energy.by_work == ()
+    assert result.energy.residual < 1e-10
+    assert np.all(np.diff(result.energy.stored) <= 1e-11 * result.energy.stored.max())

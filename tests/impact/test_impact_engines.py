@@ -8,8 +8,6 @@ import pytest
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual
 from impact.march import history
-from impact.march.history import Poles
-from impact.march.loop.past import advance_many
 from impact.storage import hdf5 as files
 from impact.storage.hdf5 import StorageError
 
@@ -23,24 +21,6 @@ def random_body(seed: int, ports: int, modes: int = 9) -> ModalGreens:
     names = tuple(str(k) for k in range(ports))
     zeta = rng.choice([0.0, 0.02, 0.5, 1.0, 1.7], modes)
     return ModalGreens(omega, zeta, rng.normal(size=(modes, ports)), residual, names)
-
-
-def by_poles(poles: Poles, own: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """(p, n) response of the compiled recursion to a prescribed force (p, n)."""
-    count = poles.steps.shape[1]
-    q, p, drive, last, out = (
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros(len(own)),
-        np.zeros(force.shape),
-    )
-    for n in range(force.shape[1]):
-        now = np.zeros(len(own))
-        advance_many(poles.steps, poles.psi, poles.along(), q, p, drive, last, now)
-        last = force[:, n].copy()
-        out[:, n] = now + own @ last
-    return out
 
 
 def contacts(count: int, law: impact.Law | None = None) -> ContactProblem:

@@ -1,4 +1,4 @@
-"""The memories of the past agree for prescribed forces: term by term, FFT, FFT in blocks, poles."""
+"""Compiled functions are renewed with what they call; poles with the same shape are marched by their sums."""
 
 import importlib
 import pkgutil
@@ -17,35 +17,7 @@ from impact.march import history
 from impact.march.history import Poles
 from impact.march.loop.compiled import STAMP, stamp
 
-RNG = np.random.default_rng(5)
-STEPS, DT = 3000, 0.01
-
-
-def body() -> ModalGreens:
-    omega = np.concatenate([[0.0], RNG.uniform(0.5, 150.0, 11)])
-    zeta = RNG.choice([0.0, 0.02, 0.5, 1.0, 1.7], 12)
-    residual = Residual(np.array([[0.3], [0.2]]), np.array([0.0, 40.0]), np.array([[0.01]]))
-    return ModalGreens(omega, zeta, RNG.normal(size=(12, 1)), residual)
-
-
-GREENS = body()
-WEIGHTS = np.diff(GREENS.step_response(DT * np.arange(STEPS + 1)), prepend=0.0)[1:]
-WEIGHTS[0] += 0.01  # the bare compliance acts within the step
-
-
-def smooth_contact(block: int) -> impact.ImpactResult:
-    """A mass on a rod through a Hertz spring: no chatter that would amplify round-off."""
-    rod = impact.Body(impact.fixed_rod(young=4.0, density=1.0, area=3.0, length=2.0))
-    striker = impact.rigid_mass(mass=5.0, velocity=-1.0)
-    problem = impact.ContactProblem(striker, rod, law=impact.Hertz(stiffness=40.0))
-    return impact.solve(problem, dt=0.002, duration=4.0, block=block)
-
-
-def test_block_length_changes_nothing_but_round_off() -> None:
-    direct, blocked = smooth_contact(10_000), smooth_contact(64)
-    assert direct.force.max() > 1.0
-    np.testing.assert_allclose(blocked.force, direct.force, atol=1e-11 * direct.force.max())
-    np.testing.assert_allclose(blocked.gap, direct.gap, atol=1e-11)
+DT = 0.01
 
 
 def test_compiled_functions_call_their_own_file_or_are_renewed_with_the_others() -> None:

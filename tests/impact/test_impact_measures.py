@@ -123,20 +123,6 @@ def test_restitution_that_does_not_exist_is_refused(result: ImpactResult, words:
         measures.restitution(result)
 
 
-def test_what_is_no_width_is_given_by_name() -> None:
-    """`contact_groups(result, 1)` meant a merge of 1 s, `contact_intervals(result, 1)` contact 1."""
-    result = record([0.0, 1.0, 0.0])
-    for measure in (
-        measures.contact_groups, measures.contact_intervals, measures.impulse, measures.peak_force, measures.spectrum,
-        measures.impact_velocity, measures.rebound_velocity, measures.restitution, measures.work,
-    ):  # fmt: skip
-        with pytest.raises(TypeError, match="positional argument"):
-            measure(result, 1)  # type: ignore[operator]
-    for filtered in (measures.filtered_force, measures.filtered_peak_force):
-        with pytest.raises(TypeError, match="positional argument"):
-            filtered(result, 2 * DT, 1)  # type: ignore[operator]
-
-
 def test_the_largest_speed_of_closing_is_of_any_contact() -> None:
     """Over the last open step before each: 1 m/s, then 3, then 2; of a reed that starts shut, only what comes later."""
     gap = 1e-6 * np.array([2.0, 1.0, 0.0, 0.0, 4.0, 3.0, 0.0, 0.0, 2.0, 0.0, 0.0])

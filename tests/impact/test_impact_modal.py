@@ -81,13 +81,6 @@ def two_ports() -> ModalGreens:
     return ModalGreens(omega, zeta, RNG.normal(size=(3, 2)), residual, port_names=("lip", "guide"))
 
 
-def test_bare_compliance_yields_at_once() -> None:
-    spring = only(Residual.spring(0.5))
-    assert np.isinf(spring.initial_value()[0, 0])
-    assert float(spring.step_response(0.0)) == 0.5
-    assert float(spring.impulse_response(0.0)) == 0.0
-
-
 def test_error_estimate_adds_what_is_known() -> None:
     assert ErrorEstimate().total is None
     assert ErrorEstimate(reduction=0.01).total == 0.01

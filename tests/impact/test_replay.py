@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from impact import Body, Load, ModalGreens, ModalState, Residual
-from impact.exact.rods import BareFixedRod
-from impact.march import replay
 from impact.march.motion import Discrete, mean_displacement, modal_coordinates
 
 DT, STEPS = 2e-6, 3000
@@ -31,17 +29,6 @@ def test_displacement_of_poles(residual: Residual) -> None:
     # two orders of the same sums over 3,000 steps
     np.testing.assert_allclose(
         mean_displacement(body, force[None], np.ones(1)), expected, atol=1e-12 * np.abs(expected).max()
-    )
-
-
-def test_displacement_of_weights() -> None:
-    rod = BareFixedRod(impedance=6.0, transit=1.0, damping_ratio=0.02)
-    body = Discrete.from_body(Body(rod), 0.01, STEPS)
-    assert body.kernel.modal is None
-    force = np.sin(0.01 * np.arange(STEPS)) ** 2
-    expected = body.motion(force[None]).displacement[0]
-    np.testing.assert_allclose(
-        mean_displacement(body, force[None], np.ones(1)), expected, rtol=0, atol=1e-14 * np.abs(expected).max()
     )
 
 
@@ -73,20 +60,6 @@ def thrown() -> Body:
     state = ModalState(1e-6 * rng.normal(size=9), 1e-2 * rng.normal(size=9))
     loads = (Load(rng.normal(size=9), np.cos), Load(rng.normal(size=9), lambda t: np.sin(1e4 * t)))
     return Body(greens, -0.3, state, loads)
-
-
-def test_coordinates_are_those_behind_the_displacement() -> None:
-    """Every third of them, with the translations taken off: what the ports show of the oscillators and relaxations."""
-    greens = seat(Residual.exponential(np.array([[3e-9]]), np.array([[2e-2]])))
-    held = Discrete.from_body(Body(greens), DT, STEPS)
-    force = np.maximum(np.random.default_rng(5).normal(size=STEPS).cumsum(), 0.0)
-    none = ModalState(np.zeros(25), np.zeros(25))
-    again = replay.Replay(greens, DT, none, np.zeros(1), np.zeros(1), [])
-    parts = [again.coordinates(force[None, part], np.zeros((0, 300)), 3) for part in replay.blocks(STEPS, 300)]
-    shapes = np.concatenate([greens.shapes[:, 0], greens.residual.shapes[:, 0]])
-    seen = np.concatenate(parts) @ shapes
-    expected = held.motion(force[None]).displacement[0, 3::3]
-    np.testing.assert_allclose(seen, expected, atol=1e-13 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("stride", [1, 7])

@@ -67,6 +67,8 @@ def test_beyond_the_record() -> None:
             "line 3: '2.5' has a decimal point, '1,5' .line 2. a comma: write all",
         ),
         ("time [s];pressure [Pa]\n0;1.234,5\n1;2\n", "line 2: '1.234,5' has points and commas: .* marks of thou"),
+        ("time [s];pressure [Pa]\n0;1_0\n1;2\n", "line 2, column 2: '1_0' must be a finite number"),
+        ("time [s];pressure [Pa];pressure [kPa]\n0;1;2\n1;2;3\n", "pressure is the head of 2 columns; give columns ="),
         ("crank angle,pressure [Pa]\n0,1\n", "of a record in crank angle, 'angle \\[deg\\]', state rpm, too"),
         ("time [s],pressure [Pa]\n0,1\n1,x\n", "line 3, column 2: 'x' must be a finite number"),
         ("time [s],pressure [Pa]\n0,1\nnan,1\n", "line 3, column 1: 'nan' must be"),

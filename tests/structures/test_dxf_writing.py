@@ -15,7 +15,7 @@ from seatfem.structures.shapes import Flat, loops
 from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
 from seatfem.structures.shapes.outlined import Outlined
 from seatfem.structures.sheets import Sheet, plate_modes
-from tests.flapper_scene import FLAPPER
+from tests.gallery import FLAPPER
 
 SCENE = """\
 [seat]

@@ -1,7 +1,5 @@
 """Both factorizations: the same solutions, the same inertia, the same refusals."""
 
-from importlib import metadata
-
 import numpy as np
 import pytest
 import skfem
@@ -13,7 +11,6 @@ from seatfem.structures.model import Material
 from seatfem.structures.reduction.factorization import (
     SINGLE,
     FactorizationError,
-    _mkl_runtime,
     _pardiso_class,
     factorize,
 )
@@ -76,14 +73,6 @@ def test_pardiso_is_told_where_mkl_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("glob.glob", None)
     matrix = sparse.csr_array(sparse.diags_array([2.0, 3.0]))
     assert factorize(matrix, backend="pardiso").solve(np.ones(2)) == pytest.approx([1 / 2, 1 / 3])
-
-
-def test_another_installation_of_mkl_is_left_to_pypardiso(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing(name: str) -> None:
-        raise metadata.PackageNotFoundError(name)
-
-    monkeypatch.setattr(metadata, "files", missing)
-    assert _mkl_runtime() is None
 
 
 STEEL, PEEK = Material(200e9, 0.3, 7850.0), Material(3.6e9, 0.4, 1300.0)

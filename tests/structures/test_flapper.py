@@ -16,7 +16,7 @@ from seatfem.structures.mesh.plane_meshes import mesh_sheet
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.shapes import AnnularSeat, Flapper, GeometryError, decode, encode
+from seatfem.structures.shapes import AnnularSeat, Flapper, GeometryError
 
 REED = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)
 STEEL = Material(206e9, 0.3, 7800.0)
@@ -66,13 +66,6 @@ def test_thin_reeds(meshes: dict[float, PlateMesh], thickness: float) -> None:
     assert scale * greens.static_compliance()[0, 0] == pytest.approx(1.2727e-3, rel=0.01)  # m/N, at 0.3 mm
 
 
-def test_area_and_places() -> None:
-    assert REED.centre == pytest.approx((0.015 + np.sqrt(64 - 9) * 1e-3, 0.0))
-    assert REED.length == pytest.approx(REED.centre[0] + 8e-3)
-    assert REED.area == pytest.approx(290.709e-6, rel=1e-5)  # 14 + 78 + 198.709 mm^2
-    assert decode(encode(REED)) == REED
-
-
 def test_the_sheet_is_a_solid_too() -> None:
     mesh = make_mesh(replace(REED, thickness=2e-3), MeshSpec(4e-3, curved=False))
     assert mesh.quality.volume == pytest.approx(2e-3 * REED.area, rel=0.02)
@@ -83,9 +76,6 @@ def test_the_sheet_is_a_solid_too() -> None:
     ("change", "message"),
     [
         ({"thickness": 0.0}, r"Flapper.thickness = 0 mm: must be a finite length > 0"),
-        ({"neck_width": 9e-3}, r"Flapper.neck_width = 9 mm: must be <= 8 mm \(root_width"),
-        ({"taper_length": 15e-3}, r"Flapper.taper_length = 15 mm: must be < 15 mm \(neck_length"),
-        ({"paddle_diameter": 6e-3}, r"Flapper.paddle_diameter = 6 mm: must be > 6 mm \(neck_width"),
         ({"thickness": 6e-3}, r"Flapper.thickness = 6 mm: must be < 6 mm \(neck_width"),
     ],
 )

@@ -1,8 +1,6 @@
 """Geometry specs, face selectors, and their plain-data form: nothing here starts gmsh."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,12 +12,8 @@ from seatfem.structures.shapes import (
     CadPart,
     ColourFace,
     Face,
-    Geometry,
     GeometryError,
     PlaneFace,
-    decode,
-    encode,
-    fingerprint,
     select,
 )
 from seatfem.structures.shapes.cad import stated_unit
@@ -60,27 +54,6 @@ def ring(tag: int, inner: float, outer: float, z: float = 0.0, colour=None, curv
 def test_bad_values_name_field_value_and_limit(spec, values, message):
     with pytest.raises(GeometryError, match=message):
         spec(**values)
-
-
-@pytest.mark.parametrize(
-    "geometry",
-    [
-        AnnularSeat(bore_radius=5e-3),
-        Bar(0.03, 0.003, 0.002),
-        Block(0.02, 0.03, 0.008, 0.002, 0.001),
-        CadPart(Path("a.step"), contact=PlaneFace(UP, 8.5e-3, radius_max=6e-3), fixed=ColourFace((1, 2, 3, 255))),
-    ],
-)
-def test_plain_data_round_trip(geometry: Geometry):
-    assert decode(json.loads(json.dumps(encode(geometry)))) == geometry
-
-
-def test_fingerprint_follows_content_not_path(tmp_path):
-    first, second, changed = (tmp_path / name for name in ("a.step", "b.step", "c.step"))
-    first.write_text("solid")
-    second.write_text("solid")
-    changed.write_text("other")
-    assert fingerprint(CadPart(first)) == fingerprint(CadPart(second)) != fingerprint(CadPart(changed))
 
 
 def test_colour_selector_has_a_tolerance():

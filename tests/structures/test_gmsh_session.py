@@ -46,12 +46,10 @@ def assert_same(mesh: SeatMesh | MeridianMesh, expected: SeatMesh | MeridianMesh
 @pytest.mark.parametrize(
     ("make", "geometry", "shape"),
     [
-        (make_mesh, AnnularSeat(), "tet"),
         (make_mesh, Stopper(), "hex"),
         (make_meridian, AnnularSeat(), "tet"),
-        (make_meridian, AnnularSeat(), "hex"),
     ],
-    ids=["solid", "plan", "triangles", "quadrilaterals"],
+    ids=["plan", "triangles"],
 )
 def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geometry, shape) -> None:
     """Fine, coarse, and fine again, by one process: nothing of one mesh is left in the next."""

@@ -14,8 +14,7 @@ from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError
 from seatfem.structures.reduction.eigen_search import rigid_shapes
 from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.lanczos import Lanczos, nodes
-from seatfem.structures.reduction.lanczos_recursion import Recursion
+from seatfem.structures.reduction.lanczos import Lanczos
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.residual import truncate
 from tests.rod_model import rod_model
@@ -47,25 +46,6 @@ def every_mode(model, damping):
     p = len(model.ports)
     zeta = damping.ratios(omega)
     return truncate(omega, zeta, shapes.T @ model.port_matrix, np.inf, np.zeros((p, p)), model, damping)
-
-
-def test_the_quadrature_is_exact_until_4k_over_the_highest_frequency_and_not_beyond(model):
-    recursion = Recursion(model)
-    recursion.extend(120)
-    omega, shapes, _ = nodes(recursion, np.inf)
-    every = every_mode(model, Damping())
-    highest = every.omega.max()
-    assert np.sqrt(recursion.highest()) == pytest.approx(highest, rel=1e-3)
-    limit = 4 * 120 / highest
-
-    def error(t):
-        found = np.einsum("ki,kt,kj->ijt", shapes, np.sin(np.outer(omega, t)) / omega[:, None], shapes)
-        exact = np.array([[every.impulse_response(t, i, j) for j in range(2)] for i in range(2)])
-        return np.abs(found - exact).max() / np.abs(exact).max()
-
-    # the transition of Bessel's J_2k at 2k has a width of k^(1/3): 5 of 120
-    assert error(np.linspace(0, 0.85 * limit, 300)) < 1e-9
-    assert error(np.linspace(1.2 * limit, 1.4 * limit, 300)) > 1e-3
 
 
 @pytest.mark.parametrize("elements", [16, 32])

@@ -87,7 +87,7 @@ def test_lips_that_cannot_be(given: tuple[float, ...], words: str) -> None:
         Lip(*given)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("arcs", "rings"), itertools.product((1, 2, 3, 16, 256), (1, 2, 4)))
+@pytest.mark.parametrize(("arcs", "rings"), [(1, 1), (1, 4), (3, 2), (256, 1)])
 def test_ports_tell_the_division(arcs: int, rings: int) -> None:
     division = Division(arcs, rings)
     assert len(set(division.names)) == len(division.names) == arcs * rings

@@ -70,7 +70,6 @@ print(1024 * (solve(shape, [int(n) for n in cells], method) - before))
 @pytest.mark.parametrize(
     ("shape", "method", "cells"),
     [
-        ("hex", "krylov", (10, 10, 10)),
         ("tet", "krylov", (10, 10, 10)),
         ("hex", "lanczos", (10, 10, 10)),
     ],

@@ -44,20 +44,14 @@ def exact(geometry) -> tuple[float, float, float]:
 BAR, BLOCK = Bar(8e-3, 3e-3, 2e-3), Block(12e-3, 10e-3, 6e-3, 2e-3, 3e-3)
 CASES = [
     *((AnnularSeat(), HEX, n) for n in (1, 3)),
-    *((CONE, HEX, n) for n in (1, 2)),
-    *((Stopper(), HEX, n) for n in (1, 2, 5)),
-    *((DOME, HEX, n) for n in (1, 4)),
-    *((PLATE, HEX, n) for n in (1, 3, 6)),
-    *((ROW, HEX, n) for n in (1, 2, 4)),
-    *((BAR, HEX, n) for n in (1, 2, 4)),
-    *((BLOCK, HEX, n) for n in (1, 2, 4)),
-    *((SHARP, TET, n) for n in (2, 6)),
-    *((CONE, TET, n) for n in (1, 3)),
-    *((DOME, TET, n) for n in (1, 2, 5)),
-    *((PLATE, TET, n) for n in (1, 6)),
-    *((ROW, TET, n) for n in (1, 2, 4)),
-    *((BAR, TET, n) for n in (2, 4)),
-    *((BLOCK, TET, n) for n in (2, 4)),
+    *((Stopper(), HEX, n) for n in (1, 5)),
+    *((PLATE, HEX, n) for n in (1, 3)),
+    *((BLOCK, HEX, n) for n in (1, 4)),
+    *((geometry, HEX, n) for geometry, n in ((CONE, 2), (DOME, 4), (ROW, 4), (BAR, 2))),
+    *(
+        (geometry, TET, n)
+        for geometry, n in ((SHARP, 6), (CONE, 1), (DOME, 5), (PLATE, 6), (ROW, 2), (BAR, 4), (BLOCK, 2))
+    ),
 ]
 
 

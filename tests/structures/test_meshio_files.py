@@ -119,45 +119,15 @@ def test_nastran_holds_small_coordinates_and_says_the_names(seats, tmp_path):
     )
 
 
-def test_what_meshio_loses_of_an_abaqus_deck(tmp_path):
-    """Why there is a reader of our own: surfaces."""
-    import meshio
-
-    deck = tmp_path / "a.inp"
+@pytest.mark.parametrize("begin", ["BEGIN BULK\n", ""])
+def test_loaded_and_held_faces_of_a_nastran_deck(tmp_path, begin):
+    """Also without its frame, which is common."""
+    deck = tmp_path / "a.bdf"
     deck.write_text(
-        "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4,ELSET=Steel\n1,1,2,3,4\n"
-        "*SURFACE, NAME=contact\nSteel, S1\n*SURFACE, NAME=fixed\nSteel, S2\n"
-    )
-    lost = meshio.abaqus.read(deck)
-    assert "contact" not in {*lost.cell_sets, *lost.point_sets, *lost.cell_data}
-    assert {"contact", "fixed"} <= read_mesh(deck).mesh.boundaries.keys()
-
-
-def test_what_meshio_loses_of_a_nastran_deck(tmp_path):
-    """Why there is a reader of our own: loaded and held faces; and files without BEGIN BULK, which are common."""
-    import meshio
-
-    cards = (
-        "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\nCTETRA,1,3,1,2,3,4\n"
+        f"{begin}GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\nCTETRA,1,3,1,2,3,4\n"
         "PLOAD4,9,1,1.,,,,1,2\nSPC1,4,123,1,2,3\nENDDATA\n"
     )
-    deck, bare = tmp_path / "a.bdf", tmp_path / "b.bdf"
-    deck.write_text(f"BEGIN BULK\n{cards}")
-    bare.write_text(cards)
-    lost = meshio.nastran.read(deck)
-    assert {*lost.cell_sets, *lost.point_sets, *lost.point_data} == set()
-    assert {*lost.cell_data} == {"nastran:ref"}
-    with pytest.raises(RuntimeError, match="BEGIN BULK"):
-        meshio.nastran.read(bare)
-    for path in (deck, bare):
-        assert {"contact", "fixed"} <= read_mesh(path, contact="PLOAD4 9", fixed="SPC 4").mesh.boundaries.keys()
-
-
-def test_meshio_has_no_universal_files():
-    """Why there is a reader of our own."""
-    import meshio
-
-    assert ".unv" not in meshio.extension_to_filetypes
+    assert {"contact", "fixed"} <= read_mesh(deck, contact="PLOAD4 9", fixed="SPC 4").mesh.boundaries.keys()
 
 
 def test_bad_requests(seats, tmp_path):

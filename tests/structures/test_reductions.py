@@ -72,7 +72,7 @@ def true_error(greens, model, damping, bandwidth, duration):
     return np.abs(greens.filtered_matrix(t, 1 / bandwidth) - reference).max() / np.abs(reference).max()
 
 
-@pytest.mark.parametrize("zeta", [0.0, 0.1, 1.0, 2.5])
+@pytest.mark.parametrize("zeta", [0.1, 1.0, 2.5])
 def test_closed_form_pulse_response_is_the_quadrature(zeta):
     omega = np.array([0.0, 0.3, 1.0, 2 * np.pi / 1.3, 20.0])
     shapes = np.random.default_rng(0).random((5, 2))
@@ -82,12 +82,17 @@ def test_closed_form_pulse_response_is_the_quadrature(zeta):
     quadrature = greens.filtered(t, 1.3, 0, 1)
     # the double pole at zeta = 1 is replaced by a pair 1e-7 apart
     assert greens.filtered_matrix(t, 1.3)[0, 1] == pytest.approx(quadrature, abs=1e-6 * np.abs(quadrature).max())
-    np.testing.assert_allclose(greens.filtered_matrix(t, 1.3, [1])[:, 0], greens.filtered_matrix(t, 1.3)[:, 1])
 
 
-@pytest.mark.parametrize("damping", [Damping(), Damping(0.1), Damping(0.0, 1e3, 1e-8)])
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
-@pytest.mark.parametrize("bandwidth", [1e5, 4e5])
+@pytest.mark.parametrize(
+    ("damping", "tolerance", "bandwidth"),
+    [
+        (Damping(), 1e-3, 1e5),
+        (Damping(0.1), 1e-2, 4e5),
+        (Damping(0.1), 1e-3, 1e5),
+        (Damping(0.0, 1e3, 1e-8), 1e-2, 4e5),
+    ],
+)
 def test_krylov_error_is_below_its_estimate(rod, block, damping, tolerance, bandwidth):
     for model in (rod, block):
         greens = Krylov().reduce(model, damping, Aims(bandwidth, 8 / bandwidth, tolerance)).greens
@@ -131,15 +136,11 @@ def test_modal_error_is_below_its_estimate(block, damping):
     assert modes.frequencies_hz[-1] < 6e5
 
 
-@pytest.mark.parametrize("zeta", [0.0, 0.1, 0.7, 1.0, 3.0])
-def test_first_velocity_of_a_damped_rod_is_the_closed_forms(zeta):
-    if zeta < 1:
-        start = impact.fixed_rod(**ROD, damping_ratio=zeta).initial_value()[0, 0]
-        assert Damping(zeta).first_velocity() == pytest.approx(start * 1e-4 * np.sqrt(200e9 * 7850.0), rel=1e-9)
-    w = np.geomspace(1e-4, 1e5, 400001)  # the integral over modes at t = 1, any zeta
+@pytest.mark.parametrize("zeta", [0.1, 1.0, 3.0])
+def test_first_velocity_of_a_damped_rod_is_the_sum_over_its_modes(zeta):
+    w = np.geomspace(1e-4, 1e5, 400001)  # their integral at t = 1
     integral = np.trapezoid(impact.greens.oscillator.impulse_response(1.0, w, zeta) * w, np.log(w))
-    if zeta > 0:
-        assert Damping(zeta).first_velocity() == pytest.approx(2 / np.pi * integral, rel=1e-3)
+    assert Damping(zeta).first_velocity() == pytest.approx(2 / np.pi * integral, rel=1e-3)
 
 
 def test_an_unknown_impedance_gives_a_bare_spring(rod):
@@ -252,13 +253,6 @@ def test_time_stepping_takes_a_free_body():
         greens.static_compliance()
 
 
-def test_modal_truncation_advises_against_itself_on_a_large_model(block, monkeypatch):
-    monkeypatch.setattr("seatfem.structures.reduction.modal.MODES_ARE_CHEAP", 500)
-    asked = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="modes")
-    assert "method='krylov'" in asked.provenance["advice"]
-    assert "advice" not in greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2).provenance
-
-
 WIDTH, SPAN, SHORT = 1 / 4e5, 4e-5, 5e-6
 
 
@@ -305,38 +299,22 @@ def test_the_number_of_vectors_can_be_given(block, method):
         greens_function(block, **arguments, max_vectors=0)
 
 
-@pytest.mark.parametrize("method", ["auto", "krylov", "modes", "lanczos", "second_order", "transient"])
 @pytest.mark.parametrize(
-    ("mass", "weight", "message"),
-    [(1.0, 1e-300, "port 'contact'"), (1.0, 1e200, "port 'contact'"), (1e250, 1.0, "M"), (1e-250, 1.0, "M")],
+    ("method", "mass", "weight", "message"),
+    [
+        ("auto", 1.0, 1e-300, "port 'contact'"),
+        ("krylov", 1.0, 1e200, "port 'contact'"),
+        ("modes", 1e250, 1.0, "M"),
+        ("lanczos", 1e-250, 1.0, "M"),
+        ("second_order", 1e250, 1.0, "M"),
+        ("transient", 1.0, 1e200, "port 'contact'"),
+    ],
 )
 def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, message):
     port = rod.ports["contact"]
     model = SecondOrderModel(as_csr(mass * rod.M), None, rod.K, {"contact": Port(weight * port.vector)})
     with pytest.raises(ModelError, match=rf"^{message}: its largest entry is .* check its units"):
         greens_function(model, bandwidth=1e5, duration=2e-5, tolerance=2e-2, method=method)
-
-
-def test_modal_truncation_goes_on_from_the_modes_it_has(block, monkeypatch):
-    """A cutoff that rises asks for the new modes alone, instead of all of them again."""
-    import seatfem.structures.reduction.krylov as module
-
-    made = []
-
-    class Watched(module.Spectrum):
-        def __init__(self, *given, **named):
-            super().__init__(*given, **named)
-            made.append(self)
-
-    monkeypatch.setattr(module, "Spectrum", Watched)
-    found = Modal().reduce(block, Damping(), Aims(1e5, 5e-5, 8e-3))
-    greens, modes = found.greens, found.modes
-    assert greens.provenance["cutoff_Hz"] > 1.2 * 3 * 1e5  # it rose
-    assert len(made) == 1
-    once = module.Spectrum(block)
-    once.below(made[0].top)
-    assert len(modes.omega) == len(once.values)
-    assert made[0].solves < 2 * once.solves + 60
 
 
 def test_a_band_below_the_lowest_mode_is_answered(block):

@@ -115,7 +115,8 @@ def test_one_arc_makes_the_stress_of_a_solid_mesh() -> None:
     assert (coarse > 1.8 * fine).all(), errors
 
 
-def test_the_largest_of_a_ring_is_that_of_its_histories() -> None:
+def test_the_largest_and_the_range_of_a_ring_are_those_of_its_histories() -> None:
+    """The range at the times of the histories, whose deviators a box holds."""
     angles = 2 * math.pi * (np.arange(8) + 0.5) / 8
     field = ring(arcs(8), POINTS, angles, range(6))
     force = PULSE[:, None] * np.array([1.0, 0.4, 0, 0, 0, 0, 0, 0.2])
@@ -127,14 +128,7 @@ def test_the_largest_of_a_ring_is_that_of_its_histories() -> None:
     np.testing.assert_allclose(some.points, field.points[[worst]])
     then = at_time(some, force, STEP, round(found.von_mises_time[worst] / STEP))
     assert von_mises(then)[0] == pytest.approx(found.von_mises[worst], rel=5e-3)
-
-
-def test_the_range_of_a_ring_is_that_of_its_histories() -> None:
-    """At the times of the histories, whose deviators a box holds."""
-    angles = 2 * math.pi * (np.arange(8) + 0.5) / 8
-    field, force = ring(arcs(8), POINTS, angles, range(6)), PULSE[:, None] * np.array([1.0, 0.4, 0, 0, 0, 0, 0, 0.2])
-    courses = np.moveaxis(histories(field, force, STEP), 1, 2)
-    exact = [math.sqrt(3) * np.linalg.norm(np.ptp(deviators(course), axis=0)) for course in courses]
+    exact = [math.sqrt(3) * np.linalg.norm(np.ptp(deviators(course), axis=0)) for course in at_once]
     np.testing.assert_allclose(mises_range(field, force, STEP), exact, rtol=5e-3)
 
 

@@ -8,7 +8,6 @@ import scipy.linalg
 import skfem
 from scipy import sparse
 
-from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.materials import Material
@@ -22,19 +21,6 @@ from tests.rod_model import rod_model
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
 C0, Z = np.sqrt(200e9 / 7850.0), 1e-4 * np.sqrt(200e9 * 7850.0)
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}
-
-
-def test_proportional_damping_gives_back_the_modes_from_light_to_heavy():
-    omega = np.array([1.0, 2.0, 3.0, 7.0])
-    zeta = np.array([0.0, 0.2, 0.9, 2.5])
-    ports = np.random.default_rng(0).standard_normal((4, 2))
-    greens = poles(Coupled(omega, np.diag(2 * zeta * omega), ports), ("a", "b"))
-    modal = ModalGreens(omega, zeta, ports, Residual.none(2), ("a", "b"))
-    t = np.linspace(0, 9, 50)
-    for i, j in ((0, 0), (0, 1), (1, 1)):
-        assert greens.impulse_response(t, i, j) == pytest.approx(modal.impulse_response(t, i, j), abs=1e-12)
-    assert len(greens.poles) == 3
-    assert sorted(greens.signs) == [-1.0, 1.0]
 
 
 def test_coupled_damping_is_the_matrix_exponential():

@@ -14,10 +14,8 @@ from seatfem.study.scene import Scene
 from tests.gallery import load_text
 
 YOUNG, POISSON, DENSITY, RADIUS, FACET = 200e9, 0.3, 7850.0, 5e-3, 0.6e-3
-SPEED = 0.5
 SHEAR_WAVE = math.sqrt(YOUNG / (2 * (1 + POISSON)) / DENSITY)
 RATIO = 2 * (1 - POISSON) / (1 - 2 * POISSON)  # (c_p/c_s)^2
-MASS = DENSITY * 4 / 3 * math.pi * RADIUS**3
 BALL = """kind = "ball"
 diameter = "10 mm"
 contact_radius = "0.6 mm"

@@ -12,7 +12,7 @@ import pytest
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.lips import gaps_of, usual_ports
-from tests.flapper_scene import FLAPPER
+from tests.gallery import FLAPPER
 
 SEAT = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\nmaterial = "steel"\n'
 LANDING = FLAPPER + 'greens = { bandwidth = "20 kHz" }\nrelease = { velocity = "-2 m/s" }\n'

@@ -5,11 +5,8 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures.store import VARIABLE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.kept import NOTE, cached_plan, save_plan
@@ -33,12 +30,6 @@ target = "2 %"
 """
 
 
-@pytest.fixture
-def store(tmp_path, monkeypatch) -> Path:
-    monkeypatch.setenv(VARIABLE, str(tmp_path / "store"))
-    return tmp_path / "store"
-
-
 def plan_of(folder: Path, text: str = SCENE) -> Plan:
     return plan_scene(load_text(folder, text))
 
@@ -52,7 +43,7 @@ def last_of(plan: Plan, folder: Path) -> Round:
     return done
 
 
-def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(store, tmp_path):
+def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path):
     plan = too_coarse(plan_of(tmp_path))
     assert cached_plan(plan.scene) is None
     done = last_of(plan, tmp_path)
@@ -71,7 +62,7 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(store, tm
     assert cached_plan(plan.scene) == again  # told once
 
 
-def test_other_questions_are_planned(store, tmp_path):
+def test_other_questions_are_planned(tmp_path):
     save_plan(last_of(too_coarse(plan_of(tmp_path)), tmp_path))
     for other in (
         SCENE.replace('"2 %"', '"3 %"'),
@@ -82,7 +73,7 @@ def test_other_questions_are_planned(store, tmp_path):
     assert cached_plan(plan_of(tmp_path, 'title = "another name"\n' + SCENE).scene) is not None  # that asks for nothing
 
 
-def test_what_met_in_one_round_or_missed_is_not_kept(store, tmp_path):
+def test_what_met_in_one_round_or_missed_is_not_kept(store_of_the_test, tmp_path):
     done = last_of(plan_of(tmp_path), tmp_path)
     assert done.number == 1
     save_plan(done)
@@ -90,7 +81,7 @@ def test_what_met_in_one_round_or_missed_is_not_kept(store, tmp_path):
     missed = last_of(plan_of(tmp_path, strict), tmp_path)
     assert not missed.met
     save_plan(replace(missed, number=2))
-    assert not (store / "ended").exists()
+    assert not (store_of_the_test / "ended").exists()
 
 
 HARM = {
@@ -110,13 +101,14 @@ HARM = {
 }
 
 
-@pytest.mark.parametrize("harm", HARM)
-def test_a_file_that_is_not_sound_changes_nothing(store, tmp_path, harm):
+def test_a_file_that_is_not_sound_changes_nothing(store_of_the_test, tmp_path):
     plan = too_coarse(plan_of(tmp_path))
     save_plan(last_of(plan, tmp_path))
-    (path,) = (store / "ended").iterdir()
-    kept = json.loads(path.read_text())
-    assert cached_plan(plan.scene) is not None
-    harmed = HARM[harm](kept)
-    path.write_text(harmed if isinstance(harmed, str) else json.dumps(harmed))
-    assert cached_plan(plan.scene) is None
+    (path,) = (store_of_the_test / "ended").iterdir()
+    whole = path.read_text()
+    for harm, harmful in HARM.items():
+        assert cached_plan(plan.scene) is not None
+        harmed = harmful(json.loads(whole))
+        path.write_text(harmed if isinstance(harmed, str) else json.dumps(harmed))
+        assert cached_plan(plan.scene) is None, harm
+        path.write_text(whole)

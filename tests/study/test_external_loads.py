@@ -71,22 +71,6 @@ def test_an_area_that_falls_with_the_lift_is_a_spring(tmp_path: Path) -> None:
     assert abs(1e-3 - t + 2e3 * t**2 - exact) > 0.1 * exact  # what the area at the seat alone would do
 
 
-def test_it_goes_on_where_it_stopped(tmp_path: Path) -> None:
-    load = '[[load]]\npressure = "-1 bar"\narea = [["0 mm", "4 mm^2"], ["2 mm", "1 mm^2"]]\n'
-    scene = scene_of(tmp_path, MASS + load)
-    problem = problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
-    prepared = impact.prepare(problem, 5e-7, 2e-3)
-    whole, first, second = (impact.ContactStepper(prepared) for _ in range(3))
-    whole.advance(prepared.steps)
-    assert whole.force.max() > 0
-    first.advance(1003)
-    second.restore(first.checkpoint())
-    for _ in range(5):
-        second.step()
-    second.advance(prepared.steps)
-    np.testing.assert_array_equal(second.gap, whole.gap)
-
-
 @pytest.mark.parametrize(
     ("own", "load"),
     [

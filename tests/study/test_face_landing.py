@@ -23,7 +23,7 @@ from seatfem.study.prerun.context import PER_ARC
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.lips import closed_line, gaps_of, lip_of
-from tests.flapper_scene import FLAPPER
+from tests.gallery import FLAPPER
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'

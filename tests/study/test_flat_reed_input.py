@@ -1,4 +1,4 @@
-"""What can be wrong with a flat reed over its lip: each is told with key, value and limit by `plan` and `run`."""
+"""What can be wrong with a flat reed over its lip: each is told with key, value and limit."""
 
 from pathlib import Path
 
@@ -60,18 +60,14 @@ STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
             ("stopper.lift", "-1 mm", "could not leave", "more than 0 mm"),
         ),
         (FLAPPER, 'gap = "-1 um"\ntilt = "0.3 deg"', "", ("contact.gap", "-1 um", "must be >= 0")),
-        (FLAPPER, GAP + 'tilt = "90 deg"', "", ("contact.tilt", "90 deg", "30 deg")),
-        (FLAPPER, GAP + "ports = 5000", "", ("contact.ports", "5000", "4096")),
         (FLAPPER, GAP + "ports = 2048\nrings = 4", "", ("contact.ports", "2048", "4096", "take fewer")),
     ],
-    ids=["misses", "reaches_off", "small", "thick", "waves", "crosses", "stopper", "gap", "tilt", "ports", "parts"],
+    ids=["misses", "reaches_off", "small", "thick", "waves", "crosses", "stopper", "gap", "parts"],
 )
-@pytest.mark.parametrize("verb", ["plan", "run"])
-def test_it_is_told(verb, reed, contact, more, told, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_it_is_told(reed, contact, more, told, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(SCENE.format(seat=LIP, reed=reed, contact=contact, more=more), encoding="utf-8")
-    arguments = [verb, str(path), *(["-o", str(tmp_path / "out")] if verb == "run" else [])]
-    assert run_command(arguments) == 2
+    assert run_command(["run", str(path), "-o", str(tmp_path / "out")]) == 2
     out, words = capsys.readouterr()
     assert out == ""
     for part in told:

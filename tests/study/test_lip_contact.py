@@ -18,7 +18,7 @@ from impact.notices import silent
 from impact.storage.hdf5 import restore_checkpoint, save_checkpoint
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.method import Solved
-from seatfem.structures.rings import OF_TWICE, Division, as_a_whole, divided_less
+from seatfem.structures.rings import Division, as_a_whole, divided_less
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import problem_of, run_contacts, seat_of, striker_of
 from seatfem.study.impacts.touches import measured
@@ -28,7 +28,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.lips import gaps_of
-from tests.flapper_scene import FLAPPER
+from tests.gallery import FLAPPER
 
 SEAT = """kind = "annular"
 bore_radius = "5 mm"
@@ -190,7 +190,7 @@ def test_landings_of_the_reference(bench: Bench) -> None:
     assert bench.impulse(32, BACK) == pytest.approx(1450e-6, rel=0.02)
 
 
-TILTS = [FLAT, ("0.1 deg", "0 deg"), ROLL, ("1 deg", "0 deg"), ("0.1 deg", "90 deg"), PITCH, BACK, ("1 deg", "90 deg")]
+TILTS = [FLAT, ("1 deg", "0 deg"), ("0.1 deg", "90 deg"), PITCH, ("1 deg", "90 deg")]
 
 
 @pytest.mark.parametrize("tilt", TILTS)
@@ -205,8 +205,8 @@ def test_more_arcs_change_little(bench: Bench, tilt: tuple[str, str]) -> None:
 
 
 def test_peaks_converge_with_the_second_power_of_the_arcs(bench: Bench) -> None:
-    """Root mean squares over all tilts, against 128 arcs: 46, 10.3 and 1.2 % with 16, 32 and 64, orders 2.1 and 3.1.
-    The impulse, far closer from the start, goes with the first power: 1.06 and 0.27 % with 16 and 64."""
+    """Root mean squares over all tilts, against 128 arcs: 40, 8.5 and 0.4 % with 16, 32 and 64, orders 2.2 and 4.3.
+    The impulse, far closer from the start, goes with the first power: 1.4 and 0.2 % with 16 and 64."""
 
     def left(arcs: int, measure: Callable[[int, tuple[str, str]], float]) -> float:
         return math.sqrt(np.mean([(measure(arcs, tilt) / measure(128, tilt) - 1) ** 2 for tilt in TILTS]))
@@ -289,8 +289,9 @@ def stated(bench: Bench) -> Callable[[int, tuple[str, str]], Stated]:
     return at
 
 
-@pytest.mark.parametrize("ports", [16, 32])
-@pytest.mark.parametrize("tilt", [("0.1 deg", "0 deg"), ROLL, PITCH, ("1 deg", "0 deg")])
+@pytest.mark.parametrize(
+    ("ports", "tilt"), [(16, ROLL), (16, ("1 deg", "0 deg")), (32, PITCH), (32, ("0.1 deg", "0 deg"))]
+)
 def test_the_bar_covers_what_more_arcs_change(
     stated: Callable[[int, tuple[str, str]], Stated], ports: int, tilt: tuple[str, str]
 ) -> None:
@@ -303,20 +304,6 @@ def test_the_bar_covers_what_more_arcs_change(
     assert found.patch["filtered_peak"] < 0.6 * found.values["filtered_peak"]
     if ports == 32:
         assert found.patch["impulse"] < 0.01 * found.values["impulse"]
-
-
-def test_the_share_is_what_twice_as_many_arcs_change(stated) -> None:
-    """On the coarser seat, at twice the step, times the factor of an error of second order."""
-    found = stated(16, ROLL)
-    assert found.seat.in_rings is not None
-    many, few = found.seat.in_rings, divided_less(found.seat.in_rings, Division(16))
-    impulses = []
-    for greens, ports in ((many, 32), (few, 16)):
-        striker = striker_of(found.scene, method=stated_method(found.scene).along(found.scene, ports).reed)
-        impulses.append(run_contacts(found.scene, striker, greens, 2 * DT).seat.force.sum() * 2 * DT)
-    expected = OF_TWICE * abs(impulses[0] - impulses[1])
-    assert found.patch["impulse"] == pytest.approx(expected, rel=1e-6)
-    assert pytest.approx(4 / 3, rel=1e-12) == OF_TWICE
 
 
 def test_where_no_more_arcs_can_be_half_as_many_tell(

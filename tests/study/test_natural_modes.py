@@ -102,14 +102,8 @@ def test_a_limit_in_hertz(annular, tmp_path):
         Wanted.from_limits(0, None)
 
 
-def test_torsion_of_a_clamped_cylinder_is_a_quarter_wave_of_shear():
-    material = Material(200e9, 0.3, 7850.0)
-    for radii in ((0.0, 5e-3), (2e-3, 5e-3)):
-        mesh = section(np.linspace(*radii, 4), np.linspace(0.0, 20e-3, 9))
-        model = assemble_axisymmetric(mesh, material, torsion=True, fixed="bottom", order=2)
-        frequencies = solve_modes(model, 2).frequencies_hz
-        exact = material.c_s / (4 * 20e-3) * np.array([1.0, 3.0])
-        assert frequencies == pytest.approx(exact, rel=1e-4)  # (h/wavelength)^4 of quadratic elements, 16 of them
+def test_torsion_of_a_free_cylinder_turns_it_and_has_no_harmonic():
+    material, mesh = Material(200e9, 0.3, 7850.0), section(np.linspace(2e-3, 5e-3, 4), np.linspace(0.0, 20e-3, 9))
     free = assemble_axisymmetric(mesh, material, torsion=True, fixed=(), order=2)
     assert solve_modes(free, 1).frequencies_hz[0] == 0.0
     with pytest.raises(ModelError, match="must be 0 with torsion"):

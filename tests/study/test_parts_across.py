@@ -17,6 +17,7 @@ from seatfem.study.impacts.contact import RunError, check_length, measures_of, p
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.patch import of_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
+from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
 from seatfem.study.scene import Scene, load_scene
@@ -90,15 +91,14 @@ def test_parts_across_open_by_heights_of_their_own(tmp_path: Path) -> None:
 def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path) -> None:
     """Six parts across are 1.3 % above one: a part of the target alone. The term for three is a tenth of that for one,
     and holds what nine find."""
-    found = {division: in_parts(tmp_path, division) for division in (ONE, THREE, SIX)}
-    impulses = {division: landed(scene)[1] for division, scene in found.items()}
+    landings = {division: landed(in_parts(tmp_path, division)) for division in (ONE, THREE, SIX)}
+    impulses = {division: impulse for division, (_, impulse) in landings.items()}
     assert impulses[SIX] - impulses[ONE] > 0.01 * impulses[ONE]
     bars = {}
     for division in (ONE, THREE):
         scene = in_parts(tmp_path, division)
         solved = seat_of(scene, mesh_error=False)
-        problem, _ = landed(scene)
-        terms = of_rings_across(ComputedRun(scene, stated_method(scene), solved, problem))
+        terms = of_rings_across(ComputedRun(scene, stated_method(scene), solved, landings[division][0]))
         assert terms is not None
         ((variation,),) = terms
         assert variation.against is not None
@@ -109,8 +109,13 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
     assert bars[THREE] < 0.2 * bars[ONE]
 
 
-def test_the_plan_chooses_parts_across(tmp_path: Path) -> None:
-    plan = plan_scene(scene_of(tmp_path))
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    """Of the scene that states no parts."""
+    return plan_scene(scene_of(tmp_path_factory.mktemp("parts")))
+
+
+def test_the_plan_chooses_parts_across(plan: Plan) -> None:
     choice = plan.choice(RINGS)
     assert (plan.method.seat.rings, choice.value, choice.given) == (3, "3", False)
     assert choice.reason == "parts across the lip width; error estimated with 6"
@@ -128,8 +133,7 @@ def test_stated_parts_across_stay_and_tell_what_they_leave(tmp_path: Path) -> No
     assert refine(plan, "patch") is None
 
 
-def test_a_round_divides_across_what_leaves_most(tmp_path: Path) -> None:
-    plan = plan_scene(scene_of(tmp_path))
+def test_a_round_divides_across_what_leaves_most(plan: Plan) -> None:
     rings = refine(replace(plan, parts={PORTS: {"landing_impulse": 0.01}, RINGS: {"landing_impulse": 0.02}}), "patch")
     arcs = refine(replace(plan, parts={PORTS: {"landing_impulse": 0.02}, RINGS: {"landing_impulse": 0.01}}), "patch")
     assert rings is not None

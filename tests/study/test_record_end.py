@@ -9,10 +9,9 @@ import impact
 from impact.runs.variations import Budget
 from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock
+from seatfem.study.accuracy.record_end import CLOCK
 from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.method import stated_method
-from seatfem.study.scene.measures import ContactRecord
 from tests.gallery import load_text
 
 STIFFNESS, MASS, SPEED = 40e6, 1e-4, 1.0
@@ -75,33 +74,3 @@ def test_an_end_in_flight_adds_nothing(tmp_path: Path) -> None:
     assert error <= whole.bar("impulse") <= 5 * error
     assert cut.bar("impulse") > 2 * whole.bar("impulse")
     assert cut.bar("filtered_peak") == pytest.approx(whole.bar("filtered_peak"), rel=0.2)  # of the first touch
-
-
-def blow(*pieces: tuple[int, float]) -> ContactRecord:
-    """Of forces [N] that each last so many microseconds."""
-    force = np.concatenate([[0.0], *(np.full(steps, each) for steps, each in pieces)])
-    return ContactRecord(force, 1e-6, 1e-6, np.zeros_like(force))
-
-
-def test_the_last_whole_touch_is_the_clock() -> None:
-    """The middle of the second touch, 6 us after the start, while the third is cut; 2 us later where all comes so."""
-    here, later = (blow((2 + by, 0.0), (2, 5.0), (1, 0.0), (2, 3.0), (4, 0.0), (1, 2.0)) for by in (0, 2))
-    last = LastTouch.from_record(here)
-    assert last.impulse == pytest.approx(13e-6)
-    assert last.time(here) == pytest.approx(6e-6)
-    assert last.time(later) == pytest.approx(8e-6)
-    assert last.time(blow((3, 1.0))) == pytest.approx(3e-6)  # it never comes so far: its end
-    assert LastTouch.from_record(blow((3, 0.0))).time(here) == 0.0  # nothing touches
-
-
-def test_the_end_counts_to_the_source_that_moves_the_last_touch() -> None:
-    """A touch of 2 N begins with the end of the record, and one of 5 N ends 1 us before it."""
-    longer = blow((2, 0.0), (2, 5.0), (1, 0.0), (3, 2.0))
-    parts = {"mesh": {"impulse": 1e-7, CLOCK: 1e-7}, "time_step": {"impulse": 1e-7, CLOCK: 1.9e-6}}
-    left = Budget({"impulse": 1e-5, CLOCK: 3e-6}, parts, ("mesh", "time_step"))
-    off = clock_off(left)
-    assert off == pytest.approx(1.5 * 2e-6)
-    found = without_clock(with_end(left, longer, 5e-6, off))
-    assert found.parts["mesh"] == {"impulse": 1e-7}
-    assert found.parts["time_step"]["impulse"] == pytest.approx(1e-7 + 10e-6)  # the larger of 3 x 2 and 2 x 5 uN s
-    assert found.values == {"impulse": 1e-5}

@@ -17,7 +17,6 @@ from seatfem.structures.materials import Material
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import Solved
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import (
@@ -26,28 +25,14 @@ from seatfem.structures.rings import (
     ring_borders,
     ring_names,
     ring_shares,
-    with_fewer_rings,
 )
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
-from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.impacts.touches import Touches
-from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
 
 STEEL = Material(2e11, 0.3, 7850.0)
-
-
-def ringed(rings: int, spread: float = 0.1) -> ModalGreens:
-    """Modes that the rings share, and a residual of their own."""
-    rng = np.random.default_rng(rings)
-    shapes = 30 + spread * rng.normal(size=(5, rings))
-    start = np.diag(1e-3 / ring_shares(rings))
-    residual = Residual.exponential(np.diag(1e-10 / ring_shares(rings)), start)
-    omega = 1e5 * np.arange(1.0, 6.0)
-    return ModalGreens(omega, np.full(5, 0.02), shapes, residual, ring_names("contact", rings))
 
 
 @pytest.mark.parametrize("rings", [1, 2, 3, 4, 7, 8])
@@ -206,28 +191,6 @@ def test_a_face_does_not_pull_at_rings() -> None:
     static = np.array([[2.0, 1.0, 3.0], [1.0, 2.0, 3.0], [3.0, 3.0, 8.0]])
     greens = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 3)), Residual.spring(static), ring_names("contact", 3))
     assert face_compliance(greens) == pytest.approx(1.5)
-
-
-def test_the_budget_states_what_the_patch_leaves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """But for what the end of the record cuts."""
-    monkeypatch.setattr("seatfem.study.accuracy.error_budget.clock_off", lambda left: 0.0)
-    scene = load_scene(scene_file(tmp_path))
-    striker, four = striker_of(scene), ringed(4, spread=3.0)
-    one = with_fewer_rings(four, 1)
-    result = run_contacts(scene, striker, one, 2e-8).seat
-    coarse = run_contacts(scene, striker, four, 4e-8).seat, run_contacts(scene, striker, one, 4e-8).seat
-    expected = (1 + left_by(4)) * abs(measures.impulse(coarse[0]) - measures.impulse(coarse[1]))
-    found = error_budget(scene, stated_method(scene), Solved(one, in_rings=four), striker, Touches(result))
-    assert found.parts["patch"]["impulse"] == pytest.approx(expected, rel=1e-6)
-    assert expected > 0
-    assert "patch" in error_budget(scene, stated_method(scene), Solved(one), striker, Touches(result)).unknown
-    spring = Solved(impact.spring(stiffness=1e9), plane=True)
-    assert set(error_budget(scene, stated_method(scene), spring, striker, Touches(result)).parts["patch"].values()) == {
-        0.0
-    }
-    result = run_contacts(scene, striker, four, 2e-8).seat
-    found = error_budget(scene, stated_method(scene), Solved(four), striker, Touches(result))
-    assert found.parts["patch"]["impulse"] == pytest.approx(expected * left_by(4) / (1 + left_by(4)), rel=1e-6)
 
 
 def test_a_scene_asks_for_rings(tmp_path: Path) -> None:

@@ -83,11 +83,6 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
     assert scene.accuracy.target == 0.01
 
 
-def test_a_scene_does_not_change(load: Load) -> None:
-    with pytest.raises(ValueError, match="frozen"):
-        load(SCENE).run.duration = 1.0
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

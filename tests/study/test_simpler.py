@@ -12,7 +12,7 @@ from seatfem.structures.lip import Lip
 from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import striker_of
-from seatfem.study.impacts.validity import simpler_keys, simpler_models
+from seatfem.study.impacts.validity import simpler_models
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from tests.gallery import FLAPPER, load_text
@@ -102,12 +102,3 @@ def test_none_beside_a_contact_of_one_port(tmp_path: Path) -> None:
         )
         == {}
     )
-
-
-def test_keys_of_the_summary(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path)
-    found = simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)
-    keys = simpler_keys(found, 2e-6)
-    assert keys["beam_impulse_Ns"] == measures.impulse(found["beam"].seat)
-    assert keys["one_port_filtered_peak_force_N"] == measures.filtered_peak_force(found["one_port"].seat, 2e-6)
-    assert len(keys) == 4

@@ -93,16 +93,6 @@ def test_a_mass_between_two_springs(tmp_path: Path) -> None:
     assert fine.seat.energy.residual < 1e-12
 
 
-def test_that_exact_case_knows_the_stoppers_stiffness(tmp_path: Path) -> None:
-    """3 % more of it are 1.5 % in the peak and in the contact's length, both above what the case allows."""
-    scene = scene_of(tmp_path, SEAT + MASS + STOPPER.replace("4 N/um", "4.12 N/um") + RUN)
-    coarse, fine = bounced(scene, 1e-7), bounced(scene, 5e-8)
-    peak = extrapolated(coarse, fine, lambda run: run.stopper.force[: len(run.stopper.force) // 2].max())
-    length = extrapolated(coarse, fine, lambda run: np.diff(measures.contact_groups(run.stopper)[0])[0])
-    assert abs(peak / (SPEED * math.sqrt(4e6 * MASS_KG)) - 1) > 0.01
-    assert abs(length / OF_STOPPER - 1) > 0.01
-
-
 def test_a_scene_is_the_problem_built_by_hand(tmp_path: Path) -> None:
     """Seat at the tip, stopper at 18 mm: the reed has two ports, and both contacts are those of `impact.Contact`."""
     law = 'law = { kind = "spring", stiffness = "50 N/um" }\n'

@@ -1,8 +1,6 @@
 """Strings with units: right, or refused with a message that helps."""
 
 import math
-import subprocess
-import sys
 from decimal import Decimal
 
 import pint
@@ -82,12 +80,6 @@ def test_the_table_of_usual_units_is_pints() -> None:
         assert dimension.usual
         for unit, factor in dimension.usual.items():
             assert Decimal(factor) == registry.Quantity(Decimal(1), unit).to(dimension.si).magnitude, unit
-
-
-def test_usual_units_are_read_without_pint() -> None:
-    """It takes long to load."""
-    code = "import sys; from seatfem.units import parse_quantity as p; p('3 mm', 'length'); p('1 kg/m3', 'density')"
-    subprocess.run([sys.executable, "-c", f"{code}; assert 'pint' not in sys.modules"], check=True)
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(sorted(DIMENSIONS)))

@@ -84,19 +84,18 @@ landing = "run"
 """
 
 
-def run(text, folder, monkeypatch):
-    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", lambda *given: ((), ()))  # they are tested elsewhere
-    run_scene(load_text(folder, text), folder / "out")
+def run(text, folder):
+    run_scene(load_text(folder, text), folder / "out", pictures=False)
     with (folder / "out" / "gauges.csv").open() as file:
         heads, *rows = csv.reader(file)
     columns = np.array(rows, dtype=float).T
     return json.loads((folder / "out" / "summary.json").read_text()), dict(zip(heads, columns, strict=True))
 
 
-def test_a_wave_comes_is_passed_on_and_seen(tmp_path, monkeypatch):
+def test_a_wave_comes_is_passed_on_and_seen(tmp_path):
     """The first gauge sees it as it was stated, and what the joint throws back 200 us later, the integral of which is
     half the closure that stays over c; the second one what is passed on."""
-    summary, seen = run(WAVE, tmp_path, monkeypatch)
+    summary, seen = run(WAVE, tmp_path)
     time, first, second = seen["time [s]"], seen["first [m/m]"], seen["second [m/m]"]
     coming = -1e-3 * np.interp(time, [0, 10e-6, 60e-6, 70e-6], [0, 1, 1, 0])
     np.testing.assert_allclose(first[time < 190e-6], coming[time < 190e-6], atol=1e-15)
@@ -114,9 +113,9 @@ def test_a_wave_comes_is_passed_on_and_seen(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("slip", [1.0, 1.03])
-def test_a_striker_drives_a_chain(slip, tmp_path, monkeypatch):
+def test_a_striker_drives_a_chain(slip, tmp_path):
     """Strain v/(2c) for 2 l/c in both bars, each delayed by its way; the striker's own for as long, less its ways."""
-    summary, seen = run(CHAIN, tmp_path, monkeypatch)
+    summary, seen = run(CHAIN, tmp_path)
     time, strain = seen["time [s]"], -10.0 / (2 * SPEED)
     agrees = []
     for name, arrives, leaves in (
@@ -180,7 +179,7 @@ def test_impossible_chains_are_refused(old, new, words, tmp_path):
         load_text(tmp_path, CHAIN.replace(old, new, 1))
 
 
-def test_a_landing_reed_has_its_gauge_in_the_results(tmp_path, monkeypatch):
+def test_a_landing_reed_has_its_gauge_in_the_results(tmp_path):
     """At the root of a cantilever the strain is that of its largest stress, if that lies there, over E."""
     text = """
 [seat]
@@ -201,7 +200,7 @@ duration = "1 ms"
 target = "20 %"
 measures = ["impulse"]
 """
-    summary, seen = run(text, tmp_path, monkeypatch)
+    summary, seen = run(text, tmp_path)
     largest = max(abs(summary["gauge_root_largest_strain"]), abs(summary["gauge_root_smallest_strain"]))
     assert summary["peak_reed_stress_at_m"] == 0.0
     assert largest == pytest.approx(summary["peak_reed_stress_Pa"] / 200e9, rel=1e-3)  # of steps, not in between

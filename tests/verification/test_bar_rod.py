@@ -19,7 +19,6 @@ from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar
-from tests.rod_model import rod_model
 
 E, RHO, LENGTH, WIDTH = 200e9, 7850.0, 40e-3, 8e-3
 C0 = np.sqrt(E / RHO)
@@ -88,41 +87,6 @@ def test_g_after_the_pulse_converges_at_its_order():
     assert abs(fitted_order(largest) - 2.4) < 0.4
     assert abs(fitted_order(rms) - 2.8) < 0.4
     assert largest[-1] < 2e-4
-
-
-@pytest.mark.parametrize(("order", "of_largest", "of_rms"), [(1, 2.0, 2.0), (2, 2.4, 2.8)])
-def test_the_orders_in_one_dimension(order, of_largest, of_rms):
-    """The derivation above where it can be resolved; linear elements: h^2 w^2 gives h^2 in both."""
-    width = ROUND_TRIP / 2
-    t = np.linspace(0, 3 * ROUND_TRIP, 1201)
-    exact = echoes(t, width)
-    errors = []
-    for elements in (32, 64, 128):
-        rod = rod_model(young=E, density=RHO, area=AREA, length=LENGTH, elements=elements, order=order)
-        modes = solve_modes(rod, rod.size)
-        whole = impact.ModalGreens(
-            modes.omega, np.zeros(rod.size), modes.shapes.T @ rod.port_matrix, impact.Residual.none()
-        )
-        error = whole.filtered(t, width) * RHO * C0 * AREA - exact
-        errors.append((np.abs(error).max(), np.sqrt(np.mean(error**2))))
-    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert np.all(np.abs(orders - (of_largest, of_rms)) < 0.15)
-
-
-def test_plateau_and_arrivals_are_seen():
-    """g = 1/(rho c A) until the echo of the fixed end, minus that from 2 l/c on: read off the 3-D response."""
-    width, impedance = ROUND_TRIP / 3, RHO * C0 * AREA
-    greens = greens_function(model(2e-3), bandwidth=1 / width, duration=2.6 * ROUND_TRIP, tolerance=1e-3)
-    t = np.linspace(0, 2.6 * ROUND_TRIP, 5201)
-    response = greens.filtered(t, width)
-    for start, end, level in ((width, ROUND_TRIP, 1), (ROUND_TRIP + width, 2 * ROUND_TRIP, -1)):
-        inside = (t > start + 0.1 * width) & (t < end - 0.1 * width)
-        # the mesh of 2 mm carries this shorter pulse to 0.3 %
-        assert response[inside] * impedance == pytest.approx(np.full(inside.sum(), level), abs=0.01)
-    crossings = t[1:][np.diff(np.sign(response)) != 0]
-    crossings = crossings[crossings > width]
-    # an echo of twice the plateau, delayed by half the pulse, crosses zero at its arrival
-    assert crossings[:2] - width / 2 == pytest.approx([ROUND_TRIP, 2 * ROUND_TRIP], rel=0.002)
 
 
 def test_what_poissons_ratio_adds_falls_with_slenderness_as_rayleigh_and_love_predict():

@@ -1,7 +1,5 @@
 """CalculiX on a small mesh of ours: natural frequencies."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import skfem
@@ -22,16 +20,6 @@ def block(kind=skfem.MeshTet, cells=(3, 2, 2)):
     mesh = kind.init_tensor(*(np.linspace(0, side, n + 1) for side, n in zip(SIDES, cells, strict=True)))
     named = {"contact": lambda x: x[2] > SIDES[2] - 1e-9, "fixed": lambda x: x[2] < 1e-9}
     return assemble(mesh.with_boundaries(named), STEEL, order=2)
-
-
-@here
-def test_frequencies_are_the_same_and_a_wrong_modulus_is_seen():
-    """Its mass of four points moves the fifth by 0.3 % here; 3 % of the modulus move all of them by 1.5 %."""
-    model = block()
-    theirs = calculix.frequencies(model, STEEL, 5).values
-    assert np.abs(theirs / solve_modes(model, 5).frequencies_hz - 1).max() < 5e-3
-    wrong = calculix.frequencies(model, replace(STEEL, young=1.03 * STEEL.young), 5).values
-    assert np.abs(wrong / solve_modes(model, 5).frequencies_hz - 1).min() > 1e-2
 
 
 @here

@@ -79,7 +79,7 @@ def told(force: np.ndarray, dt: float) -> tuple[float, float]:
     return float(total.sum() * dt), largest_average(total, dt, 5e-6)
 
 
-TILTS = [(0.0, 0.0), (0.2, 0.0), (0.2, math.pi / 2), (-0.2, math.pi / 2)]
+TILTS = [(0.0, 0.0), (0.2, 0.0), (-0.2, math.pi / 2)]
 
 
 def course(force: np.ndarray, dt: float) -> np.ndarray:
@@ -107,33 +107,17 @@ def test_a_landing_on_a_bed_of_springs_is_that_of_its_matrices(tilt: float, axis
         assert np.abs(course(by_matrices(other), dt) - found).max() > close * found[-1]
 
 
-@pytest.mark.parametrize(("tilt", "axis"), TILTS[:2])
-def test_two_plates_collide_as_their_matrices_do(tilt: float, axis: float) -> None:
+def test_two_plates_collide_as_their_matrices_do() -> None:
     """Signorini's condition between the arcs of a reed and of a plate clamped all around, 1.5 mm thick: both by modes,
     and by all their unknowns. Impulses to 0.5 % measured; the means over 5 us to 1.6 %, for a step of 0.2 us does not
     resolve how a clamped plate answers at once."""
-    gaps = openings(tilt, axis)
+    gaps = openings(0.2, 0.0)
     landing, start = by_greens(as_seat(), gaps, 400e3)
     assert landing.energy.residual < 1e-9
     impulse, peak = told(landing.force[1:], DT)
     right = told(marched([plate(), seat()], start, gaps, 2e-7, DURATION), 2e-7)
     assert impulse == pytest.approx(right[0], rel=0.01)
     assert peak == pytest.approx(right[1], rel=0.025)
-
-
-def test_a_landing_is_the_same_on_both_sides() -> None:
-    """Meshes that are their own mirror images: flat and pitch are symmetric, rolls mirror images. Modes are so to
-    1e-9 of g, of which 200 touches make 1e-6."""
-    greens, close = as_seat(), 5e-6
-
-    def forces(tilt: float, axis: float) -> np.ndarray:
-        return np.asarray(by_greens(greens, openings(tilt, axis), 150e3)[0].force)
-
-    for tilt, axis in (TILTS[0], *TILTS[2:]):
-        found = forces(tilt, axis)
-        np.testing.assert_allclose(found, found[:, ::-1], atol=close * found.max())
-    left, right = forces(0.2, 0.0), forces(-0.2, 0.0)
-    np.testing.assert_allclose(left, right[:, ::-1], atol=close * left.max())
 
 
 STRIP = {"length": 25.4e-3, "width": 2e-3, "thickness": 0.4e-3}

@@ -101,8 +101,7 @@ def test_reductions_agree_within_their_stated_errors(seat):
         assert np.abs(response[one] - response[other]).max() / scale <= stated[one] + stated[other], (one, other)
 
 
-@pytest.mark.parametrize("ratio", [0.0, 0.1, 0.5])
-@pytest.mark.parametrize("method", ["krylov", "modes", "lanczos"])
+@pytest.mark.parametrize(("method", "ratio"), [("krylov", 0.5), ("modes", 0.1), ("lanczos", 0.0)])
 def test_the_first_velocity_is_one_over_rho_c_area(method, ratio):
     """(2/pi) acos(zeta)/sqrt(1 - zeta^2) of it under modal damping; then g falls, with no gap or jump in between."""
     model = conical()
