@@ -16,7 +16,6 @@ from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import behind_the_reed, lip_of, on_the_reed
 
 _Table = TypeVar("_Table", bound=BaseModel)
 
@@ -69,13 +68,13 @@ class RunMethod:
     def along(self, scene: Scene, ports: int | None, rings: int | None = None) -> RunMethod:
         """Return the method with the lip in so many arcs and rings, by default those that the scene states; sectors of
         the seat have none."""
-        lip = lip_of(scene, ports, rings)
+        geometry = scene.geometry
+        lip = geometry.lip(ports, rings)
         rings = self.seat.rings if lip is None else lip.rings
         level: AnyLevel = "3d" if lip is not None and self.seat.level == "sector" else self.seat.level
         seat = replace(self.seat, level=level, lip=lip, rings=rings)
-        return replace(
-            self, seat=seat, reed=replace(self.reed, lip=on_the_reed(scene, lip), behind=behind_the_reed(scene))
-        )
+        reed = replace(self.reed, lip=geometry.on_the_reed(lip), behind=geometry.behind_the_reed())
+        return replace(self, seat=seat, reed=reed)
 
     def value(self, key: str) -> Any:
         """Return the value of a dotted ``key`` of `FIELDS`."""

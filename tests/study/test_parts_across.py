@@ -20,7 +20,6 @@ from seatfem.study.method import PORTS, RINGS, stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.lips import gaps_of
 
 SHEET = """
 [seat]
@@ -77,7 +76,7 @@ def test_parts_across_open_by_heights_of_their_own(tmp_path: Path) -> None:
     """Part k lies between shares of the area of the annulus; its centre line at the mean of its borders' radii; the
     outer rim is the lowest, however many parts there are."""
     scene = in_parts(tmp_path, Division(32, 3))
-    gaps = gaps_of(scene, Division(32, 3)).reshape(32, 3)
+    gaps = scene.geometry.gaps(Division(32, 3)).reshape(32, 3)
     borders = np.sqrt(3.5e-3**2 + ring_borders(3) * (4.3e-3**2 - 3.5e-3**2))
     radii = (borders[:-1] + borders[1:]) / 2
     angles = 2 * np.pi * (np.arange(32) + 0.5) / 32

@@ -384,7 +384,7 @@ def test_a_lift_is_counted_from_the_seat(tmp_path: Path) -> None:
     """The mass travels exactly the lift between leaving the seat and meeting the stopper, and the runs are the same."""
     lifted = scene_of(tmp_path, SEAT + MASS + STOPPER.replace('gap = "0.2 mm"', 'lift = "0.3 mm"') + RUN)
     stated = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
-    assert lifted.stopper_gap == pytest.approx(stated.stopper_gap, rel=1e-12)
+    assert lifted.geometry.stopper_gap == pytest.approx(stated.geometry.stopper_gap, rel=1e-12)
     touches = bounced(lifted, 1e-7)
     both = touches.seat.gap + touches.stopper.gap  # each opening, where neither body is pressed: the lift
     free = (touches.seat.force == 0) & (touches.stopper.force == 0) & (np.arange(len(both)) * 1e-7 < 1e-4)

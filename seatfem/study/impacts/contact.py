@@ -77,7 +77,7 @@ def striker_of(
     if greens is None and (solved := solved_striker(scene, method=method)) is not None:
         greens = solved.greens
     with in_role("reed", scene.reed):
-        return drives.loaded(scene, scene.reed.body(greens, n_modes, scene.contact_at))
+        return drives.loaded(scene, scene.reed.body(greens, n_modes, scene.geometry.contact_at))
 
 
 def solved_striker(
@@ -118,7 +118,7 @@ def solved_stopper(scene: Scene) -> Solved | None:
         return None
     stopper = scene.stopper.body
     with in_role("stopper", stopper):
-        lip = None if stopper.lip_face.no_lip else lips.stopper_lip(scene)
+        lip = None if stopper.lip_face.no_lip else scene.geometry.stopper_lip()
         how = None if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
         return _computed(stopper, scene.run.duration, method=how)
 
@@ -180,7 +180,7 @@ def stress_of(
         return None
     pushed = touches.pushes(striker, force, stopper)
     marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
-    stress = scene.reed.stress(pushed, dt, marched, scene.contact_at)
+    stress = scene.reed.stress(pushed, dt, marched, scene.geometry.contact_at)
     return None if stress is None else stress.largest(coarsely=coarsely, since=since)
 
 
@@ -224,7 +224,8 @@ def problem_of(
     whose ports are other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own,
     where it has one."""
     law, division, seat = scene.contact.law, Division.from_greens(seat.greens), drives.on_its_base(scene, "seat", seat)
-    gaps, films = lips.gaps_of(scene, division), lips.films_of(scene, division)
+    geometry = scene.geometry
+    gaps, films = geometry.gaps(division), geometry.films(division)
     contacts = [
         impact.Contact(
             seat,
@@ -237,11 +238,11 @@ def problem_of(
         for k, (gap, share) in enumerate(zip(gaps, division.shares, strict=True))
     ]
     if scene.stopper is not None:
-        above = lips.stopper_gaps(scene)
+        above = geometry.stopper_gaps()
         target = stopper or stopper_of(scene)
         assert target is not None
         target, parts = drives.on_its_base(scene, "stopper", target), scene.stopper.parts
-        beyond = len(striker.greens.ports) - 1 if scene.has_two_places else 0
+        beyond = len(striker.greens.ports) - 1 if geometry.has_two_places else 0
         for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
             port = lips.STOPPER + name
             contacts.append(
@@ -348,7 +349,7 @@ def blow_of_march(
         filter_width=scene.run.filter_width,
         displacement=touches.displacement_of(stepper) if displacement else None,
         stress=stresses,
-        line=lips.line_of(scene, prepared.problem, touches.parts_of(stepper)),
+        line=scene.geometry.line(Division.from_greens(prepared.problem.target.greens), touches.parts_of(stepper)),
         film=touches.film_of(stepper),
         landings=landings,
         asked=choice,

@@ -168,14 +168,6 @@ def loaded(scene: Scene, body: Body) -> Body:
     return on_its_springs(scene, on_its_base(scene, "reed", body))
 
 
-def crank_of(scene: Scene) -> tuple[float, float] | None:
-    """Return the speed of the crank [1/min] and its angle at t = 0 [rad], of the gas or else of the first load."""
-    if scene.gas is not None:
-        return scene.gas.rpm, scene.gas.angle
-    courses = (course for load in scene.load for course in (load.pressure, load.force) if course is not None)
-    return next(((course.rpm, course.angle or 0.0) for course in courses if course.rpm is not None), None)
-
-
 def _loads(scene: Scene, body: Body) -> Iterator[Load]:
     for load in scene.load:
         if load.pressure is not None:

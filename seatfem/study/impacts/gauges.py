@@ -46,7 +46,7 @@ def gauge_strains(
 def _strain(scene: Scene, gauge: Gauge, force: Array | None, dt: float, striker: Body) -> Array:
     body, wave = scene.bodies[gauge.of], scene.wave_on(gauge.of)
     assert force is not None
-    strain = body.strain_at(gauge.at, force, dt, striker, scene.contact_at)
+    strain = body.strain_at(gauge.at, force, dt, striker, scene.geometry.contact_at)
     if wave is not None and (speed := body.wave_speed) is not None:
         middle = np.asarray(dt * (np.arange(len(strain)) - 0.5), dtype=np.float64)
         return np.asarray(strain + wave.incoming(speed).strain_at(middle, gauge.at))

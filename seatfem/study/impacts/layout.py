@@ -16,7 +16,7 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
-from seatfem.study.scene import Scene, drives, files, lips
+from seatfem.study.scene import Scene, drives, files
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
@@ -39,7 +39,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         MeshingError, OSError: gmsh cannot be run; a file is not there.
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
-    at = scene.own_place
+    at = scene.geometry.own_place
     shape = None if reed.thin_plate is None else reed.thin_plate.geometry()
     root = shape.centre[0] if shape is not None and shape.is_clamped else at  # away, of the contact's middle
     seen = reed.views(at).turned_over()
@@ -51,7 +51,10 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     if stopper is not None:
         along = 0.0 if stopper.at is None or at is None else stopper.at - at
         behind = Placed(
-            "stopper", stopper.body.views().turned_over(), (along, 0.0), contact.gap + thickness + scene.stopper_gap
+            "stopper",
+            stopper.body.views().turned_over(),
+            (along, 0.0),
+            contact.gap + thickness + scene.geometry.stopper_gap,
         )
     seat = Placed("seat", scene.seat.views(), contact.offset)
     placed = Placed("reed", seen, height=contact.gap)
@@ -61,7 +64,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         reed=placed,
         stopper=behind,
         gap=contact.gap,
-        lift=None if stopper is None else scene.stopper_gap,
+        lift=None if stopper is None else scene.geometry.stopper_gap,
         start=_start(scene, at),
         actions=tuple(_actions(scene, root, seen)),
         springs=_springs(scene, root),
@@ -268,7 +271,7 @@ def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planne
         yield "starts pressed on its seat (preload)"
     if (stopper := scene.stopper) is not None and stopper.parts != Division():
         try:
-            known = lips.stopper_lip(scene) is not None
+            known = scene.geometry.stopper_lip() is not None
         except ModelError:
             known = False
         if known:

@@ -18,7 +18,6 @@ from impact.notices import Advice
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches, pushes
 from seatfem.study.scene import Scene
-from seatfem.study.scene.life import turn_of
 
 Histories = Iterable[tuple[str, Array]]
 """Places by name, their body first, with (n + 1,) stress of one axis or (n + 1, 6) tensors over the whole run [Pa]."""
@@ -90,7 +89,7 @@ def beam_histories(
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     also = {peak.at for peak in peaks if peak is not None}
     marched = loads.without_springs(with_recorded_loads(striker, lift_of(touches), dt), force, dt)
-    if (known := scene.reed.stress(force, dt, marched, scene.contact_at)) is not None:
+    if (known := scene.reed.stress(force, dt, marched, scene.geometry.contact_at)) is not None:
         yield from known.histories(also, few=few)
 
 
@@ -98,7 +97,7 @@ def block_from(scene: Scene, touches: Touches) -> int:
     """Return the step from which the block of stress is taken that repeats: the whole run, or the crank's last turn."""
     if scene.life is None or scene.life.block != "last cycle":
         return 0
-    turn = turn_of(scene)
+    turn = scene.turn
     assert turn is not None
     return max(0, len(touches.seat.time) - 1 - round(turn / touches.seat.dt))
 

@@ -21,7 +21,6 @@ from seatfem.structures import fields, lip, rings
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.impacts.touches import parts_of, stopper_force_of
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import lip_of, on_the_reed
 
 if TYPE_CHECKING:
     from seatfem.structures import sheets
@@ -65,7 +64,8 @@ def reed_of(scene: Scene) -> ThinPlate:
 
 def lips_of_plate(scene: Scene, division: rings.Division) -> tuple[lip.AnyLip, ...]:
     """Return the lips that touch the plate that strikes: its own face first, then the seat's lip in these parts."""
-    return reed_of(scene).lips(on_the_reed(scene, lip_of(scene, division.arcs, division.rings)))
+    geometry = scene.geometry
+    return reed_of(scene).lips(geometry.on_the_reed(geometry.lip(division.arcs, division.rings)))
 
 
 def touching_lips(scene: Scene, division: rings.Division) -> tuple[lip.AnyLip, ...]:

@@ -54,7 +54,7 @@ class Touches:
 
 def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResult) -> Touches:
     """Return the contacts of ``result`` of a problem of a scene: the seat's columns come first, the stopper's last."""
-    shares = Division.from_greens(problem.target.greens).shares
+    division = Division.from_greens(problem.target.greens)
     landings = landings_of_result(problem, result, scene.run.filter_width)
     if result.force.ndim == 1:
         return Touches(result, landings=landings)
@@ -66,9 +66,9 @@ def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResu
     if of_seat == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=above, landings=landings)
     parts = of_contacts(result, slice(of_seat))
-    line = lips.line_of(scene, problem, parts.force, parts.film)
-    seat = as_one(parts, shares)
-    mass = _mass_that_moves(problem, np.asarray(parts.force.sum(axis=0)), shares)
+    line = scene.geometry.line(division, parts.force, parts.film)
+    seat = as_one(parts, division.shares)
+    mass = _mass_that_moves(problem, np.asarray(parts.force.sum(axis=0)), division.shares)
     return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, above, landings)
 
 
@@ -135,7 +135,7 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
 def facing(scene: Scene, striker: GreensFunction, part: str) -> int:
     """Return the striker's port over a part of the seat: the one of its name, and the first where there is none, or
     where the ports are the places of seat and stopper."""
-    return striker.port_index(part) if part in striker.ports and not scene.has_two_places else 0
+    return striker.port_index(part) if part in striker.ports and not scene.geometry.has_two_places else 0
 
 
 def on_the_ports(scene: Scene, striker: GreensFunction, seat: GreensFunction, touches: Touches) -> Array:
@@ -150,7 +150,13 @@ def on_the_ports(scene: Scene, striker: GreensFunction, seat: GreensFunction, to
     add(touches.parts, touches.seat, Division.from_greens(seat).names, 0, 1)
     if touches.stopper is not None and scene.stopper is not None:
         names = tuple(lips.STOPPER + name for name in scene.stopper.parts.names)
-        add(touches.stopper_parts, touches.stopper, names, len(striker.ports) - 1 if scene.has_two_places else 0, -1)
+        add(
+            touches.stopper_parts,
+            touches.stopper,
+            names,
+            len(striker.ports) - 1 if scene.geometry.has_two_places else 0,
+            -1,
+        )
     return force
 
 

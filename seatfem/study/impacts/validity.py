@@ -70,7 +70,7 @@ def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
 def covered_notes(scene: Scene) -> tuple[str, ...]:
     """Return that a beam covers only a part of the lip that it strikes, which the model presses all around."""
     reed, ring = scene.reed, scene.seat.lip_face.ring
-    beam, at = reed.slender, scene.own_place
+    beam, at = reed.slender, scene.geometry.own_place
     if ring is None or beam is None or at is None:
         return ()
     angle = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS

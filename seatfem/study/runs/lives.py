@@ -265,7 +265,7 @@ def again(done: Round, name: str, value: float) -> Round:
     Raises:
         KeyProblem: a value that the scene cannot have.
     """
-    scene = varied(done.plan.scene, name, value)
+    scene = done.plan.scene.with_geometry(varied(done.plan.scene.geometry, name, value))
     reed = None if done.reed is None else done.reed.greens
     striker = contact.striker_of(scene, done.plan.method.reed.n_modes, reed)
     touches = contact.run_contacts(scene, striker, done.seat.greens, done.result.dt)

@@ -25,7 +25,7 @@ from seatfem.structures.mesh import meshing, plane_meshes
 from seatfem.structures.method import Solved
 from seatfem.structures.model import Array
 from seatfem.structures.store import Store, StoreError
-from seatfem.study.impacts import drives, gas
+from seatfem.study.impacts import gas
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.runs.stress_wave import raising
@@ -72,7 +72,7 @@ def draw_run(
     struck = "seat" if scene.stopper is None else "seat and stopper"
     pictures: list[rendering.Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, **marked)),
-        ("motion.png", lambda path: plot_motion(result, baseline, path, crank=drives.crank_of(scene), **marked)),
+        ("motion.png", lambda path: plot_motion(result, baseline, path, crank=scene.crank, **marked)),
         ("energy.png", lambda path: plot_energy(result, path, title=title, targets=struck)),
         _greens_picture(scene, method, seat),
         *more,
@@ -112,7 +112,7 @@ def gas_pictures(scene: Scene, touches: Touches) -> list[rendering.Picture]:
     """Return gas.png of a scene with gas."""
     if scene.gas is None:
         return []
-    stop = None if scene.stopper is None else scene.stopper_gap + scene.contact.gap
+    stop = None if scene.stopper is None else scene.geometry.stopper_gap + scene.contact.gap
 
     def draw(path: Path) -> None:
         run = gas.GasRun.from_run(scene, touches)

@@ -198,7 +198,7 @@ def _of_beam(done: Round, stride: int) -> list[History]:
     scene, stress = done.plan.scene, done.stress
     if stress is None:
         return []
-    at, touch = scene.contact_at, runs.stress_wave.touch_of(done)
+    at, touch = scene.geometry.contact_at, runs.stress_wave.touch_of(done)
     places = at if isinstance(at, tuple) else () if at is None else (at,)
     worst = (stress.after_contact or stress.initial).at
     known = {f"{1e3 * worst:.4g} mm from the root": worst, **dict(zip(("contact", "stopper"), places, strict=False))}

@@ -29,7 +29,6 @@ from seatfem.study.impacts.landings import BAR, LANDED, STATUS, has_landed, left
 from seatfem.study.impacts.touches import OF_A_LANDING
 from seatfem.study.method import PORTS, RINGS, is_given
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import lip_of
 from seatfem.study.scene.measures import PREFIXES, Measure, Restitution, all_measures, key_of
 from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep.cases import Case, Changes, columns_of, key_of_case
@@ -246,7 +245,7 @@ PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 def settings(scene: Scene) -> Changes:
     """Return what is changed in all scenes of such a study, besides what varies: the target, and one port."""
-    one_port = {RINGS: scene.seat.elastic is not None, PORTS: lip_of(scene) is not None}
+    one_port = {RINGS: scene.seat.elastic is not None, PORTS: scene.geometry.lip() is not None}
     ports = {key: 1 for key, applies in one_port.items() if applies and not is_given(scene, key)}
     return {"accuracy.target": TIGHTER * scene.accuracy.target, **ports}
 
