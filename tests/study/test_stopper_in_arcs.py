@@ -101,7 +101,7 @@ def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
     force = touches.stopper_parts.force
     np.testing.assert_allclose(force.sum(axis=1), touches.stopper.force, rtol=1e-12)
     np.testing.assert_allclose(force.sum(axis=0), force.sum() / 8, rtol=0.02 * force.sum() / 8)  # the mesh is uneven
-    pushed = on_the_ports(scene, body.greens, impact.spring(stiffness=5e7), touches)[1:].T
+    pushed = on_the_ports(scene.geometry, body.greens, impact.spring(stiffness=5e7), touches)[1:].T
     assert -pushed.sum() * 1e-7 == pytest.approx(measures.impulse(touches.stopper), rel=1e-12)
     coordinates, modal = modal_coordinates(body, pushed, 1e-7, 1), body.greens.modal
     of = [body.greens.port_index(STOPPER + name) for name in Division(8).names]

@@ -13,10 +13,12 @@ from impact.quantities import percent
 from seatfem.pictures import rendering, scene_drawing
 from seatfem.pictures.layout import Action, Layout, Placed, Way
 from seatfem.structures.errors import ModelError
+from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene, drives, files
+from seatfem.study.scene.lips import ContactGeometry
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
@@ -65,12 +67,12 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         stopper=behind,
         gap=contact.gap,
         lift=None if stopper is None else scene.geometry.stopper_gap,
-        start=_start(scene, at),
-        actions=tuple(_actions(scene, root, seen)),
-        springs=_springs(scene, root),
-        arcs=_arcs(scene, stated),
+        start=_start(reed, at),
+        actions=tuple(_actions(scene, root, seen.extent)),
+        springs=np.concatenate([np.zeros((0, 2)), *(_of_springs(each, reed, root) for each in scene.spring)]),
+        arcs=_arcs(scene.seat, stated),
         tilt=(contact.tilt, contact.tilt_axis) if contact.tilt else None,
-        notes=tuple(_notes(scene, (seat, placed), stated, planned=division is not None)),
+        notes=tuple(_notes(scene.geometry, (seat, placed), stated, planned=division is not None)),
     )
 
 
@@ -116,9 +118,8 @@ def _face_words(views: BodyViews) -> str:
     return f"a struck face of {x:.4g} x {y:.4g} mm"
 
 
-def _start(scene: Scene, at: float | None) -> Array | None:
+def _start(reed: Structure, at: float | None) -> Array | None:
     """Return (n, 2) x and deflection of a reed with positions along it that is released from a deflected shape."""
-    reed = scene.reed
     if reed.slender is None or at is None:
         return None
     x = np.linspace(0.0, reed.slender.span, START_POINTS)
@@ -126,37 +127,48 @@ def _start(scene: Scene, at: float | None) -> Array | None:
     return np.column_stack([x - at, shape]) if np.abs(shape).max() > 0 else None
 
 
-def _springs(scene: Scene, at: float | None) -> Array:
-    """Return the (n, 2) places of the valve springs, of those spread around a circle some."""
-    places = [_of_springs(scene, spring, at) for spring in scene.spring]
-    return np.concatenate([np.zeros((0, 2)), *places])
-
-
-def _of_springs(scene: Scene, spring: drives.ValveSpring, at: float | None) -> Array:
+def _of_springs(spring: drives.ValveSpring, reed: Structure, at: float | None) -> Array:
+    """Return the (n, 2) places of valve springs, of those spread around a circle some."""
     if spring.at is not None:
         return np.array([(_along(spring.at, at), 0.0)])
-    points, plate = spring.places, scene.reed.thin_plate
+    points, plate = spring.places, reed.thin_plate
     if points is None and plate is not None:
         points = plate.spring_points
     return np.zeros((1, 2)) if points is None else points
 
 
-def _arcs(scene: Scene, division: Division) -> Array:
+def _arcs(seat: Structure, division: Division) -> Array:
     """Return the (n, 2, 2) lines between the arcs of the lip."""
     if not 1 < division.arcs <= SHOWN_ARCS:
         return np.zeros((0, 2, 2))
-    lip = scene.seat.lip(division.arcs, division.rings)
+    lip = seat.lip(division.arcs, division.rings)
     if lip is None:
         return np.zeros((0, 2, 2))
     one, other = lip.cuts(np.arange(division.arcs) / division.arcs)
     return np.stack([one, other], axis=1)
 
 
-def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action]:
+def _actions(scene: Scene, at: float | None, extent: tuple[Array, Array]) -> Iterator[Action]:
     """Yield the motions and loads of the reed, and bases that move."""
-    reed, (low, high) = scene.reed, seen.extent
-    ends = float(low[0]), float(high[0])
+    ends = float(extent[0][0]), float(extent[1][0])
     during = np.linspace(0.0, scene.run.duration, SAMPLES)
+    yield from _of_reed(scene.reed, at, during, ends)
+    yield from _of_loads(scene.load, at, during, ends)
+    for spring in scene.spring:
+        x = _of_springs(spring, scene.reed, at)[:, 0]
+        yield Action(spring.words, float(x.min()), float(x.max()), -1)
+    for wave in scene.wave:
+        peak = float(np.abs(wave.course().value).max())
+        yield Action(f"a wave of strain up to {peak:.3g} comes along the {wave.of}", 0.0, 0.0, 0)
+    for base in scene.base:
+        yield Action(f"the base of the {base.of} moves as in a file", 0.0, 0.0, 0)
+    if (gas := scene.gas) is not None:
+        port = gas.port_diameter
+        yield Action(f"pressure of the gas, {gas.valve} valve, port Ø {length_text(port)}", -port / 2, port / 2, 0)
+
+
+def _of_reed(reed: Structure, at: float | None, during: Array, ends: tuple[float, float]) -> Iterator[Action]:
+    """Yield the motion and the loads that the table of the reed has."""
     if (pressure := getattr(reed, "pressure", None)) is not None:
         radius = getattr(reed, "pressure_radius", None)
         yield _course("pressure", pressure, during, *(ends if radius is None else (-radius, radius)))
@@ -169,7 +181,12 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
     if (velocity := getattr(reed, "velocity", None)) is not None:
         yield _value("velocity", velocity, "velocity", (0.0, 0.0))
     yield from _release(reed)
-    for load in scene.load:
+
+
+def _of_loads(
+    loads: Sequence[drives.ExternalLoad], at: float | None, during: Array, ends: tuple[float, float]
+) -> Iterator[Action]:
+    for load in loads:
         if load.pressure is not None:
             assert load.area is not None
             half = math.sqrt(max(load.area.area) / math.pi)
@@ -182,19 +199,6 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
             yield _value("gravity", load.gravity, "acceleration", ends)
         elif load.base_motion is not None:
             yield _course("acceleration of the frame", load.base_motion, during, *ends)
-    for spring in scene.spring:
-        x = _of_springs(scene, spring, at)[:, 0]
-        yield Action(spring.words, float(x.min()), float(x.max()), -1)
-    for wave in scene.wave:
-        peak = float(np.abs(wave.course().value).max())
-        yield Action(f"a wave of strain up to {peak:.3g} comes along the {wave.of}", 0.0, 0.0, 0)
-    for base in scene.base:
-        yield Action(f"the base of the {base.of} moves as in a file", 0.0, 0.0, 0)
-    if (gas := scene.gas) is not None:
-        port = getattr(gas, "port_diameter", None)
-        half = 0.5 * (port or 0.3 * (ends[1] - ends[0]))
-        more = "" if port is None else f", port Ø {length_text(port)}"
-        yield Action(f"pressure of the gas, {gas.valve} valve{more}", -half, half, 0)
 
 
 def _release(reed: Any) -> Iterator[Action]:
@@ -250,14 +254,14 @@ def _course(
     return Action(f"{words} {size}{more}", low, high, 0, f" ({course.file.name}){detail}")
 
 
-def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:
+def _notes(geometry: ContactGeometry, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:
     """Yield notes on what the views do not show."""
-    contact = scene.contact
+    contact, reed, stopper = geometry.contact, geometry.reed, geometry.stopper
     yield from (f"the {body.role} {body.views.note}" for body in bodies if body.views.note)
     if division.count > 1:
         rings = f" x {division.rings} rings" if division.rings > 1 else ""
         yield f"contact in {division.arcs} segments{rings}"
-    elif scene.reed.thin_plate is not None and not scene.seat.lip_face.no_lip and not planned:
+    elif reed.thin_plate is not None and not geometry.seat.lip_face.no_lip and not planned:
         yield "contact as a whole, unless the plan divides it into segments"
     if contact.tilt:
         axis = math.degrees(contact.tilt_axis)
@@ -265,13 +269,13 @@ def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planne
         yield f"lip tilted {tilt:.3g}° about the direction {axis:.3g}° from the reed's axis"
     if contact.waviness:
         yield "the lip is wavy (contact.waviness)"
-    if is_curved(scene.reed):
+    if is_curved(reed):
         yield "the reed is curved without stress (reed.curvature), drawn flat"
     if contact.preload:
         yield "starts pressed on its seat (preload)"
-    if (stopper := scene.stopper) is not None and stopper.parts != Division():
+    if stopper is not None and stopper.parts != Division():
         try:
-            known = scene.geometry.stopper_lip() is not None
+            known = geometry.stopper_lip() is not None
         except ModelError:
             known = False
         if known:

@@ -30,6 +30,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.runs.stress_wave import raising
 from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import ContactGeometry
 
 if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes
@@ -108,23 +109,18 @@ def _greens_picture(scene: Scene, method: RunMethod, seat: Solved) -> rendering.
     return "greens.png", draw
 
 
-def gas_pictures(scene: Scene, touches: Touches) -> list[rendering.Picture]:
-    """Return gas.png of a scene with gas."""
-    if scene.gas is None:
+def gas_pictures(run: gas.GasRun | None, geometry: ContactGeometry, title: str) -> list[rendering.Picture]:
+    """Return gas.png of a run with gas."""
+    if run is None:
         return []
-    stop = None if scene.stopper is None else scene.geometry.stopper_gap + scene.contact.gap
-
-    def draw(path: Path) -> None:
-        run = gas.GasRun.from_run(scene, touches)
-        plot_gas(run.drive, run.history, run.angle, run.volume, path, stop=stop, title=scene.title or "Reed valve")
-
-    return [("gas.png", draw)]
+    stop = None if geometry.stopper is None else geometry.stopper_gap + geometry.contact.gap
+    courses = run.drive, run.history, run.angle, run.volume
+    return [("gas.png", lambda path: plot_gas(*courses, path, stop=stop, title=title or "Reed valve"))]
 
 
-def gauge_pictures(scene: Scene, touches: Touches) -> list[rendering.Picture]:
-    """Return gauges.png of a scene with strain gauges."""
-    title = scene.title or "Strain at the gauges"
-    draw = partial(plot_strains, touches.strains, touches.seat.dt, title=title)
+def gauge_pictures(touches: Touches, title: str) -> list[rendering.Picture]:
+    """Return gauges.png of a run with strain gauges."""
+    draw = partial(plot_strains, touches.strains, touches.seat.dt, title=title or "Strain at the gauges")
     return [("gauges.png", draw)] if touches.strains else []
 
 

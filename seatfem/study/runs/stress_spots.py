@@ -203,7 +203,7 @@ def _of_beam(done: Round, stride: int) -> list[History]:
     worst = (stress.after_contact or stress.initial).at
     known = {f"{1e3 * worst:.4g} mm from the root": worst, **dict(zip(("contact", "stopper"), places, strict=False))}
     known["root"], kept = 0.0, []
-    for name, course in beam_histories(scene, done.striker, done.touches, stress, few=True):
+    for name, course in beam_histories(scene.geometry, done.striker, done.touches, stress, few=True):
         place, _, face = name.partition(", face ")
         if face == "towards the seat" and place in known:
             k = _since(done, np.abs(course), touch)

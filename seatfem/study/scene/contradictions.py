@@ -35,7 +35,7 @@ def contradictions_of(scene: Scene) -> Contradictions:
     driven = bool(scene.load or scene.base or scene.spring or scene.wave or scene.gas)
     struck = stopper is not None and structure.motion_key(stopper.body) != ""
     yield from _of_roles(seat, reed, driven=driven or struck)
-    yield from _of_loads(reed, scene.load, scene.spring, based=scene.base_of("reed") is not None)
+    yield from _of_loads(reed, scene.load, scene.spring, based="reed" in [base.of for base in scene.base])
     yield from _of_bases(scene.bodies, scene.base)
     yield from _of_waves(scene.bodies, scene.wave, {base.of for base in scene.base})
     yield from _of_gauges(scene.bodies, scene.gauge)

@@ -245,13 +245,16 @@ class Scene(fields.Table):
         courses = (course for load in self.load for course in (load.pressure, load.force) if course is not None)
         return next(((course.rpm, course.angle or 0.0) for course in courses if course.rpm is not None), None)
 
-    def base_of(self, role: str) -> drives.Base | None:
-        """Return what moves the base of the body in this role; ``None``: it rests."""
-        return next((base for base in self.base if base.of == role), None)
+    def mount(self, role: str) -> drives.Mount:
+        """Return the body in this role with what moves its base, and the wave that comes along it."""
+        base = next((base for base in self.base if base.of == role), None)
+        wave = next((wave for wave in self.wave if wave.of == role), None)
+        return drives.Mount(role, self.bodies[role], base, wave)
 
-    def wave_on(self, role: str) -> waves.Wave | None:
-        """Return the wave that comes along the body in this role; ``None`` where none does."""
-        return next((wave for wave in self.wave if wave.of == role), None)
+    @property
+    def gauged(self) -> tuple[waves.Gauged, ...]:
+        """Return the gauges with the bodies that they are on."""
+        return tuple(waves.Gauged(gauge, self.mount(gauge.of)) for gauge in self.gauge)
 
     @property
     def is_loaded(self) -> bool:

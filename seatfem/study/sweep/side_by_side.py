@@ -85,7 +85,7 @@ def _marched(
     with private_folder("sweep") as folder:
         seat = seat_of(base, cache.Cache(folder / SEAT_FILE), method=plan.method.seat)
     problem = _problem(base, plan, impact.Body(seat.greens))
-    dt = plan.method.time_step or fallback_step(base, problem.striker.greens, seat.greens)
+    dt = plan.method.time_step or fallback_step(base.run, base.gas, problem.striker.greens, seat.greens)
     known = [_beside(problem, load_scene(path, {**changed, **other}), plan) for other in others]
     chosen = [each for each in known if each is not None]
     if not chosen:
@@ -140,7 +140,11 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
     choice = each.scene.accuracy.landing
     judged = judged_landing(landings.seat, choice)
     since = None if judged is None else judged.start
-    stress = stress_of(each.scene, problem.striker, force, dt, np.zeros(0), since=since) if "stress" in needs else None
+    stress = (
+        stress_of(each.scene.geometry, problem.striker, force, dt, np.zeros(0), since=since)
+        if "stress" in needs
+        else None
+    )
     moved = _displacement(problem.target, force, dt) if "displacement" in needs else None
     values = values_of(
         ContactRecord(force, dt, width, moved, stress, landings=landings.seat, asked=choice, stress_since=since)

@@ -15,7 +15,7 @@ from impact.march.history import Engine
 from seatfem.jobs import processes, worker
 from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.rings import Division
-from seatfem.study.impacts import contact, gas, landings, validity
+from seatfem.study.impacts import contact, landings, validity
 from seatfem.study.impacts.touches import measured, stress_since
 from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method, written
 from seatfem.study.scene import Scene, load_scene
@@ -100,13 +100,13 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
     longest = scene.run.filter_width / point.least_steps
     stopper = contact.stopper_of(scene)
     greens = (striker.greens, seat.greens) if stopper is None else (striker.greens, seat.greens, stopper.greens)
-    step = method.time_step or min(longest, contact.fallback_step(scene, *greens))
+    step = method.time_step or min(longest, contact.fallback_step(scene.run, scene.gas, *greens))
     contact.check_length(scene, step, method.seat.division.count)
     with watch("contact"):
         touches = contact.run_contacts(scene, striker, seat.greens, step, engine=point.engine)
     result = touches.seat
-    since, met = stress_since(touches, scene.accuracy.landing), touches.stopper_force
-    stress = contact.stress_of(scene, striker, result.force, result.dt, gas.lift_of(touches), stopper=met, since=since)
+    since = stress_since(touches, scene.accuracy.landing)
+    stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
     never = dict.fromkeys(scene.accuracy.judged, 0.0)
     values = {**never, **measured(touches, scene.run.filter_width, stress, scene.accuracy.landing)}
     about = (
