@@ -177,7 +177,7 @@ def _truth(scene: Scene, method: RunMethod, landings: Landings | None, by: Finer
     finer, how = finer_in_every_key(scene, method, replace(by, divides=False))
     if method.ports is not None:
         division = _finer_division(scene, method)
-        how = how.along(finer, division.arcs, division.rings)
+        how = how.along(finer.geometry, division.arcs, division.rings)
     elif scene.seat.elastic is not None:
         rings = method.seat.rings or 1
         how = replace(how, seat=replace(how.seat, rings=2 * rings if rings in RING_NUMBERS[1:] else max(8, 2 * rings)))

@@ -109,7 +109,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     scene = scene.model_copy(update=changed)
     reed = replace(method.reed, n_modes=scene.reed.slender and scene.reed.slender.n_modes, **_band_and_size(scene.reed))
     seat = replace(seat, rings=rings) if divided else seat
-    finer = RunMethod(seat, reed, step).along(scene, arcs)
+    finer = RunMethod(seat, reed, step).along(scene.geometry, arcs)
     return as_stated(scene, finer), finer
 
 

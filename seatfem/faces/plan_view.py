@@ -39,7 +39,17 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
         SceneError: a file that cannot be read, or has no such face.
     """
     files.check_files(scene)
-    return tuple(_rows(scene))
+    rows: list[tuple[str, str]] = []
+    for key in type(scene).model_fields:
+        value = getattr(scene, key)
+        tables = value if isinstance(value, tuple) else (value,)
+        for number, table in enumerate(tables, start=1):
+            if key in HOW or not isinstance(table, BaseModel) or not (words := _words(table, key)):
+                continue
+            rows.append((f"{key} {number}" if len(tables) > 1 else key, words))
+            if isinstance(table, Structure) and (face := _struck(table, along=key == "seat" and scene.contact)):
+                rows.append((f"{key}, face", face))
+    return tuple(rows)
 
 
 def read_table(scene: Scene) -> Table | None:
@@ -59,18 +69,6 @@ def _files_in(value: object) -> Iterator[Path]:
     inner = vars(value).values() if isinstance(value, BaseModel) else value if isinstance(value, tuple | list) else ()
     for each in inner.values() if isinstance(inner, Mapping) else inner:
         yield from _files_in(each)
-
-
-def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
-    for key in type(scene).model_fields:
-        value = getattr(scene, key)
-        tables = value if isinstance(value, tuple) else (value,)
-        for number, table in enumerate(tables, start=1):
-            if key in HOW or not isinstance(table, BaseModel) or not (words := _words(table, key)):
-                continue
-            yield (f"{key} {number}" if len(tables) > 1 else key), words
-            if isinstance(table, Structure) and (face := _struck(table, along=key == "seat" and scene.contact)):
-                yield f"{key}, face", face
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:

@@ -242,7 +242,9 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
             pictures=not effort.no_pictures,
             painter=painter,
         )
-    kept = report.asked.keep_asked(content, scene, path.parent, outcome.plan, folder, changes)
+    kept = report.asked.keep_asked(
+        content, study.scene.parcel.files_of(scene), path.parent, outcome.plan, folder, changes
+    )
     if not common.quiet:
         wide = console(highlight=False)
         title = (scene.title or path.stem).replace("\n", "\\n")

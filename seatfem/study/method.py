@@ -16,6 +16,7 @@ from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import ContactGeometry
 
 _Table = TypeVar("_Table", bound=BaseModel)
 
@@ -65,10 +66,9 @@ class RunMethod:
         """Return the number of arcs of the seat's lip; ``None`` where it is struck as a whole."""
         return None if self.seat.lip is None else self.seat.lip.arcs
 
-    def along(self, scene: Scene, ports: int | None, rings: int | None = None) -> RunMethod:
-        """Return the method with the lip in so many arcs and rings, by default those that the scene states; sectors of
-        the seat have none."""
-        geometry = scene.geometry
+    def along(self, geometry: ContactGeometry, ports: int | None, rings: int | None = None) -> RunMethod:
+        """Return the method with the lip in so many arcs and rings, by default those that are stated; sectors of the
+        seat have none."""
         lip = geometry.lip(ports, rings)
         rings = self.seat.rings if lip is None else lip.rings
         level: AnyLevel = "3d" if lip is not None and self.seat.level == "sector" else self.seat.level
@@ -109,7 +109,7 @@ def stated_method(scene: Scene) -> RunMethod:
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
     with in_role("reed", scene.reed):
         reed = scene.reed.stated()
-    return RunMethod(seat, reed, scene.run.time_step).along(scene, scene.contact.ports)
+    return RunMethod(seat, reed, scene.run.time_step).along(scene.geometry, scene.contact.ports)
 
 
 def value_of(scene: BaseModel, key: str) -> Any:

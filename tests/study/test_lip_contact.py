@@ -313,7 +313,7 @@ def test_the_share_is_what_twice_as_many_arcs_change(stated) -> None:
     many, few = found.seat.in_rings, divided_less(found.seat.in_rings, Division(16))
     impulses = []
     for greens, ports in ((many, 32), (few, 16)):
-        striker = striker_of(found.scene, method=stated_method(found.scene).along(found.scene, ports).reed)
+        striker = striker_of(found.scene, method=stated_method(found.scene).along(found.scene.geometry, ports).reed)
         impulses.append(run_contacts(found.scene, striker, greens, 2 * DT).seat.force.sum() * 2 * DT)
     expected = OF_TWICE * abs(impulses[0] - impulses[1])
     assert found.patch["impulse"] == pytest.approx(expected, rel=1e-6)
@@ -334,7 +334,7 @@ def test_where_no_more_arcs_can_be_half_as_many_tell(
     impulses = [
         run_contacts(
             scene,
-            striker_of(scene, method=stated_method(scene).along(scene, n).reed),
+            striker_of(scene, method=stated_method(scene).along(scene.geometry, n).reed),
             divided_less(seat.in_rings, Division(n)),
             2 * DT,
         ).seat.force.sum()
@@ -370,7 +370,7 @@ def test_rounds_take_more_arcs_on_both_bodies(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, 'gap = "1 um"\ntilt = "0.3 deg"\n', seat=seat, duration="0.1 ms")
     plan = plan_scene(scene)
     assert plan.method.ports == 32
-    plan = replace(plan, method=plan.method.along(scene, 8), parts={})
+    plan = replace(plan, method=plan.method.along(scene.geometry, 8), parts={})
     first, second = itertools.islice(rounds(plan, tmp_path, Stopwatch(), silent), 2)
     for done, arcs in ((first, 8), (second, 32)):
         assert done.plan.method.ports == arcs

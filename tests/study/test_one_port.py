@@ -109,7 +109,7 @@ def test_the_bar_is_what_arcs_change(folder: Path) -> None:
     lip = stated_method(scene).seat.lip
     assert lip.arcs == 32
     many = on_its_patch(whole, lip, patch)
-    reed = solved_striker(scene, method=method.along(scene, 32).reed, mesh_error=False)
+    reed = solved_striker(scene, method=method.along(scene.geometry, 32).reed, mesh_error=False)
 
     def impulse(striker: impact.Body, seat: impact.GreensFunction) -> float:
         return values_of_record(record_of(scene, problem_of(scene, striker, impact.Body(seat)), 2 * done.result.dt))[

@@ -10,7 +10,7 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.quantities import percent
-from seatfem.pictures import rendering, scene_drawing
+from seatfem.pictures import scene_drawing
 from seatfem.pictures.layout import Action, Layout, Placed, Way
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
@@ -18,7 +18,9 @@ from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene, drives, files
+from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.lips import ContactGeometry
+from seatfem.study.scene.waves import Wave
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
@@ -60,6 +62,15 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         )
     seat = Placed("seat", scene.seat.views(), contact.offset)
     placed = Placed("reed", seen, height=contact.gap)
+    low, high = seen.extent
+    ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)
+    springs = [(spring.words, _of_springs(spring, reed, root)) for spring in scene.spring]
+    actions = (
+        *_of_reed(reed, root, during, ends),
+        *_of_loads(scene.load, root, during, ends),
+        *(Action(words, float(at[:, 0].min()), float(at[:, 0].max()), -1) for words, at in springs),
+        *_of_others(scene.wave, scene.base, scene.gas),
+    )
     return Layout(
         title=scene.title or f"{seen.name} on {seat.views.name}",
         seat=seat,
@@ -68,8 +79,8 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         gap=contact.gap,
         lift=None if stopper is None else scene.geometry.stopper_gap,
         start=_start(reed, at),
-        actions=tuple(_actions(scene, root, seen.extent)),
-        springs=np.concatenate([np.zeros((0, 2)), *(_of_springs(each, reed, root) for each in scene.spring)]),
+        actions=actions,
+        springs=np.concatenate([np.zeros((0, 2)), *(places for _, places in springs)]),
         arcs=_arcs(scene.seat, stated),
         tilt=(contact.tilt, contact.tilt_axis) if contact.tilt else None,
         notes=tuple(_notes(scene.geometry, (seat, placed), stated, planned=division is not None)),
@@ -148,21 +159,14 @@ def _arcs(seat: Structure, division: Division) -> Array:
     return np.stack([one, other], axis=1)
 
 
-def _actions(scene: Scene, at: float | None, extent: tuple[Array, Array]) -> Iterator[Action]:
-    """Yield the motions and loads of the reed, and bases that move."""
-    ends = float(extent[0][0]), float(extent[1][0])
-    during = np.linspace(0.0, scene.run.duration, SAMPLES)
-    yield from _of_reed(scene.reed, at, during, ends)
-    yield from _of_loads(scene.load, at, during, ends)
-    for spring in scene.spring:
-        x = _of_springs(spring, scene.reed, at)[:, 0]
-        yield Action(spring.words, float(x.min()), float(x.max()), -1)
-    for wave in scene.wave:
+def _of_others(waves: Sequence[Wave], bases: Sequence[drives.Base], gas: CompressorGas | None) -> Iterator[Action]:
+    """Yield waves, bases that move, and the pressure of the gas."""
+    for wave in waves:
         peak = float(np.abs(wave.course().value).max())
         yield Action(f"a wave of strain up to {peak:.3g} comes along the {wave.of}", 0.0, 0.0, 0)
-    for base in scene.base:
+    for base in bases:
         yield Action(f"the base of the {base.of} moves as in a file", 0.0, 0.0, 0)
-    if (gas := scene.gas) is not None:
+    if gas is not None:
         port = gas.port_diameter
         yield Action(f"pressure of the gas, {gas.valve} valve, port Ø {length_text(port)}", -port / 2, port / 2, 0)
 
@@ -303,8 +307,3 @@ def draw_scene(scene: Scene, path: Path, division: Division | None = None) -> La
     layout = layout_of(scene, division)
     scene_drawing.draw_layout(layout, path)
     return layout
-
-
-def drawing_picture(scene: Scene, division: Division) -> rendering.Picture:
-    """Return the drawing as a picture of a run, whose lip is divided so."""
-    return DRAWING, lambda path: scene_drawing.draw_layout(layout_of(scene, division), path)

@@ -189,7 +189,7 @@ def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens 
 
 def _greens_along(run: ComputedRun, parts: Division) -> base.GreensFunction | None:
     """Return the Green's function of the plate with the lip in these parts."""
-    along = run.method.along(run.scene, parts.arcs, parts.rings)
+    along = run.method.along(run.scene.geometry, parts.arcs, parts.rings)
     solved = solved_striker(run.scene, method=along.reed, mesh_error=False)
     return None if solved is None else solved.greens
 

@@ -229,7 +229,7 @@ def with_ports(scene: Scene, arcs: int) -> Scene:
 
 def with_parts(scene: Scene, division: Division) -> Scene:
     """Return the scene with its lip in these parts, stated."""
-    return as_stated(scene, stated_method(scene).along(scene, division.arcs, division.rings))
+    return as_stated(scene, stated_method(scene).along(scene.geometry, division.arcs, division.rings))
 
 
 LEAST: Final = 1.3  # factor by which a band is widened at a time, at least ...

@@ -33,7 +33,7 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.runs import summary
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import OF_DRAWS
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import LifeMargin
 
 if TYPE_CHECKING:
@@ -297,17 +297,17 @@ class Afterwards:
         """Return the notes on this part of the run for its reader."""
         scene = plan.scene
         return (
-            *self.margin_missed(scene),
+            *self.margin_missed(scene.accuracy),
             *(() if self.stress is None else runs.stresses.stress_notes(plan, self.stress)),
             *gas.gas_notes(scene.gas),
             *life_notes(scene.life, self.life),
         )
 
-    def margin_missed(self, scene: Scene) -> tuple[str, ...]:
+    def margin_missed(self, accuracy: Accuracy) -> tuple[str, ...]:
         """Return a sentence where the margin over the design life was asked for and its error bar misses the target."""
         margin, bar = (self.keys.get(f"{prefix}{LifeMargin.key}") for prefix in ("", "error_bar_"))
-        target = scene.accuracy.target
-        if LifeMargin.name not in scene.accuracy.measures or not isinstance(margin, float):
+        target = accuracy.target
+        if LifeMargin.name not in accuracy.measures or not isinstance(margin, float):
             return ()
         relative = bar / margin if isinstance(bar, float) and margin else math.inf
         if relative <= target:

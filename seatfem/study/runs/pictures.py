@@ -21,6 +21,7 @@ from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures import cell_grid, fit_plots, frames, moving, plots, rendering
 from seatfem.structures import cache, natural_modes, rings
+from seatfem.structures.kinds import Structure
 from seatfem.structures.mesh import meshing, plane_meshes
 from seatfem.structures.method import Solved
 from seatfem.structures.model import Array
@@ -29,7 +30,7 @@ from seatfem.study.impacts import gas
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.runs.stress_wave import raising
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Run, Scene
 from seatfem.study.scene.lips import ContactGeometry
 
 if TYPE_CHECKING:
@@ -75,10 +76,10 @@ def draw_run(
         ("force.png", lambda path: plot_force(result, baseline, path, **marked)),
         ("motion.png", lambda path: plot_motion(result, baseline, path, crank=scene.crank, **marked)),
         ("energy.png", lambda path: plot_energy(result, path, title=title, targets=struck)),
-        _greens_picture(scene, method, seat),
+        _greens_picture(scene.run, method, seat),
         *more,
     ]
-    of_seat = _seat_pictures(scene, seat)
+    of_seat = _seat_pictures(scene.seat, width, seat)
     files, gaps = draw_all(pictures + of_seat, folder, progress, painter)
     if scene.seat.elastic is None:
         return files, gaps
@@ -95,17 +96,17 @@ def draw_run(
 
 def ahead(scene: Scene, method: RunMethod, seat: Solved, painter: rendering.Painter) -> None:
     """Draw the pictures that need the seat alone, while the run continues; none for a seat without bodies to draw."""
-    bodies = [picture for picture in _seat_pictures(scene, seat) if picture[0] in BODIES]
+    bodies = [picture for picture in _seat_pictures(scene.seat, scene.run.filter_width, seat) if picture[0] in BODIES]
     if bodies and not picture_library_gap():
-        painter.take([*bodies, _greens_picture(scene, method, seat)])
+        painter.take([*bodies, _greens_picture(scene.run, method, seat)])
 
 
-def _greens_picture(scene: Scene, method: RunMethod, seat: Solved) -> rendering.Picture:
+def _greens_picture(run: Run, method: RunMethod, seat: Solved) -> rendering.Picture:
     """Return greens.png."""
     known = method.seat.bandwidth
-    band, periods = (1 / scene.run.filter_width, 200) if known is None else (known, 40)
+    band, periods = (1 / run.filter_width, 200) if known is None else (known, 40)
     whole = rings.as_a_whole(seat.greens)  # p parts have p^2 responses
-    draw = partial(plot_greens, whole, duration=min(scene.run.duration, periods / band), width=1 / band)
+    draw = partial(plot_greens, whole, duration=min(run.duration, periods / band), width=1 / band)
     return "greens.png", draw
 
 
@@ -124,11 +125,10 @@ def gauge_pictures(touches: Touches, title: str) -> list[rendering.Picture]:
     return [("gauges.png", draw)] if touches.strains else []
 
 
-def _seat_pictures(scene: Scene, seat: Solved) -> list[rendering.Picture]:
-    measured, fitted = scene.seat.measured, seat.greens.modal or seat.greens.pole_sum
+def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[rendering.Picture]:
+    measured, fitted = body.measured, seat.greens.modal or seat.greens.pole_sum
     if measured is not None and fitted is not None:
         response, fit = measured.response(), measured.fit()
-        width = scene.run.filter_width
         drawn: list[rendering.Picture] = [
             ("fit.png", lambda path: fit_plots.plot_fit(response, fitted, path, width=width))
         ]
@@ -144,7 +144,7 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[rendering.Picture]:
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
     kept = _kept_modes(seat)
-    drawn = _mode_pictures(kept[:SHOWN_MODES], title, cut=scene.seat.traits.revolved)
+    drawn = _mode_pictures(kept[:SHOWN_MODES], title, cut=body.traits.revolved)
     return [*pictures, *drawn, *([(MODES_FILE, partial(_save_modes, kept, title))] if len(drawn) > 1 else [])]
 
 

@@ -16,6 +16,7 @@ from impact.storage.hdf5 import save_results
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures.rendering import Painter
+from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
 from seatfem.study import runs
@@ -132,7 +133,7 @@ def run_scene(
 
     later = afterwards(latest, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
     notes = (*missed(latest), *remarks(latest), *later.notes(latest.plan))
-    met = not later.margin_missed(scene) if latest.met else latest.met
+    met = not later.margin_missed(scene.accuracy) if latest.met else latest.met
     summary |= {**later.keys, "accuracy_met": met, "notes": list(notes)}
     keep({})
     drawn: tuple[Path, ...] = ()
@@ -140,7 +141,8 @@ def run_scene(
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
             of_lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
-            drawing = layout.drawing_picture(scene, latest.plan.method.seat.division)
+            division = latest.plan.method.seat.division
+            drawing = layout.DRAWING, lambda path: draw_layout(layout.layout_of(scene, division), path)
             of_gas = runs.pictures.gas_pictures(gas_run, scene.geometry, scene.title)
             strains = runs.pictures.gauge_pictures(latest.touches, scene.title)
             more = [drawing, *of_lip, *of_gas, *strains, *later.pictures(latest)]

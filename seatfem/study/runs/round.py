@@ -177,12 +177,11 @@ def remarks(done: Round) -> tuple[str, ...]:
     scene = done.plan.scene
     empty = [name for name in scene.accuracy.judged if done.landed and name not in done.left.values]
     assumed = () if scene.reed.slender is None else scene.reed.slender.assumed()
+    limits = validity.validity_advice(scene.geometry, scene.run.filter_width, done.seat.greens, done.striker.greens)
     return (
         *([f"asked for, but without a value: {', '.join(map(spoken, empty))}: {NO_VALUE}"] if empty else []),
         *([f"not given, taken from the paper's reed: {', '.join(assumed)}"] if assumed else []),
-        *map(
-            str, validity.validity_advice(scene.geometry, scene.run.filter_width, done.seat.greens, done.striker.greens)
-        ),
+        *map(str, limits),
         *_advice(done),
         *validity.film_notes(scene.geometry, done.result),
         *validity.stopper_notes(scene.stopper),

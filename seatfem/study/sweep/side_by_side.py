@@ -86,7 +86,8 @@ def _marched(
         seat = seat_of(base, cache.Cache(folder / SEAT_FILE), method=plan.method.seat)
     problem = _problem(base, plan, impact.Body(seat.greens))
     dt = plan.method.time_step or fallback_step(base.run, base.gas, problem.striker.greens, seat.greens)
-    known = [_beside(problem, load_scene(path, {**changed, **other}), plan) for other in others]
+    scenes = [load_scene(path, {**changed, **other}) for other in others]
+    known = [_beside(problem, scene, _problem(scene, plan, problem.target)) for scene in scenes]
     chosen = [each for each in known if each is not None]
     if not chosen:
         return [None] * len(others)
@@ -108,9 +109,8 @@ def _problem(scene: Scene, plan: Plan, target: Body) -> ContactProblem:
     return problem_of(scene, striker, target)
 
 
-def _beside(base: ContactProblem, scene: Scene, plan: Plan) -> _Scene | None:
+def _beside(base: ContactProblem, scene: Scene, problem: ContactProblem) -> _Scene | None:
     """Return the scene, if only its gap, velocity and size of its initial state differ from those of ``base``."""
-    problem = _problem(scene, plan, base.target)
     own, reference = problem.striker, base.striker
     if len(problem.contacts) > 1 or problem.contacts[0].law != base.contacts[0].law or not _alike(own, reference):
         return None
@@ -140,11 +140,9 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
     choice = each.scene.accuracy.landing
     judged = judged_landing(landings.seat, choice)
     since = None if judged is None else judged.start
-    stress = (
-        stress_of(each.scene.geometry, problem.striker, force, dt, np.zeros(0), since=since)
-        if "stress" in needs
-        else None
-    )
+    stress = None
+    if "stress" in needs:
+        stress = stress_of(each.scene.geometry, problem.striker, force, dt, np.zeros(0), since=since)
     moved = _displacement(problem.target, force, dt) if "displacement" in needs else None
     values = values_of(
         ContactRecord(force, dt, width, moved, stress, landings=landings.seat, asked=choice, stress_since=since)

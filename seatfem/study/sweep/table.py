@@ -250,13 +250,8 @@ def settings(scene: Scene) -> Changes:
     return {"accuracy.target": TIGHTER * scene.accuracy.target, **ports}
 
 
-def divided(study: Study, cases: list[Case], scene: Scene, measures: Sequence[str]) -> list[Case]:
-    """Return the cases: the first as they are, the sample in one round, the others to be marched side by side.
-
-    Raises `SceneError` of a ``scene``, the first of them, that is marched by itself, and of measures that take a run
-    in full.
-    """
-    _check(scene, measures)
+def divided(study: Study, cases: list[Case], measures: Sequence[str]) -> list[Case]:
+    """Return the cases: the first as they are, the sample in one round, the others to be marched side by side."""
     needs, sample = _needs(measures), _sample(study, cases)
 
     def way(place: int, case: Case) -> Case:
@@ -345,7 +340,8 @@ def _share(summary: Mapping[str, object], name: str) -> float:
     return abs(float(bar) / float(value)) if known and value else math.inf  # type: ignore[arg-type]
 
 
-def _check(scene: Scene, measures: Sequence[str]) -> None:
+def check_sampled(scene: Scene, measures: Sequence[str]) -> None:
+    """Raise `SceneError` of a ``scene`` that is marched by itself, and of measures that take a run in full."""
     words = {
         "a gas": scene.gas is not None,
         "a [[spring]]": bool(scene.spring),

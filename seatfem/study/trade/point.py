@@ -17,7 +17,8 @@ from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import contact, landings, validity
 from seatfem.study.impacts.touches import measured, stress_since
-from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method, written
+from seatfem.study.method import FIELDS, REED_BAND, has_key, stated_method, written
+from seatfem.study.planning.plan import Plan
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.sweep.outcome import FAILURES, Outcome
 
@@ -27,9 +28,9 @@ Settings = Mapping[str, object]
 ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # keys left to the planner
 
 
-def stated_choices(scene: Scene, method: RunMethod) -> Settings:
+def stated_choices(plan: Plan) -> Settings:
     """Return everything that decides the fidelity of a planned scene, as settings."""
-    values = {key: method.value(key) for key in FIELDS if has_key(scene, key)}
+    values = {key: plan.method.value(key) for key in FIELDS if has_key(plan.scene, key)}
     return {key: written(key, value) for key, value in values.items() if value is not None}
 
 
@@ -91,7 +92,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
     wall, processor, watch = time.perf_counter(), _processor_time(), Stopwatch()
     method = stated_method(scene)
     if point.in_place:
-        method = method.along(scene, 1)
+        method = method.along(scene.geometry, 1)
     seat = contact.seat_of(scene, method=method.seat, watch=watch, mesh_error=False)
     solved = contact.solved_striker(scene, method=method.reed, mesh_error=False)
     striker = contact.striker_of(scene, method.reed.n_modes, None if solved is None else solved.greens)
