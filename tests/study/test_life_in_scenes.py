@@ -65,7 +65,7 @@ def keys_of(scene: Scene, dt: float = 0.5e-6) -> dict[str, object]:
     touches = run_contacts(scene, striker, impact.spring(stiffness=27.8e6), dt)
     bending = beam_histories(scene.geometry, striker, touches, None)
     histories = ((f"reed, {name}", each) for name, each in bending)
-    return life_keys(lasting(scene.life, touches, histories, turn=scene.turn))
+    return life_keys(lasting(scene.life, touches, block_from(scene.life, scene.turn, touches), histories))
 
 
 @pytest.mark.parametrize("periods", [1, 3])
@@ -109,7 +109,7 @@ def test_the_last_turn_alone(tmp_path: Path) -> None:
     assert block_from(whole.life, whole.turn, touches) == 0
     start = np.zeros(len(touches.seat.time))
     start[: first - 1] = 1e9  # all before the block is passed over
-    found = lasting(scene.life, touches, [("reed, root", start)], turn=scene.turn).of_one_axis
+    found = lasting(scene.life, touches, first, [("reed, root", start)]).of_one_axis
     assert found[0].life.margin == math.inf
     assert keys_of(scene)["life_margin"] > 1.01 * keys_of(whole)["life_margin"]  # type: ignore[operator]
 

@@ -113,7 +113,8 @@ def stopper_of(scene: Scene) -> impact.Body | None:
     solved = solved_stopper(scene.geometry, scene.run.duration)
     greens = scene.stopper.body.closed_form() if solved is None else solved.greens
     assert greens is not None
-    if scene.stopper.parts != Division() and _is_spring(greens):
+    waveless = len(greens.ports) == 1 and greens.modal is not None and greens.highest_rate == 0
+    if scene.stopper.parts != Division() and waveless:  # one spring
         greens = bed(scene.stopper.parts, 1 / float(greens.static_compliance()[0, 0]))
     mount = scene.mount("stopper")
     drives.check_base(mount, greens, scene.run.duration)
@@ -130,11 +131,6 @@ def solved_stopper(geometry: lips.ContactGeometry, duration: float) -> Solved | 
         lip = None if stopper.lip_face.no_lip else geometry.stopper_lip()
         how = None if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
         return _computed(stopper, duration, method=how)
-
-
-def _is_spring(greens: GreensFunction) -> bool:
-    """Return whether it is one spring without waves."""
-    return len(greens.ports) == 1 and greens.modal is not None and greens.highest_rate == 0
 
 
 def _computed(
@@ -235,8 +231,8 @@ def run_contacts(
     met = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
         return met
-    place, force, above = scene.geometry.contact_at, met.seat.force, met.stopper_force
-    return replace(met, strains=gauge_strains(scene.gauged, place, striker, force, above, result.dt, lift_of(met)))
+    force, above, lift = met.seat.force, met.stopper_force, lift_of(met)
+    return replace(met, strains=gauge_strains(scene.gauged, striker, force, above, result.dt, lift))
 
 
 def problem_of(
@@ -365,16 +361,14 @@ def blow_of_march(
         landings=landings,
         asked=choice,
         stress_since=since,
-        strains=tuple(strains_of(scene.gauged, scene.geometry.contact_at, stepper).values()),
+        strains=tuple(strains_of(scene.gauged, stepper).values()),
     )
 
 
-def strains_of(
-    gauged: Sequence[Gauged], place: float | tuple[float, float] | None, stepper: impact.ContactStepper
-) -> Strains:
-    """Return the strain at the gauges in a march; ``place``: of the contacts on the reed, as `gauge_strains`."""
+def strains_of(gauged: Sequence[Gauged], stepper: impact.ContactStepper) -> Strains:
+    """Return the strain at the gauges in a march."""
     striker, dt, stopper = stepper.prepared.problem.striker, stepper.prepared.dt, touches.stopper_force_of(stepper)
-    return gauge_strains(gauged, place, striker, touches.force_of(stepper), stopper, dt, stepper.opening)
+    return gauge_strains(gauged, striker, touches.force_of(stepper), stopper, dt, stepper.opening)
 
 
 def in_flight(striker: impact.Body, dt: float, duration: float) -> motion.Discrete:

@@ -23,19 +23,12 @@ Strains = Mapping[str, Array]
 
 
 def gauge_strains(
-    gauged: Sequence[Gauged],
-    place: float | tuple[float, float] | None,
-    striker: Body,
-    force: Array,
-    stopper: Array | None,
-    dt: float,
-    opening: Array,
+    gauged: Sequence[Gauged], striker: Body, force: Array, stopper: Array | None, dt: float, opening: Array
 ) -> Strains:
     """Return the strain at the gauges of a scene.
 
     Args:
         gauged: gauges on their bodies.
-        place: of the contacts on the reed, as `ContactGeometry.contact_at` [m].
         striker: of the run.
         force, stopper: (n + 1,) of the seat's contact and of the stopper's, if there is one [N].
         dt: step [s].
@@ -46,15 +39,13 @@ def gauge_strains(
     pushed = touches.pushes(striker, force, stopper)
     marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
     on = {"seat": force, "reed": pushed, "stopper": stopper}
-    return {each.gauge.name: _strain(each, place, on[each.gauge.of], dt, marched) for each in gauged}
+    return {each.gauge.name: _strain(each, on[each.gauge.of], dt, marched) for each in gauged}
 
 
-def _strain(
-    gauged: Gauged, place: float | tuple[float, float] | None, force: Array | None, dt: float, striker: Body
-) -> Array:
+def _strain(gauged: Gauged, force: Array | None, dt: float, striker: Body) -> Array:
     gauge, body, wave = gauged.gauge, gauged.mount.structure, gauged.mount.wave
     assert force is not None
-    strain = body.strain_at(gauge.at, force, dt, striker, place)
+    strain = body.strain_at(gauge.at, force, dt, striker, gauged.contact_at)
     if wave is not None and (speed := body.wave_speed) is not None:
         middle = np.asarray(dt * (np.arange(len(strain)) - 0.5), dtype=np.float64)
         return np.asarray(strain + wave.incoming(speed).strain_at(middle, gauge.at))

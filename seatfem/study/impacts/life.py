@@ -54,13 +54,7 @@ class LifeResult:
 
 
 def lasting(
-    life: LifeTable | None,
-    touches: Touches,
-    reed: Histories,
-    seat: Histories = (),
-    *,
-    turn: float | None = None,
-    stiffness: float | None = None,
+    life: LifeTable | None, touches: Touches, first: int, reed: Histories, seat: Histories = (), stiffness: float = 0.0
 ) -> LifeResult:
     """Return the life of the bodies under the block of stress of one run; tensors are judged on their critical planes,
     and by the criterion of several axes where one is asked for.
@@ -68,15 +62,15 @@ def lasting(
     Args:
         life: the table [life].
         touches: of the run.
+        first: step of the block, as `block_from` returns it.
         reed, seat: their histories of stress.
-        turn: of the crank [s], as of `block_from`.
-        stiffness: of Hertz's contact [N/m^1.5]; ``None`` of other laws.
+        stiffness: of Hertz's contact [N/m^1.5]; 0 of other laws.
     """
     if life is None:
         return LifeResult()
     allowed, closing = life.allowed_speed(), measures.largest_impact_velocity(touches.seat)
     speed = None if allowed is None or math.isnan(closing) else strength.speed_margin(closing, allowed)
-    first, bodies = block_from(life, turn, touches), []
+    bodies = []
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
         if demand is not None and life.of_bending:
             block = ((name, thinned(each[first:])) for name, each in histories)
@@ -114,9 +108,9 @@ def block_from(life: LifeTable | None, turn: float | None, touches: Touches) -> 
     return max(0, len(touches.seat.time) - 1 - round(turn / touches.seat.dt))
 
 
-def _below_contact(life: LifeTable, stiffness: float | None, touches: Touches) -> Iterator[tuple[str, Array]]:
+def _below_contact(life: LifeTable, stiffness: float, touches: Touches) -> Iterator[tuple[str, Array]]:
     """Yield depths below a contact of Hertz with the stress there, where [life] asks for it."""
-    if life.contact_modulus is not None and stiffness is not None:
+    if life.contact_modulus is not None and stiffness:
         largest = float(touches.seat.solid.max())
         yield from hertz_path(largest, stiffness=stiffness, modulus=life.contact_modulus, poisson=life.contact_poisson)
 

@@ -40,30 +40,26 @@ def validity_advice(
 ) -> tuple[notices.Advice, ...]:
     """Return advice where the run exceeds the limits of its theory or of its data; ``filter_width`` [s]."""
     flat = geometry.reed.slender or geometry.reed.thin_plate
-    advice = [*(() if flat is None else flat.limits())]
-    measured_bodies = [
-        (role, structure, greens)
-        for role, structure, greens in (("seat", geometry.seat, seat), ("reed", geometry.reed, reed))
-        if greens is not None
-    ]
-    for role, structure, greens in measured_bodies:
-        advice += [] if structure.measured is None else _misfits(role, fit_of(greens))
-    for role, _, greens in measured_bodies:
-        band = fit_of(greens).highest
+    misfits, bands = list[notices.Advice](), list[notices.Advice]()
+    for role, structure, greens in (("seat", geometry.seat, seat), ("reed", geometry.reed, reed)):
+        if greens is None:
+            continue
+        band = (fit := fit_of(greens)).highest
+        misfits += [] if structure.measured is None else _misfits(role, fit)
         if band is None or filter_width >= 1 / band:
             continue
-        advice.append(
+        passed, least = (write_quantity(width, "time", 3) for width in (filter_width, 1 / band))
+        bands.append(
             notices.Advice(
                 "1/run.filter_width over the measured band",
                 1 / (filter_width * band),
                 1.0,
-                f"the {role} was measured up to {write_quantity(band, 'frequency', 4)}; a filter of "
-                f"{write_quantity(filter_width, 'time', 3)} passes higher frequencies, which are guessed "
-                "and not part of the uncertainty",
-                f"use run.filter_width >= {write_quantity(1 / band, 'time', 3)}, or measure to higher frequencies",
+                f"the {role} was measured up to {write_quantity(band, 'frequency', 4)}; a filter of {passed} passes "
+                "higher frequencies, which are guessed and not part of the uncertainty",
+                f"use run.filter_width >= {least}, or measure to higher frequencies",
             )
         )
-    return tuple(advice)
+    return (*(() if flat is None else flat.limits()), *misfits, *bands)
 
 
 def film_notes(geometry: ContactGeometry, result: ImpactResult) -> tuple[str, ...]:

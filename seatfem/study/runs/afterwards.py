@@ -169,12 +169,7 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
 def gauge_keys(done: Round) -> dict[str, object]:
     """Return for summary.json the strains at the gauges, the largest and smallest of each with error bars."""
     scene = done.plan.scene
-    gauged, place = scene.gauged, scene.geometry.contact_at
-
-    def look(stepper: impact.ContactStepper) -> Values:
-        return gauges.gauge_values(strains_of(gauged, place, stepper))
-
-    bars, _ = runs.stresses.error_bars_of(done, look)
+    bars, _ = runs.stresses.error_bars_of(done, lambda stepper: gauges.gauge_values(strains_of(scene.gauged, stepper)))
     of_bars = {f"error_bar_{key}": finite_or_none(bar) for key, bar in bars.items()}
     return {**gauges.gauge_values(done.touches.strains), **of_bars}
 

@@ -108,10 +108,10 @@ def _judged(
 ) -> LifeResult:
     scene = done.plan.scene
     progress("life", 0.0)
-    plate = stressed.reed
-    reed = _of_beam(done, touches, stress) if plate is None else _of_plate(done, plate, touches)
-    seat = () if stressed.seat is None or not with_seat else _of_seat(done, stressed.seat, touches)
-    life = lasting(scene.life, touches, reed, seat, turn=scene.turn, stiffness=scene.contact.law.of_a_sphere)
+    plate, first = stressed.reed, block_from(scene.life, scene.turn, touches)
+    reed = _of_beam(done, touches, stress) if plate is None else _of_plate(done, plate, touches, first)
+    seat = () if stressed.seat is None or not with_seat else _of_seat(done, stressed.seat, touches, first)
+    life = lasting(scene.life, touches, first, reed, seat, scene.contact.law.of_a_sphere or 0.0)
     progress("life", 1.0)
     return life
 
@@ -142,11 +142,11 @@ def _of_beam(done: Round, touches: Touches, stress: ReedStress | None) -> Histor
             yield f"reed, {name}", history
 
 
-def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
+def _of_plate(done: Round, field: StressField, touches: Touches, first: int) -> Histories:
     """Yield the histories in both faces where stress changes most in each part of the plate."""
     (field, force), dt = struck_in(field, done, touches), touches.seat.dt
     regions = parts_of_plate(done, field.points)
-    ranges = mises_range(field, force, dt, since=block_from(done.plan.scene.life, done.plan.scene.turn, touches))
+    ranges = mises_range(field, force, dt, since=first)
     spots = hottest(ranges, regions)
     chosen = field.at(spots)
     for point, part, stress in zip(chosen.points, regions[spots], tensor_histories(chosen, force, dt), strict=True):
@@ -155,10 +155,10 @@ def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
         yield f"{place}, face towards the seat", -stress
 
 
-def _of_seat(done: Round, seat: SeatStress, touches: Touches) -> Histories:
+def _of_seat(done: Round, seat: SeatStress, touches: Touches, first: int) -> Histories:
     """Yield the histories where stress changes most on the surface, and at the points that the scene names."""
     force, dt = seat_fields.force_by_port(done, touches), touches.seat.dt
-    ranges = mises_range(seat.field, force, dt, since=block_from(done.plan.scene.life, done.plan.scene.turn, touches))
+    ranges = mises_range(seat.field, force, dt, since=first)
     surface = seat.field.at(hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
     for field in (surface, seat.of_points):
         for point, stress in zip(field.points, tensor_histories(field, force, dt), strict=True):

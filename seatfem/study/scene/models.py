@@ -254,7 +254,8 @@ class Scene(fields.Table):
     @property
     def gauged(self) -> tuple[waves.Gauged, ...]:
         """Return the gauges with the bodies that they are on."""
-        return tuple(waves.Gauged(gauge, self.mount(gauge.of)) for gauge in self.gauge)
+        at = self.geometry.contact_at
+        return tuple(waves.Gauged(gauge, self.mount(gauge.of), at) for gauge in self.gauge)
 
     @property
     def is_loaded(self) -> bool:

@@ -94,7 +94,8 @@ at = "600 mm"
 
 @dataclass(frozen=True)
 class Gauged:
-    """A gauge, and the body that it is on with what carries it."""
+    """A gauge, the body that it is on with what carries it, and where on the reed the contacts lie [m]."""
 
     gauge: Gauge
     mount: Mount
+    contact_at: float | tuple[float, float] | None
