@@ -15,8 +15,7 @@ from pydantic import BaseModel
 from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.safety import LEVEL_SHARE
-from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import ContactGeometry
+from seatfem.study.scene import ContactGeometry, Scene
 
 _Table = TypeVar("_Table", bound=BaseModel)
 

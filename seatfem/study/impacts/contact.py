@@ -69,13 +69,8 @@ def seat_of(
 def striker_of(
     scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None, method: Method | None = None
 ) -> impact.Body:
-    """Return the scene's striker.
-
-    Args:
-        n_modes: of a body known by its own modes, in place of the number that it states.
-        greens: of a body whose Green's function has to be computed; ``None``: it is computed.
-        method: by which; ``None``: as the scene states it.
-    """
+    """Return the scene's striker, in so many modes of its own, or by Green's function ``greens``; where both are absent
+    as it is stated, computed by ``method``, or by that of the scene."""
     if greens is None and (solved := solved_striker(scene, method=method)) is not None:
         greens = solved.greens
     with in_role("reed", scene.reed):
@@ -336,15 +331,10 @@ def blow_of_march(
     displacement: bool = True,
     stress: StressLook | None = None,
 ) -> measures.ContactRecord:
-    """Return what the measures of a march without energies are taken from.
+    """Return what the measures of a march without energies are taken from, with its ``landings`` on the seat.
 
-    Args:
-        scene: that was marched.
-        stepper: the march.
-        landings: on the seat.
-        like: those of a neighbouring run, whose judged one is looked for; ``None``: of the march's own.
-        displacement: whether with that of the seat.
-        stress: the look at the reed's; ``None``: it is not looked at.
+    ``like``: those of a neighbouring run, whose judged one is looked for; ``None``: of the march's own.
+    ``displacement``: whether with that of the seat; ``stress``: the look at the reed's, if wanted.
     """
     prepared, choice, force = stepper.prepared, scene.accuracy.landing, touches.force_of(stepper)
     judged = measures.judged_landing(landings, choice, like)

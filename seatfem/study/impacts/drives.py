@@ -20,9 +20,8 @@ from seatfem.structures.kinds.plate_loads import constant, scaled
 from seatfem.structures.kinds.structure import in_role
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches, on_the_ports
-from seatfem.study.scene import SceneError, drives, problems
+from seatfem.study.scene import ContactGeometry, SceneError, drives, problems
 from seatfem.study.scene.contact import Stopper
-from seatfem.study.scene.lips import ContactGeometry
 from seatfem.units import write_quantity
 
 STRAYS: Final = 0.01

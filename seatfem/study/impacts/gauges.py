@@ -25,15 +25,8 @@ Strains = Mapping[str, Array]
 def gauge_strains(
     gauged: Sequence[Gauged], striker: Body, force: Array, stopper: Array | None, dt: float, opening: Array
 ) -> Strains:
-    """Return the strain at the gauges of a scene.
-
-    Args:
-        gauged: gauges on their bodies.
-        striker: of the run.
-        force, stopper: (n + 1,) of the seat's contact and of the stopper's, if there is one [N].
-        dt: step [s].
-        opening: (n + 1,) the seats' mean, as in `seatfem.study.impacts.contact.stress_of` [m].
-    """
+    """Return the strain at gauges in a run, from the forces (n + 1,) of the seat's contact and of the stopper's, if
+    there is one [N], and the mean opening (n + 1,) at the seat [m], at steps ``dt`` [s]."""
     if not gauged:
         return {}
     pushed = touches.pushes(striker, force, stopper)

@@ -17,9 +17,8 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
-from seatfem.study.scene import Scene, drives, files
+from seatfem.study.scene import ContactGeometry, Scene, drives, files
 from seatfem.study.scene.gas import CompressorGas
-from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.waves import Wave
 from seatfem.units import write_quantity
 
@@ -34,9 +33,7 @@ SHOWN_ARCS: Final = 400
 def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """Return bodies, dimensions, loads and words of the scene's drawing.
 
-    Args:
-        scene: as it is asked.
-        division: of the lip into arcs, as planned; ``None``: as the scene states it.
+    ``division``: of the lip into arcs, as planned; ``None``: as the scene states it.
 
     Raises:
         ModelError, GeometryError: a file whose faces cannot be found.
@@ -291,12 +288,7 @@ DRAWING: Final = "drawing.png"
 
 
 def draw_scene(scene: Scene, path: Path, division: Division | None = None) -> Layout:
-    """Draw a scene in section and plan to a file, .png, .svg or .pdf; return its layout.
-
-    Args:
-        scene: as it is asked.
-        path: of the drawing, written whole or not at all.
-        division: of the lip into arcs, as planned; ``None``: as the scene states it.
+    """Draw a scene in section and plan to a file, .png, .svg or .pdf, written whole or not at all; return its layout.
 
     Raises:
         SceneError: a file that cannot be read, bodies that cannot meet as they lie.

@@ -17,8 +17,8 @@ from impact.march.stepper import with_recorded_loads
 from impact.notices import Advice
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches, pushes
+from seatfem.study.scene import ContactGeometry
 from seatfem.study.scene.life import LifeTable
-from seatfem.study.scene.lips import ContactGeometry
 
 Histories = Iterable[tuple[str, Array]]
 """Places by name, their body first, with (n + 1,) stress of one axis or (n + 1, 6) tensors over the whole run [Pa]."""
@@ -59,12 +59,8 @@ def lasting(
     """Return the life of the bodies under the block of stress of one run; tensors are judged on their critical planes,
     and by the criterion of several axes where one is asked for.
 
-    Args:
-        life: the table [life].
-        touches: of the run.
-        first: step of the block, as `block_from` returns it.
-        reed, seat: their histories of stress.
-        stiffness: of Hertz's contact [N/m^1.5]; 0 of other laws.
+    ``life``: the table [life]; ``first``: step of the block, as `block_from` returns it; ``reed``, ``seat``: their
+    histories of stress; ``stiffness``: of Hertz's contact [N/m^1.5], 0 of other laws.
     """
     if life is None:
         return LifeResult()
@@ -139,11 +135,8 @@ def life_keys(lasting: LifeResult) -> dict[str, object]:
 def asked_keys(life: LifeTable | None, lasting: LifeResult, bars: Mapping[str, float]) -> dict[str, object]:
     """Return the life asked for, its strengths, and the error bars of its margins, from those of the stress.
 
-    Margins are inversely proportional to stress: `impact.life.places.margin_error`.
-
-    Args:
-        bars: of the stress in the bodies, by their names, relative; where there is none, as without contact, the margin
-            has none, either.
+    Margins are inversely proportional to stress: `impact.life.places.margin_error`. ``bars``: of the stress in the
+    bodies, by their names, relative; where there is none, as without contact, the margin has none, either.
     """
     keys: dict[str, object] = {}
     if life is None:

@@ -21,7 +21,7 @@ from seatfem.structures import fields, lip, rings
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.impacts.touches import parts_of, stopper_force_of
-from seatfem.study.scene.lips import ContactGeometry
+from seatfem.study.scene import ContactGeometry
 
 if TYPE_CHECKING:
     from seatfem.structures import sheets
@@ -154,15 +154,8 @@ def _most_stressed(static: Array, modal: Array) -> peaks.Integers:
 
 
 def struck_by(field: StressField, striker: Body, opening: Array, pushes: Array, dt: float) -> StressField:
-    """Return the field of a plate in a run: as it starts there, with loads that follow its lift.
-
-    Args:
-        field: of the plate.
-        striker: of the run.
-        opening: (n + 1,) mean of the lift at the seat [m].
-        pushes: (n + 1, ports) forces on the ports of the striker [N].
-        dt: step [s].
-    """
+    """Return the field of a plate in a run: as it starts there, with loads that follow its lift, of which ``opening``
+    (n + 1,) is the mean at the seat [m]; ``pushes``: (n + 1, ports) forces on its ports [N]; ``dt``: step [s]."""
     body = without_springs(with_recorded_loads(striker, opening, dt), pushes, dt)
     greens = body.greens.modal
     assert greens is not None
@@ -242,7 +235,7 @@ class Forces:
 
     @staticmethod
     def from_march(stepper: impact.ContactStepper) -> Forces:
-        """Return the stress peaks of a finished run."""
+        """Return the contact forces of a march."""
         problem, parts = stepper.prepared.problem, parts_of(stepper)
         division = rings.Division.from_greens(problem.target.greens) if parts.shape[1] > 1 else rings.Division()
         return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)
@@ -268,11 +261,8 @@ def overlaps(have: Array, wanted: Array) -> Array:
 def pushes_of(greens: GreensFunction, parts: Array, division: rings.Division, stopper: Array | None) -> Array:
     """Return (n + 1, ports) forces on the ports of a striker, away from the seat [N].
 
-    Args:
-        greens: of the striker.
-        parts: (n + 1, parts) forces of the parts of the seat's patch [N].
-        division: of the patch into these.
-        stopper: (n + 1,) force of a stopper, which meets the first port; ``None``: there is none [N].
+    Of the seat's patch in parts, of this ``division``, with (n + 1, parts) forces, and of a ``stopper`` with (n + 1,)
+    ones, which meets the first port, if there is one [N].
     """
     force = np.zeros((len(parts), len(greens.ports)))
     for name, pushed in zip(division.names, parts.T, strict=True):

@@ -20,8 +20,7 @@ from impact.march.motion import mean_displacement
 from impact.runs.variations import Budget, Values
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.landings import Face, Landings, landings_of_result
-from seatfem.study.scene import lips
-from seatfem.study.scene.lips import ContactGeometry
+from seatfem.study.scene import ContactGeometry, lips
 from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, judged_landing, key_of, values_of
 
 
@@ -151,13 +150,7 @@ def on_the_ports(geometry: ContactGeometry, striker: GreensFunction, seat: Green
     add(touches.parts, touches.seat, Division.from_greens(seat).names, 0, 1)
     if touches.stopper is not None and geometry.stopper is not None:
         names = tuple(lips.STOPPER + name for name in geometry.stopper.parts.names)
-        add(
-            touches.stopper_parts,
-            touches.stopper,
-            names,
-            len(striker.ports) - 1 if geometry.has_two_places else 0,
-            -1,
-        )
+        add(touches.stopper_parts, touches.stopper, names, len(striker.ports) - 1 if geometry.has_two_places else 0, -1)
     return force
 
 
@@ -251,13 +244,8 @@ def values_of_landings(landings: Landings, like: Landings | None = None) -> dict
 
 
 def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[str, float]:
-    """Return the numbers of the stopper's contact that have error bars, called as in summary.json; none without it.
-
-    Args:
-        force: (n + 1,) of the stopper [N]; ``None`` where there is none.
-        dt: step [s].
-        filter_width: of the run [s].
-    """
+    """Return the numbers of the stopper's contact that have error bars, called as in summary.json, from its (n + 1,)
+    force at steps ``dt`` [N, s]; none without it."""
     if force is None:
         return {}
     return {

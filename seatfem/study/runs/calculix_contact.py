@@ -284,8 +284,7 @@ def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.Contac
     shares = Division.from_greens(problem.target.greens).shares
     springs = (impact.LinearSpring(stiffness * float(share)) for share in shares)
     return replace(
-        problem,
-        contacts=tuple(replace(one, law=law) for one, law in zip(problem.contacts, springs, strict=True)),
+        problem, contacts=tuple(replace(one, law=law) for one, law in zip(problem.contacts, springs, strict=True))
     )
 
 

@@ -25,8 +25,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RINGS, RunMethod, stated_method
 from seatfem.study.planning.plan import Alternative, Choice, Cost, Plan
 from seatfem.study.runs.round import Round
-from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import ContactGeometry
+from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.parcel import by_content
 
 if TYPE_CHECKING:

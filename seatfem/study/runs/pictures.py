@@ -30,8 +30,7 @@ from seatfem.study.impacts import gas
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.runs.stress_wave import raising
-from seatfem.study.scene import Run, Scene
-from seatfem.study.scene.lips import ContactGeometry
+from seatfem.study.scene import ContactGeometry, Run, Scene
 
 if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes

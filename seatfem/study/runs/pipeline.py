@@ -148,15 +148,7 @@ def run_scene(
             more = [drawing, *of_lip, *of_gas, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
             drawn, gaps = runs.pictures.draw_run(
-                scene,
-                latest.plan.method,
-                latest.seat,
-                *results,
-                folder,
-                progress,
-                more,
-                painter,
-                summary["landings"],
+                scene, latest.plan.method, latest.seat, *results, folder, progress, more, painter, summary["landings"]
             )
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
@@ -228,12 +220,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
 
 
 def write_modes(
-    scene: Scene,
-    folder: Path,
-    progress: Progress = silent,
-    *,
-    count: int | None = None,
-    up_to_hz: float | None = None,
+    scene: Scene, folder: Path, progress: Progress = silent, *, count: int | None = None, up_to_hz: float | None = None
 ) -> RunOutcome:
     """Compute all modes of the seat [the 20 lowest]; write modes.csv, pictures, an animation, modes.vtu (ParaView)."""
     # of no run

@@ -218,13 +218,9 @@ source = "report, page"
     def check(
         self, geometry: ContactGeometry, turn: float | None, duration: float, *, stressed: bool
     ) -> fields.Contradictions:
-        """Yield where a scene gives no stress to judge, or no turn of the crank.
+        """Yield where a scene gives no stress to judge, or no turn of the crank [s] within the ``duration`` [s].
 
-        Args:
-            geometry: of the contacts.
-            turn: of the crank, by which loads repeat [s]; ``None``: they do not.
-            duration: of the run [s].
-            stressed: whether stress in the seat is computed.
+        ``stressed``: whether stress in the seat is computed.
         """
         contact, reed = geometry.contact, geometry.reed
         if self.contact_criterion and (contact.law.of_a_sphere is None or contact.rings > 1):
