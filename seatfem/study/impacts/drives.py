@@ -20,7 +20,7 @@ from seatfem.structures.kinds.plate_loads import constant, scaled
 from seatfem.structures.kinds.structure import in_role
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches, on_the_ports
-from seatfem.study.scene import ContactGeometry, SceneError, drives, problems
+from seatfem.study.scene import ContactGeometry, drives, problems
 from seatfem.study.scene.contact import Stopper
 from seatfem.units import write_quantity
 
@@ -200,4 +200,4 @@ def check_start(stopper: Stopper | None, striker: impact.Body, contacts: Sequenc
         f"towards the {'seat' if seat else 'stopper'}, so that it would begin inside it: add "
         f"{-1e6 * (contact.gap + start):.4g} um or more to {key}, or release the reed from another shape"
     )
-    raise SceneError((problems.Problem(None, 0, key, words, tuple(key.split("."))),))
+    raise problems.scene_error(key, words)

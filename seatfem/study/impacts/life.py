@@ -15,6 +15,7 @@ from impact.life.multiaxial import hertz_path
 from impact.life.places import Judged, judged, margin_error, on_planes, thinned
 from impact.march.stepper import with_recorded_loads
 from impact.notices import Advice
+from impact.quantities import finite_or_none
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches, pushes
 from seatfem.study.scene import ContactGeometry
@@ -116,19 +117,19 @@ def life_keys(lasting: LifeResult) -> dict[str, object]:
     keys: dict[str, object] = {}
     if (worst := lasting.of_one_axis) is not None and worst[0].life is not None:
         keys |= {
-            "life_margin": _finite(worst[0].life.margin),
-            "life_cycles": _finite(worst[0].life.blocks),
-            "life_damage_per_cycle": _finite(worst[0].life.damage),
+            "life_margin": finite_or_none(worst[0].life.margin),
+            "life_cycles": finite_or_none(worst[0].life.blocks),
+            "life_damage_per_cycle": finite_or_none(worst[0].life.damage),
             "life_at": worst[0].at,
         }
     for name, judgement in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
         if judgement is not None and judgement[0].tensor_margin is not None:
             keys |= {
-                f"life_{name}_margin": _finite(judgement[0].tensor_margin),
+                f"life_{name}_margin": finite_or_none(judgement[0].tensor_margin),
                 f"life_{name}_at": judgement[0].tensor_at,
             }
     if lasting.speed is not None:
-        keys |= {"life_speed_margin": _finite(lasting.speed.margin), "life_speed_m_per_s": lasting.speed.speed}
+        keys |= {"life_speed_margin": finite_or_none(lasting.speed.margin), "life_speed_m_per_s": lasting.speed.speed}
     return keys
 
 
@@ -149,7 +150,7 @@ def asked_keys(life: LifeTable | None, lasting: LifeResult, bars: Mapping[str, f
             keys["life_strength_source"] = judgement[1].source
 
     def bar(margin: float, place: str | None) -> float | None:
-        return _finite(margin_error(margin, bars.get(body_of(place or ""), math.inf)))
+        return finite_or_none(margin_error(margin, bars.get(body_of(place or ""), math.inf)))
 
     if (several := lasting.of_several_axes) is not None and several[0].tensor_margin is not None:
         keys["error_bar_life_multiaxial_margin"] = bar(several[0].tensor_margin, several[0].tensor_at)
@@ -179,10 +180,6 @@ def life_notes(life: LifeTable | None, lasting: LifeResult) -> tuple[str, ...]:
     if life is not None and lasting.speed is None and life.allowed_speed() is not None:
         notes.append("life: nothing closed within run.duration, so there is no speed to compare with the allowed one")
     return tuple(notes)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def as_json(lasting: LifeResult) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from impact.after.result import ImpactResult, as_one, of_contacts
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.march.motion import mean_displacement
+from impact.quantities import finite_or_none
 from impact.runs.variations import Budget, Values
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.landings import Face, Landings, landings_of_result
@@ -289,17 +290,12 @@ def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]
     """
     names = [name for name in budget.values if not is_of_a_landing(name)]
     bars: dict[str, object] = {
-        f"error_bar_{key_of(name)}": None if name in without else _known(budget.bar(name)) for name in names
+        f"error_bar_{key_of(name)}": None if name in without else finite_or_none(budget.bar(name)) for name in names
     }
     shares = {
-        f"error_{source}_{key_of(name)}": _known(part[name])
+        f"error_{source}_{key_of(name)}": finite_or_none(part[name])
         for source, part in budget.parts.items()
         for name in names
         if name in part
     }
     return bars | shares | {"error_unknown": ", ".join(budget.unknown)}
-
-
-def _known(error: float) -> float | None:
-    """Return an error, ``None`` where it is not known."""
-    return error if math.isfinite(error) else None

@@ -17,7 +17,7 @@ from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
 from seatfem.study.scene.measures import Line
-from seatfem.study.scene.problems import Problem, SceneError
+from seatfem.study.scene.problems import scene_error
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds import Structure
@@ -213,7 +213,7 @@ class ContactGeometry:
         height = tilted(points, contact.tilt, contact.tilt_axis)
         if contact.waviness:
             if angles is None:
-                raise _problem("contact.waviness", NO_ANGLES)
+                raise scene_error("contact.waviness", NO_ANGLES)
             at, values = np.array(contact.waviness).T
             height = height + np.interp(angles, at, values, period=2 * np.pi)[:, None]
         return np.asarray(height + self._of_the_reed(points, contact.offset))
@@ -227,7 +227,7 @@ class ContactGeometry:
         try:
             return reed.heights((offset + points).reshape(-1, 2)).reshape(points.shape[:-1])
         except KeyProblem as problem:
-            raise _problem(f"reed.{problem.key}", str(problem)) from None
+            raise scene_error(f"reed.{problem.key}", str(problem)) from None
 
 
 def _openings(gap: float, lip: AnyLip, across: int, heights: Callable[[Array], Array]) -> Array:
@@ -239,10 +239,6 @@ def _openings(gap: float, lip: AnyLip, across: int, heights: Callable[[Array], A
     """
     height = heights(np.concatenate([lip.lines_across(across), lip.lines()], axis=1))
     return np.asarray(gap + (height[:, across:] - height[:, :across].min()).mean(axis=-1)).ravel()
-
-
-def _problem(key: str, message: str) -> SceneError:
-    return SceneError((Problem(None, 0, key, message, tuple(key.split("."))),))
 
 
 def closed_line(lip: AnyLip) -> ClosedLine:
