@@ -417,10 +417,18 @@ def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
 
     ``parts``: of the seat's lip; ``None``: as far as the scene states them.
     """
-    steps = scene.run.duration / dt
-    above = 0 if scene.stopper is None else scene.stopper.parts.count
-    _check_contacts(above + (parts or (scene.contact.ports or 1) * scene.contact.rings), steps)
-    most = min(MAX_STEPS, available_memory() / STEP_BYTES)
+    steps, room = scene.run.duration / dt, available_memory()
+    contacts = parts or (scene.contact.ports or 1) * scene.contact.rings
+    contacts += 0 if scene.stopper is None else scene.stopper.parts.count
+    memory, seconds = CONTACT_BYTES * (contacts - 1) * steps, PAIR_TIME * contacts**2 * steps
+    if contacts > 1 and (memory > room or seconds > LONGEST_MARCH):
+        raise RunError(
+            f"contact.ports and contact.rings with [stopper] make {contacts} contacts over {steps:.2g} steps: "
+            f"predicted {memory / 1e9:.2g} GB of histories and {seconds / 3600:.2g} h, at most {room / 1e9:.2g} GB are "
+            f"available and {LONGEST_MARCH / 3600:g} h are taken: state fewer contact.ports or contact.rings, shorten "
+            "run.duration, or give a longer run.time_step"
+        )
+    most = min(MAX_STEPS, room / STEP_BYTES)
     if steps > most:
         chosen = "run.time_step" if scene.run.time_step else "the step that both bodies and run.filter_width need"
         raise RunError(
@@ -428,16 +436,4 @@ def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
             f"{write_quantity(dt, 'time', 2)} ({chosen}), at most "
             f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, "
             f"{'' if scene.reed.slender is None else 'keep fewer reed.n_modes, '}or give a longer run.time_step"
-        )
-
-
-def _check_contacts(contacts: int, steps: float) -> None:
-    memory, room = CONTACT_BYTES * (contacts - 1) * steps, available_memory()
-    seconds = PAIR_TIME * contacts**2 * steps
-    if contacts > 1 and (memory > room or seconds > LONGEST_MARCH):
-        raise RunError(
-            f"contact.ports and contact.rings with [stopper] make {contacts} contacts over {steps:.2g} steps: "
-            f"predicted {memory / 1e9:.2g} GB of histories and {seconds / 3600:.2g} h, at most {room / 1e9:.2g} GB are "
-            f"available and {LONGEST_MARCH / 3600:g} h are taken: state fewer contact.ports or contact.rings, shorten "
-            "run.duration, or give a longer run.time_step"
         )
