@@ -69,8 +69,9 @@ def seat_of(
 def striker_of(
     scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None, method: Method | None = None
 ) -> impact.Body:
-    """Return the scene's striker, in so many modes of its own, or by Green's function ``greens``; where both are absent
-    as it is stated, computed by ``method``, or by that of the scene."""
+    """Return the scene's striker; ``n_modes``: of a body known by its own modes, in place of those that it states;
+    ``greens``: of a body whose Green's function has to be computed, by ``method`` or as the scene states it if absent.
+    """
     if greens is None and (solved := solved_striker(scene, method=method)) is not None:
         greens = solved.greens
     with in_role("reed", scene.reed):
@@ -236,13 +237,8 @@ def problem_of(
     """Return striker and seat in contact by the scene's law: one contact, or one for each part of the patch; a striker
     whose ports are other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own,
     where it has one."""
-    law, division, seat = (
-        scene.contact.law,
-        Division.from_greens(seat.greens),
-        drives.on_its_base(scene.mount("seat"), seat),
-    )
-    geometry = scene.geometry
-    apart = geometry.has_two_places
+    division, geometry = Division.from_greens(seat.greens), scene.geometry
+    law, seat, apart = scene.contact.law, drives.on_its_base(scene.mount("seat"), seat), geometry.has_two_places
     gaps, films = geometry.gaps(division), geometry.films(division)
     contacts = [
         impact.Contact(
