@@ -24,9 +24,10 @@ from seatfem.structures.estimates.costs import seat_seconds
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import Method, at_once, spring_of
 from seatfem.structures.rings import ACROSS, FEWEST_ARCS, Division, divided_less, parts_joined
-from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.contact import problem_of, record_of, seat_of, solved_striker, striker_of
 from seatfem.study.impacts.gas import gas_of
 from seatfem.study.impacts.landings import Landings
+from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_bodies
 from seatfem.study.method import MODEL, MODES, PORTS, REED_BAND, RINGS, STEP, RunMethod, as_stated, is_given
 from seatfem.study.planning.plan import Plan
@@ -176,7 +177,7 @@ def _truth(scene: Scene, method: RunMethod, landings: Landings | None, by: Finer
     finer, how = finer_in_every_key(scene, method, replace(by, divides=False))
     if method.ports is not None:
         division = _finer_division(scene, method)
-        how = how.along(finer, division.arcs, division.rings)
+        how = how.along(finer.geometry, division.arcs, division.rings)
     elif scene.seat.elastic is not None:
         rings = method.seat.rings or 1
         how = replace(how, seat=replace(how.seat, rings=2 * rings if rings in RING_NUMBERS[1:] else max(8, 2 * rings)))
@@ -200,7 +201,7 @@ def _finer_division(scene: Scene, method: RunMethod) -> Division:
 
 
 def _measured(scene: Scene, problem: impact.ContactProblem, step: float, landings: Landings | None) -> Values:
-    return measures_of(scene, problem, step, like=landings)
+    return values_of_record(record_of(scene, problem, step, like=landings), landings)
 
 
 @dataclass(frozen=True)
@@ -418,7 +419,7 @@ def _of_the_user(plan: Plan, truth: Truth) -> Iterator[Question]:
 
 def _under_prescribed_gas(truth: Truth) -> Body:
     """The striker under the pressure of a cylinder whose valve, the reed, stays shut."""
-    drive = gas_of(truth.scene)
+    drive = gas_of(truth.scene.gas)
     assert isinstance(drive, Compressor)
     steps = math.ceil(truth.scene.run.duration / truth.step)
     history = gas_history(drive, np.zeros(steps + 1), truth.step)

@@ -289,7 +289,7 @@ def _with_setting(plan: Plan, key: str, value: Any) -> RunMethod:
     if method.ports is not None and key in (PORTS, RINGS):
         division = method.seat.division
         arcs, rings = (value, division.rings) if key == PORTS else (division.arcs, value)
-        return method.along(plan.scene, arcs, rings)
+        return method.along(plan.scene.geometry, arcs, rings)
     return method.replaced({key: value})
 
 

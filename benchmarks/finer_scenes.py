@@ -18,8 +18,8 @@ from seatfem.structures.method import Method, Solved
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import FEWEST_ARCS, MOST_RINGS, Division
 from seatfem.study.impacts.contact import (
-    measures_of,
     problem_of,
+    record_of,
     run_contacts,
     seat_of,
     solved_striker,
@@ -28,6 +28,7 @@ from seatfem.study.impacts.contact import (
 )
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Landings
+from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.method import RunMethod, as_stated
 from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.rounds import Round
@@ -108,7 +109,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     scene = scene.model_copy(update=changed)
     reed = replace(method.reed, n_modes=scene.reed.slender and scene.reed.slender.n_modes, **_band_and_size(scene.reed))
     seat = replace(seat, rings=rings) if divided else seat
-    finer = RunMethod(seat, reed, step).along(scene, arcs)
+    finer = RunMethod(seat, reed, step).along(scene.geometry, arcs)
     return as_stated(scene, finer), finer
 
 
@@ -190,7 +191,7 @@ def run_reference(scene: Scene, method: RunMethod, by: Finer = FINEST, landings:
     striker = striker_of(finer, how.reed.n_modes, None if reed is None else reed.greens)
     problem = problem_of(finer, striker, impact.Body(seat.greens))
     like = None if landings is None else replace(landings, static=None)  # type: ignore[arg-type]
-    values = measures_of(finer, problem, how.time_step, like=like)
+    values = values_of_record(record_of(finer, problem, how.time_step, like=like), like)
     return Reference(finer, how, seat, reed, striker, values)
 
 
@@ -216,7 +217,7 @@ def finer_round(done: Round, reference: Reference) -> Round:
     assert step is not None
     touches = run_contacts(scene, reference.striker, reference.seat.greens, step)
     force, lift = touches.seat.force, lift_of(touches)
-    stress = stress_of(scene, reference.striker, force, step, lift, stopper=touches.stopper_force)
+    stress = stress_of(scene.geometry, reference.striker, force, step, lift, stopper=touches.stopper_force)
     plan = replace(done.plan, scene=scene, method=reference.method)
     bodies = {"seat": reference.seat, "striker": reference.striker, "reed": reference.reed}
     return replace(done, plan=plan, touches=touches, stress=stress, **bodies)  # type: ignore[arg-type]

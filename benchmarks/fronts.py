@@ -17,7 +17,8 @@ from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.method import Method
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.contact import problem_of, record_of, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.method import RunMethod
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Limits, rounds
@@ -116,7 +117,9 @@ def _points(scene: Scene, method: RunMethod, truth: Truth) -> Iterator[tuple[flo
             if 2 * step > scene.run.filter_width:
                 break
             start = spent()
-            error, _ = truth.change(measures_of(scene, problem, step, like=truth.landings))
+            error, _ = truth.change(
+                values_of_record(record_of(scene, problem, step, like=truth.landings), truth.landings)
+            )
             seconds = of_seat + of_striker + spent() - start
             here = replace(method, reed=replace(method.reed, n_modes=number), time_step=step)
             yield seconds, _in_words(here), here, error if math.isfinite(error) else math.inf

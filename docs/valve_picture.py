@@ -19,7 +19,6 @@ from impact.pictures.drawing import BLUE, ORANGE, PURPLE, sheet, zero_line
 from impact.storage.hdf5 import load_results
 from seatfem.faces.cli import demo_scene
 from seatfem.readings import reading
-from seatfem.study.impacts.drives import crank_of
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.scene import load_scene
 
@@ -33,7 +32,7 @@ def draw(folder: Path, target: Path = TARGET) -> None:
     scene, runs = load_scene(demo_scene()), load_results(folder / RESULT_FILE)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     seat, spring, width = runs["wave"], runs["spring"], scene.run.filter_width
-    rpm, start = crank_of(scene) or (0.0, 0.0)
+    rpm, start = scene.crank or (0.0, 0.0)
     landings = [record for record in summary["landings"] if record["body"] == "seat"]
     hardest = max(landings, key=lambda record: record["excess_peak_force_N"])
     with sheet(target, 10.4, 5.4) as figure:

@@ -20,7 +20,7 @@ from seatfem.structures.kinds.motion import Record, Recorded
 from seatfem.study import method, safety
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.refining import rounds_ahead
-from seatfem.study.scene import Contact, Scene, drives, files, keys, load
+from seatfem.study.scene import Contact, Scene, drives, files, keys, load, parcel
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
 
@@ -39,38 +39,27 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
         SceneError: a file that cannot be read, or has no such face.
     """
     files.check_files(scene)
-    return tuple(_rows(scene))
-
-
-def read_table(scene: Scene) -> Table | None:
-    """Return the rows of `read_back` as a table, for scenes with files; ``None`` for others; raises as it."""
-    if not any(_files_in(scene)):
-        return None
-    table = Table("table", "what was read")
-    for name, words in read_back(scene):
-        table.add_row(name, words)
-    return table
-
-
-def _files_in(value: object) -> Iterator[Path]:
-    """Yield the files that a table, and the tables in it, name."""
-    if isinstance(value, Path):
-        yield value
-    inner = vars(value).values() if isinstance(value, BaseModel) else value if isinstance(value, tuple | list) else ()
-    for each in inner.values() if isinstance(inner, Mapping) else inner:
-        yield from _files_in(each)
-
-
-def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
+    rows: list[tuple[str, str]] = []
     for key in type(scene).model_fields:
         value = getattr(scene, key)
         tables = value if isinstance(value, tuple) else (value,)
         for number, table in enumerate(tables, start=1):
             if key in HOW or not isinstance(table, BaseModel) or not (words := _words(table, key)):
                 continue
-            yield (f"{key} {number}" if len(tables) > 1 else key), words
+            rows.append((f"{key} {number}" if len(tables) > 1 else key, words))
             if isinstance(table, Structure) and (face := _struck(table, along=key == "seat" and scene.contact)):
-                yield f"{key}, face", face
+                rows.append((f"{key}, face", face))
+    return tuple(rows)
+
+
+def read_table(scene: Scene) -> Table | None:
+    """Return the rows of `read_back` as a table, for scenes with files; ``None`` for others; raises as it."""
+    if not parcel.files_of(scene):
+        return None
+    table = Table("table", "what was read")
+    for name, words in read_back(scene):
+        table.add_row(name, words)
+    return table
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:

@@ -234,15 +234,11 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
     drawing = nullcontext() if effort.no_pictures else seatfem.pictures.rendering.drawing_apart()
     with progress_of(common, errors) as progress, drawing as painter:
         outcome = runs.pipeline.run_scene(
-            scene,
-            folder,
-            progress,
-            tell=errors.print,
-            limits=limits,
-            pictures=not effort.no_pictures,
-            painter=painter,
+            scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures, painter=painter
         )
-    kept = report.asked.keep_asked(content, scene, path.parent, outcome.plan, folder, changes)
+    kept = report.asked.keep_asked(
+        content, study.scene.parcel.files_of(scene), path.parent, outcome.plan, folder, changes
+    )
     if not common.quiet:
         wide = console(highlight=False)
         title = (scene.title or path.stem).replace("\n", "\\n")

@@ -15,8 +15,7 @@ from pydantic import BaseModel
 from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.safety import LEVEL_SHARE
-from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import behind_the_reed, lip_of, on_the_reed
+from seatfem.study.scene import ContactGeometry, Scene
 
 _Table = TypeVar("_Table", bound=BaseModel)
 
@@ -66,16 +65,15 @@ class RunMethod:
         """Return the number of arcs of the seat's lip; ``None`` where it is struck as a whole."""
         return None if self.seat.lip is None else self.seat.lip.arcs
 
-    def along(self, scene: Scene, ports: int | None, rings: int | None = None) -> RunMethod:
-        """Return the method with the lip in so many arcs and rings, by default those that the scene states; sectors of
-        the seat have none."""
-        lip = lip_of(scene, ports, rings)
+    def along(self, geometry: ContactGeometry, ports: int | None, rings: int | None = None) -> RunMethod:
+        """Return the method with the lip in so many arcs and rings, by default those that are stated; sectors of the
+        seat have none."""
+        lip = geometry.lip(ports, rings)
         rings = self.seat.rings if lip is None else lip.rings
         level: AnyLevel = "3d" if lip is not None and self.seat.level == "sector" else self.seat.level
         seat = replace(self.seat, level=level, lip=lip, rings=rings)
-        return replace(
-            self, seat=seat, reed=replace(self.reed, lip=on_the_reed(scene, lip), behind=behind_the_reed(scene))
-        )
+        reed = replace(self.reed, lip=geometry.on_the_reed(lip), behind=geometry.behind_the_reed())
+        return replace(self, seat=seat, reed=reed)
 
     def value(self, key: str) -> Any:
         """Return the value of a dotted ``key`` of `FIELDS`."""
@@ -110,7 +108,7 @@ def stated_method(scene: Scene) -> RunMethod:
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
     with in_role("reed", scene.reed):
         reed = scene.reed.stated()
-    return RunMethod(seat, reed, scene.run.time_step).along(scene, scene.contact.ports)
+    return RunMethod(seat, reed, scene.run.time_step).along(scene.geometry, scene.contact.ports)
 
 
 def value_of(scene: BaseModel, key: str) -> Any:

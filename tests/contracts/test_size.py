@@ -8,7 +8,8 @@ from pathlib import Path
 
 from tests.contracts.test_imports import FILES, statements
 
-MOST_LINES, MOST_FILES, MOST_LOCAL_IMPORTS = 73_484, 349, 56
+MOST_LINES, MOST_FILES, MOST_LOCAL_IMPORTS = 73_478, 349, 56
+MOST_OF_A_SCENE = 96  # functions that take a whole scene
 
 
 def test_the_product_has_no_more_lines_and_files_than_before() -> None:
@@ -27,6 +28,20 @@ def test_no_more_imports_hide_in_functions() -> None:
         if isinstance(node, ast.Import | ast.ImportFrom)
     }
     assert len(local) <= MOST_LOCAL_IMPORTS
+
+
+def test_functions_take_the_tables_that_they_ask() -> None:
+    """A function that asks one table of a scene, or the geometry of its contacts, takes no whole scene."""
+    whole = [
+        f"{path.stem}.{node.name}"
+        for path in FILES
+        if "Scene" in (text := path.read_text(encoding="utf-8"))
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        for taken in [[each.annotation for each in (*node.args.args, *node.args.kwonlyargs) if each.annotation]]
+        if any(re.search(r"\bScene\b", ast.unparse(annotation)) for annotation in taken)
+    ]
+    assert len(whole) <= MOST_OF_A_SCENE, whole
 
 
 def test_constructors_say_what_they_are_made_from() -> None:

@@ -49,7 +49,7 @@ def write(path, text="curve"):
 
 
 def drawn(scene, folder, of_seat, monkeypatch):
-    monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: of_seat)
+    monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: of_seat)
     files, gaps = pictures.draw_run(scene, METHOD, Solved(SEAT), None, None, folder, lambda stage, done: None)
     assert gaps == ()
     assert all(file.parent == folder and file.is_file() for file in files)
@@ -71,7 +71,7 @@ def test_the_greens_function_of_a_divided_patch_is_drawn_as_a_whole(scene, tmp_p
     """That of 64 arcs, port by port, took half a minute."""
     shown = []
     monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: shown.append(greens))
-    monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: [])
+    monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: [])
     bare = bed(Division(64), 5e6)
     pictures.draw_run(scene, METHOD, Solved(bare), None, None, tmp_path, lambda stage, done: None)
     assert [greens.ports for greens in shown] == [("contact",)]
@@ -107,7 +107,7 @@ def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_t
         raise MemoryError
 
     of_seat = [("mesh.png", lambda path: write(path)), ("modes.png", broken)]
-    monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: of_seat)
+    monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: of_seat)
     files, gaps = pictures.draw_run(scene, METHOD, Solved(SEAT), None, None, tmp_path / "out", lambda stage, done: None)
     assert "mesh.png" in {file.name for file in files}
     assert gaps[0] == "skipped pictures: modes.png: MemoryError: no reason given"

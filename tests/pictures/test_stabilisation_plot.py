@@ -49,7 +49,8 @@ def test_a_run_on_a_noisy_record_draws_what_was_tried(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(text + '[run]\nduration = "1 ms"\nfilter_width = "20 us"\n', encoding="utf-8")
     seat = load_scene(tmp_path / "scene.toml").seat
     assert len(seat.fit().tried) > 1
-    pictures = dict(_seat_pictures(load_scene(tmp_path / "scene.toml"), Solved(seat.fit().greens)))  # type: ignore[attr-defined]
+    scene = load_scene(tmp_path / "scene.toml")
+    pictures = dict(_seat_pictures(scene.seat, scene.run.filter_width, Solved(seat.fit().greens)))  # type: ignore[attr-defined]
     assert list(pictures) == ["fit.png", "stabilisation.png"]
     pictures["stabilisation.png"](tmp_path / "stabilisation.png")
     assert (tmp_path / "stabilisation.png").stat().st_size > 20_000

@@ -9,8 +9,9 @@ import impact
 from impact.after.result import ImpactResult
 from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import GreensFunctionError
-from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, striker_of
+from seatfem.study.impacts.contact import problem_of, record_of, seat_of, striker_of
 from seatfem.study.impacts.drives import check_base
+from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene
 from tests.gallery import load_text, refusal
@@ -45,7 +46,7 @@ def base(of: str, kind: str = "displacement") -> str:
 
 def run(scene: Scene) -> ImpactResult:
     seat = seat_of(scene).greens
-    check_base(scene, "seat", seat)
+    check_base(scene.mount("seat"), seat, scene.run.duration)
     problem = problem_of(scene, striker_of(scene), impact.Body(seat))
     return impact.solve(problem, dt=DT, duration=DURATION)
 
@@ -72,7 +73,7 @@ def test_measures_and_run_agree_on_a_moving_seat(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, SPRING + REED + base("seat"))
     summary = run_scene(scene, tmp_path, pictures=False).summary
     problem = problem_of(scene, striker_of(scene), impact.Body(seat_of(scene).greens))
-    alone = measures_of(scene, problem, float(str(summary["time_step_s"])))
+    alone = values_of_record(record_of(scene, problem, float(str(summary["time_step_s"]))))
     assert summary["impulse_Ns"] > 0  # type: ignore[operator]
     assert alone["impulse"] == pytest.approx(summary["impulse_Ns"], rel=1e-9)
     assert alone["seat_displacement"] == pytest.approx(summary["max_seat_displacement_m"], rel=1e-9)

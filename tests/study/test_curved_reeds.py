@@ -11,7 +11,6 @@ import pytest
 
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene, SceneError, load_scene
-from seatfem.study.scene.lips import gaps_of, usual_ports
 from tests.gallery import FLAPPER
 
 SEAT = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\nmaterial = "steel"\n'
@@ -56,8 +55,8 @@ def test_a_plane_is_a_tilt(tmp_path: Path, way: str) -> None:
     axis = "0 deg" if way == "x, y" else "90 deg"
     flat = scene_of(tmp_path, contact=f'tilt = "0.3 deg"\ntilt_axis = "{axis}"')
     curved = scene_of(tmp_path, keys)
-    np.testing.assert_allclose(gaps_of(curved, Division(ARCS)), gaps_of(flat, Division(ARCS)), rtol=1e-12)
-    assert usual_ports(curved) == usual_ports(flat) > 1
+    np.testing.assert_allclose(curved.geometry.gaps(Division(ARCS)), flat.geometry.gaps(Division(ARCS)), rtol=1e-12)
+    assert curved.geometry.usual_ports == flat.geometry.usual_ports > 1
 
 
 def test_openings_are_means_of_the_shape(tmp_path: Path) -> None:
@@ -69,10 +68,10 @@ def test_openings_are_means_of_the_shape(tmp_path: Path) -> None:
     def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return (x - CENTRE) * y
 
-    np.testing.assert_allclose(gaps_of(scene_of(tmp_path, keys), Division(ARCS)), openings(height), atol=0.02e-6)
+    np.testing.assert_allclose(scene_of(tmp_path, keys).geometry.gaps(Division(ARCS)), openings(height), atol=0.02e-6)
     tilted = scene_of(tmp_path, keys, 'tilt = "0.2 deg"\n')
     both = openings(lambda x, y: height(x, y) + math.tan(math.radians(0.2)) * y)
-    np.testing.assert_allclose(gaps_of(tilted, Division(ARCS)), both, atol=0.02e-6)
+    np.testing.assert_allclose(tilted.geometry.gaps(Division(ARCS)), both, atol=0.02e-6)
 
 
 def test_own_shapes(tmp_path: Path) -> None:
@@ -81,7 +80,7 @@ def test_own_shapes(tmp_path: Path) -> None:
     found = {}
     for shape in ("mode", "force", "pressure"):
         scene = scene_of(tmp_path, f'curvature = {{ deflection = "0.2 mm", shape = "{shape}" }}')
-        found[shape] = gaps_of(scene, Division(ARCS))
+        found[shape] = scene.geometry.gaps(Division(ARCS))
         rise = WIDTH / (4 * RADIUS) * np.ptp(found[shape])  # from the rim, where the gap is, to the centre line
         assert GAP < found[shape].min() - rise < GAP + 0.03 * np.ptp(found[shape])  # a mean over an arc
         heights = scene.reed.heights(
@@ -93,8 +92,8 @@ def test_own_shapes(tmp_path: Path) -> None:
     assert np.ptp(found["force"]) == pytest.approx(np.ptp(found["mode"]), rel=0.1)
     assert np.abs(found["force"] - found["pressure"]).max() > 1e-7
     default = scene_of(tmp_path, 'curvature = { deflection = "0.2 mm" }')
-    np.testing.assert_array_equal(gaps_of(default, Division(ARCS)), found["mode"])
-    down = gaps_of(scene_of(tmp_path, 'curvature = { deflection = "-0.2 mm" }'), Division(ARCS))
+    np.testing.assert_array_equal(default.geometry.gaps(Division(ARCS)), found["mode"])
+    down = scene_of(tmp_path, 'curvature = { deflection = "-0.2 mm" }').geometry.gaps(Division(ARCS))
     np.testing.assert_allclose(
         down - GAP, (found["mode"] - GAP)[::-1][np.roll(np.arange(ARCS), ARCS // 2)], atol=2.5e-6
     )
@@ -154,4 +153,4 @@ def test_tables_that_are_none(tmp_path: Path, text: str, message: str) -> None:
 def test_shapes_that_do_not_cover_the_lip(tmp_path: Path, keys: str, message: str) -> None:
     scene = scene_of(tmp_path, keys if keys == HEIGHTS else as_csv(tmp_path, keys))
     with pytest.raises(SceneError, match=message):
-        gaps_of(scene, Division(ARCS))
+        scene.geometry.gaps(Division(ARCS))

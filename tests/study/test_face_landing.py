@@ -22,7 +22,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.context import PER_ARC
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import check_files
-from seatfem.study.scene.lips import closed_line, gaps_of, lip_of
+from seatfem.study.scene.lips import closed_line
 from tests.gallery import FLAPPER
 
 MESHES = Path(__file__).parents[2] / "meshes"
@@ -56,18 +56,18 @@ def cad(name: str) -> str:
 
 def test_a_face_is_divided_where_the_scene_says_so(tmp_path: Path) -> None:
     """Scenes that say nothing of a lip are struck as before: with the reed's own contact."""
-    assert lip_of(scene_of(tmp_path, SLOT, "")) is None
+    assert scene_of(tmp_path, SLOT, "").geometry.lip() is None
     for contact, arcs in (("ports = 24\n", 24), ('tilt = "0.1 deg"\n', 32), ('offset = ["1 mm", "0 mm"]\n', 32)):
-        lip = lip_of(scene_of(tmp_path, SLOT, contact))
+        lip = scene_of(tmp_path, SLOT, contact).geometry.lip()
         assert isinstance(lip, FaceLip)
         assert lip.arcs == arcs
-    whole = lip_of(scene_of(tmp_path, SLOT, "ports = 1\n"))  # one port, but as wide as the lip
+    whole = scene_of(tmp_path, SLOT, "ports = 1\n").geometry.lip()  # one port, but as wide as the lip
     assert isinstance(whole, FaceLip)
     assert whole.area == pytest.approx(1e-3 * (10e-3 + 6e-3 * math.pi), rel=1e-3)
-    struck = lip_of(scene_of(tmp_path, PLATE + "struck = 2\n", "ports = 16\n"))
+    struck = scene_of(tmp_path, PLATE + "struck = 2\n", "ports = 16\n").geometry.lip()
     assert struck is not None
     assert (struck.inner, struck.outer) == pytest.approx((3e-3, 4e-3), rel=1e-3)
-    assert isinstance(lip_of(scene_of(tmp_path, MESHED, "ports = 16\n")), FaceLip)
+    assert isinstance(scene_of(tmp_path, MESHED, "ports = 16\n").geometry.lip(), FaceLip)
 
 
 @pytest.mark.parametrize(("axis", "slopes"), [(0.0, (0, 1)), (90.0, (-1, 0)), (30.0, (-0.5, 0.75**0.5))])
@@ -77,7 +77,7 @@ def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tup
     scene = scene_of(tmp_path, SLOT, f'ports = 48\ntilt = "0.3 deg"\ntilt_axis = "{axis} deg"\n')
     lip = scene.seat.lip(48)
     assert lip is not None
-    gaps, rise = gaps_of(scene, Division(48)), math.tan(math.radians(0.3))
+    gaps, rise = scene.geometry.gaps(Division(48)), math.tan(math.radians(0.3))
     (mean, *found) = best_plane(gaps[None], closed_line(lip))[0]
     np.testing.assert_allclose(found, rise * np.array(slopes), atol=1e-6 * rise)
     if axis in (0.0, 90.0):
@@ -179,7 +179,7 @@ def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
     assert scene.seat.stated().level == "sector"
     plan = plan_scene(scene)
     assert plan.method.seat.level in ("3d", "spring")
-    assert lip_of(as_stated(plan.scene, plan.method)) == plan.method.seat.lip
+    assert as_stated(plan.scene, plan.method).geometry.lip() == plan.method.seat.lip
 
 
 # What is refused
@@ -236,7 +236,7 @@ def test_keys_that_a_lip_has_no_place_for(tmp_path: Path, seat: str, contact: st
 
 def test_a_lip_of_several_faces_has_whole_arcs_on_each(tmp_path: Path) -> None:
     """Chosen so where the scene states none."""
-    lip = lip_of(scene_of(tmp_path, cad("valve_plate"), 'tilt = "0.1 deg"\n'))
+    lip = scene_of(tmp_path, cad("valve_plate"), 'tilt = "0.1 deg"\n').geometry.lip()
     assert lip is not None
     assert lip.arcs == 36
     assert lip.pieces == ((6, True),) * 6
@@ -251,4 +251,4 @@ def test_a_slot_off_the_reed(tmp_path: Path) -> None:
 def test_rings_keep_their_arcs(tmp_path: Path) -> None:
     """A ring of a body of revolution is a `Lip`, as ever."""
     seat = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\n' + STEEL
-    assert lip_of(scene_of(tmp_path, seat, "ports = 12\n")) == Lip(5.5e-3, 1e-3, 12)
+    assert scene_of(tmp_path, seat, "ports = 12\n").geometry.lip() == Lip(5.5e-3, 1e-3, 12)

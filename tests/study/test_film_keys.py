@@ -16,7 +16,6 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.summary import summarise
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import films_of
 from tests.gallery import FLAPPER, LIP, load_text, refusal
 
 AIR = 'film = { viscosity = "18 uPa s", floor = "1 um" }'
@@ -123,7 +122,7 @@ def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> No
 def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
     """By half of what lies between the lowest and the highest of its corners, R tan(tilt) sin(angle) on both rims."""
     scene = lip(tmp_path, f'{AIR}\nports = 8\ntilt = "0.1 deg"')
-    films = films_of(scene, Division(8))
+    films = scene.geometry.films(Division(8))
     slope = math.tan(math.radians(0.1))
     rise = 6e-3 * slope * math.sin(math.pi / 4)
     assert films[0].floor == pytest.approx(1e-6 + rise / 2, rel=3e-3)

@@ -24,7 +24,6 @@ from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of, l
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene
-from seatfem.study.scene.life import turn_of
 from tests.gallery import load_text, refusal
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "50 N/um"\n'
@@ -72,7 +71,7 @@ def test_a_prescribed_pressure_is_that_of_a_load(valve: str, tmp_path: Path) -> 
     text = text.replace('"suction"', f'"{valve}"', 1)
     driven = scene_of(tmp_path, text + 'angle = "30 deg"\ncylinder_pressure = "p.csv"\n' + force)
     one = solved(driven)
-    assert isinstance(gas_of(driven), Prescribed)
+    assert isinstance(gas_of(driven.gas), Prescribed)
     record(tmp_path, over=True)
     load = f'[[load]]\npressure = {{ file = "p.csv", rpm = 3000, angle = "30 deg" }}\narea = {area}\n'
     if valve == "discharge":  # p - 1 bar is what opens
@@ -98,8 +97,8 @@ def test_directions_have_areas_of_their_own(tmp_path: Path) -> None:
     assert above < 0
     assert back.by_opening is not None
     assert back.by_opening(5e-4) == pytest.approx(100 / 120)
-    assert gas_notes(scene)[0].count("gas.flow") == 2
-    assert "gas.force" not in gas_notes(scene)[0]
+    assert gas_notes(scene.gas)[0].count("gas.flow") == 2
+    assert "gas.force" not in gas_notes(scene.gas)[0]
 
 
 def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
@@ -109,7 +108,7 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
         tmp_path, '[contact]\npreload = true\n[accuracy]\ntarget = "10 %"\n' + text, '[run]\nfilter_width = "20 us"\n'
     )
     assert scene.run.duration == pytest.approx(0.04)
-    drive = gas_of(scene)
+    drive = gas_of(scene.gas)
     assert isinstance(drive, Compressor)
     outcome = run_scene(scene, tmp_path / "out", pictures=False)
     found = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
@@ -129,7 +128,7 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
     net = np.subtract(found["gas_mass_forward_kg"], found["gas_mass_back_kg"])
     step = found["time_step_s"] / 3
     again = run_contacts(scene, striker_of(scene, 60), seat_of(scene).greens, step)
-    finer = cycle_masses(scene, GasRun.from_run(scene, again).history, of_other=True)
+    finer = cycle_masses(scene.gas, scene.run.duration, GasRun.from_run(scene.gas, again).history, of_other=True)
     for key, masses in finer.items():
         bars = found[f"error_bar_{key}"]
         assert len(bars) == 2
@@ -153,7 +152,7 @@ def test_steps_follow_the_crank(tmp_path: Path) -> None:
     """At least twice a degree of the crank, whoever chooses the step."""
     scene = scene_of(tmp_path, GAS + CRANK, RUN.replace("20 us", "400 us"))
     most = 1 / 50 / 360 / 2 / 32
-    assert fallback_step(scene, impact.spring(stiffness=1e6)) == pytest.approx(most)
+    assert fallback_step(scene.run, scene.gas, impact.spring(stiffness=1e6)) == pytest.approx(most)
     assert (plan_scene(scene).method.time_step or 0.0) <= most * (1 + 1e-9)
     stated = scene_of(tmp_path, GAS + CRANK, RUN + 'time_step = "2 us"\n')
     with pytest.raises(RunError, match=r"gas\.rpm = 3000: use at most 0\.868 us"):
@@ -219,12 +218,12 @@ def test_a_reed_in_gas_is_bent_as_by_the_same_load(tmp_path: Path) -> None:
     assert other["initial"] == pytest.approx(one["initial"], rel=1e-7)
     assert one["initial"] > 1e7  # lifted by the gas before it met anything
     assert one["stress"] > one["initial"]
-    assert turn_of(driven) == pytest.approx(0.02)  # the block of its life, where the last cycle is asked for
+    assert driven.turn == pytest.approx(0.02)  # the block of its life, where the last cycle is asked for
 
 
 def _stress(scene: Scene) -> dict[str, float]:
     striker, seat = striker_of(scene), impact.spring(stiffness=5e7)
     touches = run_contacts(scene, striker, seat, 8e-7)
     met, lift = touches.stopper_force, lift_of(touches)
-    found = stress_of(scene, striker, touches.seat.force, 8e-7, lift, stopper=met)
+    found = stress_of(scene.geometry, striker, touches.seat.force, 8e-7, lift, stopper=met)
     return {"initial": found.initial.value, "stress": found.after_contact.value}

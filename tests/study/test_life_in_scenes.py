@@ -13,7 +13,7 @@ from impact.exact.contact_stress import hertz_circular, hertz_impact
 from impact.life.strength import basquin
 from seatfem.faces.verdict import lasting as in_words
 from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.impacts.life import block_from, lasting, life_keys, of_beam
+from seatfem.study.impacts.life import beam_histories, block_from, lasting, life_keys
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
 from tests.gallery import load_text, refusal
@@ -63,7 +63,9 @@ def scene_of(
 def keys_of(scene: Scene, dt: float = 0.5e-6) -> dict[str, object]:
     striker = striker_of(scene)
     touches = run_contacts(scene, striker, impact.spring(stiffness=27.8e6), dt)
-    return life_keys(lasting(scene, touches, of_beam(scene, striker, touches, None)))
+    bending = beam_histories(scene.geometry, striker, touches, None)
+    histories = ((f"reed, {name}", each) for name, each in bending)
+    return life_keys(lasting(scene.life, touches, block_from(scene.life, scene.turn, touches), histories))
 
 
 @pytest.mark.parametrize("periods", [1, 3])
@@ -101,13 +103,13 @@ def test_the_last_turn_alone(tmp_path: Path) -> None:
     load = '[[load]]\nforce = { file = "load.csv", rpm = 60000 }\n'
     scene = scene_of(tmp_path, ASKED + 'block = "last cycle"\n', periods=2, more=load)
     touches = run_contacts(scene, striker_of(scene), impact.spring(stiffness=27.8e6), 0.5e-6)
-    first = block_from(scene, touches)
+    first = block_from(scene.life, scene.turn, touches)
     assert len(touches.seat.time) - first == 2001  # 1 ms, with both ends
     whole = scene.model_copy(update={"life": scene.life.model_copy(update={"block": "run"})})  # type: ignore[union-attr]
-    assert block_from(whole, touches) == 0
+    assert block_from(whole.life, whole.turn, touches) == 0
     start = np.zeros(len(touches.seat.time))
     start[: first - 1] = 1e9  # all before the block is passed over
-    found = lasting(scene, touches, [("reed, root", start)]).of_one_axis
+    found = lasting(scene.life, touches, first, [("reed, root", start)]).of_one_axis
     assert found[0].life.margin == math.inf
     assert keys_of(scene)["life_margin"] > 1.01 * keys_of(whole)["life_margin"]  # type: ignore[operator]
 
@@ -117,11 +119,11 @@ def test_both_faces_and_the_places_of_the_largest_stresses(tmp_path: Path) -> No
     striker = striker_of(scene)
     touches = run_contacts(scene, striker, impact.spring(stiffness=27.8e6), 0.5e-6)
     stress = scene.reed.stress(touches.seat.force, 0.5e-6, striker, None).largest(coarsely=False)
-    histories = dict(of_beam(scene, striker, touches, stress))
+    histories = dict(beam_histories(scene.geometry, striker, touches, stress))
     assert len(histories) >= 2 * 17
     at = stress.largest.at
     place = "root" if at == 0 else f"{1e3 * at:.4g} mm from the root"
-    towards, away = (histories[f"reed, {place}, face {which} the seat"] for which in ("towards", "away from"))
+    towards, away = (histories[f"{place}, face {which} the seat"] for which in ("towards", "away from"))
     np.testing.assert_array_equal(towards, -away)
     assert np.abs(towards).max() == pytest.approx(stress.largest.value, rel=0.01)  # at its coarser times
 

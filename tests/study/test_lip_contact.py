@@ -27,7 +27,6 @@ from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.lips import gaps_of
 from tests.gallery import FLAPPER
 
 SEAT = """kind = "annular"
@@ -124,7 +123,7 @@ def test_a_tilt_opens_as_a_sine(tmp_path: Path, axis: float, lowest: float) -> N
     the rim; the mean over arcs of 2 pi/N has sinc(1/N) in its sine; 128 midpoints of each arc leave (pi/4096)^2/6,
     1e-7. Roll lets the side at 270 deg touch first, pitch the tip."""
     arcs = 32
-    gaps = gaps_of(scene_of(tmp_path, keys(arcs, ("0.3 deg", f"{axis} deg"))), Division(arcs))
+    gaps = scene_of(tmp_path, keys(arcs, ("0.3 deg", f"{axis} deg"))).geometry.gaps(Division(arcs))
     th = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs
     rise = RADIUS * math.tan(math.radians(0.3))
     expected = GAP + rise / 11 + rise * (1 + np.sinc(1 / arcs) * np.sin(th - math.radians(axis)))
@@ -132,7 +131,7 @@ def test_a_tilt_opens_as_a_sine(tmp_path: Path, axis: float, lowest: float) -> N
     down = th[np.argmin(gaps)]
     assert abs(math.remainder(down - math.radians(lowest), 2 * np.pi)) < 1.001 * np.pi / arcs
     assert gaps.min() > GAP + rise / 11  # a mean over an arc; of ever more arcs it is the centre line's lowest
-    many = gaps_of(scene_of(tmp_path, keys(256, ("0.3 deg", f"{axis} deg"))), Division(256))
+    many = scene_of(tmp_path, keys(256, ("0.3 deg", f"{axis} deg"))).geometry.gaps(Division(256))
     assert many.min() == pytest.approx(GAP + rise / 11, abs=2e-4 * rise)  # (pi/256)^2 (1/6 + 1/2)
 
 
@@ -140,13 +139,15 @@ def test_waviness_is_linear_between_its_angles(tmp_path: Path) -> None:
     """A tent from 0 at 0 deg to 8 um at 90 deg and back at 180 deg, with 4 arcs: means 4, 4, 0, 0 um; tilted the other
     way by negative heights, the smallest is where it dips."""
     tent = 'waviness = [["0 deg", "0 um"], ["90 deg", "8 um"], ["180 deg", "0 um"]]\n'
-    gaps = gaps_of(scene_of(tmp_path, keys(4, FLAT, tent)), Division(4))
+    gaps = scene_of(tmp_path, keys(4, FLAT, tent)).geometry.gaps(Division(4))
     np.testing.assert_allclose(gaps, GAP + np.array([4e-6, 4e-6, 0, 0]), atol=1e-9)
-    dip = gaps_of(scene_of(tmp_path, keys(4, FLAT, tent.replace("8 um", "-8 um"))), Division(4))
+    dip = scene_of(tmp_path, keys(4, FLAT, tent.replace("8 um", "-8 um"))).geometry.gaps(Division(4))
     np.testing.assert_allclose(dip, GAP + np.array([4e-6, 4e-6, 8e-6, 8e-6]), atol=8e-9)
     around = 'waviness = [["-45 deg", "0 um"], ["135 deg", "8 um"]]\n'  # and on to 315 deg, which is -45 deg
     np.testing.assert_allclose(
-        gaps_of(scene_of(tmp_path, keys(4, FLAT, around)), Division(4)), GAP + 1e-6 * np.array([4, 7, 4, 1]), atol=1e-8
+        scene_of(tmp_path, keys(4, FLAT, around)).geometry.gaps(Division(4)),
+        GAP + 1e-6 * np.array([4, 7, 4, 1]),
+        atol=1e-8,
     )
 
 
@@ -320,7 +321,7 @@ def test_where_no_more_arcs_can_be_half_as_many_tell(
     impulses = [
         run_contacts(
             scene,
-            striker_of(scene, method=stated_method(scene).along(scene, n).reed),
+            striker_of(scene, method=stated_method(scene).along(scene.geometry, n).reed),
             divided_less(seat.in_rings, Division(n)),
             2 * DT,
         ).seat.force.sum()
@@ -356,7 +357,7 @@ def test_rounds_take_more_arcs_on_both_bodies(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, 'gap = "1 um"\ntilt = "0.3 deg"\n', seat=seat, duration="0.1 ms")
     plan = plan_scene(scene)
     assert plan.method.ports == 32
-    plan = replace(plan, method=plan.method.along(scene, 8), parts={})
+    plan = replace(plan, method=plan.method.along(scene.geometry, 8), parts={})
     first, second = itertools.islice(rounds(plan, tmp_path, Stopwatch(), silent), 2)
     for done, arcs in ((first, 8), (second, 32)):
         assert done.plan.method.ports == arcs

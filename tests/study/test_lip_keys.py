@@ -7,7 +7,6 @@ import pytest
 from seatfem.structures.errors import ModelError
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import lip_of
 from tests.gallery import FLAPPER, LIP, load_text, mass, refusal, spring
 
 REED = FLAPPER + 'greens = { bandwidth = "20 kHz" }\nrelease = { velocity = "-2 m/s" }\n'
@@ -68,20 +67,20 @@ def test_keys_beside_others(tmp_path: Path, contact: str, reed: str, seat: str, 
 
 def test_a_seat_modelled_in_space_is_struck_as_a_whole(tmp_path: Path) -> None:
     """As by any other reed: who states the model does not get another one."""
-    assert lip_of(scene_of(tmp_path, "", seat=LIP + 'model = "3d"\n')) is None
-    lip = lip_of(scene_of(tmp_path, ""))
+    assert scene_of(tmp_path, "", seat=LIP + 'model = "3d"\n').geometry.lip() is None
+    lip = scene_of(tmp_path, "").geometry.lip()
     assert lip.arcs == 32
 
 
 def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
     """Under a rigid face, too; no more than can be with their rings."""
     for contact, arcs in (('tilt = "0.1 deg"', 32), ('waviness = [["0 deg", "1 um"]]\nrings = 16', 16)):
-        lip = lip_of(scene_of(tmp_path, contact + "\n", MASS))
+        lip = scene_of(tmp_path, contact + "\n", MASS).geometry.lip()
         assert lip.arcs == arcs
-    assert lip_of(scene_of(tmp_path, "", MASS)) is None
+    assert scene_of(tmp_path, "", MASS).geometry.lip() is None
     disc = REED + 'contact_radius = "3 mm"\n'  # what touches if nothing is said of the lip
-    assert lip_of(scene_of(tmp_path, "", disc)) is None
-    lip = lip_of(scene_of(tmp_path, 'offset = ["0.5 mm", "0 mm"]\n', disc))
+    assert scene_of(tmp_path, "", disc).geometry.lip() is None
+    lip = scene_of(tmp_path, 'offset = ["0.5 mm", "0 mm"]\n', disc).geometry.lip()
     assert lip.arcs == 32
 
 

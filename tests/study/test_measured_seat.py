@@ -8,6 +8,8 @@ import pytest
 from rich.console import Console
 
 import impact
+from impact.greens.base import GreensFunction
+from impact.notices import Advice
 from seatfem.faces.tables import result_table
 from seatfem.study.impacts.validity import fit_of, validity_advice
 from seatfem.study.runs.pipeline import run_scene
@@ -39,6 +41,10 @@ columns = { frequency = "f", magnitude = "H1", phase = "Phi" }
 units = { frequency = "kHz", response = "dB re 1 g/N", phase = "deg" }
 quantity = "accelerance"
 """
+
+
+def advice_of(scene: Scene, *bodies: GreensFunction) -> tuple[Advice, ...]:
+    return validity_advice(scene.geometry, scene.run.filter_width, *bodies)
 
 
 def scene(folder: Path, noise: float, seat: str = SEAT, odd: float = 1.0) -> Scene:
@@ -88,14 +94,14 @@ def test_a_run_that_finds_its_seat_again_has_the_same_bars(tmp_path: Path) -> No
 
 def test_lines_that_do_not_fit_are_advised(tmp_path: Path) -> None:
     asked = scene(tmp_path, 0.002, odd=1.4)
-    (advice,) = validity_advice(asked, asked.seat.fit().greens)  # type: ignore[attr-defined]
+    (advice,) = advice_of(asked, asked.seat.fit().greens)  # type: ignore[attr-defined]
     assert "misfit of the seat's poles over the noise of the record" in str(advice) or "miss beyond" in str(advice)
     ranges = fit_of(asked.seat.fit().greens).ranges  # type: ignore[attr-defined]
     assert any(low < 8.6e3 and high > 8.4e3 for low, high in ranges)
     assert f"from {ranges[0][0]:.4g} to {ranges[0][1]:.4g} Hz" in str(advice)
     assert "seat.free = true" in advice.remedy
     whole = scene(tmp_path, 0.002)
-    assert not validity_advice(whole, whole.seat.fit().greens)  # type: ignore[attr-defined]
+    assert not advice_of(whole, whole.seat.fit().greens)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(

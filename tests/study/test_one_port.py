@@ -11,7 +11,8 @@ from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.rings import Division, divided_less
-from seatfem.study.impacts.contact import measures_of, problem_of, solved_striker, striker_of
+from seatfem.study.impacts.contact import problem_of, record_of, solved_striker, striker_of
+from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import PORTS, chooses_one_port, stated_method
 from seatfem.study.planning.plan import Plan
@@ -108,10 +109,12 @@ def test_the_bar_is_what_arcs_change(folder: Path) -> None:
     lip = stated_method(scene).seat.lip
     assert lip.arcs == 32
     many = on_its_patch(whole, lip, patch)
-    reed = solved_striker(scene, method=method.along(scene, 32).reed, mesh_error=False)
+    reed = solved_striker(scene, method=method.along(scene.geometry, 32).reed, mesh_error=False)
 
     def impulse(striker: impact.Body, seat: impact.GreensFunction) -> float:
-        return measures_of(scene, problem_of(scene, striker, impact.Body(seat)), 2 * done.result.dt)["impulse"]
+        return values_of_record(record_of(scene, problem_of(scene, striker, impact.Body(seat)), 2 * done.result.dt))[
+            "impulse"
+        ]
 
     arcs = impulse(striker_of(scene, greens=reed.greens), many)
     ones = [impulse(done.striker, seat) for seat in (divided_less(many, Division()), whole)]

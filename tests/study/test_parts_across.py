@@ -13,7 +13,8 @@ import impact
 from impact.runs.variations import safety
 from seatfem.structures.rings import Division, arc_rings_to_compare, ring_borders
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.contact import RunError, check_length, measures_of, problem_of, seat_of, striker_of
+from seatfem.study.impacts.contact import RunError, check_length, problem_of, record_of, seat_of, striker_of
+from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.patch import of_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
@@ -21,7 +22,6 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.lips import gaps_of
 
 SHEET = """
 [seat]
@@ -71,14 +71,14 @@ def in_parts(folder: Path, division: Division) -> Scene:
 def landed(scene: Scene) -> tuple[impact.ContactProblem, float]:
     """What lands, and its impulse [N s]."""
     problem = problem_of(scene, striker_of(scene), impact.Body(seat_of(scene, mesh_error=False).greens))
-    return problem, measures_of(scene, problem, 250e-9)["impulse"]
+    return problem, values_of_record(record_of(scene, problem, 250e-9))["impulse"]
 
 
 def test_parts_across_open_by_heights_of_their_own(tmp_path: Path) -> None:
     """Part k lies between shares of the area of the annulus; its centre line at the mean of its borders' radii; the
     outer rim is the lowest, however many parts there are."""
     scene = in_parts(tmp_path, Division(32, 3))
-    gaps = gaps_of(scene, Division(32, 3)).reshape(32, 3)
+    gaps = scene.geometry.gaps(Division(32, 3)).reshape(32, 3)
     borders = np.sqrt(3.5e-3**2 + ring_borders(3) * (4.3e-3**2 - 3.5e-3**2))
     radii = (borders[:-1] + borders[1:]) / 2
     angles = 2 * np.pi * (np.arange(32) + 0.5) / 32
@@ -103,7 +103,9 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
         ((variation,),) = terms
         assert variation.against is not None
         assert len(variation.problem.contacts) == 16 * arc_rings_to_compare(division.rings)[0]
-        one, other = (measures_of(scene, each, 250e-9) for each in (variation.against, variation.problem))
+        one, other = (
+            values_of_record(record_of(scene, each, 250e-9)) for each in (variation.against, variation.problem)
+        )
         bars[division] = safety("impulse") * variation.weight * abs(other["impulse"] - one["impulse"])
         assert abs(impulses[SIX] - impulses[division]) < bars[division]
     assert bars[THREE] < 0.2 * bars[ONE]

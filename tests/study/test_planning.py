@@ -21,8 +21,8 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Sizes, Surrogate, mesh_error, sizes_for
 from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
-from seatfem.study.impacts.contact import RunError, measures_of, problem_of, seat_of, striker_of
-from seatfem.study.impacts.touches import SOURCES
+from seatfem.study.impacts.contact import RunError, problem_of, record_of, seat_of, striker_of
+from seatfem.study.impacts.touches import SOURCES, values_of_record
 from seatfem.study.ladders.level import changes_on, without_waves
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
 from seatfem.study.planning.deciding import Choices, Decision
@@ -224,7 +224,7 @@ class TestTargets:
         plan = plan_scene(coarse)
         seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
         rough, exact = (
-            measures_of(s, problem_of(s, striker_of(s), impact.Body(seat)), s.run.time_step or 0.0)
+            values_of_record(record_of(s, problem_of(s, striker_of(s), impact.Body(seat)), s.run.time_step or 0.0))
             for s in (coarse, fine)
         )
         for name, bar in plan.error.items():
@@ -253,7 +253,7 @@ class TestTargets:
         scene = scene_of(SPRING, REED, reed__n_modes=n_modes, run__time_step="20 ns")
         seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
         few, truth = (
-            measures_of(scene, problem_of(scene, striker_of(scene, n), impact.Body(seat)), 20e-9)
+            values_of_record(record_of(scene, problem_of(scene, striker_of(scene, n), impact.Body(seat)), 20e-9))
             for n in (n_modes, 150)
         )
         off = abs(few["filtered_peak"] - truth["filtered_peak"])

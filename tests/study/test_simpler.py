@@ -96,9 +96,5 @@ def test_no_beam_where_it_would_not_move_alike(release: str, more: str, tmp_path
 
 def test_none_beside_a_contact_of_one_port(tmp_path: Path) -> None:
     scene = scene_of(tmp_path)
-    assert (
-        simpler_models(
-            scene, striker_of(scene, method=stated_method(scene).along(scene, 1).reed), bed(Division(1), STIFFNESS), DT
-        )
-        == {}
-    )
+    striker = striker_of(scene, method=stated_method(scene).along(scene.geometry, 1).reed)
+    assert simpler_models(scene, striker, bed(Division(1), STIFFNESS), DT) == {}

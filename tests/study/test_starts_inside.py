@@ -9,7 +9,6 @@ from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import problem_of, striker_of
 from seatfem.study.scene import Scene, SceneError, load_scene
-from seatfem.study.scene.lips import gaps_of
 from tests.gallery import FLAPPER, LIP
 
 
@@ -32,7 +31,7 @@ def test_the_gap_that_is_asked_for_serves_and_no_less(tmp_path: Path) -> None:
     scene, found = problem(tmp_path, "-40 um", tilt.format(1 + more + 0.01))
     greens, state = found.striker.greens, found.striker.state
     bent = greens.modal.shapes.T @ state.displacement
-    openings = gaps_of(scene, Division(16))
+    openings = scene.geometry.gaps(Division(16))
     openings = openings + bent[[greens.port_index(contact.striker_port) for contact in found.contacts]]
     assert openings.min() == pytest.approx(0.01e-6, abs=0.03e-6)
     with pytest.raises(SceneError, match="begin inside it"):

@@ -17,8 +17,8 @@ from seatfem.faces.plan_view import plan_json
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of
-from seatfem.study.impacts.touches import Touches, stopper_values
+from seatfem.study.impacts.contact import problem_of, record_of, run_contacts, stopper_of, striker_of
+from seatfem.study.impacts.touches import Touches, stopper_values, values_of_record
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.bench import Bench, Window, locate_contact_window, window_of
@@ -154,7 +154,7 @@ def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
     np.testing.assert_allclose(touches.stopper.force, byhand.force[:, 2], atol=1e-12 * byhand.force.max())
     np.testing.assert_array_equal(touches.seat.force, touches.parts.force.sum(axis=1))
     assert touches.stopper.force.max() > 1.0
-    asked = measures_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7)
+    asked = values_of_record(record_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7))
     assert asked["impulse"] == pytest.approx(measures.impulse(touches.seat), rel=1e-9)
     mean = touches.seat.target_displacement
     assert asked["seat_displacement"] == pytest.approx(np.abs(mean).max(), rel=1e-9)
@@ -374,7 +374,7 @@ def test_a_lift_is_counted_from_the_seat(tmp_path: Path) -> None:
     """The mass travels exactly the lift between leaving the seat and meeting the stopper, and the runs are the same."""
     lifted = scene_of(tmp_path, SEAT + MASS + STOPPER.replace('gap = "0.2 mm"', 'lift = "0.3 mm"') + RUN)
     stated = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
-    assert lifted.stopper_gap == pytest.approx(stated.stopper_gap, rel=1e-12)
+    assert lifted.geometry.stopper_gap == pytest.approx(stated.geometry.stopper_gap, rel=1e-12)
     touches = bounced(lifted, 1e-7)
     both = touches.seat.gap + touches.stopper.gap  # each opening, where neither body is pressed: the lift
     free = (touches.seat.force == 0) & (touches.stopper.force == 0) & (np.arange(len(both)) * 1e-7 < 1e-4)

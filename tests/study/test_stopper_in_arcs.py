@@ -21,7 +21,7 @@ from seatfem.study.method import stated_method
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import check_files
-from seatfem.study.scene.lips import STOPPER, stopper_gaps, stopper_lip
+from seatfem.study.scene.lips import STOPPER
 from tests.gallery import refusal
 
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
@@ -70,9 +70,9 @@ def struck(scene: Scene, dt: float = 1e-7) -> Touches:
 
 def test_what_is_met(tmp_path: Path) -> None:
     """The stopper's own disc, or the reed's contact; the whole of it where the scene asks for no parts."""
-    assert stopper_lip(scene_of(tmp_path, DISC)) is None
-    assert stopper_lip(scene_of(tmp_path, DISC + "arcs = 12\nrings = 2\n")) == Lip(3e-3, 6e-3, 12, 2)
-    own = stopper_lip(scene_of(tmp_path, SPRING + 'tilt = "0.1 deg"\n'))
+    assert scene_of(tmp_path, DISC).geometry.stopper_lip() is None
+    assert scene_of(tmp_path, DISC + "arcs = 12\nrings = 2\n").geometry.stopper_lip() == Lip(3e-3, 6e-3, 12, 2)
+    own = scene_of(tmp_path, SPRING + 'tilt = "0.1 deg"\n').geometry.stopper_lip()
     assert (own.arcs, own.outer) == (32, pytest.approx(scene_of(tmp_path, SPRING).reed.own_lip.outer))  # type: ignore[attr-defined]
 
 
@@ -101,7 +101,7 @@ def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
     force = touches.stopper_parts.force
     np.testing.assert_allclose(force.sum(axis=1), touches.stopper.force, rtol=1e-12)
     np.testing.assert_allclose(force.sum(axis=0), force.sum() / 8, rtol=0.02 * force.sum() / 8)  # the mesh is uneven
-    pushed = on_the_ports(scene, body.greens, impact.spring(stiffness=5e7), touches)[1:].T
+    pushed = on_the_ports(scene.geometry, body.greens, impact.spring(stiffness=5e7), touches)[1:].T
     assert -pushed.sum() * 1e-7 == pytest.approx(measures.impulse(touches.stopper), rel=1e-12)
     coordinates, modal = modal_coordinates(body, pushed, 1e-7, 1), body.greens.modal
     of = [body.greens.port_index(STOPPER + name) for name in Division(8).names]
@@ -126,7 +126,7 @@ def test_a_tilted_stopper_is_met_on_one_flank_first(tmp_path: Path) -> None:
     3 %."""
     keys = 'arcs = 16\nlaw = { kind = "spring", stiffness = "20 N/um" }\n'
     scene = scene_of(tmp_path, DISC + keys + 'tilt = "0.1 deg"\n')
-    gaps, lip = stopper_gaps(scene), stopper_lip(scene)
+    gaps, lip = scene.geometry.stopper_gaps(), scene.geometry.stopper_lip()
     means = math.tan(math.radians(0.1)) * lip.line()[..., 1].mean(axis=1)
     np.testing.assert_allclose(np.diff(gaps), np.diff(means), atol=1e-12)
     assert gaps.mean() - GAP == pytest.approx(math.tan(math.radians(0.1)) * 6e-3, rel=1e-6)

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import impact
+from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
+from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget
@@ -34,6 +36,14 @@ release = {{ tip_deflection = "{deflection} mm" }}
 duration = "1 ms"
 filter_width = "2 us"
 """
+
+
+def dishing_of(scene: Scene) -> tuple[str, ...]:
+    return dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration)
+
+
+def advice_of(scene: Scene, *bodies: GreensFunction) -> tuple[Advice, ...]:
+    return validity_advice(scene.geometry, scene.run.filter_width, *bodies)
 
 
 def scene_of(folder: Path, length: float, thickness: float, deflection: float = 0.5) -> Scene:
@@ -71,7 +81,7 @@ def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("deflection", "told"), [(0.5, False), (2.9, False), (3.1, True), (88.0, True)])
 def test_large_deflections_are_told(deflection: float, told: bool, tmp_path: Path) -> None:
-    found = validity_advice(scene_of(tmp_path, 30, 0.3, deflection))
+    found = advice_of(scene_of(tmp_path, 30, 0.3, deflection))
     assert len(found) == told
     if told:
         assert found[0].value == pytest.approx(deflection / 30)
@@ -86,11 +96,11 @@ def test_a_filter_beyond_the_measured_band_is_told(tmp_path: Path) -> None:
         fit = {"fit": {"band_hz": [100.0, highest]}}
         return ModalGreens(np.array([1e5]), np.array([0.01]), np.ones((1, 1)), Residual.none(), origin=fit)
 
-    (found,) = validity_advice(scene, seat(2e4))
+    (found,) = advice_of(scene, seat(2e4))
     assert found.value == pytest.approx(25.0)
     assert "use run.filter_width >= 50 us" in found.remedy
-    assert validity_advice(scene, seat(6e5)) == ()
-    (other,) = validity_advice(scene, seat(6e5), seat(2e4))
+    assert advice_of(scene, seat(6e5)) == ()
+    (other,) = advice_of(scene, seat(6e5), seat(2e4))
     assert "the reed was measured up to 20 kHz" in str(other)
 
 
@@ -136,8 +146,8 @@ def test_a_measure_that_nobody_looked_at_has_no_bar(tmp_path: Path) -> None:
 def test_a_beam_that_is_pressed_on_a_port_says_that_it_does_not_dish() -> None:
     """9 bar on 0.3 mm over a hole of 9.2 mm: 3 p r^2/(4 t^2) = 158.7 MPa, 3.3/2 of it with an edge free to turn."""
     examples = Path(__file__).parents[2] / "examples"
-    (note,) = dishing_notes(load_scene(examples / "valve_on_cast_iron.toml"))
+    (note,) = dishing_of(load_scene(examples / "valve_on_cast_iron.toml"))
     assert "900 kPa over a port of 9.2 mm" in note
     assert "about 159 MPa to 262 MPa" in note
-    assert dishing_notes(load_scene(examples / "flapper_on_peek_sleeve.toml")) == ()  # no pressure
-    assert dishing_notes(load_scene(examples / "suction_flapper.toml")) == ()  # a plate
+    assert dishing_of(load_scene(examples / "flapper_on_peek_sleeve.toml")) == ()  # no pressure
+    assert dishing_of(load_scene(examples / "suction_flapper.toml")) == ()  # a plate

@@ -21,7 +21,6 @@ from seatfem.structures.sheets import Sheet, model_of, plate_modes
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene.lips import gaps_of
 from tests.brute_force import first_mode, marched
 from tests.gallery import load_text
 
@@ -99,7 +98,7 @@ def case(folder: Path, law: str) -> Case:
         lip,
         model_of(sheet, (lip,)),
         seat,
-        gaps_of(scene, Division(8)),
+        scene.geometry.gaps(Division(8)),
     )
 
 

@@ -11,11 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 from impact.files.safe_files import write_whole
 from seatfem.faces.plan_view import plan_json
-from seatfem.study.scene.parcel import files_of
 
 if TYPE_CHECKING:
     from seatfem.study.planning.plan import Plan
-    from seatfem.study.scene import Scene
 
 SCENE_COPY: Final = "scene.toml"
 SET: Final = "# --set "  # begin of a line of the copy that holds a change made on the command line
@@ -29,13 +27,13 @@ class AskedError(ValueError):
 
 
 def keep_asked(
-    content: bytes, scene: Scene, home: Path, plan: Plan | None, folder: Path, changes: Sequence[str] = ()
+    content: bytes, files: Collection[Path], home: Path, plan: Plan | None, folder: Path, changes: Sequence[str] = ()
 ) -> tuple[Path, ...]:
     """Write the scene file's ``content`` below its ``changes`` as comments, and the ``plan`` of the last round, into
-    ``folder``; return the files written, in this order. Paths relative to ``home``, the folder of the scene file,
-    become absolute, so that the copy still finds those files."""
+    ``folder``; return the files written, in this order. Paths of the scene's ``files`` relative to ``home``, the folder
+    of the scene file, become absolute, so that the copy still finds them."""
     head = "".join(f"{SET}{each!r}\n" for each in changes).encode("utf-8")
-    written = {SCENE_COPY: head + _with_absolute_paths(content, files_of(scene), home)} | (
+    written = {SCENE_COPY: head + _with_absolute_paths(content, files, home)} | (
         {} if plan is None else {PLAN_FILE: plan_json(plan).encode("utf-8")}
     )
     for name, content in written.items():

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import base64
 import csv
-import hashlib
 import html
 import json
 import math
@@ -22,6 +21,7 @@ from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.tables import time_line
 from seatfem.machine.doctor import installed_version
 from seatfem.results import IMPULSE, SEAT_STRESS, Group, asked, name_of, rows_of, words_of
+from seatfem.structures.store import content_hash
 from seatfem.study.runs.pipeline import SUMMARY_FILE
 from seatfem.study.safety import in_words
 
@@ -248,16 +248,11 @@ def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
         ("to reproduce", shlex.join(command)),
     ]
     files = [
-        (file.name, f"{file.stat().st_size:,} bytes, SHA-256 {_digest(file)}")
+        (file.name, f"{file.stat().st_size:,} bytes, SHA-256 {content_hash(file)}")
         for file in sorted(folder.iterdir())
         if file.is_file() and not file.is_symlink() and file.suffix in (".json", ".h5", ".toml", ".csv")
     ]
     return html_rows(("", ""), facts) + "<h3>Files</h3>" + html_rows(("file", ""), files)
-
-
-def _digest(file: Path) -> str:
-    with file.open("rb") as opened:
-        return hashlib.file_digest(opened, "sha256").hexdigest()
 
 
 def versions() -> str:

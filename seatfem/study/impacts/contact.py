@@ -16,7 +16,7 @@ from impact.march import history, motion
 from impact.march.prepared import step_count
 from impact.march.stepper import FOLLOW, with_recorded_loads
 from impact.notices import Progress, silent
-from impact.runs.variations import Values, with_body
+from impact.runs.variations import with_body
 from seatfem.machine.resources import Stopwatch, available_memory
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.structures.kinds import Structure
@@ -24,11 +24,13 @@ from seatfem.structures.kinds.structure import in_role, in_words_of
 from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import drives, touches
-from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts.gas import gas_loads, lift_of
 from seatfem.study.impacts.gauges import Strains, gauge_strains
 from seatfem.study.impacts.landings import Landings, landings_of_march
 from seatfem.study.method import stated_method
-from seatfem.study.scene import Scene, lips, measures
+from seatfem.study.scene import Run, Scene, lips, measures
+from seatfem.study.scene.gas import CompressorGas
+from seatfem.study.scene.waves import Gauged
 from seatfem.units import write_quantity
 
 STEPS_PER_RADIAN = 4  # steps per radian of the highest rate in either body: a fortieth of a rod's transit
@@ -67,17 +69,18 @@ def seat_of(
 def striker_of(
     scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None, method: Method | None = None
 ) -> impact.Body:
-    """Return the scene's striker.
-
-    Args:
-        n_modes: of a body known by its own modes, in place of the number that it states.
-        greens: of a body whose Green's function has to be computed; ``None``: it is computed.
-        method: by which; ``None``: as the scene states it.
+    """Return the scene's striker; ``n_modes``: of a body known by its own modes, in place of those that it states;
+    ``greens``: of a body whose Green's function has to be computed, by ``method`` or as the scene states it if absent.
     """
     if greens is None and (solved := solved_striker(scene, method=method)) is not None:
         greens = solved.greens
     with in_role("reed", scene.reed):
-        return drives.loaded(scene, scene.reed.body(greens, n_modes, scene.contact_at))
+        reed, gas = scene.reed, scene.gas
+        body = reed.body(greens, n_modes, scene.geometry.contact_at)
+        of_gas = () if gas is None else gas_loads(gas, reed, body)
+        body = replace(body, loads=(*body.loads, *drives.external_loads(scene.load, reed, body), *of_gas))
+        carried = drives.on_its_base(scene.mount("reed"), body)
+        return drives.on_its_springs(scene.spring, scene.contact.gap, reed, carried)
 
 
 def solved_striker(
@@ -92,9 +95,9 @@ def solved_striker(
         return _computed(scene.reed, scene.run.duration, progress, how, mesh_error=mesh_error)
 
 
-def seat_beside(scene: Scene, method: Method) -> Solved:
-    """Return the seat by another method than that of the run, which it is compared with."""
-    solved = _computed(scene.seat, scene.run.duration, method=method, mesh_error=False)
+def seat_beside(seat: Structure, duration: float, method: Method) -> Solved:
+    """Return the seat for a ``duration`` [s] by another method than that of the run, which it is compared with."""
+    solved = _computed(seat, duration, method=method, mesh_error=False)
     assert solved is not None
     return solved
 
@@ -103,29 +106,27 @@ def stopper_of(scene: Scene) -> impact.Body | None:
     """Return the scene's stopper as its own keys state it; ``None`` where there is none."""
     if scene.stopper is None:
         return None
-    solved = solved_stopper(scene)
+    solved = solved_stopper(scene.geometry, scene.run.duration)
     greens = scene.stopper.body.closed_form() if solved is None else solved.greens
     assert greens is not None
-    if scene.stopper.parts != Division() and _is_spring(greens):
+    waveless = len(greens.ports) == 1 and greens.modal is not None and greens.highest_rate == 0
+    if scene.stopper.parts != Division() and waveless:  # one spring
         greens = bed(scene.stopper.parts, 1 / float(greens.static_compliance()[0, 0]))
-    drives.check_base(scene, "stopper", greens)
-    return drives.on_its_base(scene, "stopper", impact.Body(greens, scene.stopper.speed))
+    mount = scene.mount("stopper")
+    drives.check_base(mount, greens, scene.run.duration)
+    return drives.on_its_base(mount, impact.Body(greens, scene.stopper.speed))
 
 
-def solved_stopper(scene: Scene) -> Solved | None:
-    """Return the stopper, computed as its keys state, with its mesh error; ``None`` for a closed form, or none."""
-    if scene.stopper is None:
+def solved_stopper(geometry: lips.ContactGeometry, duration: float) -> Solved | None:
+    """Return the stopper for a ``duration`` [s], computed as its keys state, with its mesh error; ``None`` for a closed
+    form, or none."""
+    if geometry.stopper is None:
         return None
-    stopper = scene.stopper.body
+    stopper = geometry.stopper.body
     with in_role("stopper", stopper):
-        lip = None if stopper.lip_face.no_lip else lips.stopper_lip(scene)
+        lip = None if stopper.lip_face.no_lip else geometry.stopper_lip()
         how = None if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
-        return _computed(stopper, scene.run.duration, method=how)
-
-
-def _is_spring(greens: GreensFunction) -> bool:
-    """Return whether it is one spring without waves."""
-    return len(greens.ports) == 1 and greens.modal is not None and greens.highest_rate == 0
+        return _computed(stopper, duration, method=how)
 
 
 def _computed(
@@ -163,7 +164,7 @@ def _solved(asked: _Asked) -> Solved:
 
 
 def stress_of(
-    scene: Scene,
+    geometry: lips.ContactGeometry,
     striker: impact.Body,
     force: Array,
     dt: float,
@@ -176,23 +177,36 @@ def stress_of(
     """Return the reed's largest bending stresses under the contact forces of seat and stopper, (n + 1,) each; ``None``
     for a rigid mass. ``opening``: (n + 1,) the seats' mean, by which loads that follow the lift are as the march had
     them. ``since``: the time at which a landing begins, before and after which they are distinguished, too [s]."""
-    if not scene.reed.traits.has_stress:
+    if not geometry.reed.traits.has_stress:
         return None
     pushed = touches.pushes(striker, force, stopper)
     marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
-    stress = scene.reed.stress(pushed, dt, marched, scene.contact_at)
+    stress = geometry.reed.stress(pushed, dt, marched, geometry.contact_at)
     return None if stress is None else stress.largest(coarsely=coarsely, since=since)
 
 
-def bending_look(scene: Scene) -> StressLook | None:
+def stress_in_run(
+    geometry: lips.ContactGeometry,
+    striker: impact.Body,
+    run: touches.Touches,
+    *,
+    coarsely: bool = False,
+    since: float | None = None,
+) -> ReedStress | None:
+    """Return the reed's largest bending stresses in a run, as `stress_of` under its forces."""
+    force, dt, lift, above = run.seat.force, run.seat.dt, lift_of(run), run.stopper_force
+    return stress_of(geometry, striker, force, dt, lift, coarsely=coarsely, stopper=above, since=since)
+
+
+def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
     """Return the look at the bending stress of a beam, coarsely; ``None`` of other reeds."""
-    if not scene.reed.traits.has_stress:
+    if not geometry.reed.traits.has_stress:
         return None
 
     def look(stepper: impact.ContactStepper, since: float | None) -> ReedStress | None:
         striker, dt, force = stepper.prepared.problem.striker, stepper.prepared.dt, touches.force_of(stepper)
         stopper, opening = touches.stopper_force_of(stepper), stepper.opening
-        return stress_of(scene, striker, force, dt, opening, coarsely=True, stopper=stopper, since=since)
+        return stress_of(geometry, striker, force, dt, opening, coarsely=True, stopper=stopper, since=since)
 
     return look
 
@@ -207,14 +221,14 @@ def run_contacts(
     engine: history.Engine = "auto",
 ) -> touches.Touches:
     """Run the scene once: contact between striker and seat, and with a stopper, by the scene's laws."""
-    drives.check_base(scene, "seat", seat)
+    drives.check_base(scene.mount("seat"), seat, scene.run.duration)
     problem = problem_of(scene, striker, impact.Body(seat))
     result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
-    met = touches.taken_apart(scene, problem, result)
+    met = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
         return met
-    lift = lift_of(met)
-    return replace(met, strains=gauge_strains(scene, striker, met.seat.force, met.stopper_force, result.dt, lift))
+    force, above, lift = met.seat.force, met.stopper_force, lift_of(met)
+    return replace(met, strains=gauge_strains(scene.gauged, striker, force, above, result.dt, lift))
 
 
 def problem_of(
@@ -223,25 +237,26 @@ def problem_of(
     """Return striker and seat in contact by the scene's law: one contact, or one for each part of the patch; a striker
     whose ports are other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own,
     where it has one."""
-    law, division, seat = scene.contact.law, Division.from_greens(seat.greens), drives.on_its_base(scene, "seat", seat)
-    gaps, films = lips.gaps_of(scene, division), lips.films_of(scene, division)
+    division, geometry = Division.from_greens(seat.greens), scene.geometry
+    law, seat, apart = scene.contact.law, drives.on_its_base(scene.mount("seat"), seat), geometry.has_two_places
+    gaps, films = geometry.gaps(division), geometry.films(division)
     contacts = [
         impact.Contact(
             seat,
             port=k,
             gap=float(gap),
             law=law.law(float(share)),
-            striker_port=touches.facing(scene, striker.greens, division.names[k]),
-            film=films[k],
+            striker_port=striker.greens.port_index(name) if name in striker.greens.ports and not apart else 0,
+            film=film,
         )
-        for k, (gap, share) in enumerate(zip(gaps, division.shares, strict=True))
+        for k, (name, gap, share, film) in enumerate(zip(division.names, gaps, division.shares, films, strict=True))
     ]
     if scene.stopper is not None:
-        above = lips.stopper_gaps(scene)
+        above = geometry.stopper_gaps()
         target = stopper or stopper_of(scene)
         assert target is not None
-        target, parts = drives.on_its_base(scene, "stopper", target), scene.stopper.parts
-        beyond = len(striker.greens.ports) - 1 if scene.has_two_places else 0
+        target, parts = drives.on_its_base(scene.mount("stopper"), target), scene.stopper.parts
+        beyond = len(striker.greens.ports) - 1 if apart else 0
         for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
             port = lips.STOPPER + name
             contacts.append(
@@ -254,23 +269,21 @@ def problem_of(
                     striker_port=port if port in striker.greens.ports else beyond,
                 )
             )
-    drives.check_start(scene, striker, contacts)
+    drives.check_start(scene.stopper, striker, contacts)
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 
 def marched(
-    scene: Scene,
     problem: impact.ContactProblem,
     dt: float,
+    duration: float,
     flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
-    duration: float | None = None,
 ) -> impact.ContactStepper:
-    """March a problem of a scene for its forces alone, a fraction of the cost of a run with energies.
+    """March a problem over a ``duration`` for its forces alone, a fraction of the cost of a run with energies.
 
-    ``flight``: the striker `in_flight` at a step [s], which several runs may share; ``duration``: in place of the
-    scene's [s].
+    ``flight``: the striker `in_flight` at a step [s], which several runs may share.
     """
-    striker, duration = problem.striker, scene.run.duration if duration is None else duration
+    striker = problem.striker
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
@@ -280,20 +293,6 @@ def marched(
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
     return stepper
-
-
-def measures_of(
-    scene: Scene,
-    problem: impact.ContactProblem,
-    dt: float,
-    flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
-    like: Landings | None = None,
-) -> Values:
-    """Return the measures of a run alone, from its `marched` forces and its stopper; stress, coarsely, if asked for.
-
-    ``like``: the landings of a neighbouring run, each of which is looked for; ``None``: of the run's own.
-    """
-    return touches.values_of_record(record_of(scene, problem, dt, flight, like), like)
 
 
 def record_of(
@@ -311,10 +310,10 @@ def record_of(
 
     ``stresses``: whether with those that are asked for; ``look``: at them, in place of `bending_look`.
     """
-    stepper = marched(scene, problem, dt, flight, duration)
+    stepper = marched(problem, dt, scene.run.duration if duration is None else duration, flight)
     landings = landings_of_march(stepper, scene.run.filter_width, None if like is None else like.static)
     others = None if like is None else like.seat
-    stress_look = (look or bending_look(scene)) if stresses and scene.needs_stress else None
+    stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else None
     blow = blow_of_march(scene, stepper, landings.seat, others, stress=stress_look)
     return touches.RunRecord(blow, landings, touches.stopper_force_of(stepper))
 
@@ -328,15 +327,10 @@ def blow_of_march(
     displacement: bool = True,
     stress: StressLook | None = None,
 ) -> measures.ContactRecord:
-    """Return what the measures of a march without energies are taken from.
+    """Return what the measures of a march without energies are taken from, with its ``landings`` on the seat.
 
-    Args:
-        scene: that was marched.
-        stepper: the march.
-        landings: on the seat.
-        like: those of a neighbouring run, whose judged one is looked for; ``None``: of the march's own.
-        displacement: whether with that of the seat.
-        stress: the look at the reed's; ``None``: it is not looked at.
+    ``like``: those of a neighbouring run, whose judged one is looked for; ``None``: of the march's own.
+    ``displacement``: whether with that of the seat; ``stress``: the look at the reed's, if wanted.
     """
     prepared, choice, force = stepper.prepared, scene.accuracy.landing, touches.force_of(stepper)
     judged = measures.judged_landing(landings, choice, like)
@@ -348,19 +342,19 @@ def blow_of_march(
         filter_width=scene.run.filter_width,
         displacement=touches.displacement_of(stepper) if displacement else None,
         stress=stresses,
-        line=lips.line_of(scene, prepared.problem, touches.parts_of(stepper)),
+        line=scene.geometry.line(Division.from_greens(prepared.problem.target.greens), touches.parts_of(stepper)),
         film=touches.film_of(stepper),
         landings=landings,
         asked=choice,
         stress_since=since,
-        strains=tuple(strains_of(scene, stepper).values()),
+        strains=tuple(strains_of(scene.gauged, stepper).values()),
     )
 
 
-def strains_of(scene: Scene, stepper: impact.ContactStepper) -> Strains:
+def strains_of(gauged: Sequence[Gauged], stepper: impact.ContactStepper) -> Strains:
     """Return the strain at the gauges in a march."""
     striker, dt, stopper = stepper.prepared.problem.striker, stepper.prepared.dt, touches.stopper_force_of(stepper)
-    return gauge_strains(scene, striker, touches.force_of(stepper), stopper, dt, stepper.opening)
+    return gauge_strains(gauged, striker, touches.force_of(stepper), stopper, dt, stepper.opening)
 
 
 def in_flight(striker: impact.Body, dt: float, duration: float) -> motion.Discrete:
@@ -369,16 +363,16 @@ def in_flight(striker: impact.Body, dt: float, duration: float) -> motion.Discre
     return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 
-def fallback_step(scene: Scene, *bodies: GreensFunction) -> float:
+def fallback_step(run: Run, gas: CompressorGas | None, *bodies: GreensFunction) -> float:
     """Return the step of a method without one [s]: 1/4 rad of the highest rate, 1/20 of the filter, or `gas_step`."""
-    limits = [scene.run.filter_width / STEPS_PER_FILTER, scene.run.duration / 200]
+    limits = [run.filter_width / STEPS_PER_FILTER, run.duration / 200]
     limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (body.highest_rate for body in bodies) if rate > 0]
-    return min(*limits, gas_step(scene))
+    return min(*limits, gas_step(gas))
 
 
-def gas_step(scene: Scene) -> float:
+def gas_step(gas: CompressorGas | None) -> float:
     """Return the longest step for gas, `GAS_PER_DEGREE` times a degree of the crank [s]; inf without."""
-    return math.inf if scene.gas is None else scene.gas.turn / 360 / GAS_PER_DEGREE / FOLLOW
+    return math.inf if gas is None else gas.turn / 360 / GAS_PER_DEGREE / FOLLOW
 
 
 def check_step(scene: Scene) -> None:
@@ -399,7 +393,7 @@ def check_step(scene: Scene) -> None:
             "run.filter_width, or watch longer"
         )
     check_length(scene, width / LEAST_STEPS_PER_FILTER if step is None else step)
-    if step is not None and step > (most := gas_step(scene)):
+    if step is not None and step > (most := gas_step(scene.gas)):
         raise RunError(
             f"run.time_step = {write_quantity(step, 'time')} lets the gas follow the reed every "
             f"{write_quantity(FOLLOW * step, 'time')}, less than "
@@ -419,9 +413,18 @@ def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
 
     ``parts``: of the seat's lip; ``None``: as far as the scene states them.
     """
-    steps = scene.run.duration / dt
-    _check_contacts(scene, steps, parts or (scene.contact.ports or 1) * scene.contact.rings)
-    most = min(MAX_STEPS, available_memory() / STEP_BYTES)
+    steps, room = scene.run.duration / dt, available_memory()
+    contacts = parts or (scene.contact.ports or 1) * scene.contact.rings
+    contacts += 0 if scene.stopper is None else scene.stopper.parts.count
+    memory, seconds = CONTACT_BYTES * (contacts - 1) * steps, PAIR_TIME * contacts**2 * steps
+    if contacts > 1 and (memory > room or seconds > LONGEST_MARCH):
+        raise RunError(
+            f"contact.ports and contact.rings with [stopper] make {contacts} contacts over {steps:.2g} steps: "
+            f"predicted {memory / 1e9:.2g} GB of histories and {seconds / 3600:.2g} h, at most {room / 1e9:.2g} GB are "
+            f"available and {LONGEST_MARCH / 3600:g} h are taken: state fewer contact.ports or contact.rings, shorten "
+            "run.duration, or give a longer run.time_step"
+        )
+    most = min(MAX_STEPS, room / STEP_BYTES)
     if steps > most:
         chosen = "run.time_step" if scene.run.time_step else "the step that both bodies and run.filter_width need"
         raise RunError(
@@ -429,17 +432,4 @@ def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
             f"{write_quantity(dt, 'time', 2)} ({chosen}), at most "
             f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, "
             f"{'' if scene.reed.slender is None else 'keep fewer reed.n_modes, '}or give a longer run.time_step"
-        )
-
-
-def _check_contacts(scene: Scene, steps: float, parts: int) -> None:
-    contacts = parts + (0 if scene.stopper is None else scene.stopper.parts.count)
-    memory, room = CONTACT_BYTES * (contacts - 1) * steps, available_memory()
-    seconds = PAIR_TIME * contacts**2 * steps
-    if contacts > 1 and (memory > room or seconds > LONGEST_MARCH):
-        raise RunError(
-            f"contact.ports and contact.rings with [stopper] make {contacts} contacts over {steps:.2g} steps: "
-            f"predicted {memory / 1e9:.2g} GB of histories and {seconds / 3600:.2g} h, at most {room / 1e9:.2g} GB are "
-            f"available and {LONGEST_MARCH / 3600:g} h are taken: state fewer contact.ports or contact.rings, shorten "
-            "run.duration, or give a longer run.time_step"
         )

@@ -19,16 +19,15 @@ from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, dr
 from impact.gas.flow import BACK, FORWARD, NOT_MEASURED, OTHER, PRESSURE, AreaTable
 from impact.greens.base import Array
 from impact.quantities import brief
+from seatfem.structures.kinds import Structure
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.scene import Scene
+from seatfem.study.scene.gas import CompressorGas
 
 OPEN = 0.01  # lift, over its largest, above which the valve counts as open
 
 
-def gas_of(scene: Scene) -> Compressor | Prescribed:
-    """Return the gas that drives the reed of a scene with a table [gas]."""
-    gas = scene.gas
-    assert gas is not None
+def gas_of(gas: CompressorGas) -> Compressor | Prescribed:
+    """Return the gas that drives the reed, by its table [gas]."""
     common = (gas.areas, *gas.plenums, gas.valve)
     if (crank := gas.crank) is None:
         return Prescribed(gas.course, gas.fluid.gas, *common)
@@ -36,11 +35,10 @@ def gas_of(scene: Scene) -> Compressor | Prescribed:
     return Compressor(gas.fluid.gas, crank, *common, other, start)
 
 
-def gas_loads(scene: Scene, body: Body) -> Iterator[Load]:
-    """Yield the gas loads on the striker's ``body``: a prescribed pressure is one load for each direction of dp."""
-    if scene.gas is None:
-        return
-    drive, shape = gas_of(scene), scene.reed.pushed_at(body, None, by="pressure")[:, 0]
+def gas_loads(gas: CompressorGas, reed: Structure, body: Body) -> Iterator[Load]:
+    """Yield the gas loads on the ``reed`` as a ``body``: a prescribed pressure is one load for each direction of
+    dp."""
+    drive, shape = gas_of(gas), reed.pushed_at(body, None, by="pressure")[:, 0]
     if isinstance(drive, Compressor):
         at_start = drive.valve.push(0.0, drop(drive, float(drive.start()[PRESSURE])))
         yield Load(shape, partial(np.full_like, fill_value=at_start, dtype=float), feedback=drive)
@@ -66,12 +64,14 @@ class GasRun:
     """The gas over a run of a scene.
 
     Attributes:
+        asked: the table [gas].
         drive: the cylinder.
         history: of the gas.
         angle: (n + 1,) crank angle [deg] at its times.
         volume: (n + 1,) of the cylinder [m^3]; ``None`` where its pressure is prescribed.
     """
 
+    asked: CompressorGas
     drive: Compressor | Prescribed
     history: GasHistory
     angle: Array
@@ -80,14 +80,13 @@ class GasRun:
     __repr__ = brief
 
     @staticmethod
-    def from_run(scene: Scene, touches: Touches) -> GasRun:
-        """Return the gas of a run of a scene."""
-        assert scene.gas is not None
-        drive = gas_of(scene)
+    def from_run(gas: CompressorGas, touches: Touches) -> GasRun:
+        """Return the gas of a run, by its table [gas]."""
+        drive = gas_of(gas)
         history = gas_history(drive, lift_of(touches), touches.seat.dt)
-        crank = scene.gas.crank
+        crank = gas.crank
         volume = None if crank is None else np.array([crank.volume(float(t)) for t in history.time])
-        return GasRun(drive, history, angles(history.time, scene.gas.rpm, scene.gas.angle), volume)
+        return GasRun(gas, drive, history, angles(history.time, gas.rpm, gas.angle), volume)
 
 
 def lift_of(touches: Touches) -> Array:
@@ -95,19 +94,18 @@ def lift_of(touches: Touches) -> Array:
     return touches.seat.gap if touches.parts is None else np.asarray(touches.parts.gap.mean(axis=1))
 
 
-def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
-    """Return the gas keys for summary.json. Lists have a value for each cycle from the start, or ``None``.
+def gas_keys(run: GasRun, touches: Touches, duration: float) -> dict[str, object]:
+    """Return the gas keys for summary.json. Lists have a value for each cycle of a run of this
+    ``duration`` [s] from the start, or ``None``.
 
     The valve is open above `OPEN` of its largest lift; where it falls below, it strikes the seat: the seating velocity
     is its speed there.
     """
-    gas = scene.gas
-    assert gas is not None
-    dt, lift, turn = touches.seat.dt, lift_of(touches), gas.turn
+    gas, dt, lift, turn = run.asked, touches.seat.dt, lift_of(touches), run.asked.turn
     largest = float(np.max(lift))
     is_open = lift > OPEN * largest if largest > 0 else np.zeros(len(lift), dtype=bool)
     rises, falls = (np.flatnonzero(is_open[1:] & ~is_open[:-1]) + 1, np.flatnonzero(~is_open[1:] & is_open[:-1]) + 1)
-    cycles = cycles_of(scene)
+    cycles = cycles_of(gas, duration)
 
     def by_cycle(steps: NDArray[Any]) -> list[NDArray[Any]]:
         number = np.minimum(np.asarray(steps * dt / turn, dtype=int), cycles - 1)
@@ -121,14 +119,14 @@ def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
     valve, side = run.drive.valve, run.drive.side
     keys: dict[str, object] = {
         "gas_valve": side,
-        "gas_cycles": scene.run.duration / turn,
+        "gas_cycles": duration / turn,
         "gas_opening_deg": [degrees(s[0]) if len(s) else None for s in by_cycle(rises)],
         "gas_closing_deg": [degrees(s[-1]) if len(s) else None for s in by_cycle(falls)],
         "gas_largest_lift_m": largest,
         "gas_seating_velocity_m_per_s": [float(speed[s - 1].max()) if len(s) else None for s in by_cycle(falls)],
         "gas_seat_impacts": [len(s) for s in by_cycle(falls)],
         "gas_stopper_impacts": [len(s) for s in by_cycle(stops)],
-        **cycle_masses(scene, run.history, of_other=run.volume is not None),
+        **cycle_masses(gas, duration, run.history, of_other=run.volume is not None),
         "gas_flow_area_source": [valve.flow.source, valve.flow_back.source],
         "gas_force_area_source": [valve.force.source, valve.force_back.source],
         "gas_largest_pressure_Pa": float(run.history.pressure.max()),
@@ -141,17 +139,15 @@ def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
     return keys
 
 
-def cycles_of(scene: Scene) -> int:
-    """Return the number of turns of the crank that a run begins."""
-    assert scene.gas is not None
-    return max(1, math.ceil(scene.run.duration / scene.gas.turn - 1e-6))
+def cycles_of(gas: CompressorGas, duration: float) -> int:
+    """Return the number of turns of the crank that a run of this ``duration`` [s] begins."""
+    return max(1, math.ceil(duration / gas.turn - 1e-6))
 
 
-def cycle_masses(scene: Scene, history: GasHistory, *, of_other: bool) -> dict[str, list[float]]:
+def cycle_masses(gas: CompressorGas, duration: float, history: GasHistory, *, of_other: bool) -> dict[str, list[float]]:
     """Return, by key of summary.json, the mass that passes in each cycle [kg]; through the other valve, too, where it
     is known."""
-    assert scene.gas is not None
-    edges = np.minimum(np.arange(cycles_of(scene) + 1) * scene.gas.turn, history.time[-1])
+    edges = np.minimum(np.arange(cycles_of(gas, duration) + 1) * gas.turn, history.time[-1])
     columns = {"forward": FORWARD, "back": BACK, **({"other_valve": OTHER} if of_other else {})}
     return {
         f"gas_mass_{name}_kg": np.diff(np.interp(edges, history.time, history.states[:, column])).tolist()
@@ -159,11 +155,11 @@ def cycle_masses(scene: Scene, history: GasHistory, *, of_other: bool) -> dict[s
     }
 
 
-def gas_notes(scene: Scene) -> tuple[str, ...]:
+def gas_notes(gas: CompressorGas | None) -> tuple[str, ...]:
     """Return which of the areas nobody measured."""
-    if scene.gas is None:
+    if gas is None:
         return ()
-    valve = scene.gas.areas
+    valve = gas.areas
     tables = {"flow": (valve.flow, valve.flow_back), "force": (valve.force, valve.force_back)}
     guessed = [
         f"gas.{key}.{way} ({table.source.removeprefix(NOT_MEASURED)})"

@@ -15,8 +15,7 @@ from impact.greens.base import Array
 from impact.march.stepper import with_recorded_loads
 from impact.runs.variations import Values
 from seatfem.study.impacts import touches
-from seatfem.study.scene import Scene
-from seatfem.study.scene.waves import Gauge
+from seatfem.study.scene.waves import Gauged
 
 FILE: Final = "gauges.csv"
 Strains = Mapping[str, Array]
@@ -24,29 +23,22 @@ Strains = Mapping[str, Array]
 
 
 def gauge_strains(
-    scene: Scene, striker: Body, force: Array, stopper: Array | None, dt: float, opening: Array
+    gauged: Sequence[Gauged], striker: Body, force: Array, stopper: Array | None, dt: float, opening: Array
 ) -> Strains:
-    """Return the strain at the gauges of a scene.
-
-    Args:
-        scene: with its gauges.
-        striker: of the run.
-        force, stopper: (n + 1,) of the seat's contact and of the stopper's, if there is one [N].
-        dt: step [s].
-        opening: (n + 1,) the seats' mean, as in `seatfem.study.impacts.contact.stress_of` [m].
-    """
-    if not scene.gauge:
+    """Return the strain at gauges in a run, from the forces (n + 1,) of the seat's contact and of the stopper's, if
+    there is one [N], and the mean opening (n + 1,) at the seat [m], at steps ``dt`` [s]."""
+    if not gauged:
         return {}
     pushed = touches.pushes(striker, force, stopper)
     marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
     on = {"seat": force, "reed": pushed, "stopper": stopper}
-    return {gauge.name: _strain(scene, gauge, on[gauge.of], dt, marched) for gauge in scene.gauge}
+    return {each.gauge.name: _strain(each, on[each.gauge.of], dt, marched) for each in gauged}
 
 
-def _strain(scene: Scene, gauge: Gauge, force: Array | None, dt: float, striker: Body) -> Array:
-    body, wave = scene.bodies[gauge.of], scene.wave_on(gauge.of)
+def _strain(gauged: Gauged, force: Array | None, dt: float, striker: Body) -> Array:
+    gauge, body, wave = gauged.gauge, gauged.mount.structure, gauged.mount.wave
     assert force is not None
-    strain = body.strain_at(gauge.at, force, dt, striker, scene.contact_at)
+    strain = body.strain_at(gauge.at, force, dt, striker, gauged.contact_at)
     if wave is not None and (speed := body.wave_speed) is not None:
         middle = np.asarray(dt * (np.arange(len(strain)) - 0.5), dtype=np.float64)
         return np.asarray(strain + wave.incoming(speed).strain_at(middle, gauge.at))

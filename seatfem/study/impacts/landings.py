@@ -93,13 +93,10 @@ def landings_of_result(problem: ContactProblem, result: ImpactResult, width: flo
 def landings_of_march(
     stepper: impact.ContactStepper, width: float, load: StaticLoad | None = None, *, rebound: bool = True
 ) -> Landings:
-    """Return the landings of a march without energies, as far as it has come.
+    """Return the landings of a march without energies, as far as it has come; ``width``: of the filter [s].
 
-    Args:
-        stepper: the march.
-        width: of the filter [s].
-        load: the quasi-static load, where it is known already.
-        rebound: whether restitution is wanted, which replays the striker.
+    ``load``: the quasi-static load, where it is known already; ``rebound``: whether restitution is wanted, which
+    replays the striker.
     """
     prepared, n = stepper.prepared, stepper.done
     problem, dt = prepared.problem, prepared.dt

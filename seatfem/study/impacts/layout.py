@@ -10,13 +10,16 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.quantities import percent
-from seatfem.pictures import rendering, scene_drawing
+from seatfem.pictures import scene_drawing
 from seatfem.pictures.layout import Action, Layout, Placed, Way
 from seatfem.structures.errors import ModelError
+from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
-from seatfem.study.scene import Scene, drives, files, lips
+from seatfem.study.scene import ContactGeometry, Scene, drives, files
+from seatfem.study.scene.gas import CompressorGas
+from seatfem.study.scene.waves import Wave
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
@@ -30,16 +33,14 @@ SHOWN_ARCS: Final = 400
 def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """Return bodies, dimensions, loads and words of the scene's drawing.
 
-    Args:
-        scene: as it is asked.
-        division: of the lip into arcs, as planned; ``None``: as the scene states it.
+    ``division``: of the lip into arcs, as planned; ``None``: as the scene states it.
 
     Raises:
         ModelError, GeometryError: a file whose faces cannot be found.
         MeshingError, OSError: gmsh cannot be run; a file is not there.
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
-    at = scene.own_place
+    at = scene.geometry.own_place
     shape = None if reed.thin_plate is None else reed.thin_plate.geometry()
     root = shape.centre[0] if shape is not None and shape.is_clamped else at  # away, of the contact's middle
     seen = reed.views(at).turned_over()
@@ -51,23 +52,35 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     if stopper is not None:
         along = 0.0 if stopper.at is None or at is None else stopper.at - at
         behind = Placed(
-            "stopper", stopper.body.views().turned_over(), (along, 0.0), contact.gap + thickness + scene.stopper_gap
+            "stopper",
+            stopper.body.views().turned_over(),
+            (along, 0.0),
+            contact.gap + thickness + scene.geometry.stopper_gap,
         )
     seat = Placed("seat", scene.seat.views(), contact.offset)
     placed = Placed("reed", seen, height=contact.gap)
+    low, high = seen.extent
+    ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)
+    springs = [(spring.words, _of_springs(spring, reed, root)) for spring in scene.spring]
+    actions = (
+        *_of_reed(reed, root, during, ends),
+        *_of_loads(scene.load, root, during, ends),
+        *(Action(words, float(at[:, 0].min()), float(at[:, 0].max()), -1) for words, at in springs),
+        *_of_others(scene.wave, scene.base, scene.gas),
+    )
     return Layout(
         title=scene.title or f"{seen.name} on {seat.views.name}",
         seat=seat,
         reed=placed,
         stopper=behind,
         gap=contact.gap,
-        lift=None if stopper is None else scene.stopper_gap,
-        start=_start(scene, at),
-        actions=tuple(_actions(scene, root, seen)),
-        springs=_springs(scene, root),
-        arcs=_arcs(scene, stated),
+        lift=None if stopper is None else scene.geometry.stopper_gap,
+        start=_start(reed, at),
+        actions=actions,
+        springs=np.concatenate([np.zeros((0, 2)), *(places for _, places in springs)]),
+        arcs=_arcs(scene.seat, stated),
         tilt=(contact.tilt, contact.tilt_axis) if contact.tilt else None,
-        notes=tuple(_notes(scene, (seat, placed), stated, planned=division is not None)),
+        notes=tuple(_notes(scene.geometry, (seat, placed), stated, planned=division is not None)),
     )
 
 
@@ -113,9 +126,8 @@ def _face_words(views: BodyViews) -> str:
     return f"a struck face of {x:.4g} x {y:.4g} mm"
 
 
-def _start(scene: Scene, at: float | None) -> Array | None:
+def _start(reed: Structure, at: float | None) -> Array | None:
     """Return (n, 2) x and deflection of a reed with positions along it that is released from a deflected shape."""
-    reed = scene.reed
     if reed.slender is None or at is None:
         return None
     x = np.linspace(0.0, reed.slender.span, START_POINTS)
@@ -123,37 +135,41 @@ def _start(scene: Scene, at: float | None) -> Array | None:
     return np.column_stack([x - at, shape]) if np.abs(shape).max() > 0 else None
 
 
-def _springs(scene: Scene, at: float | None) -> Array:
-    """Return the (n, 2) places of the valve springs, of those spread around a circle some."""
-    places = [_of_springs(scene, spring, at) for spring in scene.spring]
-    return np.concatenate([np.zeros((0, 2)), *places])
-
-
-def _of_springs(scene: Scene, spring: drives.ValveSpring, at: float | None) -> Array:
+def _of_springs(spring: drives.ValveSpring, reed: Structure, at: float | None) -> Array:
+    """Return the (n, 2) places of valve springs, of those spread around a circle some."""
     if spring.at is not None:
         return np.array([(_along(spring.at, at), 0.0)])
-    points, plate = spring.places, scene.reed.thin_plate
+    points, plate = spring.places, reed.thin_plate
     if points is None and plate is not None:
         points = plate.spring_points
     return np.zeros((1, 2)) if points is None else points
 
 
-def _arcs(scene: Scene, division: Division) -> Array:
+def _arcs(seat: Structure, division: Division) -> Array:
     """Return the (n, 2, 2) lines between the arcs of the lip."""
     if not 1 < division.arcs <= SHOWN_ARCS:
         return np.zeros((0, 2, 2))
-    lip = scene.seat.lip(division.arcs, division.rings)
+    lip = seat.lip(division.arcs, division.rings)
     if lip is None:
         return np.zeros((0, 2, 2))
     one, other = lip.cuts(np.arange(division.arcs) / division.arcs)
     return np.stack([one, other], axis=1)
 
 
-def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action]:
-    """Yield the motions and loads of the reed, and bases that move."""
-    reed, (low, high) = scene.reed, seen.extent
-    ends = float(low[0]), float(high[0])
-    during = np.linspace(0.0, scene.run.duration, SAMPLES)
+def _of_others(waves: Sequence[Wave], bases: Sequence[drives.Base], gas: CompressorGas | None) -> Iterator[Action]:
+    """Yield waves, bases that move, and the pressure of the gas."""
+    for wave in waves:
+        peak = float(np.abs(wave.course().value).max())
+        yield Action(f"a wave of strain up to {peak:.3g} comes along the {wave.of}", 0.0, 0.0, 0)
+    for base in bases:
+        yield Action(f"the base of the {base.of} moves as in a file", 0.0, 0.0, 0)
+    if gas is not None:
+        port = gas.port_diameter
+        yield Action(f"pressure of the gas, {gas.valve} valve, port Ø {length_text(port)}", -port / 2, port / 2, 0)
+
+
+def _of_reed(reed: Structure, at: float | None, during: Array, ends: tuple[float, float]) -> Iterator[Action]:
+    """Yield the motion and the loads that the table of the reed has."""
     if (pressure := getattr(reed, "pressure", None)) is not None:
         radius = getattr(reed, "pressure_radius", None)
         yield _course("pressure", pressure, during, *(ends if radius is None else (-radius, radius)))
@@ -166,7 +182,12 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
     if (velocity := getattr(reed, "velocity", None)) is not None:
         yield _value("velocity", velocity, "velocity", (0.0, 0.0))
     yield from _release(reed)
-    for load in scene.load:
+
+
+def _of_loads(
+    loads: Sequence[drives.ExternalLoad], at: float | None, during: Array, ends: tuple[float, float]
+) -> Iterator[Action]:
+    for load in loads:
         if load.pressure is not None:
             assert load.area is not None
             half = math.sqrt(max(load.area.area) / math.pi)
@@ -179,19 +200,6 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
             yield _value("gravity", load.gravity, "acceleration", ends)
         elif load.base_motion is not None:
             yield _course("acceleration of the frame", load.base_motion, during, *ends)
-    for spring in scene.spring:
-        x = _of_springs(scene, spring, at)[:, 0]
-        yield Action(spring.words, float(x.min()), float(x.max()), -1)
-    for wave in scene.wave:
-        peak = float(np.abs(wave.course().value).max())
-        yield Action(f"a wave of strain up to {peak:.3g} comes along the {wave.of}", 0.0, 0.0, 0)
-    for base in scene.base:
-        yield Action(f"the base of the {base.of} moves as in a file", 0.0, 0.0, 0)
-    if (gas := scene.gas) is not None:
-        port = getattr(gas, "port_diameter", None)
-        half = 0.5 * (port or 0.3 * (ends[1] - ends[0]))
-        more = "" if port is None else f", port Ø {length_text(port)}"
-        yield Action(f"pressure of the gas, {gas.valve} valve{more}", -half, half, 0)
 
 
 def _release(reed: Any) -> Iterator[Action]:
@@ -247,14 +255,14 @@ def _course(
     return Action(f"{words} {size}{more}", low, high, 0, f" ({course.file.name}){detail}")
 
 
-def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:
+def _notes(geometry: ContactGeometry, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:
     """Yield notes on what the views do not show."""
-    contact = scene.contact
+    contact, reed, stopper = geometry.contact, geometry.reed, geometry.stopper
     yield from (f"the {body.role} {body.views.note}" for body in bodies if body.views.note)
     if division.count > 1:
         rings = f" x {division.rings} rings" if division.rings > 1 else ""
         yield f"contact in {division.arcs} segments{rings}"
-    elif scene.reed.thin_plate is not None and not scene.seat.lip_face.no_lip and not planned:
+    elif reed.thin_plate is not None and not geometry.seat.lip_face.no_lip and not planned:
         yield "contact as a whole, unless the plan divides it into segments"
     if contact.tilt:
         axis = math.degrees(contact.tilt_axis)
@@ -262,13 +270,13 @@ def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planne
         yield f"lip tilted {tilt:.3g}° about the direction {axis:.3g}° from the reed's axis"
     if contact.waviness:
         yield "the lip is wavy (contact.waviness)"
-    if is_curved(scene.reed):
+    if is_curved(reed):
         yield "the reed is curved without stress (reed.curvature), drawn flat"
     if contact.preload:
         yield "starts pressed on its seat (preload)"
-    if (stopper := scene.stopper) is not None and stopper.parts != Division():
+    if stopper is not None and stopper.parts != Division():
         try:
-            known = lips.stopper_lip(scene) is not None
+            known = geometry.stopper_lip() is not None
         except ModelError:
             known = False
         if known:
@@ -280,12 +288,7 @@ DRAWING: Final = "drawing.png"
 
 
 def draw_scene(scene: Scene, path: Path, division: Division | None = None) -> Layout:
-    """Draw a scene in section and plan to a file, .png, .svg or .pdf; return its layout.
-
-    Args:
-        scene: as it is asked.
-        path: of the drawing, written whole or not at all.
-        division: of the lip into arcs, as planned; ``None``: as the scene states it.
+    """Draw a scene in section and plan to a file, .png, .svg or .pdf, written whole or not at all; return its layout.
 
     Raises:
         SceneError: a file that cannot be read, bodies that cannot meet as they lie.
@@ -296,8 +299,3 @@ def draw_scene(scene: Scene, path: Path, division: Division | None = None) -> La
     layout = layout_of(scene, division)
     scene_drawing.draw_layout(layout, path)
     return layout
-
-
-def drawing_picture(scene: Scene, division: Division) -> rendering.Picture:
-    """Return the drawing as a picture of a run, whose lip is divided so."""
-    return DRAWING, lambda path: scene_drawing.draw_layout(layout_of(scene, division), path)

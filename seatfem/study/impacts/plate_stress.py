@@ -18,10 +18,10 @@ from impact.greens.base import Array, GreensFunction
 from impact.march.stepper import with_recorded_loads
 from seatfem import structures
 from seatfem.structures import fields, lip, rings
+from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.impacts.touches import parts_of, stopper_force_of
-from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import lip_of, on_the_reed
+from seatfem.study.scene import ContactGeometry
 
 if TYPE_CHECKING:
     from seatfem.structures import sheets
@@ -52,39 +52,41 @@ class _Columns:
     few: peaks.Integers
 
 
-def has_plate_stress(scene: Scene, striker: Body) -> bool:
+def has_plate_stress(reed: Structure, striker: Body) -> bool:
     """Return whether a plate strikes whose stress can be known."""
-    return scene.reed.thin_plate is not None and striker.greens.modal is not None
+    return reed.thin_plate is not None and striker.greens.modal is not None
 
 
-def reed_of(scene: Scene) -> ThinPlate:
-    """Return the plate that strikes, in a scene that `has_plate_stress`."""
-    assert scene.reed.thin_plate is not None
-    return scene.reed.thin_plate
-
-
-def lips_of_plate(scene: Scene, division: rings.Division) -> tuple[lip.AnyLip, ...]:
+def lips_of_plate(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
     """Return the lips that touch the plate that strikes: its own face first, then the seat's lip in these parts."""
-    return reed_of(scene).lips(on_the_reed(scene, lip_of(scene, division.arcs, division.rings)))
+    return _plate_of(geometry).lips(geometry.on_the_reed(geometry.lip(division.arcs, division.rings)))
 
 
-def touching_lips(scene: Scene, division: rings.Division) -> tuple[lip.AnyLip, ...]:
+def _plate_of(geometry: ContactGeometry) -> ThinPlate:
+    """Return the plate that strikes."""
+    assert geometry.reed.thin_plate is not None
+    return geometry.reed.thin_plate
+
+
+def _touching_lips(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
     """Return those of `lips_of_plate` that really touch: the seat's, else its own; a stopper meets its own, too."""
-    lips = lips_of_plate(scene, division)
-    return lips if scene.stopper is not None else lips[-1:]
+    lips = lips_of_plate(geometry, division)
+    return lips if geometry.stopper is not None else lips[-1:]
 
 
-def touched_points(scene: Scene, greens: GreensFunction, division: rings.Division) -> Array:
+def touched_points(geometry: ContactGeometry, greens: GreensFunction, division: rings.Division) -> Array:
     """Return (k, 2) points of the patches with which a plate touches [m]."""
-    return _points_of(reed_of(scene).plate(greens), touching_lips(scene, division))
+    return _points_of(_plate_of(geometry).plate(greens), _touching_lips(geometry, division))
 
 
-def singular_points(scene: Scene, greens: GreensFunction, division: rings.Division) -> Array:
+def singular_points(geometry: ContactGeometry, greens: GreensFunction, division: rings.Division) -> Array:
     """Return (k, 2) points of a plate that strikes beside which its theory knows no stress [m]."""
-    return _singular(reed_of(scene).plate(greens), touching_lips(scene, division))
+    return _singular(_plate_of(geometry).plate(greens), _touching_lips(geometry, division))
 
 
-def plate_field(scene: Scene, striker: Body, division: rings.Division, *, few: bool = False) -> StressField:
+def plate_field(
+    geometry: ContactGeometry, striker: Body, division: rings.Division, *, few: bool = False
+) -> StressField:
     """Return the stress in the face z = h/2 of the plate that strikes.
 
     It is known at the nodes away from what has no stress in plate theory: within one thickness of sharp corners, of the
@@ -93,8 +95,8 @@ def plate_field(scene: Scene, striker: Body, division: rings.Division, *, few: b
 
     The body of the field is the whole striker: `struck_by` takes its start, its loads and its elastic modes.
     """
-    plate = reed_of(scene).plate(striker.greens)
-    lips, touched = lips_of_plate(scene, division), touching_lips(scene, division)
+    plate = _plate_of(geometry).plate(striker.greens)
+    lips, touched = lips_of_plate(geometry, division), _touching_lips(geometry, division)
     columns = _columns(_Plate(plate, lips, touched, tuple(striker.greens.ports)))
     field = fields.recovery.StressField(columns.points, columns.static, columns.modal, striker)
     return field.at(columns.few) if few else field
@@ -152,15 +154,8 @@ def _most_stressed(static: Array, modal: Array) -> peaks.Integers:
 
 
 def struck_by(field: StressField, striker: Body, opening: Array, pushes: Array, dt: float) -> StressField:
-    """Return the field of a plate in a run: as it starts there, with loads that follow its lift.
-
-    Args:
-        field: of the plate.
-        striker: of the run.
-        opening: (n + 1,) mean of the lift at the seat [m].
-        pushes: (n + 1, ports) forces on the ports of the striker [N].
-        dt: step [s].
-    """
+    """Return the field of a plate in a run: as it starts there, with loads that follow its lift, of which ``opening``
+    (n + 1,) is the mean at the seat [m]; ``pushes``: (n + 1, ports) forces on its ports [N]; ``dt``: step [s]."""
     body = without_springs(with_recorded_loads(striker, opening, dt), pushes, dt)
     greens = body.greens.modal
     assert greens is not None
@@ -176,9 +171,8 @@ def in_some_modes(body: Body, kept: NDArray[np.bool_]) -> Body:
     return Body(some, state=state, loads=tuple(replace(load, shape=load.shape[kept]) for load in body.loads))
 
 
-def stresses_of_plate(scene: Scene, field: StressField, found: LargestStress) -> ReedStress:
+def stresses_of_plate(reed: ThinPlate, field: StressField, found: LargestStress) -> ReedStress:
     """Return the largest von Mises stresses of a plate in the spans of a run."""
-    reed = reed_of(scene)
     return stress_by_spans(found.spans, lambda chosen: _peak(reed, field, found.within(chosen)))
 
 
@@ -195,21 +189,21 @@ class PlateLook:
     """Computes the stress of a plate from the contact forces of a march.
 
     Attributes:
-        scene: that is marched.
+        reed: the plate that is marched.
         field: of the plate, its body the striker as it starts.
         division: of the seat's patch, whose parts are ports of that body.
     """
 
-    scene: Scene
+    reed: ThinPlate
     field: StressField
     division: rings.Division
 
     @classmethod
-    def at_few_places(cls, scene: Scene, striker: Body, division: rings.Division) -> PlateLook | None:
+    def at_few_places(cls, geometry: ContactGeometry, striker: Body, division: rings.Division) -> PlateLook | None:
         """Return the look at the places that modes and ports stress most; ``None`` of strikers that are no plates."""
-        if not has_plate_stress(scene, striker):
+        if not has_plate_stress(geometry.reed, striker):
             return None
-        return cls(scene, plate_field(scene, striker, division, few=True), division)
+        return cls(_plate_of(geometry), plate_field(geometry, striker, division, few=True), division)
 
     def __call__(self, stepper: impact.ContactStepper, since: float | None) -> ReedStress | None:
         """Return the largest stresses, before and after the time ``since`` at which a landing begins, too [s]."""
@@ -219,7 +213,7 @@ class PlateLook:
         pushes = pushes_of(body.greens, forces.by(self.division), self.division, forces.stopper)
         field = struck_by(self.field, body, stepper.opening, pushes, forces.dt)
         return stresses_of_plate(
-            self.scene, field, fields.recovery.largest(field, pushes, forces.dt, since=since, workers=1)
+            self.reed, field, fields.recovery.largest(field, pushes, forces.dt, since=since, workers=1)
         )
 
 
@@ -241,7 +235,7 @@ class Forces:
 
     @staticmethod
     def from_march(stepper: impact.ContactStepper) -> Forces:
-        """Return the stress peaks of a finished run."""
+        """Return the contact forces of a march."""
         problem, parts = stepper.prepared.problem, parts_of(stepper)
         division = rings.Division.from_greens(problem.target.greens) if parts.shape[1] > 1 else rings.Division()
         return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)
@@ -267,11 +261,8 @@ def overlaps(have: Array, wanted: Array) -> Array:
 def pushes_of(greens: GreensFunction, parts: Array, division: rings.Division, stopper: Array | None) -> Array:
     """Return (n + 1, ports) forces on the ports of a striker, away from the seat [N].
 
-    Args:
-        greens: of the striker.
-        parts: (n + 1, parts) forces of the parts of the seat's patch [N].
-        division: of the patch into these.
-        stopper: (n + 1,) force of a stopper, which meets the first port; ``None``: there is none [N].
+    Of the seat's patch in parts, of this ``division``, with (n + 1, parts) forces, and of a ``stopper`` with (n + 1,)
+    ones, which meets the first port, if there is one [N].
     """
     force = np.zeros((len(parts), len(greens.ports)))
     for name, pushed in zip(division.names, parts.T, strict=True):

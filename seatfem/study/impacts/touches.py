@@ -17,10 +17,11 @@ from impact.after.result import ImpactResult, as_one, of_contacts
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.march.motion import mean_displacement
+from impact.quantities import finite_or_none
 from impact.runs.variations import Budget, Values
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.landings import Face, Landings, landings_of_result
-from seatfem.study.scene import Scene, lips
+from seatfem.study.scene import ContactGeometry, lips
 from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, judged_landing, key_of, values_of
 
 
@@ -52,23 +53,29 @@ class Touches:
         return None if self.stopper is None else self.stopper.force
 
 
-def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResult) -> Touches:
-    """Return the contacts of ``result`` of a problem of a scene: the seat's columns come first, the stopper's last."""
-    shares = Division.from_greens(problem.target.greens).shares
-    landings = landings_of_result(problem, result, scene.run.filter_width)
+def taken_apart(
+    geometry: ContactGeometry, problem: impact.ContactProblem, result: ImpactResult, filter_width: float
+) -> Touches:
+    """Return the contacts of ``result`` of a problem: the seat's columns come first, the stopper's last.
+
+    ``filter_width``: of the forces by which landings are told from each other [s].
+    """
+    division = Division.from_greens(problem.target.greens)
+    landings = landings_of_result(problem, result, filter_width)
     if result.force.ndim == 1:
         return Touches(result, landings=landings)
     of_seat = seat_contacts(problem)
     stopper = above = None
-    if scene.stopper is not None:
-        above = of_contacts(result, slice(of_seat, None)) if scene.stopper.parts != Division() else None
-        stopper = measures.of_contact(result, of_seat) if above is None else as_one(above, scene.stopper.parts.shares)
+    if geometry.stopper is not None:
+        parts_above = geometry.stopper.parts
+        above = of_contacts(result, slice(of_seat, None)) if parts_above != Division() else None
+        stopper = measures.of_contact(result, of_seat) if above is None else as_one(above, parts_above.shares)
     if of_seat == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=above, landings=landings)
     parts = of_contacts(result, slice(of_seat))
-    line = lips.line_of(scene, problem, parts.force, parts.film)
-    seat = as_one(parts, shares)
-    mass = _mass_that_moves(problem, np.asarray(parts.force.sum(axis=0)), shares)
+    line = geometry.line(division, parts.force, parts.film)
+    seat = as_one(parts, division.shares)
+    mass = _mass_that_moves(problem, np.asarray(parts.force.sum(axis=0)), division.shares)
     return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, above, landings)
 
 
@@ -132,13 +139,7 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
     return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))
 
 
-def facing(scene: Scene, striker: GreensFunction, part: str) -> int:
-    """Return the striker's port over a part of the seat: the one of its name, and the first where there is none, or
-    where the ports are the places of seat and stopper."""
-    return striker.port_index(part) if part in striker.ports and not scene.has_two_places else 0
-
-
-def on_the_ports(scene: Scene, striker: GreensFunction, seat: GreensFunction, touches: Touches) -> Array:
+def on_the_ports(geometry: ContactGeometry, striker: GreensFunction, seat: GreensFunction, touches: Touches) -> Array:
     """Return the forces (n + 1, ports) of seat and stopper on all ports of the striker, along the normal [N]."""
     force = np.zeros((len(touches.seat.force), len(striker.ports)))
 
@@ -148,9 +149,9 @@ def on_the_ports(scene: Scene, striker: GreensFunction, seat: GreensFunction, to
             force[:, striker.port_index(name) if name in striker.ports else other] += sign * pushed
 
     add(touches.parts, touches.seat, Division.from_greens(seat).names, 0, 1)
-    if touches.stopper is not None and scene.stopper is not None:
-        names = tuple(lips.STOPPER + name for name in scene.stopper.parts.names)
-        add(touches.stopper_parts, touches.stopper, names, len(striker.ports) - 1 if scene.has_two_places else 0, -1)
+    if touches.stopper is not None and geometry.stopper is not None:
+        names = tuple(lips.STOPPER + name for name in geometry.stopper.parts.names)
+        add(touches.stopper_parts, touches.stopper, names, len(striker.ports) - 1 if geometry.has_two_places else 0, -1)
     return force
 
 
@@ -244,13 +245,8 @@ def values_of_landings(landings: Landings, like: Landings | None = None) -> dict
 
 
 def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[str, float]:
-    """Return the numbers of the stopper's contact that have error bars, called as in summary.json; none without it.
-
-    Args:
-        force: (n + 1,) of the stopper [N]; ``None`` where there is none.
-        dt: step [s].
-        filter_width: of the run [s].
-    """
+    """Return the numbers of the stopper's contact that have error bars, called as in summary.json, from its (n + 1,)
+    force at steps ``dt`` [N, s]; none without it."""
     if force is None:
         return {}
     return {
@@ -294,17 +290,12 @@ def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]
     """
     names = [name for name in budget.values if not is_of_a_landing(name)]
     bars: dict[str, object] = {
-        f"error_bar_{key_of(name)}": None if name in without else _known(budget.bar(name)) for name in names
+        f"error_bar_{key_of(name)}": None if name in without else finite_or_none(budget.bar(name)) for name in names
     }
     shares = {
-        f"error_{source}_{key_of(name)}": _known(part[name])
+        f"error_{source}_{key_of(name)}": finite_or_none(part[name])
         for source, part in budget.parts.items()
         for name in names
         if name in part
     }
     return bars | shares | {"error_unknown": ", ".join(budget.unknown)}
-
-
-def _known(error: float) -> float | None:
-    """Return an error, ``None`` where it is not known."""
-    return error if math.isfinite(error) else None

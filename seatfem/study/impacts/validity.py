@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -14,11 +14,14 @@ from impact import measured, measures, notices, quantities
 from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
+from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.scene import Scene
+from seatfem.study.scene import ContactGeometry, Scene
+from seatfem.study.scene.contact import Stopper
+from seatfem.study.scene.drives import ExternalLoad
 from seatfem.units import write_quantity
 
 SAMPLES: Final = 4096  # instants of a run at which the largest pressure is taken
@@ -29,34 +32,40 @@ THICKEST_GAS: Final = 1e-4
 
 
 def validity_advice(
-    scene: Scene, seat: GreensFunction | None = None, reed: GreensFunction | None = None
+    geometry: ContactGeometry,
+    filter_width: float,
+    seat: GreensFunction | None = None,
+    reed: GreensFunction | None = None,
 ) -> tuple[notices.Advice, ...]:
-    """Return advice where the run exceeds the limits of its theory or of its data."""
-    flat = scene.reed.slender or scene.reed.thin_plate
-    advice = [*(() if flat is None else flat.limits()), *_misfits(scene, seat, reed)]
-    for role, greens in (("seat", seat), ("reed", reed)):
-        band = None if greens is None else fit_of(greens).highest
-        if band is None or scene.run.filter_width >= 1 / band:
+    """Return advice where the run exceeds the limits of its theory or of its data; ``filter_width`` [s]."""
+    flat = geometry.reed.slender or geometry.reed.thin_plate
+    misfits, bands = list[notices.Advice](), list[notices.Advice]()
+    for role, structure, greens in (("seat", geometry.seat, seat), ("reed", geometry.reed, reed)):
+        if greens is None:
             continue
-        advice.append(
+        band = (fit := fit_of(greens)).highest
+        misfits += [] if structure.measured is None else _misfits(role, fit)
+        if band is None or filter_width >= 1 / band:
+            continue
+        passed, least = (write_quantity(width, "time", 3) for width in (filter_width, 1 / band))
+        bands.append(
             notices.Advice(
                 "1/run.filter_width over the measured band",
-                1 / (scene.run.filter_width * band),
+                1 / (filter_width * band),
                 1.0,
-                f"the {role} was measured up to {write_quantity(band, 'frequency', 4)}; a filter of "
-                f"{write_quantity(scene.run.filter_width, 'time', 3)} passes higher frequencies, which are guessed "
-                "and not part of the uncertainty",
-                f"use run.filter_width >= {write_quantity(1 / band, 'time', 3)}, or measure to higher frequencies",
+                f"the {role} was measured up to {write_quantity(band, 'frequency', 4)}; a filter of {passed} passes "
+                "higher frequencies, which are guessed and not part of the uncertainty",
+                f"use run.filter_width >= {least}, or measure to higher frequencies",
             )
         )
-    return tuple(advice)
+    return (*(() if flat is None else flat.limits()), *misfits, *bands)
 
 
-def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
+def film_notes(geometry: ContactGeometry, result: ImpactResult) -> tuple[str, ...]:
     """Return the note that a gas would give way under the largest force of its film."""
-    if (keys := scene.contact.film) is None or keys.viscosity > THICKEST_GAS:
+    if (keys := geometry.contact.film) is None or keys.viscosity > THICKEST_GAS:
         return ()
-    film = keys.on_ring(scene.seat.lip_face.ring)
+    film = keys.on_ring(geometry.seat.lip_face.ring)
     bars = film_force_peak(result) / film.tension * keys.tension_limit / 1e5
     if bars <= 1:
         return ()
@@ -67,10 +76,10 @@ def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
     )
 
 
-def covered_notes(scene: Scene) -> tuple[str, ...]:
+def covered_notes(geometry: ContactGeometry) -> tuple[str, ...]:
     """Return that a beam covers only a part of the lip that it strikes, which the model presses all around."""
-    reed, ring = scene.reed, scene.seat.lip_face.ring
-    beam, at = reed.slender, scene.own_place
+    reed, ring = geometry.reed, geometry.seat.lip_face.ring
+    beam, at = reed.slender, geometry.own_place
     if ring is None or beam is None or at is None:
         return ()
     angle = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
@@ -86,18 +95,20 @@ def covered_notes(scene: Scene) -> tuple[str, ...]:
     )
 
 
-def dishing_notes(scene: Scene) -> tuple[str, ...]:
+def dishing_notes(reed: Structure, seat: Structure, loads: Sequence[ExternalLoad], duration: float) -> tuple[str, ...]:
     """Return that a beam over a port does not dish under the pressure that closes it, with the stress of a round plate.
+
+    ``duration``: of the run [s].
 
     3 p r^2/(4 t^2) with a clamped edge, 3 (3 + nu) p r^2/(8 t^2) with one free to turn: Timoshenko, Theory of Plates
     and Shells, section 16. Nothing without such a pressure, or where no round port is known.
     """
-    reed, time = scene.reed, np.linspace(0.0, scene.run.duration, SAMPLES)
+    time = np.linspace(0.0, duration, SAMPLES)
     thickness, material = getattr(reed, "thickness", None), getattr(reed, "material", None)
-    if not reed.traits.has_stress or thickness is None or material is None or scene.seat.files():
+    if not reed.traits.has_stress or thickness is None or material is None or seat.files():
         return ()
-    closing = max((-float(each.pressure.course(time).min()) for each in scene.load if each.pressure), default=0.0)
-    loops = scene.seat.views(coarse=True).contact
+    closing = max((-float(each.pressure.course(time).min()) for each in loads if each.pressure), default=0.0)
+    loops = seat.views(coarse=True).contact
     if closing <= 0 or len(loops) < 2:
         return ()
     radius = min(float(np.hypot(*loop.T).max()) for loop in loops)
@@ -110,12 +121,12 @@ def dishing_notes(scene: Scene) -> tuple[str, ...]:
     )
 
 
-def stopper_notes(scene: Scene) -> tuple[str, ...]:
+def stopper_notes(stopper: Stopper | None) -> tuple[str, ...]:
     """Return the note that no plan looks at a stopper that is computed or read."""
-    if scene.stopper is None or not scene.stopper.body.traits.is_solved:
+    if stopper is None or not stopper.body.traits.is_solved:
         return ()
     return (
-        f"the stopper (kind {scene.stopper.body.kind!r}) is computed as its keys state it: a run's uncertainty "
+        f"the stopper (kind {stopper.body.kind!r}) is computed as its keys state it: a run's uncertainty "
         "includes its error, but a plan predicts neither that error nor its computing time",
     )
 
@@ -153,27 +164,19 @@ def fit_of(greens: GreensFunction) -> Fit:
     return Fit(highest, missed, allowed, lines, worst)
 
 
-def _misfits(scene: Scene, seat: GreensFunction | None, reed: GreensFunction | None) -> Iterator[notices.Advice]:
+def _misfits(role: str, fit: Fit) -> Iterator[notices.Advice]:
     """Yield that the fit to a record misses more of it than its noise explains, with the lines."""
-    for role, body, greens in (("seat", scene.seat, seat), ("reed", scene.reed, reed)):
-        if greens is None or body.measured is None:
-            continue
-        fit = fit_of(greens)
-        remedy = f"leave these lines out, state {role}.free = true for a free body, or measure a wider band"
-        reason = "it is not the response of a linear, passive body with all its modes within the band"
-        if fit.unexplained > fit.allowed:
-            what = f"part of the {role}'s record that its poles miss beyond the noise"
-            where = f", most of it {words}" if (words := measured.pole_fit.in_words(list(fit.ranges))) else ""
-            yield notices.Advice(what, fit.unexplained, fit.allowed, f"{reason}{where}", remedy)
-        elif fit.ranges:
-            what = f"largest misfit of the {role}'s poles over the noise of the record"
-            yield notices.Advice(
-                what,
-                fit.worst,
-                math.sqrt(measured.pole_fit.BLOCK_LIMIT),
-                f"{reason} {measured.pole_fit.in_words(list(fit.ranges))}",
-                remedy,
-            )
+    remedy = f"leave these lines out, state {role}.free = true for a free body, or measure a wider band"
+    reason = "it is not the response of a linear, passive body with all its modes within the band"
+    words = measured.pole_fit.in_words(list(fit.ranges))
+    if fit.unexplained > fit.allowed:
+        what = f"part of the {role}'s record that its poles miss beyond the noise"
+        where = f", most of it {words}" if words else ""
+        yield notices.Advice(what, fit.unexplained, fit.allowed, f"{reason}{where}", remedy)
+    elif fit.ranges:
+        what = f"largest misfit of the {role}'s poles over the noise of the record"
+        limit = math.sqrt(measured.pole_fit.BLOCK_LIMIT)
+        yield notices.Advice(what, fit.worst, limit, f"{reason} {words}", remedy)
 
 
 ONE_PORT: Final = "one_port"

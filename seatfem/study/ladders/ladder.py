@@ -59,7 +59,11 @@ class ComputedRun:
             return self.seat
         if role == "reed":
             return self.reed
-        return None if self.body("stopper") is None else contact.solved_stopper(self.scene)
+        return (
+            None
+            if self.body("stopper") is None
+            else contact.solved_stopper(self.scene.geometry, self.scene.run.duration)
+        )
 
     def body(self, role: Role) -> impact.Body | None:
         """Return a body of the march; ``None`` for a stopper that is not there."""

@@ -119,7 +119,7 @@ def waves_beside(scene: Scene, method: RunMethod) -> GreensFunction | None:
     A surrogate knows neither the seat's section nor its harmonics.
     """
     how = method_beside(scene, method)
-    return None if how is None else seat_beside(scene, how).greens
+    return None if how is None else seat_beside(scene.seat, scene.run.duration, how).greens
 
 
 def _rod(context: PlanningContext, option: Option) -> Iterator[Option]:

@@ -70,7 +70,7 @@ def _steps(context: PlanningContext) -> tuple[Rung, ...]:
     if stated is not None:
         return (Rung(stated, sensitivity.of_stated_step(stated)),)
     stored = [rung for rung in sensitivity.steps if duration <= MAX_STEPS * rung.value]
-    if stored and (most := gas_step(context.scene)) < math.inf:
+    if stored and (most := gas_step(context.scene.gas)) < math.inf:
         finest = min(stored, key=lambda rung: rung.value)
         stored = [rung for rung in stored if rung.value <= most] or [Rung(most, finest.changes)]
     rungs = (Rung(fitted(rung.value, duration), rung.changes) for rung in stored or sensitivity.steps[:1])

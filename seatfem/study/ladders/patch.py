@@ -31,7 +31,6 @@ from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
 from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import across_of, arcs_behind_rings, behind_the_reed, lip_of
 
 PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # of a lip, beside the centre's
 
@@ -87,10 +86,10 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
     """
     scene, problem, division = run.scene, run.problem, run.division
     rings, weight = arc_rings_to_compare(division.rings)
-    arcs, most = arcs_behind_rings(scene, division), max(rings, division.rings)
+    arcs, most = scene.geometry.arcs_behind_rings(division), max(rings, division.rings)
     if scene.contact.film is not None:
         return ()
-    many = _on_a_half_space(run, lip_of(scene, arcs, most))
+    many = _on_a_half_space(run, scene.geometry.lip(arcs, most))
     if many is None:
         return None
     finest = Division(arcs, most)
@@ -158,7 +157,7 @@ class OnePort(Ladder):
         """Return `ONE_PORT_BAR` times what as many arcs as a scene has by default, each with rings across, change,
         against one port on the same half-space, and as it was run: one change may be small by accident."""
         scene = run.scene
-        lip = lip_of(scene, None, across_of(scene))
+        lip = scene.geometry.lip(None, scene.geometry.rings_compared)
         many = _on_a_half_space(run, lip)
         if lip is None or many is None:
             return None
@@ -190,7 +189,7 @@ def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens 
 
 def _greens_along(run: ComputedRun, parts: Division) -> base.GreensFunction | None:
     """Return the Green's function of the plate with the lip in these parts."""
-    along = run.method.along(run.scene, parts.arcs, parts.rings)
+    along = run.method.along(run.scene.geometry, parts.arcs, parts.rings)
     solved = solved_striker(run.scene, method=along.reed, mesh_error=False)
     return None if solved is None else solved.greens
 
@@ -224,7 +223,7 @@ class StopperParts(Ladder):
             own, other_greens = divided_less(model, division), divided_less(model, other)
         stopper = scene.stopper.model_copy(update={"arcs": other.arcs, "rings": other.rings})
         changed, striker = scene.model_copy(update={"stopper": stopper}), problem.striker
-        if scene.reed.thin_plate is not None and (lip := behind_the_reed(scene)) is not None:
+        if scene.reed.thin_plate is not None and (lip := scene.geometry.behind_the_reed()) is not None:
             behind = replace(lip, arcs=other.arcs, rings=other.rings)  # type: ignore[type-var]
             how = replace(run.method.reed, behind=behind)
             reed = solved_striker(changed, method=how, mesh_error=False)

@@ -107,7 +107,7 @@ class Bandwidth(ladder.BodyLadder):
 
 def has_a_beam(scene: Scene) -> bool:
     """Return whether a beam is known that could stand in place of the scene's plate."""
-    method = stated_method(scene).replaced({REED_BAND: OF_A_BEAM}).along(scene, 1)
+    method = stated_method(scene).replaced({REED_BAND: OF_A_BEAM}).along(scene.geometry, 1)
     striker = contact.striker_of(scene, method=method.reed)
     return validity.BEAM in dict(validity.simpler_bodies(scene, striker, Division()))
 

@@ -240,7 +240,7 @@ def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: Green
         striker_of(scene, method.reed.n_modes, bench.surrogate_striker(scene)).greens,
         striker_elements(scene, method),
     )
-    dt = fallback_step(scene, reed, reed if closed is None else closed)
+    dt = fallback_step(scene.run, scene.gas, reed, reed if closed is None else closed)
     for model, how in ((seat, method.seat), (None if elements is None else elements[0], method.reed)):
         if model is not None and how.bandwidth is not None:
             dt = min(dt, 1 / (4 * 2 * math.pi * highest_pole(model, how.tolerance) * how.bandwidth))

@@ -84,7 +84,13 @@ def plan_scene(
         kept=bool(at_hand),
         without=without,
     )
-    return replace(plan, notes=(*_notes(plan, wanted, decision), *map(str, validity.validity_advice(scene))))
+    return replace(
+        plan,
+        notes=(
+            *_notes(plan, wanted, decision),
+            *map(str, validity.validity_advice(scene.geometry, scene.run.filter_width)),
+        ),
+    )
 
 
 def _alternatives(choices: Choices, decision: Decision, compiling: float, planning: float) -> tuple[Alternative, ...]:
@@ -172,9 +178,10 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
             f"the error of the mesh in {seat.files()[0].name} is not known and not part of the uncertainty; "
             "compare with a finer mesh of the seat"
         )
-    notes.extend(validity.stopper_notes(plan.scene))
-    notes.extend(validity.dishing_notes(plan.scene))
-    notes.extend(validity.covered_notes(plan.scene))
+    scene = plan.scene
+    notes.extend(validity.stopper_notes(scene.stopper))
+    notes.extend(validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration))
+    notes.extend(validity.covered_notes(scene.geometry))
     if seen.band is not None:
         notes.append("mesh error of the reed: known after the run")
     elif plan.scene.reed.traits.is_solved:

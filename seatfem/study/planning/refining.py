@@ -103,7 +103,7 @@ def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan |
     key = max((PORTS, RINGS), key=left_by) if plan.parts else next(iter(open_keys), PORTS)
     if key not in open_keys:
         return None
-    method = plan.method.along(plan.scene, more[key].arcs, more[key].rings)
+    method = plan.method.along(plan.scene.geometry, more[key].arcs, more[key].rings)
     reason = f"made finer: the error from the contact face was {in_digits(factor, 2)} times too large"
     choices = tuple(
         replace(choice, value=described(key, method.value(key)), reason=reason) if choice.key == key else choice

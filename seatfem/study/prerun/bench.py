@@ -237,14 +237,14 @@ class Bench:
 
     def _look(self, dt: float) -> contact.StressLook | None:
         """Return the look at the reed's stress: a beam's, or a plate's at a few places."""
-        if (look := contact.bending_look(self.scene)) is not None:
+        if (look := contact.bending_look(self.scene.geometry)) is not None:
             return look
         if self.scene.reed.thin_plate is None:
             return None
         if not self._plates:
             striker, division = contact.striker_of(self.scene, None, self.striker), Division.from_greens(self.seat)
             self._plates.append(
-                self.look or impacts.plate_stress.PlateLook.at_few_places(self.scene, striker, division)
+                self.look or impacts.plate_stress.PlateLook.at_few_places(self.scene.geometry, striker, division)
             )
         if (plate := self._plates[0]) is None:
             return None
@@ -264,7 +264,7 @@ class Bench:
         """Return the seat without energies; the bench's own is kept, as its step weights take longer than the march."""
         known = self._seats if seat is self.seat else {}
         if dt not in known:
-            body = drives.on_its_base(self.scene, "seat", Body(seat.forces_only()))
+            body = drives.on_its_base(self.scene.mount("seat"), Body(seat.forces_only()))
             known[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
         return known[dt]
 
@@ -273,7 +273,7 @@ class Bench:
         if self.stopper is None:
             return ()
         if dt not in self._stoppers:
-            body = drives.on_its_base(self.scene, "stopper", self.stopper)
+            body = drives.on_its_base(self.scene.mount("stopper"), self.stopper)
             self._stoppers[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
         return (self._stoppers[dt],)
 

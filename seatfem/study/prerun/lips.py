@@ -28,7 +28,6 @@ from seatfem.study.prerun.bench import Bench, locate_contact_window, relative_ch
 from seatfem.study.prerun.sensitivity import COARSE, Changes, with_other_modes
 from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, MODES_SHARE, STIFFER
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import arcs_behind_rings, lip_of
 from seatfem.study.scene.measures import all_measures
 
 MOST_ARCS: Final = 64  # arcs that are chosen without being asked for
@@ -65,7 +64,7 @@ def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, p
     assert usual is not None
     stated = is_given(scene, PORTS)
     most = usual if stated else min(MOST_ARCS, MOST_CHOSEN // scene.contact.rings)
-    lip = lip_of(scene, most)
+    lip = scene.geometry.lip(most)
     assert lip is not None
     most = most if stated else lip.whole(most)
     finest = with_ports(scene, division_to_compare(Division(most, scene.contact.rings)).arcs)
@@ -110,7 +109,7 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
     if scene.contact.film is not None:
         return stated, {}
     division = Division(stated_method(scene).ports or 1, stated)
-    arcs, errors = arcs_behind_rings(scene, division), dict[int, Changes]()
+    arcs, errors = scene.geometry.arcs_behind_rings(division), dict[int, Changes]()
     for rings in (stated,) if is_given(scene, RINGS) or rings_refused(scene) else ACROSS:
         finer, weight = arc_rings_to_compare(rings)
         if division.arcs * rings > MOST_CHOSEN and rings > ACROSS[1] and errors:
@@ -185,7 +184,7 @@ def several_needed(scene: Scene) -> str:
         return "stress under the lip is asked for"
     return (
         ""
-        if scene.reed.thin_plate is not None and lip_of(scene, 1) is not None
+        if scene.reed.thin_plate is not None and scene.geometry.lip(1) is not None
         else "this reed cannot touch the lip as a whole"
     )
 
@@ -210,7 +209,7 @@ def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], 
 
 def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
     """Return the surrogate of a seat whose lip is in the arcs that the scene states."""
-    lip, whole, patch = lip_of(scene), surrogate.greens.modal, surrogate.patch
+    lip, whole, patch = scene.geometry.lip(), surrogate.greens.modal, surrogate.patch
     assert lip is not None
     assert whole is not None
     assert patch is not None
@@ -230,7 +229,7 @@ def with_ports(scene: Scene, arcs: int) -> Scene:
 
 def with_parts(scene: Scene, division: Division) -> Scene:
     """Return the scene with its lip in these parts, stated."""
-    return as_stated(scene, stated_method(scene).along(scene, division.arcs, division.rings))
+    return as_stated(scene, stated_method(scene).along(scene.geometry, division.arcs, division.rings))
 
 
 LEAST: Final = 1.3  # factor by which a band is widened at a time, at least ...

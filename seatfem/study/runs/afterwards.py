@@ -26,14 +26,14 @@ from seatfem.structures import fields, method, rings
 from seatfem.structures.estimates.surrogate import Column
 from seatfem.study import runs
 from seatfem.study.impacts import gas, gauges, validity
-from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, strains_of, stress_of
+from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, strains_of, stress_in_run
 from seatfem.study.impacts.life import LifeResult, block_from, life_notes
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs import summary
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import OF_DRAWS
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import LifeMargin
 
 if TYPE_CHECKING:
@@ -105,7 +105,10 @@ def _of_seat(done: Round, stressed: Stressed) -> frames.Frames | None:
     demand = None if life is None else life.demand("seat")
     if seat is None or demand is None:
         return None
-    first, force = block_from(done.plan.scene, done.touches), runs.seat_fields.force_by_port(done, done.touches)
+    first, force = (
+        block_from(life, done.plan.scene.turn, done.touches),
+        runs.seat_fields.force_by_port(done, done.touches),
+    )
     factors = margins(seat.field, force, done.result.dt, demand, since=first)
     nodes = fields.solids.elements_of(seat.mesh).nodes
     if isinstance(seat.field, fields.solids.RingField):
@@ -135,7 +138,7 @@ def _of_reed(done: Round, stressed: Stressed) -> frames.Frames | None:
     demand = None if life is None else life.demand()
     if field is None or demand is None or reed is None:
         return None
-    mesh, first = reed.plate(done.striker.greens).mesh, block_from(done.plan.scene, done.touches)
+    mesh, first = reed.plate(done.striker.greens).mesh, block_from(life, done.plan.scene.turn, done.touches)
     force = runs.reed_stress.plate_pushes(done, done.touches)
     factors = margins(field, force, done.result.dt, demand, since=first, faces=True)
     skin = pictures.cell_grid.skin_of_plate(mesh)
@@ -148,13 +151,13 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
     """Return for summary.json error_bar_KEY of each mass: what the step, with which the gas follows the reed, and the
     bodies leave in it; it knows nothing of the effective areas' own. Empty without gas."""
     scene = done.plan.scene
-    if scene.gas is None:
+    if (asked := scene.gas) is None:
         return {}
-    drive = gas.gas_of(scene)
+    drive = gas.gas_of(asked)
 
     def look(stepper: impact.ContactStepper) -> Values:
         history = gas_history(drive, stepper.opening, stepper.prepared.dt)
-        masses = gas.cycle_masses(scene, history, of_other=isinstance(drive, Compressor))
+        masses = gas.cycle_masses(asked, scene.run.duration, history, of_other=isinstance(drive, Compressor))
         return {f"{key} {cycle}": mass for key, each in masses.items() for cycle, mass in enumerate(each)}
 
     bars: dict[str, list[float | None]] = {}
@@ -166,7 +169,7 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
 def gauge_keys(done: Round) -> dict[str, object]:
     """Return for summary.json the strains at the gauges, the largest and smallest of each with error bars."""
     scene = done.plan.scene
-    bars, _ = runs.stresses.error_bars_of(done, lambda stepper: gauges.gauge_values(strains_of(scene, stepper)))
+    bars, _ = runs.stresses.error_bars_of(done, lambda stepper: gauges.gauge_values(strains_of(scene.gauged, stepper)))
     of_bars = {f"error_bar_{key}": finite_or_none(bar) for key, bar in bars.items()}
     return {**gauges.gauge_values(done.touches.strains), **of_bars}
 
@@ -205,10 +208,8 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
             stress = runs.reed_stress.stress_on_another_seat(done, touches)
     elif done.stress is not None:
         with watch("reed stress"):
-            coarsely = not scene.needs_stress
-            force, dt, lift, met = touches.seat.force, touches.seat.dt, gas.lift_of(touches), touches.stopper_force
-            since = stress_since(touches, scene.accuracy.landing)
-            stress = stress_of(scene, done.striker, force, dt, lift, coarsely=coarsely, stopper=met, since=since)
+            coarsely, since = not scene.needs_stress, stress_since(touches, scene.accuracy.landing)
+            stress = stress_in_run(scene.geometry, done.striker, touches, coarsely=coarsely, since=since)
     simpler: Mapping[str, Touches] = {}
     if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):
@@ -291,17 +292,17 @@ class Afterwards:
         """Return the notes on this part of the run for its reader."""
         scene = plan.scene
         return (
-            *self.margin_missed(scene),
+            *self.margin_missed(scene.accuracy),
             *(() if self.stress is None else runs.stresses.stress_notes(plan, self.stress)),
-            *gas.gas_notes(scene),
-            *life_notes(scene, self.life),
+            *gas.gas_notes(scene.gas),
+            *life_notes(scene.life, self.life),
         )
 
-    def margin_missed(self, scene: Scene) -> tuple[str, ...]:
+    def margin_missed(self, accuracy: Accuracy) -> tuple[str, ...]:
         """Return a sentence where the margin over the design life was asked for and its error bar misses the target."""
         margin, bar = (self.keys.get(f"{prefix}{LifeMargin.key}") for prefix in ("", "error_bar_"))
-        target = scene.accuracy.target
-        if LifeMargin.name not in scene.accuracy.measures or not isinstance(margin, float):
+        target = accuracy.target
+        if LifeMargin.name not in accuracy.measures or not isinstance(margin, float):
             return ()
         relative = bar / margin if isinstance(bar, float) and margin else math.inf
         if relative <= target:

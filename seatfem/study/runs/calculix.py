@@ -90,14 +90,14 @@ def _contact(
     """Write contact.inp; return the words about it, and its files. Raises `DeckError`, `ModelError` if it cannot."""
     mesh, files = "mesh.inp", list[Path]()
     if plan.scene.reed.thin_plate is not None:
-        calculix_contact.check_landing(plan.scene)
+        calculix_contact.check_landing(plan)
         whole = calculix_contact.whole_seat(plan, progress)
         if seat.deck.plane or seat.deck.share != 1:
             mesh = "whole.inp"
             files.append(_lines(folder / mesh, whole.deck.lines))
         contact = calculix_contact.of_plate(plan, whole, dt, mesh)
     else:
-        contact = calculix_contact.of_mass(plan.scene, seat, greens, dt)
+        contact = calculix_contact.of_mass(plan, seat, greens, dt)
     rows = zip(*(column.tolist() for column in contact.answer.values()), strict=True)
     files.append(_deck(folder / "contact.inp", contact.lines, mesh))
     return contact.told, [*files, write_csv(folder / "contact.csv", list(contact.answer), rows)]

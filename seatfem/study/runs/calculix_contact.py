@@ -21,7 +21,7 @@ from seatfem.structures.finite_elements import AnyMesh, matrices, supports_of
 from seatfem.structures.formats.calculix_contact import PlateStriker, check_patch, mass_contact, plate_contact
 from seatfem.structures.formats.calculix_deck import CalculixBody, Integers, calculix_body
 from seatfem.structures.inspection.mesh_file import regions_of
-from seatfem.structures.kinds import elastic, striking
+from seatfem.structures.kinds import Structure, elastic, striking
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.mesh.plane_meshes import CLAMPED
 from seatfem.structures.method import Aims, Method
@@ -31,6 +31,7 @@ from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import problem_of
 from seatfem.study.planning.plan import Plan
 from seatfem.study.scene import Scene
+from seatfem.study.scene.laws import ContactLaw
 
 MOST: Final = 150_000  # most unknowns of a seat in a deck that ccx marches
 CHORDS: Final = 720  # straight pieces of a full circle
@@ -163,11 +164,12 @@ class ContactDeck:
     told: str
 
 
-def of_mass(scene: Scene, seat: DeckSeat, greens: GreensFunction, dt: float) -> ContactDeck:
+def of_mass(plan: Plan, seat: DeckSeat, greens: GreensFunction, dt: float) -> ContactDeck:
     """Return the deck of a rigid mass in free flight. Raises `DeckError`, `ModelError` for what no deck can hold."""
-    mass, velocity = _mass(scene)
+    scene = plan.scene
+    mass, velocity = _mass(scene.reed)
     _refuse(scene, {"contact.gap": scene.contact.gap, f"contact.{scene.contact.uneven}": scene.contact.uneven})
-    stiffness, why = _stiffness(scene, seat.area, dt)
+    stiffness, why = _stiffness(scene.contact.law, scene.seat, seat.area, dt)
     touch = impact.Contact(impact.Body(greens), law=impact.LinearSpring(stiffness * seat.area))
     problem = impact.ContactProblem(impact.rigid_mass(mass=mass, velocity=velocity), contacts=[touch])
     result = impact.solve(problem, dt=dt / SUBSTEPS, duration=min(scene.run.duration, MOST_STEPS * dt))
@@ -183,8 +185,9 @@ def of_mass(scene: Scene, seat: DeckSeat, greens: GreensFunction, dt: float) -> 
     return ContactDeck(list(mass_contact(seat.deck, mass, velocity, stiffness, duration, dt)), answer, words)
 
 
-def check_landing(scene: Scene) -> None:
+def check_landing(plan: Plan) -> None:
     """Raise `DeckError` of a scene of a plate that no deck can hold."""
+    scene = plan.scene
     _refuse(scene, {"contact.waviness": scene.contact.waviness, "reed.curvature": striking.is_curved(scene.reed)})
     if striking.is_loaded(scene.reed):
         raise DeckError("reed: a deck holds none of its loads; remove pressure, gravity and forces from [reed]")
@@ -200,7 +203,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     lips = reed.lips(None if lip is None else replace(lip, offset=offset))
     greens = plate.greens(lips, 0.0)
     striker = reed.body(replace(greens, zeta=np.zeros_like(greens.zeta)))
-    stiffness, why = _stiffness(scene, seat.area, dt)
+    stiffness, why = _stiffness(scene.contact.law, scene.seat, seat.area, dt)
     above = 0.0 if lip is None else tilted(lip.lines_across(2), scene.contact.tilt, scene.contact.tilt_axis).min()
 
     def gap(points: Array) -> Array:
@@ -211,7 +214,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     centre = np.asarray(plate.sheet.shape.centre) + offset
     shapes = np.column_stack([plate.shape_at(one, centre + places) for one in np.eye(len(plate.modes.omega))])
     state, omega = striker.modal_start(), plate.modes.omega
-    first = _first_touch(scene, state, omega, shapes, gap(places), dt) - LEAD
+    first = _first_touch(scene.run.duration, state, omega, shapes, gap(places), dt) - LEAD
     at_start = ModalState(*(one[:, 0] for one in _moved(state, omega, np.array([dt * first]))))
     layer = PlateStriker(
         replace(plate.mesh, points=plate.mesh.points - centre + seat.centre[:2]),
@@ -241,16 +244,16 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     return ContactDeck(list(plate_contact(seat.deck, layer, stiffness, duration, dt)), answer, words)
 
 
-def _mass(scene: Scene) -> tuple[float, float]:
+def _mass(reed: Structure) -> tuple[float, float]:
     """Return mass [kg] and velocity [m/s] of a rigid striker in free flight."""
-    greens = scene.reed.closed_form()
+    greens = reed.closed_form()
     free = None if greens is None else greens.modal
     if free is None or free.omega.tolist() != [0.0]:
         raise DeckError(
-            f"reed.kind = {scene.reed.kind!r}: contact is written for a mass with a velocity (rigid_mass) and "
+            f"reed.kind = {reed.kind!r}: contact is written for a mass with a velocity (rigid_mass) and "
             "for plates (flapper, sheet, disc, ring_plate); strike with one of these"
         )
-    return 1.0 / float(free.inverse_mass()[0, 0]), scene.reed.body(free).velocity
+    return 1.0 / float(free.inverse_mass()[0, 0]), reed.body(free).velocity
 
 
 def _refuse(scene: Scene, also: dict[str, object]) -> None:
@@ -262,18 +265,18 @@ def _refuse(scene: Scene, also: dict[str, object]) -> None:
         raise DeckError(f"{keys[0]}: has no place in the deck of an impact; remove it for the comparison")
 
 
-def _stiffness(scene: Scene, area: float, dt: float) -> tuple[float, str]:
+def _stiffness(asked: ContactLaw, seat: Structure, area: float, dt: float) -> tuple[float, str]:
     """Return the stiffness of the contact [Pa/m], and where it is from."""
-    law = scene.contact.law.law()
+    law = asked.law()
     if isinstance(law, impact.LinearSpring):
         return law.stiffness / area, "contact.law, over the patch's area"
     if isinstance(law, impact.Signorini):
-        body = scene.seat.elastic
+        body = seat.elastic
         assert body is not None
         solids = (one.solid for one in (body.material, *body.materials.values()))
         stiffest = max(one.density * float(one.c_p_along([0.0, 0.0, 1.0])) for one in solids)
         return stiffest / dt, "in place of a rigid contact: rho c_p over the time step"
-    raise DeckError(f"contact.law.kind = {scene.contact.law.kind!r}: state spring or signorini")
+    raise DeckError(f"contact.law.kind = {asked.kind!r}: state spring or signorini")
 
 
 def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.ContactProblem:
@@ -281,8 +284,7 @@ def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.Contac
     shares = Division.from_greens(problem.target.greens).shares
     springs = (impact.LinearSpring(stiffness * float(share)) for share in shares)
     return replace(
-        problem,
-        contacts=tuple(replace(one, law=law) for one, law in zip(problem.contacts, springs, strict=True)),
+        problem, contacts=tuple(replace(one, law=law) for one, law in zip(problem.contacts, springs, strict=True))
     )
 
 
@@ -293,7 +295,7 @@ def _moved(state: ModalState, omega: Array, time: Array) -> tuple[Array, Array]:
     return first * cosine + speed * sine, speed * cosine - w**2 * first * sine
 
 
-def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, gaps: Array, dt: float) -> int:
+def _first_touch(duration: float, state: ModalState, omega: Array, shapes: Array, gaps: Array, dt: float) -> int:
     """Return the last step, before the start if need be, at which the plate is free of all places of the seat."""
 
     def open_at(steps: Integers) -> NDArray[np.bool_]:
@@ -301,7 +303,7 @@ def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, g
         return np.asarray((shapes @ moved + gaps[:, None]).min(axis=0) > 0)
 
     forwards = bool(open_at(np.zeros(1, dtype=np.int64))[0])
-    last = math.ceil(scene.run.duration / dt) if forwards else MOST_STEPS
+    last = math.ceil(duration / dt) if forwards else MOST_STEPS
     for first in range(0, last, FLIGHT_BLOCK):
         steps = np.arange(first, min(first + FLIGHT_BLOCK, last) + 1)
         ends = open_at(steps if forwards else -steps) != forwards
@@ -310,7 +312,7 @@ def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, g
             return step - 1 if forwards else -step
     if forwards:
         raise DeckError(
-            f"reed: it does not reach the seat within run.duration = {scene.run.duration:g} s by itself; release it "
+            f"reed: it does not reach the seat within run.duration = {duration:g} s by itself; release it "
             "towards the seat (release, deflection or velocity), or watch longer"
         )
     raise DeckError(

@@ -25,7 +25,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RINGS, RunMethod, stated_method
 from seatfem.study.planning.plan import Alternative, Choice, Cost, Plan
 from seatfem.study.runs.round import Round
-from seatfem.study.scene import Scene
+from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.parcel import by_content
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def plan_from_json(scene: Scene, data: Mapping[str, Any], note: str) -> Plan | N
     """Return a plan of ``scene`` from what `plan_to_json` returns, with a ``note`` of where it is from; ``None``: it is
     not sound."""
     try:
-        method = _method(scene, data["values"])
+        method = _method(stated_method(scene), scene.geometry, data["values"])
         cost = Cost(**data["cost"])
         alternatives = tuple(Alternative(**{**each, "cost": Cost(**each["cost"])}) for each in data["alternatives"])
         choices = tuple(Choice(**choice) for choice in data["choices"])
@@ -85,9 +85,8 @@ def save_plan(done: Round) -> None:
             _save_json(_plan_file(done.plan.scene), plan_to_json(done.plan))
 
 
-def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
+def _method(stated: RunMethod, geometry: ContactGeometry, values: Mapping[str, object]) -> RunMethod:
     """Return the method with these values of `FIELDS`; raises `ValueError` for what no plan has."""
-    stated = stated_method(scene)
     if values[MODEL] not in get_args(AnyLevel) or values[REDUCTION] != stated.value(REDUCTION):
         raise ValueError(f"{values[MODEL]}, {values[REDUCTION]} must be the stated ones")
     numbers = {key: values[key] for key in FIELDS if key not in (MODEL, REDUCTION)}
@@ -96,7 +95,7 @@ def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
         if value is not None and not number:
             raise ValueError(f"{value!r} must be a positive number")
     ports, rings = numbers.pop(PORTS), numbers[RINGS]
-    along = stated.along(scene, ports, rings) if isinstance(ports, int) and isinstance(rings, int) else stated
+    along = stated.along(geometry, ports, rings) if isinstance(ports, int) and isinstance(rings, int) else stated
     return along.replaced({MODEL: values[MODEL], **numbers})
 
 

@@ -23,19 +23,19 @@ from impact.notices import Progress, Tell, silent
 from impact.quantities import finite_or_none, in_time
 from seatfem.pictures import rendering, stress_plot
 from seatfem.structures.fields.recovery import StressField, hottest, mises_range, tensor_histories
-from seatfem.study.impacts import contact, gas
+from seatfem.study.impacts import contact
 from seatfem.study.impacts.life import (
     STRESS,
     Histories,
     LifeResult,
     as_json,
     asked_keys,
+    beam_histories,
     block_from,
     body_of,
     from_json,
     lasting,
     life_keys,
-    of_beam,
 )
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs import kept, seat_fields
@@ -93,7 +93,7 @@ def lives(
 
     numbers = kept.cached_numbers(done, touches, what, judge)
     with suppress(*kept.UNSOUND):
-        return from_json(done.plan.scene, numbers)
+        return from_json(done.plan.scene.life, numbers)
     return _judged(done, stressed, touches, stress, progress, with_seat=with_seat)
 
 
@@ -108,10 +108,10 @@ def _judged(
 ) -> LifeResult:
     scene = done.plan.scene
     progress("life", 0.0)
-    beam, plate = of_beam(scene, done.striker, touches, stress), stressed.reed
-    reed = beam if plate is None else _of_plate(done, plate, touches)
-    seat = () if stressed.seat is None or not with_seat else _of_seat(done, stressed.seat, touches)
-    life = lasting(scene, touches, reed, seat)
+    plate, first = stressed.reed, block_from(scene.life, scene.turn, touches)
+    reed = _of_beam(done, touches, stress) if plate is None else _of_plate(done, plate, touches, first)
+    seat = () if stressed.seat is None or not with_seat else _of_seat(done, stressed.seat, touches, first)
+    life = lasting(scene.life, touches, first, reed, seat, scene.contact.law.of_a_sphere or 0.0)
     progress("life", 1.0)
     return life
 
@@ -119,7 +119,7 @@ def _judged(
 def run_keys(done: Round, stressed: Stressed, here: LifeResult, there: LifeResult) -> dict[str, object]:
     """Return all keys of a run's life: the seat's, the spring's in its place, what was asked, and the error bar."""
     beside = {f"spring_{key}": value for key, value in life_keys(there).items()}
-    return life_keys(here) | beside | asked_keys(done.plan.scene, here, bars_of(done, stressed))
+    return life_keys(here) | beside | asked_keys(done.plan.scene.life, here, bars_of(done, stressed))
 
 
 def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
@@ -134,11 +134,19 @@ def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
     return bars
 
 
-def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
+def _of_beam(done: Round, touches: Touches, stress: ReedStress | None) -> Histories:
+    """Yield the histories of a reed whose bending is known while it strikes, where its life is asked for."""
+    scene = done.plan.scene
+    if scene.life is not None and scene.life.demand() is not None:
+        for name, history in beam_histories(scene.geometry, done.striker, touches, stress):
+            yield f"reed, {name}", history
+
+
+def _of_plate(done: Round, field: StressField, touches: Touches, first: int) -> Histories:
     """Yield the histories in both faces where stress changes most in each part of the plate."""
     (field, force), dt = struck_in(field, done, touches), touches.seat.dt
     regions = parts_of_plate(done, field.points)
-    ranges = mises_range(field, force, dt, since=block_from(done.plan.scene, touches))
+    ranges = mises_range(field, force, dt, since=first)
     spots = hottest(ranges, regions)
     chosen = field.at(spots)
     for point, part, stress in zip(chosen.points, regions[spots], tensor_histories(chosen, force, dt), strict=True):
@@ -147,10 +155,10 @@ def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
         yield f"{place}, face towards the seat", -stress
 
 
-def _of_seat(done: Round, seat: SeatStress, touches: Touches) -> Histories:
+def _of_seat(done: Round, seat: SeatStress, touches: Touches, first: int) -> Histories:
     """Yield the histories where stress changes most on the surface, and at the points that the scene names."""
     force, dt = seat_fields.force_by_port(done, touches), touches.seat.dt
-    ranges = mises_range(seat.field, force, dt, since=block_from(done.plan.scene, touches))
+    ranges = mises_range(seat.field, force, dt, since=first)
     surface = seat.field.at(hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
     for field in (surface, seat.of_points):
         for point, stress in zip(field.points, tensor_histories(field, force, dt), strict=True):
@@ -265,12 +273,11 @@ def again(done: Round, name: str, value: float) -> Round:
     Raises:
         KeyProblem: a value that the scene cannot have.
     """
-    scene = varied(done.plan.scene, name, value)
+    scene = done.plan.scene.with_geometry(varied(done.plan.scene.geometry, name, value))
     reed = None if done.reed is None else done.reed.greens
     striker = contact.striker_of(scene, done.plan.method.reed.n_modes, reed)
     touches = contact.run_contacts(scene, striker, done.seat.greens, done.result.dt)
-    force, met = touches.seat.force, touches.stopper_force
-    stress = contact.stress_of(scene, striker, force, touches.seat.dt, gas.lift_of(touches), coarsely=True, stopper=met)
+    stress = contact.stress_in_run(scene.geometry, striker, touches, coarsely=True)
     return replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches, stress=stress)
 
 

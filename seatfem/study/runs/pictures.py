@@ -21,15 +21,16 @@ from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures import cell_grid, fit_plots, frames, moving, plots, rendering
 from seatfem.structures import cache, natural_modes, rings
+from seatfem.structures.kinds import Structure
 from seatfem.structures.mesh import meshing, plane_meshes
 from seatfem.structures.method import Solved
 from seatfem.structures.model import Array
 from seatfem.structures.store import Store, StoreError
-from seatfem.study.impacts import drives, gas
+from seatfem.study.impacts import gas
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.runs.stress_wave import raising
-from seatfem.study.scene import Scene
+from seatfem.study.scene import ContactGeometry, Run, Scene
 
 if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes
@@ -72,12 +73,12 @@ def draw_run(
     struck = "seat" if scene.stopper is None else "seat and stopper"
     pictures: list[rendering.Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, **marked)),
-        ("motion.png", lambda path: plot_motion(result, baseline, path, crank=drives.crank_of(scene), **marked)),
+        ("motion.png", lambda path: plot_motion(result, baseline, path, crank=scene.crank, **marked)),
         ("energy.png", lambda path: plot_energy(result, path, title=title, targets=struck)),
-        _greens_picture(scene, method, seat),
+        _greens_picture(scene.run, method, seat),
         *more,
     ]
-    of_seat = _seat_pictures(scene, seat)
+    of_seat = _seat_pictures(scene.seat, width, seat)
     files, gaps = draw_all(pictures + of_seat, folder, progress, painter)
     if scene.seat.elastic is None:
         return files, gaps
@@ -94,45 +95,39 @@ def draw_run(
 
 def ahead(scene: Scene, method: RunMethod, seat: Solved, painter: rendering.Painter) -> None:
     """Draw the pictures that need the seat alone, while the run continues; none for a seat without bodies to draw."""
-    bodies = [picture for picture in _seat_pictures(scene, seat) if picture[0] in BODIES]
+    bodies = [picture for picture in _seat_pictures(scene.seat, scene.run.filter_width, seat) if picture[0] in BODIES]
     if bodies and not picture_library_gap():
-        painter.take([*bodies, _greens_picture(scene, method, seat)])
+        painter.take([*bodies, _greens_picture(scene.run, method, seat)])
 
 
-def _greens_picture(scene: Scene, method: RunMethod, seat: Solved) -> rendering.Picture:
+def _greens_picture(run: Run, method: RunMethod, seat: Solved) -> rendering.Picture:
     """Return greens.png."""
     known = method.seat.bandwidth
-    band, periods = (1 / scene.run.filter_width, 200) if known is None else (known, 40)
+    band, periods = (1 / run.filter_width, 200) if known is None else (known, 40)
     whole = rings.as_a_whole(seat.greens)  # p parts have p^2 responses
-    draw = partial(plot_greens, whole, duration=min(scene.run.duration, periods / band), width=1 / band)
+    draw = partial(plot_greens, whole, duration=min(run.duration, periods / band), width=1 / band)
     return "greens.png", draw
 
 
-def gas_pictures(scene: Scene, touches: Touches) -> list[rendering.Picture]:
-    """Return gas.png of a scene with gas."""
-    if scene.gas is None:
+def gas_pictures(run: gas.GasRun | None, geometry: ContactGeometry, title: str) -> list[rendering.Picture]:
+    """Return gas.png of a run with gas."""
+    if run is None:
         return []
-    stop = None if scene.stopper is None else scene.stopper_gap + scene.contact.gap
-
-    def draw(path: Path) -> None:
-        run = gas.GasRun.from_run(scene, touches)
-        plot_gas(run.drive, run.history, run.angle, run.volume, path, stop=stop, title=scene.title or "Reed valve")
-
-    return [("gas.png", draw)]
+    stop = None if geometry.stopper is None else geometry.stopper_gap + geometry.contact.gap
+    courses = run.drive, run.history, run.angle, run.volume
+    return [("gas.png", lambda path: plot_gas(*courses, path, stop=stop, title=title or "Reed valve"))]
 
 
-def gauge_pictures(scene: Scene, touches: Touches) -> list[rendering.Picture]:
-    """Return gauges.png of a scene with strain gauges."""
-    title = scene.title or "Strain at the gauges"
-    draw = partial(plot_strains, touches.strains, touches.seat.dt, title=title)
+def gauge_pictures(touches: Touches, title: str) -> list[rendering.Picture]:
+    """Return gauges.png of a run with strain gauges."""
+    draw = partial(plot_strains, touches.strains, touches.seat.dt, title=title or "Strain at the gauges")
     return [("gauges.png", draw)] if touches.strains else []
 
 
-def _seat_pictures(scene: Scene, seat: Solved) -> list[rendering.Picture]:
-    measured, fitted = scene.seat.measured, seat.greens.modal or seat.greens.pole_sum
+def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[rendering.Picture]:
+    measured, fitted = body.measured, seat.greens.modal or seat.greens.pole_sum
     if measured is not None and fitted is not None:
         response, fit = measured.response(), measured.fit()
-        width = scene.run.filter_width
         drawn: list[rendering.Picture] = [
             ("fit.png", lambda path: fit_plots.plot_fit(response, fitted, path, width=width))
         ]
@@ -148,7 +143,7 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[rendering.Picture]:
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
     kept = _kept_modes(seat)
-    drawn = _mode_pictures(kept[:SHOWN_MODES], title, cut=scene.seat.traits.revolved)
+    drawn = _mode_pictures(kept[:SHOWN_MODES], title, cut=body.traits.revolved)
     return [*pictures, *drawn, *([(MODES_FILE, partial(_save_modes, kept, title))] if len(drawn) > 1 else [])]
 
 

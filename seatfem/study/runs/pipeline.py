@@ -10,20 +10,20 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from impact.after.stresses import ReedStress
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures.rendering import Painter
+from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
 from seatfem.study import runs
 from seatfem.study.impacts import drives, layout, validity
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
-from seatfem.study.impacts.touches import Touches, bar_keys
+from seatfem.study.impacts.touches import bar_keys
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
@@ -108,7 +108,8 @@ def run_scene(
             runs.pictures.ahead(scene, latest.plan.method, latest.seat, painter)
         if baseline is None or baseline.beside is not latest.result:  # a round comes again where the next one failed
             baseline = baseline_of(latest, watch)
-        summary = _summary(scene, latest, baseline, watch)
+        gas_run = None if scene.gas is None else GasRun.from_run(scene.gas, latest.touches)
+        summary = _summary(latest, baseline, gas_run, watch)
         with watch("files"):
             touches, parts = latest.touches, "rings" if latest.touches.line is None else "lip"
             others = {
@@ -122,7 +123,7 @@ def run_scene(
             if histories:
                 save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": latest.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-            gas = () if scene.gas is None else (write_gas(GasRun.from_run(scene, latest.touches), folder / GAS_FILE),)
+            gas = () if gas_run is None else (write_gas(gas_run, folder / GAS_FILE),)
             write_landings(folder / LANDINGS_FILE, summary["landings"])
     save_plan(latest)
     assert baseline is not None
@@ -132,7 +133,7 @@ def run_scene(
 
     later = afterwards(latest, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
     notes = (*missed(latest), *remarks(latest), *later.notes(latest.plan))
-    met = not later.margin_missed(scene) if latest.met else latest.met
+    met = not later.margin_missed(scene.accuracy) if latest.met else latest.met
     summary |= {**later.keys, "accuracy_met": met, "notes": list(notes)}
     keep({})
     drawn: tuple[Path, ...] = ()
@@ -140,21 +141,14 @@ def run_scene(
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
             of_lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
-            drawing = layout.drawing_picture(scene, latest.plan.method.seat.division)
-            of_gas = runs.pictures.gas_pictures(scene, latest.touches)
-            strains = runs.pictures.gauge_pictures(scene, latest.touches)
+            division = latest.plan.method.seat.division
+            drawing = layout.DRAWING, lambda path: draw_layout(layout.layout_of(scene, division), path)
+            of_gas = runs.pictures.gas_pictures(gas_run, scene.geometry, scene.title)
+            strains = runs.pictures.gauge_pictures(latest.touches, scene.title)
             more = [drawing, *of_lip, *of_gas, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
             drawn, gaps = runs.pictures.draw_run(
-                scene,
-                latest.plan.method,
-                latest.seat,
-                *results,
-                folder,
-                progress,
-                more,
-                painter,
-                summary["landings"],
+                scene, latest.plan.method, latest.seat, *results, folder, progress, more, painter, summary["landings"]
             )
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
@@ -168,13 +162,17 @@ def run_scene(
     return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=latest.plan)
 
 
-def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, Any]:
-    width, records = scene.run.filter_width, landing_records(done.touches, done.left, done.without_bar)
-    measured, bar = _measured(scene, done.touches, done.stress), baseline.stiffness_bar
+def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Stopwatch) -> dict[str, Any]:
+    scene, width = done.plan.scene, done.plan.scene.run.filter_width
+    records, bar = landing_records(done.touches, done.left, done.without_bar), baseline.stiffness_bar
+    measured, on_spring = (
+        {**summarise(each.touches, width, each.stress, scene.accuracy.landing), **stopper_keys(each.touches, width)}
+        for each in (done, baseline)
+    )
     return {
         "title": scene.title,
         **measured,
-        **{f"spring_{k}": v for k, v in _measured(scene, baseline.touches, baseline.stress).items()},
+        **{f"spring_{k}": v for k, v in on_spring.items()},
         **validity.simpler_keys(baseline.simpler, width),
         **({} if done.touches.line is None else {"tilt_deg": math.degrees(scene.contact.tilt)}),
         "spring_wall_time_s": watch.stages["spring baseline"],
@@ -191,9 +189,9 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
         **done.seat.about,
         "seat_reused": done.seat.reused,
         "seat_kind": scene.seat.kind,
-        **({} if scene.gas is None else gas_keys(scene, done.touches, GasRun.from_run(scene, done.touches))),
+        **({} if gas_run is None else gas_keys(gas_run, done.touches, scene.run.duration)),
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
-        **drives.valve_spring_keys(scene, done.striker, done.seat.greens, done.touches),
+        **drives.valve_spring_keys(scene.spring, scene.geometry, done.striker, done.seat.greens, done.touches),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, rings.as_a_whole(done.seat.greens), done.result),
     }
@@ -203,12 +201,6 @@ def write_landings(path: Path, landings: Sequence[Mapping[str, object]]) -> None
     """Write the records of landings, a column for each of their keys; of none the first ones."""
     heads = list(dict.fromkeys(key for record in landings for key in record)) or ["body", "number", "time_s"]
     csv_table.write_csv(path, heads, ([record.get(key) for key in heads] for record in landings))
-
-
-def _measured(scene: Scene, touches: Touches, stress: ReedStress | None) -> dict[str, object]:
-    """Return the keys of the seat and of the stopper."""
-    width = scene.run.filter_width
-    return {**summarise(touches, width, stress, scene.accuracy.landing), **stopper_keys(touches, width)}
 
 
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
@@ -228,12 +220,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
 
 
 def write_modes(
-    scene: Scene,
-    folder: Path,
-    progress: Progress = silent,
-    *,
-    count: int | None = None,
-    up_to_hz: float | None = None,
+    scene: Scene, folder: Path, progress: Progress = silent, *, count: int | None = None, up_to_hz: float | None = None
 ) -> RunOutcome:
     """Compute all modes of the seat [the 20 lowest]; write modes.csv, pictures, an animation, modes.vtu (ParaView)."""
     # of no run

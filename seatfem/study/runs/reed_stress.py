@@ -71,13 +71,16 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     what a quarter of the modes less change; it knows nothing of the force's own. ``since``: the time at which a landing
     begins, before and after which the stress is told apart, too [s].
     """
-    scene = done.plan.scene
-    if not has_plate_stress(scene, done.striker) or (peaks := PlatePeaks.from_round(done, since)) is None:
+    scene, reed = done.plan.scene, done.plan.scene.reed.thin_plate
+    if (
+        reed is None
+        or not has_plate_stress(reed, done.striker)
+        or (peaks := PlatePeaks.from_round(done, since)) is None
+    ):
         return None
-    reed = plate_stress.reed_of(scene)
     plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
     field, of_run = peaks.field, peaks.found
-    stresses = plate_stress.stresses_of_plate(scene, field, of_run)
+    stresses = plate_stress.stresses_of_plate(reed, field, of_run)
     if stresses.after_contact is None:
         return PlateReedStress(stresses, math.nan, field, peaks)
     worst = field.at(np.array([int(of_run.after_contact.von_mises.argmax())]))
@@ -86,7 +89,7 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     of_lowest = StressField(worst.points, worst.static, worst.modal[..., lowest], in_some_modes(worst.body, lowest))
     fewer = largest(of_lowest, force, dt)
     coarser = sheets.plate_modes(plate.sheet, method.COARSENING)
-    lips = lips_of_plate(scene, _division(done))
+    lips = lips_of_plate(scene.geometry, _division(done))
     on_coarser_mesh = plate_field(done, contact.striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
     on_coarser = largest(on_coarser_mesh, force, dt).after_contact.von_mises
     weight = 1 / (sheets.refinement(plate, coarser) ** sheets.ORDER - 1)
@@ -99,7 +102,7 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
 def plate_field(done: Round, striker: Body | None = None) -> StressField:
     """Return the stress in a face of the plate in a round; ``striker``: the plate on another mesh."""
     striker, touches = striker or done.striker, done.touches
-    field = plate_stress.plate_field(done.plan.scene, striker, _division(done))
+    field = plate_stress.plate_field(done.plan.scene.geometry, striker, _division(done))
     return struck_by(field, striker, gas.lift_of(touches), plate_pushes(done, touches), touches.seat.dt)
 
 
@@ -112,12 +115,14 @@ def struck_in(field: StressField, done: Round, touches: Touches) -> tuple[Stress
 
 def stress_on_another_seat(done: Round, touches: Touches) -> ReedStress | None:
     """Return the largest stresses of the plate of a round in a run on another seat; ``None`` where none is known."""
-    since = stress_since(touches, done.plan.scene.accuracy.landing)
-    field, pushes = struck_in(plate_stress.plate_field(done.plan.scene, done.striker, _division(done)), done, touches)
-    if not len(field.points):
+    since, reed = stress_since(touches, done.plan.scene.accuracy.landing), done.plan.scene.reed.thin_plate
+    field, pushes = struck_in(
+        plate_stress.plate_field(done.plan.scene.geometry, done.striker, _division(done)), done, touches
+    )
+    if reed is None or not len(field.points):
         return None
     stresses = largest(field, pushes, touches.seat.dt, since=since)
-    return plate_stress.stresses_of_plate(done.plan.scene, field, stresses)
+    return plate_stress.stresses_of_plate(reed, field, stresses)
 
 
 def _division(done: Round) -> rings.Division:
@@ -130,13 +135,14 @@ def _value(found: LargestStress) -> float:
 
 def singular_of_plate(done: Round) -> Array:
     """Return (k, 2) points of a plate that strikes near which plate theory gives no stress [m]."""
-    return plate_stress.singular_points(done.plan.scene, done.striker.greens, _division(done))
+    return plate_stress.singular_points(done.plan.scene.geometry, done.striker.greens, _division(done))
 
 
 def parts_of_plate(done: Round, points: Array) -> NDArray[np.str_]:
     """Return the names of the parts of a plate that strikes on which points (P, 2) lie."""
-    reed = plate_stress.reed_of(done.plan.scene)
-    touched = plate_stress.touched_points(done.plan.scene, done.striker.greens, _division(done))
+    reed = done.plan.scene.reed.thin_plate
+    assert reed is not None
+    touched = plate_stress.touched_points(done.plan.scene.geometry, done.striker.greens, _division(done))
     beside = near(points, touched, BESIDE * reed.thickness)
     return np.where(beside, "beside the contact", reed.geometry().regions(points))
 

@@ -76,10 +76,11 @@ class Round:
     @property
     def look(self) -> plate_stress.PlateLook | None:
         """Return the look at the stress of a plate in other runs, where it is largest; ``None``: the usual one."""
-        if self.plate is None:
+        reed = self.plan.scene.reed.thin_plate
+        if self.plate is None or reed is None:
             return None
         return plate_stress.PlateLook(
-            self.plan.scene, replace(self.plate.largest_at, body=self.striker), Division.from_greens(self.seat.greens)
+            reed, replace(self.plate.largest_at, body=self.striker), Division.from_greens(self.seat.greens)
         )
 
     @property
@@ -176,15 +177,16 @@ def remarks(done: Round) -> tuple[str, ...]:
     scene = done.plan.scene
     empty = [name for name in scene.accuracy.judged if done.landed and name not in done.left.values]
     assumed = () if scene.reed.slender is None else scene.reed.slender.assumed()
+    limits = validity.validity_advice(scene.geometry, scene.run.filter_width, done.seat.greens, done.striker.greens)
     return (
         *([f"asked for, but without a value: {', '.join(map(spoken, empty))}: {NO_VALUE}"] if empty else []),
         *([f"not given, taken from the paper's reed: {', '.join(assumed)}"] if assumed else []),
-        *map(str, validity.validity_advice(scene, done.seat.greens, done.striker.greens)),
+        *map(str, limits),
         *_advice(done),
-        *validity.film_notes(scene, done.result),
-        *validity.stopper_notes(scene),
-        *validity.dishing_notes(scene),
-        *validity.covered_notes(scene),
+        *validity.film_notes(scene.geometry, done.result),
+        *validity.stopper_notes(scene.stopper),
+        *validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration),
+        *validity.covered_notes(scene.geometry),
         *_no_bar(done),
     )
 

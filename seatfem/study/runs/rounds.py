@@ -18,7 +18,7 @@ from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.cache import Cache, key_of
 from seatfem.study import impacts, runs
 from seatfem.study.accuracy.error_budget import error_budget, with_bars_of_measures
-from seatfem.study.impacts import contact, gas
+from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import run_contacts, seat_of
 from seatfem.study.impacts.touches import LIP, STRIKER, Source, stress_since
 from seatfem.study.method import TOLERANCE
@@ -180,18 +180,17 @@ def _round(
     if scene.stopper is not None:
         with watch("stopper"):  # once for all runs of this process
             bodies += [body.greens for body in (contact.stopper_of(scene),) if body is not None]
-    dt = method.time_step or contact.fallback_step(scene, *bodies)
+    dt = method.time_step or contact.fallback_step(scene.run, scene.gas, *bodies)
     contact.check_length(scene, dt, method.seat.division.count)
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, dt, progress)
-        result, met, lift = touches.seat, touches.stopper_force, gas.lift_of(touches)
     stress = None
     if limits.stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
         with watch("reed stress"):
             since = stress_since(touches, scene.accuracy.landing)
-            stress = contact.stress_of(scene, striker, result.force, result.dt, lift, stopper=met, since=since)
+            stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
     computed = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed)
-    if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene, striker):
+    if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene.reed, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
             plate = runs.reed_stress.plate_reed_stress(computed, stress_since(touches, scene.accuracy.landing))

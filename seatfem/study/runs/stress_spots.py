@@ -198,12 +198,12 @@ def _of_beam(done: Round, stride: int) -> list[History]:
     scene, stress = done.plan.scene, done.stress
     if stress is None:
         return []
-    at, touch = scene.contact_at, runs.stress_wave.touch_of(done)
+    at, touch = scene.geometry.contact_at, runs.stress_wave.touch_of(done)
     places = at if isinstance(at, tuple) else () if at is None else (at,)
     worst = (stress.after_contact or stress.initial).at
     known = {f"{1e3 * worst:.4g} mm from the root": worst, **dict(zip(("contact", "stopper"), places, strict=False))}
     known["root"], kept = 0.0, []
-    for name, course in beam_histories(scene, done.striker, done.touches, stress, few=True):
+    for name, course in beam_histories(scene.geometry, done.striker, done.touches, stress, few=True):
         place, _, face = name.partition(", face ")
         if face == "towards the seat" and place in known:
             k = _since(done, np.abs(course), touch)

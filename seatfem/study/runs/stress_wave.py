@@ -115,7 +115,7 @@ def landing_of(done: Round, lip: result.ImpactResult, landings: Sequence[Mapping
     stride = max(1, math.ceil((min(end + AFTER * (end - start), last * dt) - first) / dt / (FRAMES - 1)))
     begin = min(int(first / dt / stride), last // stride)
     rows = slice(begin, begin + FRAMES)
-    forces = on_the_ports(scene, done.striker.greens, done.seat.greens, touches)[1:].T
+    forces = on_the_ports(scene.geometry, done.striker.greens, done.seat.greens, touches)[1:].T
     coordinates = own_coordinates(done.striker, modal_coordinates(done.striker, forces, dt, stride)[rows])
     deflection = np.array([dofs.expand(shapes @ q)[2] for q in coordinates])
     centre = np.asarray(plate_reed.geometry().centre) + scene.contact.offset

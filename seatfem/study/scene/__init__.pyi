@@ -1,5 +1,6 @@
 # ruff: noqa: I001 (one import a module)
 from seatfem.study.scene.contact import Contact as Contact
+from seatfem.study.scene.lips import ContactGeometry as ContactGeometry
 from seatfem.study.scene.load import load_scene as load_scene, located as located
 from seatfem.study.scene.models import Scene as Scene
 from seatfem.study.scene.problems import Problem as Problem, SceneError as SceneError

@@ -255,10 +255,7 @@ class Contact(Table):
         if self.ports == 1 and self.uneven:
             yield "ports", f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"
         if self.film is not None and self.law.remembers:
-            yield (
-                "film",
-                "how the fluid in a joint that stays closed moves is not known: remove one of film and law",
-            )
+            yield ("film", "how the fluid in a joint that stays closed moves is not known: remove one of film and law")
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
             yield "line_arc", f"{math.degrees(self.line_arc):g} deg must be above 0 and at most 360 deg"
         angles = [angle for angle, _ in self.waviness]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,24 +18,35 @@ from seatfem.units import write_quantity
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Structure
     from seatfem.study.scene.contact import Contact
+    from seatfem.study.scene.drives import Base, ExternalLoad, ValveSpring
     from seatfem.study.scene.gas import CompressorGas
+    from seatfem.study.scene.life import LifeTable
+    from seatfem.study.scene.lips import ContactGeometry
     from seatfem.study.scene.models import Scene
     from seatfem.study.scene.run import Stress as StressTable
+    from seatfem.study.scene.waves import Gauge, Wave
 
 
 def contradictions_of(scene: Scene) -> Contradictions:
     """Yield the keys to change, and why, where tables of the scene do not agree with each other."""
     if scene.gas is not None:
         yield from _of_gas(scene.gas, scene.run.duration)
-    yield from _of_roles(scene)
-    yield from _of_loads(scene)
-    yield from _of_bases(scene)
-    yield from _of_waves(scene)
-    yield from _of_contact(scene.reed, scene.seat.lip_face.ring, scene.contact.at)
-    yield from contradictions_of_start(scene)
-    yield from _of_lip(scene.seat, scene.reed, scene.contact)
-    yield from _of_parts(scene.seat, scene.contact, scene.stress, scene.run.duration)
-    yield from _of_reed_stress(scene)
+    seat, reed, contact, stopper = scene.seat, scene.reed, scene.contact, scene.stopper
+    driven = bool(scene.load or scene.base or scene.spring or scene.wave or scene.gas)
+    struck = stopper is not None and structure.motion_key(stopper.body) != ""
+    yield from _of_roles(seat, reed, driven=driven or struck)
+    yield from _of_loads(reed, scene.load, scene.spring, based="reed" in [base.of for base in scene.base])
+    yield from _of_bases(scene.bodies, scene.base)
+    yield from _of_waves(scene.bodies, scene.wave, {base.of for base in scene.base})
+    yield from _of_gauges(scene.bodies, scene.gauge)
+    yield from _of_contact(reed, seat.lip_face.ring, contact.at)
+    yield from contradictions_of_start(scene.geometry)
+    yield from _of_lip(seat, reed, contact)
+    yield from _of_parts(seat, contact, scene.stress, scene.run.duration)
+    yield from _of_measures(scene.accuracy.measures, reed, scene.life)
+    if scene.life is not None:
+        stressed = scene.stress is not None
+        yield from within("life", scene.life.check(scene.geometry, scene.turn, scene.run.duration, stressed=stressed))
 
 
 def _of_gas(gas: CompressorGas, duration: float) -> Contradictions:
@@ -50,73 +62,75 @@ def _of_gas(gas: CompressorGas, duration: float) -> Contradictions:
             yield "gas.cylinder_pressure", f"{words}: give a longer record, or shorten run.duration"
 
 
-def _of_roles(scene: Scene) -> Contradictions:
+def _of_roles(seat: Structure, reed: Structure, *, driven: bool) -> Contradictions:
     """Yield a struck body that is not at rest, and a striker that does not move."""
-    if key := structure.motion_key(scene.seat):
+    if key := structure.motion_key(seat):
         yield f"seat.{key}", "the struck body is at rest; remove the key, or use the body as the reed"
-    reed, moved_by = scene.reed, scene.reed.traits.moved_by
-    if not moved_by:
+    if not (moved_by := reed.traits.moved_by):
         yield "reed.kind", f"a body of kind {reed.kind!r} cannot move; take a kind that can"
-    struck = scene.stopper is not None and structure.motion_key(scene.stopper.body)
-    driven = scene.load or scene.base or scene.spring or scene.wave or struck or scene.gas is not None
     if not structure.motion_key(reed) and not driven:
         others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
         words = type(reed).model_fields[moved_by[0]].description or ""
         yield f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}"
 
 
-def _of_loads(scene: Scene) -> Contradictions:
+def _of_loads(
+    reed: Structure, loads: Sequence[ExternalLoad], springs: Sequence[ValveSpring], *, based: bool
+) -> Contradictions:
     """Yield loads and springs that act on no place of the reed, or on an unknown part of it."""
-    reed = scene.reed
-    for number, load in enumerate(scene.load):
+    for number, load in enumerate(loads):
         reed.check_place(load.at, f"load.{number}.at")
         if load.point is not None:
             reed.check_place(np.array([load.point]), f"load.{number}.point")
         if (keys := load.given_keys("gravity", "base_motion")) and not reed.traits.has_weight:
             words = f"of a reed of kind {reed.kind!r} it is not known how its mass is spread; give a force"
             yield f"load.{number}.{keys[0]}", words
-    for number, spring in enumerate(scene.spring):
+    for number, spring in enumerate(springs):
         with keys_of(f"spring.{number}"):
             spring.check(reed)
-    if scene.spring and scene.base_of("reed") is not None:
+    if springs and based:
         words = "the guard that springs stand on is at rest, [[base]] moves the reed's clamp: remove one of the two"
         yield "spring.0.stiffness", f"{words}, or move the seat"
 
 
-def _of_bases(scene: Scene) -> Contradictions:
-    for number, base in enumerate(scene.base):
+def _of_bases(bodies: Mapping[str, Structure], bases: Sequence[Base]) -> Contradictions:
+    for number, base in enumerate(bases):
         key = f"base.{number}.of"
-        if base.of not in scene.bodies:
+        if base.of not in bodies:
             yield key, "there is no [stopper]; add one, or remove the table"
-        if base is not scene.base_of(base.of):
+        if base.of in [each.of for each in bases[:number]]:
             yield key, f"the base of the {base.of} has a table before; keep one"
-        if loose := scene.bodies[base.of].loose:
+        if loose := bodies[base.of].loose:
             words = loose.replace("seat.kind", f"{base.of}.kind")
             yield key, f"{words}: it has no base that could move it; remove the table"
-        if base.of == "reed" and not scene.reed.traits.has_weight:
-            words = f"of a reed of kind {scene.reed.kind!r} it is not known how its mass is spread"
+        if base.of == "reed" and not bodies["reed"].traits.has_weight:
+            words = f"of a reed of kind {bodies['reed'].kind!r} it is not known how its mass is spread"
             yield key, f"{words}; give a beam or a plate"
 
 
-def _of_waves(scene: Scene) -> Contradictions:
-    """Yield where waves come along no endless rod, and gauges sit on no place."""
-    for number, wave in enumerate(scene.wave):
-        key, body = f"wave.{number}.of", scene.bodies[wave.of]
+def _of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Collection[str]) -> Contradictions:
+    """Yield where waves come along no endless rod, or along one with another wave, or ``based`` on what moves."""
+    for number, wave in enumerate(every):
+        key, body = f"wave.{number}.of", bodies[wave.of]
         if (speed := body.wave_speed) is None:
             yield key, f"the {wave.of} is no endless rod without damping; take kind = 'rod' with far_end = 'endless'"
             continue
-        if wave is not scene.wave_on(wave.of) or scene.base_of(wave.of) is not None:
+        if wave.of in based or wave.of in [each.of for each in every[:number]]:
             yield key, f"the {wave.of} has another wave, or a base that moves; keep one"
         with problem_of(f"wave.{number}.start" if wave.strain is None else f"wave.{number}.strain", TimeSeriesError):
             wave.incoming(speed)
-    for number, gauge in enumerate(scene.gauge):
-        if gauge.of not in scene.bodies:
+
+
+def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge]) -> Contradictions:
+    """Yield gauges that sit on no place."""
+    for number, gauge in enumerate(gauges):
+        if gauge.of not in bodies:
             yield f"gauge.{number}.of", "there is no [stopper]; add one, or remove the table"
-        elif gauge.name in [each.name for each in scene.gauge[:number]]:
+        elif gauge.name in [each.name for each in gauges[:number]]:
             yield f"gauge.{number}.name", f"{gauge.name!r} is the name of another gauge; give it one of its own"
         else:
-            scene.bodies[gauge.of].check_gauge(gauge.at, f"gauge.{number}.at")
-            if gauge.of != "reed" and scene.bodies[gauge.of].slender is not None:
+            bodies[gauge.of].check_gauge(gauge.at, f"gauge.{number}.at")
+            if gauge.of != "reed" and bodies[gauge.of].slender is not None:
                 yield f"gauge.{number}.of", "of beams strain is known along the reed; put the gauge there"
 
 
@@ -130,20 +144,21 @@ def _of_contact(reed: Structure, ring: tuple[float, float] | None, at: float | N
         yield "contact.at", f"{reaches}; make contact.at at least that, or the lip smaller"
 
 
-def contradictions_of_start(scene: Scene) -> Contradictions:
+def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
     """Yield where the stopper meets the reed before the start. Raises `KeyProblem` of a place that the reed has not."""
-    if (stopper := scene.stopper) is None:
+    if (stopper := geometry.stopper) is None:
         return
-    scene.reed.check_place(stopper.at, "stopper.at")
-    if stopper.parts != Division() and scene.reed.thin_plate is None:
+    reed, contact = geometry.reed, geometry.contact
+    reed.check_place(stopper.at, "stopper.at")
+    if stopper.parts != Division() and reed.thin_plate is None:
         key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
-        words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face"
+        words = f"a reed of kind {reed.kind!r} touches with one rigid face"
         yield f"stopper.{key}", f"{words}; remove the key, or take a plate"
-    key, more = ("gap", 0.0) if stopper.lift is None else ("lift", scene.contact.gap)
-    if more > 0 and scene.has_two_places:
+    key, more = ("gap", 0.0) if stopper.lift is None else ("lift", contact.gap)
+    if more > 0 and geometry.has_two_places:
         words = f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at"
         yield "stopper.lift", f"{words} depends on what holds it there; give stopper.gap, from the undeformed reed"
-    gap, start = scene.stopper_gap, scene.reed.start_at(scene.contact.at if stopper.at is None else stopper.at)
+    gap, start = geometry.stopper_gap, reed.start_at(contact.at if stopper.at is None else stopper.at)
     stated = f"{1e3 * (gap + more):.6g} mm"
     if gap < 0:
         words = f"{stated} is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would stand inside"
@@ -179,16 +194,13 @@ def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dur
         yield "contact.rings", f"a seat of kind {seat.kind!r} has no contact face that could be divided; remove the key"
 
 
-def _of_reed_stress(scene: Scene) -> Contradictions:
-    """Yield problems of the measures of the reed's stress, and of its life."""
-    wanted = scene.accuracy.measures
+def _of_measures(wanted: Sequence[str], reed: Structure, life: LifeTable | None) -> Contradictions:
+    """Yield measures that are asked of the reed's stress, where none is known, or of a life without strength."""
     name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
-    if any_needs_stress(wanted) and not (scene.reed.traits.has_stress or scene.reed.thin_plate is not None):
-        bends = "has no bending stress that is known" if scene.reed.slender else "does not bend, it has no stress"
-        words = f"{name} is asked of a body of kind {scene.reed.kind!r}, which {bends}: remove it, or use a cantilever"
+    if any_needs_stress(wanted) and not (reed.traits.has_stress or reed.thin_plate is not None):
+        bends = "has no bending stress that is known" if reed.slender else "does not bend, it has no stress"
+        words = f"{name} is asked of a body of kind {reed.kind!r}, which {bends}: remove it, or use a cantilever"
         yield "accuracy.measures", f"{words} or a plate"
-    if LifeMargin.name in wanted and (scene.life is None or scene.life.demand() is None):
+    if LifeMargin.name in wanted and (life is None or life.demand() is None):
         words = f"{name} is asked, and no strength of the reed is stated: add life.strength, or remove the measure"
         yield "accuracy.measures", words
-    if scene.life is not None:
-        yield from within("life", scene.life.check(scene))

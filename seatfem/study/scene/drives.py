@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self, get_args
 
 import numpy as np
@@ -24,6 +25,24 @@ from seatfem.structures.kinds.motion import (
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Structure
+    from seatfem.study.scene.waves import Wave
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A body of a scene with what carries it.
+
+    Attributes:
+        role: the name of its table.
+        structure: the body.
+        base: what moves its base; ``None``: it rests.
+        wave: that comes along it; ``None``: none does.
+    """
+
+    role: str
+    structure: Structure
+    base: Base | None = None
+    wave: Wave | None = None
 
 
 class Base(fields.Table):
@@ -211,6 +230,11 @@ preload = "5 N"
             turns = 2 * np.pi * np.arange(self.number) / self.number
             return self.radius * np.column_stack([np.cos(turns), np.sin(turns)])
         return None if self.points is None else np.array(self.points)
+
+    def force_on_undeformed(self, gap: float) -> float:
+        """Return the force [N], towards the seat, on the undeformed reed, which stands ``gap`` [m] above the closed
+        one."""
+        return self.preload + self.stiffness * gap
 
     @property
     def words(self) -> str:

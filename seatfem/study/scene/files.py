@@ -28,12 +28,15 @@ BEAM: Final = 0.1
 over the middle of a lip a beam covers a half or a third; less than a tenth of a ring is not over the port."""
 
 
-def misplaced(scene: models.Scene) -> Iterator[Finding]:
-    """Yield that the reed lies beside the face that it is to strike, in plan, or does not reach across it."""
-    contact, reed, seat = scene.contact, scene.reed, scene.seat
+def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Finding]:
+    """Yield that the reed lies beside the face that it is to strike, in plan, or does not reach across it.
+
+    ``as_drawn``: whether files say how the two lie.
+    """
+    contact, reed, seat = geometry.contact, geometry.reed, geometry.seat
     if reed.slender is None and reed.thin_plate is None:  # solids strike with a face of their own, as it is stated
         return
-    at = scene.own_place
+    at = geometry.own_place
     try:
         over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
     except errors.ModelError:  # of faces that cannot be found, which are told where they are needed
@@ -47,7 +50,7 @@ def misplaced(scene: models.Scene) -> Iterator[Finding]:
     if by_the_lip:
         room = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
         x, y = (1e3 * each for each in contact.offset)
-        if scene.assembly is not None:
+        if as_drawn:
             text = (
                 f"in plan the reed, as drawn, covers {part} (limit: all of it), which reaches {reach:.4g} mm from its "
                 f"middle; the reed has {in_digits(room, 2)} mm about it: move one of the parts in the CAD program, or "
@@ -96,7 +99,7 @@ def check_files(scene: models.Scene) -> None:
         except errors.ModelError as error:
             findings.append((("stopper", "arcs"), _naming_file(stopper.body, error)))
     if not findings:
-        findings += misplaced(scene)
+        findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from impact import life
@@ -12,7 +13,7 @@ from seatfem.study.scene.contact import STEEPEST
 from seatfem.study.scene.contradictions import contradictions_of_start
 
 if TYPE_CHECKING:
-    from seatfem.study.scene.models import Scene
+    from seatfem.study.scene.lips import ContactGeometry
 
 
 UNITS = {"speed": ("m/s", 1.0), "tilt": ("deg", math.degrees(1.0)), "lift": ("mm", 1e3)}
@@ -51,43 +52,41 @@ class Curves(fields.Table):
         least = sum(map(len, curves.values()))
         return least, least + OF_A_CURVE * len(curves)
 
-    def check(self, scene: Scene) -> fields.Contradictions:
-        """Yield the values that the scene cannot have."""
+    def check(self, geometry: ContactGeometry) -> fields.Contradictions:
+        """Yield the values that the contacts cannot have."""
         for name, value in ((name, value) for name, values in self.asked() for value in values):
             unit, factor = UNITS[name]
             try:
-                problems = [words for _, words in contradictions_of_start(varied(scene, name, value))]
+                problems = [words for _, words in contradictions_of_start(varied(geometry, name, value))]
             except fields.KeyProblem as problem:
                 problems = [str(problem)]
             yield from ((name, f"{value * factor:g} {unit}: {words}") for words in problems)
 
 
-def varied(scene: Scene, name: str, value: float) -> Scene:
-    """Return the scene with another speed [m/s], tilt [rad] or lift [m]. Raises `KeyProblem` if it has no such key."""
-    reed, contact, stopper = scene.reed, scene.contact, scene.stopper
+def varied(geometry: ContactGeometry, name: str, value: float) -> ContactGeometry:
+    """Return the contacts with another speed [m/s], tilt [rad] or lift [m]. Raises `KeyProblem`: there is no such
+    key."""
+    reed, contact, stopper = geometry.reed, geometry.contact, geometry.stopper
     if name == "tilt":
-        if (
-            scene.seat.lip_face.no_lip
-            or reed.thin_plate is None
-            or (contact.ports or study.scene.lips.usual_ports(scene)) == 1
-        ):
+        one = (contact.ports or geometry.usual_ports) == 1
+        if geometry.seat.lip_face.no_lip or reed.thin_plate is None or one:
             raise fields.KeyProblem(
                 "tilt", "contact is not along a lip: state contact.ports, 16 or more, or contact.tilt"
             )
         if abs(value) > STEEPEST:
             raise fields.KeyProblem("tilt", f"it must be at most {math.degrees(STEEPEST):g} deg")
-        return scene.model_copy(update={"contact": contact.model_copy(update={"tilt": value})})
+        return replace(geometry, contact=contact.model_copy(update={"tilt": value}))
     if name == "lift":
         if stopper is None:
             raise fields.KeyProblem("lift", "the scene has no [stopper]; add one")
         key = "gap" if stopper.lift is None else "lift"
-        return scene.model_copy(update={"stopper": stopper.model_copy(update={key: value})})
+        return replace(geometry, stopper=stopper.model_copy(update={key: value}))
     release = getattr(reed, "release", None)
     if getattr(reed, "velocity", None) is not None:
-        return scene.model_copy(update={"reed": reed.model_copy(update={"velocity": -abs(value)})})
+        return replace(geometry, reed=reed.model_copy(update={"velocity": -abs(value)}))
     if getattr(release, "velocity", None) is not None:
         thrown = release.model_copy(update={"velocity": -abs(value)})  # type: ignore[union-attr]
-        return scene.model_copy(update={"reed": reed.model_copy(update={"release": thrown})})
+        return replace(geometry, reed=reed.model_copy(update={"release": thrown}))
     raise fields.KeyProblem("speed", "the reed does not start with a velocity: state one, or run over loads instead")
 
 
@@ -216,35 +215,33 @@ source = "report, page"
         strength = self.measured()
         return strength if strength is not None and strength.impact_velocity is not None else None
 
-    def check(self, scene: Scene) -> fields.Contradictions:
-        """Yield where the scene gives no stress to judge, or no turn of the crank."""
-        if self.contact_criterion and (scene.contact.law.of_a_sphere is None or scene.contact.rings > 1):
+    def check(
+        self, geometry: ContactGeometry, turn: float | None, duration: float, *, stressed: bool
+    ) -> fields.Contradictions:
+        """Yield where a scene gives no stress to judge, or no turn of the crank [s] within the ``duration`` [s].
+
+        ``stressed``: whether stress in the seat is computed.
+        """
+        contact, reed = geometry.contact, geometry.reed
+        if self.contact_criterion and (contact.law.of_a_sphere is None or contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings"
             yield "contact_criterion", f"{words}: state one, or remove the key"
-        bends = scene.reed.traits.has_stress or scene.reed.thin_plate is not None
+        bends = reed.traits.has_stress or reed.thin_plate is not None
         judged = self.of_bending and self.strength is not None
         if judged and not bends:
-            words = f"of a body of kind {scene.reed.kind!r} no bending stress is known"
+            words = f"of a body of kind {reed.kind!r} no bending stress is known"
             yield "strength", f"{words}: remove it, or use a cantilever or a plate"
-        if self.seat_strength is not None and scene.stress is None:
+        if self.seat_strength is not None and not stressed:
             yield "seat_strength", "stress in the seat is not computed: add the table [stress]"
-        if self.multiaxial and not (self.seat_strength or scene.reed.thin_plate is not None):
-            words = f"a body of kind {scene.reed.kind!r} has no stress of several axes"
+        if self.multiaxial and not (self.seat_strength or reed.thin_plate is not None):
+            words = f"a body of kind {reed.kind!r} has no stress of several axes"
             yield "multiaxial", f"{words}: remove it, or give seat_strength"
         if self.curves is not None:
-            yield from fields.within("curves", self.curves.check(scene))
+            yield from fields.within("curves", self.curves.check(geometry))
         if self.block == "last cycle":
-            if (turn := turn_of(scene)) is None:
+            if turn is None:
                 yield "block", "no load of one rpm repeats in this scene; take the run as the block"
-            elif scene.run.duration < TURNS * turn * (1 - 1e-9):
-                duration, each = (units.write_quantity(time, "time") for time in (scene.run.duration, turn))
-                words = f"run.duration = {duration} holds fewer than {TURNS} turns of {each}, so that the last one"
+            elif duration < TURNS * turn * (1 - 1e-9):
+                whole, each = (units.write_quantity(time, "time") for time in (duration, turn))
+                words = f"run.duration = {whole} holds fewer than {TURNS} turns of {each}, so that the last one"
                 yield "block", f"{words} would hold the start: watch longer, or take the run as the block"
-
-
-def turn_of(scene: Scene) -> float | None:
-    """Return the time of one turn of the crank by which loads repeat [s]; ``None`` without, or with several."""
-    courses: list[object] = [course for load in scene.load for course in (load.pressure, load.force, load.base_motion)]
-    courses += [scene.gas, *(getattr(scene.reed, key, None) for key in scene.reed.traits.moved_by)]
-    turns = {60.0 / rpm for course in courses if (rpm := getattr(course, "rpm", None)) is not None}
-    return turns.pop() if len(turns) == 1 else None

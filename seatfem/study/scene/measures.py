@@ -295,47 +295,42 @@ class GaugeStrain(Measure):
         return max(float(np.abs(strain).max()) for strain in blow.strains)
 
 
-class LineForce(Measure):
+class _AlongLip:
+    """What a measure of a contact along a lip is: the largest over a part of the lip."""
+
+    needs_line = True
+
+    def evaluate(self, blow: ContactRecord) -> float:
+        """Return the measure over the whole run."""
+        assert blow.line is not None
+        return self._peak(blow, blow.line, blow.line.force[1:])
+
+    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
+        """Return the measure of one landing, with what the quasi-static load adds."""
+        line = blow.line
+        return None if line is None else self._peak(blow, line, line.force[1:][blow.steps_of(landing)])
+
+    def _peak(self, blow: ContactRecord, line: Line, force: Array) -> float:
+        raise NotImplementedError
+
+
+class LineForce(_AlongLip, Measure):
     """Largest force per length of a lip, averaged over a part of it and over the filter's width."""
 
     name, key, words = "line_force", "line_force_peak_N_per_m", "force per length"
     landing_key = "landing_line_force_peak_N_per_m"
-    needs_line = True
 
-    def evaluate(self, blow: ContactRecord) -> float:
-        assert blow.line is not None
-        return self._peak(blow, blow.line.force[1:])
-
-    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
-        """Return the line force with the quasi-static load."""
-        return None if blow.line is None else self._peak(blow, blow.line.force[1:][blow.steps_of(landing)])
-
-    @staticmethod
-    def _peak(blow: ContactRecord, force: Array) -> float:
-        assert blow.line is not None
-        line = blow.line
+    def _peak(self, blow: ContactRecord, line: Line, force: Array) -> float:
         return histories.line_force_peak(force, blow.dt, blow.filter_width, line.length, line.share, line.pieces)[0]
 
 
-class LineImpulse(Measure):
+class LineImpulse(_AlongLip, Measure):
     """Largest impulse per length of a lip, averaged over a part of it."""
 
     name, key, words = "line_impulse", "line_impulse_peak_Ns_per_m", "impulse per length"
     landing_key = "landing_line_impulse_peak_Ns_per_m"
-    needs_line = True
 
-    def evaluate(self, blow: ContactRecord) -> float:
-        assert blow.line is not None
-        return self._peak(blow, blow.line.force[1:])
-
-    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
-        """Return the line impulse with that of the quasi-static load."""
-        return None if blow.line is None else self._peak(blow, blow.line.force[1:][blow.steps_of(landing)])
-
-    @staticmethod
-    def _peak(blow: ContactRecord, force: Array) -> float:
-        assert blow.line is not None
-        line = blow.line
+    def _peak(self, blow: ContactRecord, line: Line, force: Array) -> float:
         return histories.line_impulse_peak(force, blow.dt, line.length, line.share, line.pieces)[0]
 
 

@@ -23,6 +23,7 @@ from seatfem.study.scene import contradictions, drives, measures, problems, wave
 from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
+from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.run import Accuracy, Run, Stress
 
 if TYPE_CHECKING:
@@ -159,6 +160,8 @@ else:
     Body = fields.one_of(kinds_of())  # of those that the program has of its own
 BODIES: Final = ("seat", "reed")
 """The roles of every scene: tables that take any kind of structure."""
+CONTACTS: Final = (*BODIES, "contact", "stopper")
+"""The tables of `ContactGeometry`."""
 
 
 class Scene(fields.Table):
@@ -218,41 +221,41 @@ class Scene(fields.Table):
         return bodies if self.stopper is None else {**bodies, "stopper": self.stopper.body}
 
     @property
-    def own_place(self) -> float | None:
-        """Return where on the reed its seat's contact lies [m], the tip of a beam unless stated; ``None`` of others."""
-        beam = self.reed.slender
-        return beam.beam().free_point if self.contact.at is None and beam is not None else self.contact.at
+    def geometry(self) -> ContactGeometry:
+        """Return where reed, seat and stopper meet, and how far they are apart."""
+        return ContactGeometry(self.seat, self.reed, self.contact, self.stopper)
+
+    def with_geometry(self, geometry: ContactGeometry) -> Scene:
+        """Return the scene with other contacts."""
+        return self.model_copy(update={name: getattr(geometry, name) for name in CONTACTS})
 
     @property
-    def contact_at(self) -> float | tuple[float, float] | None:
-        """Return where on the reed the contacts lie [m]: the seat's, and the stopper's where that is another place."""
-        at = self.contact.at
-        if self.stopper is None or self.stopper.at is None:
-            return at
-        place = self.own_place or 0.0  # of a rod its struck end
-        return at if self.stopper.at == place else (place, self.stopper.at)
+    def turn(self) -> float | None:
+        """Return the time of one turn of the crank by which loads repeat [s]; ``None`` without, or with several."""
+        courses: list[object] = [each for load in self.load for each in (load.pressure, load.force, load.base_motion)]
+        courses += [self.gas, *(getattr(self.reed, key, None) for key in self.reed.traits.moved_by)]
+        turns = {60.0 / rpm for course in courses if (rpm := getattr(course, "rpm", None)) is not None}
+        return turns.pop() if len(turns) == 1 else None
 
     @property
-    def has_two_places(self) -> bool:
-        """Return whether seat and stopper meet the reed at different places: the second is a port of its own."""
-        return isinstance(self.contact_at, tuple)
+    def crank(self) -> tuple[float, float] | None:
+        """Return the speed of the crank [1/min] and its angle at t = 0 [rad], of the gas or else of the first load."""
+        if self.gas is not None:
+            return self.gas.rpm, self.gas.angle
+        courses = (course for load in self.load for course in (load.pressure, load.force) if course is not None)
+        return next(((course.rpm, course.angle or 0.0) for course in courses if course.rpm is not None), None)
+
+    def mount(self, role: str) -> drives.Mount:
+        """Return the body in this role with what moves its base, and the wave that comes along it."""
+        base = next((base for base in self.base if base.of == role), None)
+        wave = next((wave for wave in self.wave if wave.of == role), None)
+        return drives.Mount(role, self.bodies[role], base, wave)
 
     @property
-    def stopper_gap(self) -> float:
-        """Return the distance from the undeformed reed to the stopper, or its stated lift - contact.gap [m]."""
-        assert self.stopper is not None
-        if self.stopper.lift is not None:
-            return self.stopper.lift - self.contact.gap
-        assert self.stopper.gap is not None
-        return self.stopper.gap
-
-    def base_of(self, role: str) -> drives.Base | None:
-        """Return what moves the base of the body in this role; ``None``: it rests."""
-        return next((base for base in self.base if base.of == role), None)
-
-    def wave_on(self, role: str) -> waves.Wave | None:
-        """Return the wave that comes along the body in this role; ``None`` where none does."""
-        return next((wave for wave in self.wave if wave.of == role), None)
+    def gauged(self) -> tuple[waves.Gauged, ...]:
+        """Return the gauges with the bodies that they are on."""
+        at = self.geometry.contact_at
+        return tuple(waves.Gauged(gauge, self.mount(gauge.of), at) for gauge in self.gauge)
 
     @property
     def is_loaded(self) -> bool:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -11,6 +12,9 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 from impact.bodies.incoming import IncomingWave
 from impact.bodies.time_series import TimeSeries, TimeSeriesError, read_time_series
 from seatfem import fields
+
+if TYPE_CHECKING:
+    from seatfem.study.scene.drives import Mount
 
 Strain = Annotated[float, BeforeValidator(fields.read_number), Ge(-0.1), Le(0.1)]
 
@@ -86,3 +90,12 @@ at = "600 mm"
         description="distance from the struck end of a rod (of the reed: from the seat's contact), "
         "or from the root of a beam"
     )
+
+
+@dataclass(frozen=True)
+class Gauged:
+    """A gauge, the body that it is on with what carries it, and where on the reed the contacts lie [m]."""
+
+    gauge: Gauge
+    mount: Mount
+    contact_at: float | tuple[float, float] | None

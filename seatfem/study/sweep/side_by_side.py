@@ -85,8 +85,13 @@ def _marched(
     with private_folder("sweep") as folder:
         seat = seat_of(base, cache.Cache(folder / SEAT_FILE), method=plan.method.seat)
     problem = _problem(base, plan, impact.Body(seat.greens))
-    dt = plan.method.time_step or fallback_step(base, problem.striker.greens, seat.greens)
-    known = [_beside(problem, load_scene(path, {**changed, **other}), plan) for other in others]
+    dt = plan.method.time_step or fallback_step(base.run, base.gas, problem.striker.greens, seat.greens)
+    known = list[_Scene | None]()
+    for other in others:
+        scene = load_scene(path, {**changed, **other})
+        own = _problem(scene, plan, problem.target)
+        release = _release_over(problem, own)
+        known.append(None if release is None else _Scene(scene, own, release))
     chosen = [each for each in known if each is not None]
     if not chosen:
         return [None] * len(others)
@@ -108,19 +113,17 @@ def _problem(scene: Scene, plan: Plan, target: Body) -> ContactProblem:
     return problem_of(scene, striker, target)
 
 
-def _beside(base: ContactProblem, scene: Scene, plan: Plan) -> _Scene | None:
-    """Return the scene, if only its gap, velocity and size of its initial state differ from those of ``base``."""
-    problem = _problem(scene, plan, base.target)
+def _release_over(base: ContactProblem, problem: ContactProblem) -> float | None:
+    """Return the multiple of the initial state of ``base`` that a problem has; ``None`` if more than gap, velocity and
+    size of that state differ."""
     own, reference = problem.striker, base.striker
     if len(problem.contacts) > 1 or problem.contacts[0].law != base.contacts[0].law or not _alike(own, reference):
         return None
-    release = 1.0
-    if own.state is not None and reference.state is not None:
-        mine, first = (np.concatenate([b.state.displacement, b.state.velocity]) for b in (own, reference) if b.state)
-        release = float(mine @ first / (first @ first)) if np.any(first) else np.nan
-        if not np.abs(mine - release * first).max() <= SAME * np.abs(mine).max():
-            return None
-    return _Scene(scene, problem, release)
+    if own.state is None or reference.state is None:
+        return 1.0
+    mine, first = (np.concatenate([b.state.displacement, b.state.velocity]) for b in (own, reference) if b.state)
+    release = float(mine @ first / (first @ first)) if np.any(first) else np.nan
+    return release if np.abs(mine - release * first).max() <= SAME * np.abs(mine).max() else None
 
 
 def _alike(one: Body, other: Body) -> bool:
@@ -140,7 +143,9 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
     choice = each.scene.accuracy.landing
     judged = judged_landing(landings.seat, choice)
     since = None if judged is None else judged.start
-    stress = stress_of(each.scene, problem.striker, force, dt, np.zeros(0), since=since) if "stress" in needs else None
+    stress = None
+    if "stress" in needs:
+        stress = stress_of(each.scene.geometry, problem.striker, force, dt, np.zeros(0), since=since)
     moved = _displacement(problem.target, force, dt) if "displacement" in needs else None
     values = values_of(
         ContactRecord(force, dt, width, moved, stress, landings=landings.seat, asked=choice, stress_since=since)

@@ -30,6 +30,7 @@ from seatfem.study.sweep.table import (
     StudyTable,
     as_frame,
     check_measures,
+    check_sampled,
     divided,
     is_usable,
     measures_of,
@@ -209,7 +210,8 @@ def scenes_of(
         return cases, scene, measures
     changes = [{**each.changed, **settings(scene)} for each in cases]
     try:
-        return divided(study, cases_of(study, rounds, file, changes), scene, measures), scene, measures
+        check_sampled(scene, measures)
+        return divided(study, cases_of(study, rounds, file, changes), measures), scene, measures
     except SceneError as error:
         raise located(error, file) from None
 

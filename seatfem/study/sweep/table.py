@@ -29,7 +29,6 @@ from seatfem.study.impacts.landings import BAR, LANDED, STATUS, has_landed, left
 from seatfem.study.impacts.touches import OF_A_LANDING
 from seatfem.study.method import PORTS, RINGS, is_given
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import lip_of
 from seatfem.study.scene.measures import PREFIXES, Measure, Restitution, all_measures, key_of
 from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep.cases import Case, Changes, columns_of, key_of_case
@@ -246,18 +245,13 @@ PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 def settings(scene: Scene) -> Changes:
     """Return what is changed in all scenes of such a study, besides what varies: the target, and one port."""
-    one_port = {RINGS: scene.seat.elastic is not None, PORTS: lip_of(scene) is not None}
+    one_port = {RINGS: scene.seat.elastic is not None, PORTS: scene.geometry.lip() is not None}
     ports = {key: 1 for key, applies in one_port.items() if applies and not is_given(scene, key)}
     return {"accuracy.target": TIGHTER * scene.accuracy.target, **ports}
 
 
-def divided(study: Study, cases: list[Case], scene: Scene, measures: Sequence[str]) -> list[Case]:
-    """Return the cases: the first as they are, the sample in one round, the others to be marched side by side.
-
-    Raises `SceneError` of a ``scene``, the first of them, that is marched by itself, and of measures that take a run
-    in full.
-    """
-    _check(scene, measures)
+def divided(study: Study, cases: list[Case], measures: Sequence[str]) -> list[Case]:
+    """Return the cases: the first as they are, the sample in one round, the others to be marched side by side."""
     needs, sample = _needs(measures), _sample(study, cases)
 
     def way(place: int, case: Case) -> Case:
@@ -346,7 +340,8 @@ def _share(summary: Mapping[str, object], name: str) -> float:
     return abs(float(bar) / float(value)) if known and value else math.inf  # type: ignore[arg-type]
 
 
-def _check(scene: Scene, measures: Sequence[str]) -> None:
+def check_sampled(scene: Scene, measures: Sequence[str]) -> None:
+    """Raise `SceneError` of a ``scene`` that is marched by itself, and of measures that take a run in full."""
     words = {
         "a gas": scene.gas is not None,
         "a [[spring]]": bool(scene.spring),

@@ -15,9 +15,10 @@ from impact.march.history import Engine
 from seatfem.jobs import processes, worker
 from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.rings import Division
-from seatfem.study.impacts import contact, gas, landings, validity
+from seatfem.study.impacts import contact, landings, validity
 from seatfem.study.impacts.touches import measured, stress_since
-from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method, written
+from seatfem.study.method import FIELDS, REED_BAND, has_key, stated_method, written
+from seatfem.study.planning.plan import Plan
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.sweep.outcome import FAILURES, Outcome
 
@@ -27,9 +28,9 @@ Settings = Mapping[str, object]
 ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # keys left to the planner
 
 
-def stated_choices(scene: Scene, method: RunMethod) -> Settings:
+def stated_choices(plan: Plan) -> Settings:
     """Return everything that decides the fidelity of a planned scene, as settings."""
-    values = {key: method.value(key) for key in FIELDS if has_key(scene, key)}
+    values = {key: plan.method.value(key) for key in FIELDS if has_key(plan.scene, key)}
     return {key: written(key, value) for key, value in values.items() if value is not None}
 
 
@@ -91,7 +92,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
     wall, processor, watch = time.perf_counter(), _processor_time(), Stopwatch()
     method = stated_method(scene)
     if point.in_place:
-        method = method.along(scene, 1)
+        method = method.along(scene.geometry, 1)
     seat = contact.seat_of(scene, method=method.seat, watch=watch, mesh_error=False)
     solved = contact.solved_striker(scene, method=method.reed, mesh_error=False)
     striker = contact.striker_of(scene, method.reed.n_modes, None if solved is None else solved.greens)
@@ -100,13 +101,13 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
     longest = scene.run.filter_width / point.least_steps
     stopper = contact.stopper_of(scene)
     greens = (striker.greens, seat.greens) if stopper is None else (striker.greens, seat.greens, stopper.greens)
-    step = method.time_step or min(longest, contact.fallback_step(scene, *greens))
+    step = method.time_step or min(longest, contact.fallback_step(scene.run, scene.gas, *greens))
     contact.check_length(scene, step, method.seat.division.count)
     with watch("contact"):
         touches = contact.run_contacts(scene, striker, seat.greens, step, engine=point.engine)
     result = touches.seat
-    since, met = stress_since(touches, scene.accuracy.landing), touches.stopper_force
-    stress = contact.stress_of(scene, striker, result.force, result.dt, gas.lift_of(touches), stopper=met, since=since)
+    since = stress_since(touches, scene.accuracy.landing)
+    stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
     never = dict.fromkeys(scene.accuracy.judged, 0.0)
     values = {**never, **measured(touches, scene.run.filter_width, stress, scene.accuracy.landing)}
     about = (

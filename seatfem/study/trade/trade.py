@@ -25,8 +25,9 @@ from seatfem.structures.store import Store
 from seatfem.study.impacts.landings import LANDED, STATUS, has_landed, left_out_in_words
 from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.method import FIELDS, is_given
+from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene import load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.sweep import effects, runner
 from seatfem.study.sweep.outcome import Outcome
@@ -257,9 +258,9 @@ def measure_trade(
     check_writable(journal)
     begun = time.perf_counter()
     empty = Store(journal.parent / "no-store")  # never written: no seat is at hand
-    planned = [_planned(PLANNED, load_scene(path, ALL_OPEN), empty)]
+    planned = [_planned(PLANNED, plan_scene(load_scene(path, ALL_OPEN), store=empty))]
     if any(is_given(scene, key) for key in FIELDS):
-        planned.append(_planned(AS_FILED, scene, empty))
+        planned.append(_planned(AS_FILED, plan_scene(scene, store=empty)))
     planning = time.perf_counter() - begun
     rings = max(int(str(point.settings.get("contact.rings") or 1)) for point in planned)
     rungs = Rungs(scene, rings)
@@ -342,11 +343,10 @@ class _Runs:
         raise TradeError(f"{self.path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
 
 
-def _planned(name: str, scene: Scene, empty: Store) -> Point:
-    """Return the point with the planner's choices for a scene, without a cached seat."""
-    plan = plan_scene(scene, store=empty)
+def _planned(name: str, plan: Plan) -> Point:
+    """Return the point with the planner's choices for a scene."""
     seconds = sum(plan.cost.parts.get(stage, 0.0) for stage in CARRIED_OUT)
-    settings = {**ALL_OPEN, **stated_choices(plan.scene, plan.method)}
+    settings = {**ALL_OPEN, **stated_choices(plan)}
     family = "as given" if plan.level == "closed form" else plan.level
     return Point(name, family, "planned", settings, predicted=seconds)
 
