@@ -2,6 +2,7 @@
 target, 2: wrong input.
 """
 
+import gc
 import os
 import re
 import sys
@@ -41,6 +42,8 @@ __all__ = [
 
 WIDEST: Final = 1000  # most characters of a line of a message
 MOST_LINES: Final = 40
+RARELY: Final = (100_000, 20, 20)
+"""When rings of objects are looked for: modules have none, and looking took a seventh of a short run's time."""
 _KEY: Final = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+(?=: | = )")
 """Begin of a message that names a key of a scene."""
 
@@ -160,6 +163,7 @@ def main() -> None:
     asked for them; before numpy is there, which reads this once. Factorizations keep their threads.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(*RARELY)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without a letter must not end a run

@@ -92,7 +92,7 @@ def run_scene(
         RunError: a time step that cannot resolve the measures asked for, a striker nothing can stop.
         Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
-    start, watch = time.perf_counter(), Stopwatch()
+    start, watch, is_planned = time.perf_counter(), Stopwatch(), plan is None
     check_step(scene)
     safe_files.check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
@@ -124,7 +124,8 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
             gas = () if scene.gas is None else (write_gas(GasRun.from_run(scene, latest.touches), folder / GAS_FILE),)
             write_landings(folder / LANDINGS_FILE, summary["landings"])
-    save_plan(latest)
+    if is_planned or latest.number > 1:
+        save_plan(latest)
     assert baseline is not None
 
     def keep(keys: Mapping[str, object]) -> None:
