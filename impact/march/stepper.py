@@ -285,10 +285,11 @@ class ContactStepper:
                 pulls,
             )  # fmt: skip
         else:
+            swept = True if self._shifted is None else None
             self.unsolved += march_many(
                 start, stop, (self._rows, s.poles.psi, self._along), self._state, self._free, memory, recent,
-                block, s.own, self._laws, self._shifted, self._films, self._user, self._rough, s.dt, s.rest, strides,
-                force, self.gap, self.film.T,
+                block, s.own, self._laws, self._shifted, swept, self._films, self._user, self._rough, s.dt, s.rest,
+                strides, force, self.gap, self.film.T,
             )  # fmt: skip
         for contact in s.problem.contacts:
             if isinstance(contact.law, laws.PlainLaw):

@@ -218,12 +218,12 @@ def march_one(
 
 @compiled(nogil=True)
 def march_many(
-    start, stop, poles, state, free, memory, recent, block, w0, laws, shifted, films, user, rough, dt, rest, strides,
+    start, stop, poles, state, free, memory, recent, block, w0, laws, shifted, swept, films, user, rough, dt, rest, strides,
     force, gap, pulls
 ):
     """Do the same for p contacts: force, pulls and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block), w0
-    (p, p), films (p, 3), the first number 0 of a contact without one; shifted (p, p) of `linear_laws`, None where forces
-    are found by sweeps. Returns how many steps' forces were not found, as
+    (p, p), films (p, 3), the first number 0 of a contact without one; shifted (p, p) of `linear_laws`, or None and
+    ``swept`` where forces are found by sweeps, the other of the two being None: numba leaves out what only such asks for. Returns how many steps' forces were not found, as
     `by_sweeps` says."""
     rows, psi, along = poles
     unsolved = 0
@@ -272,7 +272,7 @@ def march_many(
             pen[c], before[c] = -opening[c], -gap[n, c]
         if shifted is not None:
             active_set_from(shifted, pen, warm, low, held)
-        elif not by_sweeps(codes, rules, numbers, user, rough, films, pen, before, w0, dt, warm):
+        if swept is not None and not by_sweeps(codes, rules, numbers, user, rough, films, pen, before, w0, dt, warm):
             unsolved += 1
         closed = gap[n + 1]
         for c in range(contacts):
