@@ -281,8 +281,8 @@ class ContactStepper:
             pulls = self.film.T[0] if self.film.size else np.zeros(0)
             march_one(
                 start, stop, self._rows, self._state, self._free[:, 0], memory[0], recent[0, 0],
-                block, s.own[0, 0], law, film, self._user, self._rough, s.dt, s.rest[0], strides, force[0], self.gap[:, 0],
-                pulls,
+                block, s.own[0, 0], law, film, self._user, self._rough, s.dt, s.rest[0], strides, force[0],
+                self.gap[:, 0], pulls,
             )  # fmt: skip
         else:
             swept = True if self._shifted is None else None

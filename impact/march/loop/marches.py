@@ -170,14 +170,16 @@ WAIT = 32  # steps until a stride is tried again after one that was too long
 
 @compiled(nogil=True)
 def march_one(
-    start, stop, rows, state, free, memory, recent, block, w0, law, film, user, rough, dt, rest, strides, force, gap, pulls
-):
+    start, stop, rows, state, free, memory, recent, block, w0, law, film, user, rough, dt, rest, strides,
+    force, gap, pulls,
+):  # fmt: skip
     """March the steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
 
     rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
     finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, its numbers (1, k)). film: its three numbers;
-    None: a march without any is compiled on its own, as one is without laws of ``rough`` faces. rest: force carried since ever. strides: lengths, powers and
-    swing of `Strides`; where there are any, force is zero beforehand. pulls (n,): the film's part of the force.
+    None: a march without any is compiled on its own, as one without laws of ``rough`` faces is. rest: force carried
+    since ever. strides: lengths, powers and swing of `Strides`; where there are any, force is zero beforehand. pulls
+    (n,): the film's part of the force.
     """
     q, p = state
     code, rule, numbers = law
@@ -218,13 +220,13 @@ def march_one(
 
 @compiled(nogil=True)
 def march_many(
-    start, stop, poles, state, free, memory, recent, block, w0, laws, shifted, swept, films, user, rough, dt, rest, strides,
-    force, gap, pulls
-):
+    start, stop, poles, state, free, memory, recent, block, w0, laws, shifted, swept, films, user, rough, dt, rest,
+    strides, force, gap, pulls,
+):  # fmt: skip
     """Do the same for p contacts: force, pulls and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block), w0
-    (p, p), films (p, 3), the first number 0 of a contact without one; shifted (p, p) of `linear_laws`, or None and
-    ``swept`` where forces are found by sweeps, the other of the two being None: numba leaves out what only such asks for. Returns how many steps' forces were not found, as
-    `by_sweeps` says."""
+    (p, p), films (p, 3), the first number 0 of a contact without one. Either ``shifted`` (p, p) is that of
+    `linear_laws` and ``swept`` None, or forces are found by sweeps and ``shifted`` is None: what the other asks for is
+    not compiled. Returns how many steps' forces were not found, as `by_sweeps` says."""
     rows, psi, along = poles
     unsolved = 0
     q, v = state

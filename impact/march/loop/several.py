@@ -35,7 +35,8 @@ def active_set(w: Array, pen: Array, force: Array) -> None:
     alone = np.maximum(pen, 0.0) / np.diagonal(w, axis1=-2, axis2=-1)
     if pen.shape[-1] == 2:
         first, between, second = w[..., 0, 0], w[..., 0, 1], w[..., 1, 1]
-        of_second = (pen[..., 1] - between / first * pen[..., 0]) / np.maximum(second - between**2 / first, HELD * second)
+        pivot = np.maximum(second - between**2 / first, HELD * second)
+        of_second = (pen[..., 1] - between / first * pen[..., 0]) / pivot
         both = np.stack([(pen[..., 0] - between * of_second) / first, of_second], axis=-1)
         enough = alone * between[..., None] >= pen[..., ::-1]  # where one of them keeps the other's gap open
         pressed = np.stack([enough[..., 0], enough[..., 1] & ~enough[..., 0]], axis=-1)
