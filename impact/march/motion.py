@@ -345,12 +345,9 @@ def _carry(a, b, shapes, seen, amplitudes, start, state, out):  # type: ignore[n
     steps, contacts = out.shape
     drive = np.empty(state.shape[1])
     for m in range(steps):
-        for k in range(drive.size):
-            drive[k] = 0.0
         for i in range(shapes.shape[0]):
-            f = amplitudes[i, start + m]
             for k in range(drive.size):
-                drive[k] += shapes[i, k] * f
+                drive[k] = shapes[i, k] * amplitudes[i, start + m] + (drive[k] if i else 0.0)
         for k in range(drive.size):
             q, v = state[0, k], state[1, k]
             state[0, k] = a[0, 0, k] * q + a[0, 1, k] * v + b[0, k] * drive[k] + FLOOR

@@ -158,9 +158,8 @@ class ContactStepper:
             prepared.rules,
             march_numbers([c.law.parameters for c in contacts]),
         )
-        linear = self._films is None and p > 1
-        self._shifted = linear_laws(*self._laws, prepared.own) if linear else None
-        self._rough = True if np.any(self._laws[0] >= laws.ROUGH) else None
+        self._shifted = linear_laws(*self._laws, prepared.own) if self._films is None and p > 1 else None
+        self._swept, self._rough = self._shifted is None or None, bool(np.any(self._laws[0] >= laws.ROUGH)) or None
         self._deepest = self._laws[2][:, laws.DEEPEST]
         np.maximum(-self.gap[0], 0.0, out=self._deepest)
 
@@ -285,11 +284,10 @@ class ContactStepper:
                 self.gap[:, 0], pulls,
             )  # fmt: skip
         else:
-            swept = True if self._shifted is None else None
             self.unsolved += march_many(
                 start, stop, (self._rows, s.poles.psi, self._along), self._state, self._free, memory, recent,
-                block, s.own, self._laws, self._shifted, swept, self._films, self._user, self._rough, s.dt, s.rest,
-                strides, force, self.gap, self.film.T,
+                block, s.own, self._laws, self._shifted, self._swept, self._films, self._user, self._rough, s.dt,
+                s.rest, strides, force, self.gap, self.film.T,
             )  # fmt: skip
         for contact in s.problem.contacts:
             if isinstance(contact.law, laws.PlainLaw):

@@ -20,24 +20,11 @@ from cyclopts import App, CycloptsError
 from impact.files.safe_files import FULL
 from seatfem import machine, study
 from seatfem.faces import other_verbs, scene_verbs
-from seatfem.faces import other_verbs as result_verbs
-from seatfem.faces import other_verbs as study_verbs
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
 from seatfem.faces.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, Console, lines
 from seatfem.jobs import folders, processes
 
-__all__ = [
-    "BAD_INPUT",
-    "DEMO_SCENE",
-    "DONE",
-    "FAILED",
-    "INTERRUPTED",
-    "MOST_LINES",
-    "WIDEST",
-    "demo_scene",
-    "main",
-    "run_command",
-]
+__all__ = ["BAD_INPUT", "DEMO_SCENE", "DONE", "FAILED", "INTERRUPTED", "demo_scene", "main", "run_command"]
 
 
 WIDEST: Final = 1000  # most characters of a line of a message
@@ -125,14 +112,14 @@ app = App(
 for verb in (
     scene_verbs.demo,
     scene_verbs.run,
-    result_verbs.report,
-    result_verbs.view,
-    result_verbs.export,
+    other_verbs.report,
+    other_verbs.view,
+    other_verbs.export,
     scene_verbs.plan,
     scene_verbs.draw,
     scene_verbs.trade,
-    study_verbs.sweep,
-    study_verbs.optimise,
+    other_verbs.sweep,
+    other_verbs.optimise,
     scene_verbs.greens,
     scene_verbs.modes,
     other_verbs.init,

@@ -126,7 +126,7 @@ class Cache:
         solved = stored if stored is not None else _serving(self.store.get(key), key, duration)
         if solved is None:
             return None
-        beside = self._model_beside(structure, key)
+        beside = self._model_beside(key)
         if solved is not stored:
             self.write(solved, key, beside)
         where = "the store" if self.path is None else self.path.name
@@ -170,19 +170,14 @@ class Cache:
         if self.path is not None:
             storage.hdf5.save_greens(greens, self.path, key=key)
             if beside is not None:
-                storage.hdf5.save_greens(beside, self._second, key=_beside(key))
+                storage.hdf5.save_greens(beside, _next_to(self.path), key=_beside(key))
 
-    @property
-    def _second(self) -> Path:
-        assert self.path is not None
-        return self.path.with_name(f"{self.path.stem}_coarser.h5")
-
-    def _model_beside(self, structure: Structure, key: str) -> GreensFunction | None:
+    def _model_beside(self, key: str) -> GreensFunction | None:
         """Return the model in rings, on a coarser mesh, from the store or else from the folder of the run."""
         stored = self.store.get(_beside(key))
-        if stored is None and self.path is not None and structure.traits.is_kept and self._second.is_file():
-            with suppress(storage.hdf5.StorageError, OSError):
-                return storage.hdf5.load_greens(self._second, key=_beside(key))
+        with suppress(storage.hdf5.StorageError, OSError):
+            if stored is None and self.path is not None and _next_to(self.path).is_file():
+                return storage.hdf5.load_greens(_next_to(self.path), key=_beside(key))
         return stored
 
     def _is_own(self, structure: Structure) -> bool:
@@ -196,6 +191,10 @@ def _age(path: Path) -> int:
         return path.stat().st_mtime_ns
     except OSError:
         return 0
+
+
+def _next_to(path: Path) -> Path:
+    return path.with_name(f"{path.stem}_coarser.h5")
 
 
 def _beside(key: str) -> str:

@@ -189,7 +189,7 @@ def average(mesh: PlateMesh, *patches: Patch, names: Sequence[str] = ("port",)) 
 def deflections(mesh: PlateMesh, nodal: Array, points: Array) -> Array:
     """Return the (q,) deflections at points (q, 2) [m], by those (n,) at the nodes. Raises as `average`."""
     cells, inside = located(mesh, points, np.full(len(points), "a point"))
-    return np.asarray(_interpolate(mesh.cells[cells], inside, nodal))
+    return np.asarray(np.einsum("qk,qk->q", shapes_at(inside)[0], nodal[mesh.cells[cells]]))
 
 
 def everywhere(mesh: PlateMesh) -> Array:
@@ -402,14 +402,3 @@ def _locate(nodes: Array, points: Array) -> tuple[Integers, Array]:
         last = cells[q] if best <= 1 + _INSIDE else -1
         start[0], start[1] = coordinates[q, 0], coordinates[q, 1]
     return cells, coordinates
-
-
-@njit(cache=True)
-def _interpolate(cells: Integers, inside: Array, nodal: Array) -> Array:
-    """Return (q,) values at reference coordinates (q, 2) of elements of nodes (q, 9), from those (n,) at the nodes."""
-    result, values, slopes = np.zeros(len(cells)), np.empty(9), np.empty((9, 2))
-    for q in range(len(cells)):
-        _nine_shapes(inside[q, 0], inside[q, 1], values, slopes)
-        for k in range(9):
-            result[q] += values[k] * nodal[cells[q, k]]
-    return result

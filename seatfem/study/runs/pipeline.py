@@ -146,17 +146,8 @@ def run_scene(
             strains = runs.pictures.gauge_pictures(scene, latest.touches)
             more = [drawing, *of_lip, *of_gas, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
-            drawn, gaps = runs.pictures.draw_run(
-                scene,
-                latest.plan.method,
-                latest.seat,
-                *results,
-                folder,
-                progress,
-                more,
-                painter,
-                summary["landings"],
-            )
+            bodies = (latest.plan.method, latest.seat, *results)
+            drawn, gaps = runs.pictures.draw_run(scene, *bodies, folder, progress, more, painter, summary["landings"])
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
             write_json(folder / SUMMARY_FILE, summary)
