@@ -9,6 +9,7 @@ force N(p) at a penetration p,
 is solved at some instants, between which the forces are taken as straight lines.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -120,7 +121,7 @@ def _pressing(contacts: tuple[Contact, ...], compliance: Array, opening: Array) 
     """Return the (m, p) forces at openings (m, p) [m -> N], of many contacts one instant after the other."""
     force = np.zeros(opening.shape)
     curved = any(contact.law.code not in (laws.SIGNORINI, laws.SPRING, laws.USER) for contact in contacts)
-    parts = [slice(None)] if len(contacts) <= FEW else list(range(len(opening)))
+    parts: Sequence[slice | int] = [slice(None)] if len(contacts) <= FEW else range(len(opening))
     for row, part in enumerate(parts):
         pressed = force[part]
         if row:
