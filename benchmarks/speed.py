@@ -1,6 +1,7 @@
-"""How fast the march and studies are: docs/performance.md, from the tables that this script leaves in results/.
+"""What a user waits for, and how studies and factors grow: docs/performance.md, from the tables that this script
+leaves in results/.
 
-    python benchmarks/speed.py [march | costs | studies | precision ...]
+    python benchmarks/speed.py [waits | studies | precision ...]
 
 measures the tables named, by default all; others stay as they were found. Some minutes of a processor that has nothing
 else to do.
@@ -9,7 +10,6 @@ else to do.
 from __future__ import annotations
 
 import json
-import math
 import os
 import subprocess
 import sys
@@ -20,13 +20,8 @@ from typing import Final
 
 import numpy as np
 import skfem
-from numba import njit
-from table import RESULTS, Table, best, in_words, publish
+from table import RESULTS, Table, in_words, publish, timed
 
-import impact
-from impact.march.history import BLOCK, MEASURED, BlockedSum, Poles
-from impact.march.prepared import Prepared, prepare
-from impact.march.stepper import ContactStepper
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import Material, SecondOrderModel
 from seatfem.structures.store import VARIABLE
@@ -36,8 +31,6 @@ from seatfem.study.sweep.outcome import Outcome, carry_out
 from seatfem.study.sweep.side_by_side import side_by_side
 from seatfem.study.sweep.table import settings
 
-DT: Final = 1e-6
-STEPS: Final = 100_000
 SLEEVE: Final = Path(__file__).parents[1] / "examples" / "flapper_on_peek_sleeve.toml"
 PAGE: Final = Path(__file__).parents[1] / "docs" / "performance.md"
 ROUNDS, SCENES, LANES = 4, 20, 64  # of a study
@@ -53,26 +46,53 @@ carry over to other machines, times do not.
 """
 
 
-def modal_seat(modes: int, ports: int = 1) -> impact.ModalGreens:
-    """Return random modes between 1 kHz and 80 kHz, 1 % damping, with a passive exponential residual."""
-    rng = np.random.default_rng(modes)
-    omega = np.sort(rng.uniform(6e3, 5e5, modes))
-    residual = impact.Residual.exponential(1e-8 * np.eye(ports), 1e-3 * np.eye(ports))
-    names = tuple(str(k) for k in range(ports))
-    return impact.ModalGreens(omega, np.full(modes, 0.01), rng.normal(size=(modes, ports)), residual, names)
+BARE: Final = ("-c", "import numpy, scipy.linalg, h5py, numba, pydantic")
+MASS: Final = """
+[seat]
+kind = "spring"
+{stiffness} = "1e7 N/m"
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-1 m/s"
+[run]
+duration = "1 ms"
+"""
+ERRANDS: Final = (  # what it is, its arguments, how often it is timed, its limit
+    ("a wrong key", ("run", "wrong.toml"), 3, "1.6 times"),
+    ("a mass on a spring, first after installation", ("run", "mass.toml", "--no-pictures"), 1, ""),
+    ("the same again", ("run", "mass.toml", "--no-pictures"), 3, "1.6 times"),
+    ("demo without pictures, first after installation", ("demo", "--no-pictures"), 1, "15 s"),
+    ("the same again", ("demo", "--no-pictures"), 2, "2.5 s"),
+    ("the same with pictures", ("demo",), 2, "5 s"),
+)
 
 
-def throw(poles: int, ports: int = 1) -> impact.ContactProblem:
-    """Return a rigid mass that meets a modal seat at some ports, with ``poles`` poles in all."""
-    seat = impact.Body(modal_seat(poles - 1 - ports, ports))
-    contacts = [impact.Contact(seat, port=k, gap=1e-4, law=impact.Hertz(stiffness=1e9)) for k in range(ports)]
-    return impact.ContactProblem(impact.rigid_mass(mass=0.01, velocity=-1.0), contacts=contacts)
+def waits_table() -> Table:
+    """Return the processor time of whole processes, with a cache of compiled code and a store that are empty at first,
+    over that of the imports without which nothing runs."""
+    rows, bare = [], list[float]()
+    with tempfile.TemporaryDirectory() as folder:
+        env = os.environ | {"NUMBA_CACHE_DIR": f"{folder}/numba", VARIABLE: f"{folder}/store", "NUMBA_NUM_THREADS": "1"}
+        env |= {"PYTHONPATH": str(Path(__file__).parents[1])}
+        for name, word in (("wrong", "stifness"), ("mass", "stiffness")):
+            Path(folder, f"{name}.toml").write_text(MASS.format(stiffness=word), encoding="utf-8")
 
+        def whole(*arguments: str) -> float:
+            command = [sys.executable, *arguments]
+            return timed(lambda: subprocess.run(command, cwd=folder, env=env, capture_output=True, check=False))[1]
 
-def throw_on_rod(steps_per_pass: int = 1000) -> impact.ContactProblem:
-    """Return a rigid mass on an undamped rod, which has no poles but exact step weights."""
-    rod = impact.fixed_rod(young=2e11, density=7850.0, area=1e-4, length=5047.5 * DT * steps_per_pass)
-    return impact.ContactProblem(impact.rigid_mass(mass=0.01, velocity=-1.0), impact.Body(rod))
+        for errand, arguments, count, limit in ERRANDS:
+            taken = []
+            for _ in range(count):  # in turn, so that both see the same machine
+                bare.append(whole(*BARE))
+                taken.append(whole("-m", "seatfem", *arguments))
+            rows.append((errand, f"{min(taken):.3g}", f"{min(taken) / min(bare[-count:]):.2g}", limit))
+    notes = (
+        f"Processor time of whole processes, one thread; the imports of numpy, scipy.linalg, h5py, numba and pydantic "
+        f"alone took {min(bare):.2g} s. Limits: over these, or of wall time on an idle machine.",
+    )
+    return Table("What a user waits for", notes, ("errand", "processor time [s]", "over imports", "limit"), tuple(rows))
 
 
 def block(cells: int) -> SecondOrderModel:
@@ -81,93 +101,6 @@ def block(cells: int) -> SecondOrderModel:
     mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, a, n + 1) for a, n in sides))
     named = {"contact": lambda x: x[2] > 8e-3 - 1e-9, "fixed": lambda x: x[2] < 1e-9}
     return assemble(mesh.with_boundaries(named), Material(200e9, 0.3, 7850.0), order=2)
-
-
-@njit(fastmath=True)
-def stream(rows, q, p, steps):  # type: ignore[no-untyped-def]
-    """Read what the recursion reads, write what it writes, add what must be added to use it."""
-    a, b, c, d, e = rows[0], rows[1], rows[2], rows[3], rows[4]
-    for _ in range(steps):
-        for k in range(q.size):
-            q[k] = q[k] + a[k] + b[k]
-            p[k] = p[k] + c[k] + d[k] + e[k]
-
-
-def march_table() -> Table:
-    """Return the time per pole and step, beside a loop that only moves the same memory."""
-    rows = []
-    for poles in (10, 50, 100, 400, 1000):
-        prepared = prepare(throw(poles), DT, STEPS * DT, engine="poles")
-        ContactStepper(prepared).advance(10)
-        coefficients, q, p = prepared.poles.folded(), np.zeros(poles), np.zeros(poles)
-        stream(coefficients, q, p, 10)
-        march, moved = np.inf, np.inf
-        for _ in range(15):  # interleaved, so that both see the same machine
-            stepper = ContactStepper(prepared)
-            march = min(march, best(lambda s=stepper: s.advance(STEPS), 1))
-            moved = min(moved, best(lambda r=coefficients, q=q, p=p: stream(r, q, p, STEPS), 1))
-        scale = 1e9 / STEPS / poles
-        rows.append((str(poles), f"{march * scale:.2f}", f"{moved * scale:.2f}", f"{march / moved:.1f}"))
-    notes = (
-        f"A rigid mass on a modal seat with a Hertz law, one core, {STEPS} steps, the shortest of 15 interleaved runs.",
-        "Aim at 400 poles: at most 0.6 ns per pole and step, within 3 times the streaming loop.",
-    )
-    columns = ("poles", "march, ns per pole and step", "streaming loop, ns", "ratio")
-    return Table("Pole recursion", notes, columns, tuple(rows))
-
-
-def march_seconds(prepared: Prepared, repeats: int = 7) -> float:
-    """Return the shortest time of a whole march [s]."""
-    ContactStepper(prepared).advance(10)
-    return best(lambda: ContactStepper(prepared).advance(prepared.steps), repeats)
-
-
-def pole_costs(n: int = 20_000) -> tuple[float, float]:
-    """Return the time of a pole's step with one contact, and what each further contact adds [s]."""
-
-    def slope(contacts: int) -> float:
-        few, many = (march_seconds(prepare(throw(k, contacts), DT, n * DT)) for k in (100, 500))
-        return (many - few) / 400 / n
-
-    one, two, four = slope(1), slope(2), slope(4)
-    return one, ((two - one) + (four - one) / 3) / 2
-
-
-def fft_costs(n: int = 1 << 19) -> tuple[float, float, float]:
-    """Return the times of a transform, a product and a call, each on its own [s]."""
-    rng = np.random.default_rng(0)
-
-    def folding(n: int, block: int) -> float:
-        weights, force, rest = rng.normal(size=(1, 1, n)), np.ones((1, n)), np.zeros(1)
-
-        def run() -> None:
-            blocked = BlockedSum(weights, block)
-            for done in range(1, n // block):
-                blocked.fold(force, rest, done)
-
-        return best(run, 5)
-
-    call = folding(4096, 4) / (4096 / 4)
-    spectra, past = rng.normal(size=(4, 4, 1 << 14)) + 0j, rng.normal(size=(4, 1 << 14)) + 0j
-    product = best(lambda: np.einsum("cdf,df->cf", spectra, past), 20) / 16 / (1 << 14)
-    levels = [BLOCK << i for i in range(int(math.log2(n / BLOCK)))]
-    rest_of_it = folding(n, BLOCK) - n / BLOCK * call - n / 2 * len(levels) * product
-    return rest_of_it / (n / 2) / sum(math.log2(2 * size) for size in levels), product, call
-
-
-def costs_table() -> Table:
-    """Return the constants of the cost model beside those in use."""
-    poles, steps, direct = 4000, 1_000_000, 20_000
-    greens = modal_seat(poles)
-    seen, own = Poles.from_bodies([(greens, np.ones((1, 1)))], DT, 1), greens.step_matrix(DT)
-    measured = dict(zip(("pole", "pole_contact"), pole_costs(), strict=True))
-    measured["weight"] = best(lambda: seen.weights(own, steps), 2) / steps / poles
-    whole = march_seconds(prepare(throw_on_rod(), DT, direct * DT, engine="direct"), 5)
-    measured["multiply"] = whole / (direct**2 / 2)
-    measured |= zip(("transform", "product", "call"), fft_costs(), strict=True)
-    rows = [(name, f"{1e9 * value:.3g}", f"{1e9 * getattr(MEASURED, name):.3g}") for name, value in measured.items()]
-    notes = ("Constants of `impact.march.history.CostModel` [ns], by which the program chooses between poles and FFT.",)
-    return Table("Cost model", notes, ("constant", "measured in this run", "in use"), tuple(rows))
 
 
 def reeds(count: int) -> list[dict[str, object]]:
@@ -279,9 +212,8 @@ def precision_table() -> Table:
 
 
 TABLES: Final = {
+    "waits": waits_table,
     "studies": studies_table,
-    "march": march_table,
-    "costs": costs_table,
     "precision": precision_table,
 }
 

@@ -9,6 +9,7 @@ force N(p) at a penetration p,
 is solved at some instants, between which the forces are taken as straight lines.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -28,7 +29,7 @@ INSTANTS: Final = 4096  # most instants at which one contact or two are solved
 INSTANTS_OF_MANY: Final = 512  # most instants at which a lip in arcs is solved, whose equations are larger
 FEW: Final = 2  # most contacts that are solved at `INSTANTS`
 SOFT: Final = 1e-4  # share of a load that the springs bear which hold a free body in place of the contact
-SECANTS: Final = 12  # secant steps for a law that stiffens with the force: each divides the error by three or more
+SECANTS: Final = 24  # secant steps for a law that stiffens with the force: each divides the error by three or more
 ROUND_OFF: Final = 1e-12
 
 
@@ -66,14 +67,8 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     held = modal is None or bool(np.all(modal.omega)) or bool(np.any(problem.striker.load_amplitudes(time)))
     if np.all(opening >= 0) or not held:
         return StaticLoad(np.zeros(1), np.zeros(1), np.zeros(1))
-    force, seats = np.zeros(opening.shape), np.array([contact.side > 0 for contact in problem.contacts])
-    pressed = np.zeros(len(seats))
-    for row, gap in enumerate(opening):
-        if row and np.array_equal(gap, opening[row - 1]):
-            force[row] = force[row - 1]
-            continue
-        pressed = _pressing(problem.contacts, compliance, gap, pressed)
-        force[row] = pressed
+    seats = np.array([contact.side > 0 for contact in problem.contacts])
+    force = _pressing(problem.contacts, compliance, opening)
     return StaticLoad(time, force[:, seats].sum(axis=1), force[:, ~seats].sum(axis=1))
 
 
@@ -122,22 +117,29 @@ def _statics(body: Body, pushed: Array, reach: float) -> tuple[Array, Array]:
     return np.asarray(modal.shapes.T @ ((shapes.T @ pushed) / square[:, None])), compliance
 
 
-def _pressing(contacts: tuple[Contact, ...], compliance: Array, gap: Array, before: Array) -> Array:
-    """Return the (p,) forces at openings (p,) [m -> N]; ``before``: those of the last instant, to begin with."""
-    force = before.copy()
+def _pressing(contacts: tuple[Contact, ...], compliance: Array, opening: Array) -> Array:
+    """Return the (m, p) forces at openings (m, p) [m -> N], of many contacts one instant after the other."""
+    force = np.zeros(opening.shape)
     curved = any(contact.law.code not in (laws.SIGNORINI, laws.SPRING, laws.USER) for contact in contacts)
-    for _ in range(SECANTS if curved else 1):
-        yields = np.array([_secant(contact, float(pushed)) for contact, pushed in zip(contacts, force, strict=True)])
-        active_set(compliance + np.diag(yields), -gap, force)
+    parts: Sequence[slice | int] = [slice(None)] if len(contacts) <= FEW else range(len(opening))
+    for row, part in enumerate(parts):
+        pressed = force[part]
+        if row:
+            pressed[:] = force[row - 1]
+            if np.array_equal(opening[row], opening[row - 1]):
+                continue
+        for _ in range(SECANTS if curved else 1):
+            yields = np.stack([_secant(each, pressed[..., k]) for k, each in enumerate(contacts)], axis=-1)
+            active_set(compliance + yields[..., None] * np.eye(len(contacts)), -opening[part], pressed)
     return force
 
 
-def _secant(contact: Contact, force: float) -> float:
-    """Return the penetration over the force of a law at this force [m/N]; 0 of a law that does not yield at rest."""
+def _secant(contact: Contact, force: Array) -> Array:
+    """Return the penetration over the force of a law at forces [m/N]; 0 of a law that does not yield at rest."""
     law = contact.law
     if law.code == laws.SPRING:
-        return 1 / law.parameters[0]
-    return law.closure(force) / force if force > 0 else 0.0
+        return np.full(force.shape, 1 / law.parameters[0])
+    return np.array([law.closure(float(each)) / each if each > 0 else 0.0 for each in force.flat]).reshape(force.shape)
 
 
 def spring_displacements(body: Body, force: Array, dt: float, weights: Array | None = None) -> Array:

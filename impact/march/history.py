@@ -235,8 +235,7 @@ class CostModel:
         return cost
 
 
-# Measured by benchmarks/speed.py on one core of an AVX-512 server processor at 2.6 GHz; the choice between engines
-# depends on ratios only.
+# Measured on one core of an AVX-512 server processor at 2.6 GHz; the choice between engines depends on ratios only.
 MEASURED = CostModel(
     pole=0.33e-9,
     pole_contact=0.2e-9,

@@ -303,7 +303,7 @@ class LiveLoads:
         if loads and greens is not None:  # a Body with loads is modal
             self._a, self._b = oscillator.transition(striker.dt, greens.omega, greens.zeta)
             self._shapes = np.stack([load.shape for load in loads])
-            self._seen = (greens.shapes @ directions).T
+            self._seen = np.ascontiguousarray((greens.shapes @ directions).T)
             self.state = np.zeros((2, len(greens.omega)))
 
     def record(self, step: int, amplitudes: Array) -> None:
@@ -339,17 +339,21 @@ class LiveLoads:
         return out
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
 def _carry(a, b, shapes, seen, amplitudes, start, state, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Move oscillators under known amplitudes, from step ``start`` on; out (m, p) is filled."""
     steps, contacts = out.shape
+    drive = np.empty(state.shape[1])
     for m in range(steps):
-        for k in range(state.shape[1]):
-            f = 0.0
-            for i in range(shapes.shape[0]):
-                f += shapes[i, k] * amplitudes[i, start + m]
+        for i in range(shapes.shape[0]):
+            for k in range(drive.size):
+                drive[k] = shapes[i, k] * amplitudes[i, start + m] + (drive[k] if i else 0.0)
+        for k in range(drive.size):
             q, v = state[0, k], state[1, k]
-            state[0, k] = a[0, 0, k] * q + a[0, 1, k] * v + b[0, k] * f + FLOOR
-            state[1, k] = a[1, 0, k] * q + a[1, 1, k] * v + b[1, k] * f + FLOOR
-            for c in range(contacts):
-                out[m, c] += seen[c, k] * state[0, k]
+            state[0, k] = a[0, 0, k] * q + a[0, 1, k] * v + b[0, k] * drive[k] + FLOOR
+            state[1, k] = a[1, 0, k] * q + a[1, 1, k] * v + b[1, k] * drive[k] + FLOOR
+        for c in range(contacts):
+            moved = 0.0
+            for k in range(drive.size):
+                moved += seen[c, k] * state[0, k]
+            out[m, c] = moved

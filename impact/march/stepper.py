@@ -28,6 +28,7 @@ from impact.bodies.body import Body, Load
 from impact.greens.base import Array
 from impact.march import history, laws, motion
 from impact.march.loop.marches import march_many, march_one
+from impact.march.loop.several import linear_laws
 from impact.march.prepared import BLOCK as FLIGHT
 from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import ContactError
@@ -157,6 +158,8 @@ class ContactStepper:
             prepared.rules,
             march_numbers([c.law.parameters for c in contacts]),
         )
+        self._shifted = linear_laws(*self._laws, prepared.own) if self._films is None and p > 1 else None
+        self._swept, self._rough = self._shifted is None or None, bool(np.any(self._laws[0] >= laws.ROUGH)) or None
         self._deepest = self._laws[2][:, laws.DEEPEST]
         np.maximum(-self.gap[0], 0.0, out=self._deepest)
 
@@ -224,7 +227,7 @@ class ContactStepper:
     def _states(self, done: int) -> dict[str, Array]:
         """Return everything that the future depends on after ``done`` steps, as arrays to read and to write into."""
         films = {"film": self.film[:done]} if self.film.size else {}
-        if np.any(self._laws[0] >= laws.ROUGH):
+        if self._rough:
             films["deepest"] = self._deepest
         return films | {
             "force": self.force[:done],
@@ -277,12 +280,14 @@ class ContactStepper:
             pulls = self.film.T[0] if self.film.size else np.zeros(0)
             march_one(
                 start, stop, self._rows, self._state, self._free[:, 0], memory[0], recent[0, 0],
-                block, s.own[0, 0], law, film, self._user, s.dt, s.rest[0], strides, force[0], self.gap[:, 0], pulls,
+                block, s.own[0, 0], law, film, self._user, self._rough, s.dt, s.rest[0], strides, force[0],
+                self.gap[:, 0], pulls,
             )  # fmt: skip
         else:
             self.unsolved += march_many(
                 start, stop, (self._rows, s.poles.psi, self._along), self._state, self._free, memory, recent,
-                block, s.own, self._laws, self._films, self._user, s.dt, s.rest, strides, force, self.gap, self.film.T,
+                block, s.own, self._laws, self._shifted, self._swept, self._films, self._user, self._rough, s.dt,
+                s.rest, strides, force, self.gap, self.film.T,
             )  # fmt: skip
         for contact in s.problem.contacts:
             if isinstance(contact.law, laws.PlainLaw):

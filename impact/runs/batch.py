@@ -17,7 +17,7 @@ from impact.after.measures import MERGE
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.history import aligned
-from impact.march.laws import DEEPEST, PlainLaw
+from impact.march.laws import DEEPEST, ROUGH, PlainLaw
 from impact.march.loop.marches import LANES, march_lanes
 from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, prepare
@@ -97,7 +97,7 @@ def solve_many(
     moving = _in_translation(problem.striker)
     reach = 0.0 if moving is None else moving.velocity_of(contact.striker_port)
     closing = contact.target.velocity_of(contact.port) - reach * scales[1]
-    user = getattr(contact.law, "compiled", None)
+    user, rough = getattr(contact.law, "compiled", None), True if contact.law.code >= ROUGH else None
 
     def run(scenes: NDArray[np.int64]) -> int:
         lanes = np.resize(scenes, LANES)  # a last group that is not full repeats its scenes
@@ -107,7 +107,7 @@ def solve_many(
         law = (contact.law.code, int(prepared.rules[0]), noted := numbers.copy())
         np.maximum(-(s[0] + free[0, 0] + free[1, 0] * s[1] + free[2, 0] * s[2]), 0.0, out=noted[:, DEEPEST])
         state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
-        march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, opening, out[6])
+        march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, rough, dt, history, opening, out[6])
         _measure(history, dt, MERGE, filter_width or 0.0, out)
         results[:, scenes] = out[:, : len(scenes)]
         if force is not None and gap is not None:

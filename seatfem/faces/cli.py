@@ -2,6 +2,7 @@
 target, 2: wrong input.
 """
 
+import gc
 import os
 import re
 import sys
@@ -19,28 +20,17 @@ from cyclopts import App, CycloptsError
 from impact.files.safe_files import FULL
 from seatfem import machine, study
 from seatfem.faces import other_verbs, scene_verbs
-from seatfem.faces import other_verbs as result_verbs
-from seatfem.faces import other_verbs as study_verbs
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
 from seatfem.faces.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, Console, lines
 from seatfem.jobs import folders, processes
 
-__all__ = [
-    "BAD_INPUT",
-    "DEMO_SCENE",
-    "DONE",
-    "FAILED",
-    "INTERRUPTED",
-    "MOST_LINES",
-    "WIDEST",
-    "demo_scene",
-    "main",
-    "run_command",
-]
+__all__ = ["BAD_INPUT", "DEMO_SCENE", "DONE", "FAILED", "INTERRUPTED", "demo_scene", "main", "run_command"]
 
 
 WIDEST: Final = 1000  # most characters of a line of a message
 MOST_LINES: Final = 40
+RARELY: Final = (100_000, 20, 20)
+"""When rings of objects are looked for: modules have none, and looking took a seventh of a short run's time."""
 _KEY: Final = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+(?=: | = )")
 """Begin of a message that names a key of a scene."""
 
@@ -122,14 +112,14 @@ app = App(
 for verb in (
     scene_verbs.demo,
     scene_verbs.run,
-    result_verbs.report,
-    result_verbs.view,
-    result_verbs.export,
+    other_verbs.report,
+    other_verbs.view,
+    other_verbs.export,
     scene_verbs.plan,
     scene_verbs.draw,
     scene_verbs.trade,
-    study_verbs.sweep,
-    study_verbs.optimise,
+    other_verbs.sweep,
+    other_verbs.optimise,
     scene_verbs.greens,
     scene_verbs.modes,
     other_verbs.init,
@@ -160,6 +150,7 @@ def main() -> None:
     asked for them; before numpy is there, which reads this once. Factorizations keep their threads.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(*RARELY)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without a letter must not end a run

@@ -248,18 +248,8 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         landings = faces.tables.landings_of(outcome.summary)
         if len(landings) > 1 and (table := faces.tables.landings_table(landings)):  # of one, the table above has all
             wide.print(table)
-        for words in filter(
-            None,
-            (
-                each(outcome.summary)
-                for each in (
-                    faces.verdict.pressed_on,
-                    faces.verdict.horizon,
-                    faces.verdict.simpler,
-                    faces.verdict.lasting,
-                )
-            ),
-        ):
+        sentences = (faces.verdict.pressed_on, faces.verdict.horizon, faces.verdict.simpler, faces.verdict.lasting)
+        for words in filter(None, (each(outcome.summary) for each in sentences)):
             wide.print(words, soft_wrap=True)
     tell(outcome, common, kept)
     if common.quiet and outcome.met is False:  # an exit code alone explains nothing

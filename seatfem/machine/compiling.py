@@ -10,7 +10,7 @@ from seatfem.machine.resources import Machine, cores
 
 MARCHES: Final = (march_one, march_many)
 """Compiled marches, of one and of many contacts: a run needs one, error bars the second. Other loops take little."""
-EACH: Final = 2.7  # time to compile one of them over that of the program's start: 15.3 s both, with a start of 2.8 s
+EACH: Final = 1.9  # time to compile one of them over that of the start: 10.7 s both, with a start of 2.8 s
 
 
 def compilation(rates: Machine) -> float:

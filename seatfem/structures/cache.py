@@ -8,7 +8,7 @@ import math
 import sys
 import warnings
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -110,7 +110,8 @@ class Cache:
     of another key: it is computed again.
 
     Attributes:
-        path: file of the run, which holds the function afterwards, whatever its origin; ``None``: the folder alone.
+        path: file of the run, which holds the function afterwards, whatever its origin; ``None``: the folder alone. The
+            function of the coarser mesh lies next to it.
         store: of functions by hash; default: the user's. Those of finite elements go there, behind the function of the
             coarser mesh and of the patch in rings, so that error bars stay known.
     """
@@ -125,13 +126,14 @@ class Cache:
         solved = stored if stored is not None else _serving(self.store.get(key), key, duration)
         if solved is None:
             return None
+        beside = self._model_beside(key)
         if solved is not stored:
-            self._save(solved, key)
+            self.write(solved, key, beside)
         where = "the store" if self.path is None else self.path.name
         about: dict[str, object] = {"seat_model": f"kept in {where}"}
         if isinstance(size := solved.provenance.get("dof"), int):
             about["seat_dof"] = size
-        return _with_errors(solved, self.store.get(_beside(key)), about)
+        return _with_errors(solved, beside, about)
 
     @contextmanager
     def claimed(self, structure: Structure, key: str) -> Iterator[bool]:
@@ -160,12 +162,23 @@ class Cache:
             except StoreError as problem:
                 warn(f"the seat is not kept for later runs: {problem}")
         if not self._is_own(structure):
-            self._save(greens, key)
+            self.write(greens, key, solved.in_rings)
         return replace(solved, greens=greens)
 
-    def _save(self, greens: GreensFunction, key: str) -> None:
+    def write(self, greens: GreensFunction, key: str, beside: GreensFunction | None) -> None:
+        """Write the file of the run, and next to it the model ``beside``, which gives its errors of mesh and patch."""
         if self.path is not None:
             storage.hdf5.save_greens(greens, self.path, key=key)
+            if beside is not None:
+                storage.hdf5.save_greens(beside, _next_to(self.path), key=_beside(key))
+
+    def _model_beside(self, key: str) -> GreensFunction | None:
+        """Return the model in rings, on a coarser mesh, from the store or else from the folder of the run."""
+        stored = self.store.get(_beside(key))
+        with suppress(storage.hdf5.StorageError, OSError):
+            if stored is None and self.path is not None and _next_to(self.path).is_file():
+                return storage.hdf5.load_greens(_next_to(self.path), key=_beside(key))
+        return stored
 
     def _is_own(self, structure: Structure) -> bool:
         """Return whether the file of the run is one that the structure itself is read from."""
@@ -178,6 +191,10 @@ def _age(path: Path) -> int:
         return path.stat().st_mtime_ns
     except OSError:
         return 0
+
+
+def _next_to(path: Path) -> Path:
+    return path.with_name(f"{path.stem}_coarser.h5")
 
 
 def _beside(key: str) -> str:

@@ -19,11 +19,10 @@ SEAT = ModalGreens(
 
 def contact_forces(codes, rules, numbers, user, pen, start, w, dt, force) -> bool:  # type: ignore[no-untyped-def]
     """The forces of one step without films, as `march_many` finds them, in place; whether they were found."""
-    linear, shifted = linear_laws(codes, rules, numbers, w)
-    if linear:
+    if (shifted := linear_laws(codes, rules, numbers, w)) is not None:
         active_set(shifted, pen, force)
         return True
-    return bool(by_sweeps(codes, rules, numbers, user, None, pen, start, w, dt, force))
+    return bool(by_sweeps(codes, rules, numbers, user, None, None, pen, start, w, dt, force))
 
 
 def compliance(kind: str, p: int, rng: np.random.Generator) -> np.ndarray:

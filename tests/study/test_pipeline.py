@@ -19,6 +19,7 @@ from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import main
 from seatfem.pictures import plots
 from seatfem.structures.cache import CacheWarning
+from seatfem.structures.store import VARIABLE
 from seatfem.study.impacts.contact import fallback_step, striker_of
 from seatfem.study.impacts.touches import SOURCES
 from seatfem.study.runs import pictures, pipeline
@@ -222,6 +223,17 @@ def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path:
     assert again.summary["greens_error"] == first["greens_error"]
     load_greens(again.folder / "seat.h5")
     assert run(BAR.replace("100 kHz", "90 kHz"), tmp_path / "three").summary["seat_reused"] is False
+
+
+def test_a_seat_in_the_folder_keeps_its_error_bars(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the store is empty: the coarser mesh's function lies next to it, and is used again, too."""
+    first = run(BAR, tmp_path / "one").summary
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "empty"))
+    again = run(BAR, tmp_path / "one").summary
+    assert again["seat_reused"] is True
+    assert again["error_mesh_impulse_Ns"] == pytest.approx(first["error_mesh_impulse_Ns"], rel=1e-6)
+    (tmp_path / "one" / "seat_coarser.h5").unlink()
+    assert run(BAR, tmp_path / "one").summary["error_mesh_impulse_Ns"] != again["error_mesh_impulse_Ns"]
 
 
 def test_seats_from_other_programs_files(tmp_path: Path) -> None:

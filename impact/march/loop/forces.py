@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from impact.march.laws import BLENDED, FAR, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
 from impact.march.loop.compiled import compiled
 
@@ -92,7 +94,7 @@ def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):
     r_high = high - law_force(code, a, b, c, user, pen - w0 * high, pen_start, dt)
     if r_high <= 0.0:
         return high
-    n, top, side = high, high, 0
+    n, top, side = high, high, np.int64(0)  # a literal zero would be a type of its own, compiled again
     for count in range(200):
         n = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)
         r = n - law_force(code, a, b, c, user, pen - w0 * n, pen_start, dt)
@@ -114,7 +116,7 @@ def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
     force = step_force(code, a, b, c, pen, pen_start, dt, share)
     if force <= 0.0 or w0 <= 0.0:
         return force
-    low, high, r_high, side = pen - w0 * force, pen, w0 * force, 0
+    low, high, r_high, side = pen - w0 * force, pen, w0 * force, np.int64(0)
     if pen_start <= 0.0:
         low = max(low, 0.0)  # pen > 0 here, and where the end is open there is no force
     r_low = low + w0 * step_force(code, a, b, c, low, pen_start, dt, share) - pen
@@ -208,7 +210,7 @@ def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
     k, floor, tension = film
     stiff = stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
     share = stiff * stiff / (1.0 + stiff * stiff)
-    pressed, pulled, side = step_force(code, a, b, c, 0.0, pen_start, dt, share), 0.0, 0
+    pressed, pulled, side = step_force(code, a, b, c, 0.0, pen_start, dt, share), 0.0, np.int64(0)
     low, high, r_low, r_high = pen - w0 * pressed, 0.0, 0.0, w0 * pressed - pen
     for count in range(200):
         p = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)

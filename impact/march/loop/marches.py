@@ -16,7 +16,7 @@ from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import contact_force, filmed_force
 from impact.march.loop.joints import joint_step, remember
 from impact.march.loop.past import FLOOR, Vectors, advance, advance_many, past
-from impact.march.loop.several import active_set_from, alone, by_sweeps, linear_laws
+from impact.march.loop.several import active_set_from, alone, by_sweeps
 
 
 @compiled()
@@ -125,7 +125,7 @@ def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -
 
 
 @compiled(nogil=True)
-def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, approach):
+def march_lanes(rows, state, free, scales, w0, law, user, rough, dt, force, opening, approach):
     """March LANES scenes of one contact; state (K + 1, 2, LANES) zero, its last row is scratch; force (n, LANES) and
     opening (n + 1, LANES) are filled.
 
@@ -148,7 +148,7 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, ap
         for i in range(LANES):
             free_gap = scales[0, i] + base + moved * scales[1, i] + released * scales[2, i] + total[i]
             f = 0.0
-            if code >= ROUGH:
+            if rough is not None and code >= ROUGH:
                 f = joint_step(code, rule, numbers, i, -free_gap, -gap[i], w0, w0, dt)
             elif free_gap < 0.0 or rule != PASSIVE:
                 f = contact_force(code, rule, a, b, c, user, -free_gap, -gap[i], w0, w0, dt)
@@ -158,7 +158,7 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, ap
                     approach[i] = (before[i] - gap[i]) / dt
             before[i] = gap[i]
             gap[i] = free_gap + w0 * f
-            if code >= ROUGH:
+            if rough is not None and code >= ROUGH:
                 remember(numbers, i, -gap[i])
             opening[n + 1, i] = gap[i]
             last[i] = f
@@ -170,19 +170,21 @@ WAIT = 32  # steps until a stride is tried again after one that was too long
 
 @compiled(nogil=True)
 def march_one(
-    start, stop, rows, state, free, memory, recent, block, w0, law, film, user, dt, rest, strides, force, gap, pulls
-):
+    start, stop, rows, state, free, memory, recent, block, w0, law, film, user, rough, dt, rest, strides,
+    force, gap, pulls,
+):  # fmt: skip
     """March the steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
 
     rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
     finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, its numbers (1, k)). film: its three numbers;
-    None: a march without any is compiled on its own. rest: force carried since ever. strides: lengths, powers and
-    swing of `Strides`; where there are any, force is zero beforehand. pulls (n,): the film's part of the force.
+    None: a march without any is compiled on its own, as one without laws of ``rough`` faces is. rest: force carried
+    since ever. strides: lengths, powers and swing of `Strides`; where there are any, force is zero beforehand. pulls
+    (n,): the film's part of the force.
     """
     q, p = state
     code, rule, numbers = law
     a, b, c = numbers[0, 0], numbers[0, 1], numbers[0, 2]
-    level, n, wait = 0, start, start
+    level, n, wait = np.int64(0), start, start  # a literal zero would be a type of its own, compiled again
     psi, ahead, line, carried = np.empty((1, q.size)), np.empty((2, q.size)), np.empty((3, 1)), np.empty(1)
     carried[0], opens, gaps = w0 * rest, free.reshape(-1, 1), gap.reshape(-1, 1)
     clear = np.zeros(1)
@@ -205,24 +207,26 @@ def march_one(
         if film is not None:
             pressed, pulled = filmed_force(code, rule, a, b, c, user, film, -opening, -gap[n], w0, w0, dt)
             f, pulls[n] = pressed + pulled, pulled
-        elif code >= ROUGH:
+        elif rough is not None and code >= ROUGH:
             f = joint_step(code, rule, numbers, 0, -opening, -gap[n], w0, w0, dt)
         else:
             f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, w0, dt)
         force[n] = f
         gap[n + 1] = opening + w0 * f
-        if code >= ROUGH:
+        if rough is not None and code >= ROUGH:
             remember(numbers, 0, -gap[n + 1])
         n += 1
 
 
 @compiled(nogil=True)
 def march_many(
-    start, stop, poles, state, free, memory, recent, block, w0, laws, films, user, dt, rest, strides, force, gap, pulls
-):
+    start, stop, poles, state, free, memory, recent, block, w0, laws, shifted, swept, films, user, rough, dt, rest,
+    strides, force, gap, pulls,
+):  # fmt: skip
     """Do the same for p contacts: force, pulls and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block), w0
-    (p, p), films (p, 3), the first number 0 of a contact without one. Returns how many steps' forces were not found, as
-    `by_sweeps` says."""
+    (p, p), films (p, 3), the first number 0 of a contact without one. Either ``shifted`` (p, p) is that of
+    `linear_laws` and ``swept`` None, or forces are found by sweeps and ``shifted`` is None: what the other asks for is
+    not compiled. Returns how many steps' forces were not found, as `by_sweeps` says."""
     rows, psi, along = poles
     unsolved = 0
     q, v = state
@@ -231,11 +235,8 @@ def march_many(
     carried, pen, before = np.zeros(contacts), np.empty(contacts), np.empty(contacts)
     opening, last, warm = np.empty(contacts), np.zeros(contacts), np.zeros(contacts)
     drive = np.empty(q.size)
-    linear, shifted = linear_laws(codes, rules, numbers, w0)
     low, held = np.empty((contacts, contacts)), np.full(contacts + 1, -1)
     clear = np.zeros(contacts)
-    if films is not None:
-        linear = False
     heard = np.zeros((contacts, contacts), dtype=np.bool_)  # a seat and a stopper do not hear each other
     for c in range(contacts):  # written out: numpy's assignments and products take seconds to compile
         warm[c] = force[c, start - 1] if start > 0 else 0.0
@@ -247,7 +248,7 @@ def march_many(
                 if recent[c, d, m] != 0.0:
                     heard[c, d] = True
                     break
-    level, n, wait = 0, start, start
+    level, n, wait = np.int64(0), start, start
     ahead, line = np.empty((2, q.size)), np.empty((3, contacts))
     while n < stop:
         if strides[0].size > 0 and n >= wait and n > 0:
@@ -271,9 +272,9 @@ def march_many(
                     if heard[c, d]:
                         opening[c] += past(recent[c, d], force[d], rest[d], n - n % block, n)
             pen[c], before[c] = -opening[c], -gap[n, c]
-        if linear:
+        if shifted is not None:
             active_set_from(shifted, pen, warm, low, held)
-        elif not by_sweeps(codes, rules, numbers, user, films, pen, before, w0, dt, warm):
+        if swept is not None and not by_sweeps(codes, rules, numbers, user, rough, films, pen, before, w0, dt, warm):
             unsolved += 1
         closed = gap[n + 1]
         for c in range(contacts):
@@ -285,9 +286,9 @@ def march_many(
         for c in range(contacts):
             force[c, n] = warm[c]
             if films is not None and films[c, 0] > 0.0:
-                pressed, pulled = alone(codes, rules, numbers, user, films, pen, before, w0, dt, warm, c, 0.0)
+                pressed, pulled = alone(codes, rules, numbers, user, rough, films, pen, before, w0, dt, warm, c, 0.0)
                 pulls[c, n] = pulled if pressed > 0.0 else warm[c]
-            if codes[c] >= ROUGH:
+            if rough is not None and codes[c] >= ROUGH:
                 remember(numbers, c, -closed[c])
         n += 1
     return unsolved

@@ -14,18 +14,34 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
+from impact.greens.base import Array
 from impact.march.laws import BLENDED, PASSIVE, ROUGH, SIGNORINI, SPRING
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import RIGID, contact_force, filmed_force
 from impact.march.loop.joints import joint_step
 
+Codes = NDArray[np.int64]
+HELD = 1e-14  # least pivot over its diagonal: less is round-off
 
-@compiled()
-def active_set(w, pen, force):
-    """Return the force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active
-    set."""
-    active_set_from(w, pen, force, np.empty(w.shape), np.full(pen.size + 1, -1))
+
+def active_set(w: Array, pen: Array, force: Array) -> None:
+    """Write into ``force`` (..., p) that with force >= 0, w force >= pen, complementary, of w (..., p, p); of more than
+    two contacts, which are compiled for, it warm-starts the active set."""
+    if pen.shape[-1] > 2:
+        active_set_from(w, pen, force, np.empty(w.shape), np.full(pen.size + 1, -1))
+        return
+    alone = np.maximum(pen, 0.0) / np.diagonal(w, axis1=-2, axis2=-1)
+    if pen.shape[-1] == 2:
+        first, between, second = w[..., 0, 0], w[..., 0, 1], w[..., 1, 1]
+        pivot = np.maximum(second - between**2 / first, HELD * second)
+        of_second = (pen[..., 1] - between / first * pen[..., 0]) / pivot
+        both = np.stack([(pen[..., 0] - between * of_second) / first, of_second], axis=-1)
+        enough = alone * between[..., None] >= pen[..., ::-1]  # where one of them keeps the other's gap open
+        pressed = np.stack([enough[..., 0], enough[..., 1] & ~enough[..., 0]], axis=-1)
+        alone = np.where(np.any(enough, axis=-1, keepdims=True), alone * pressed, np.maximum(both, 0.0))
+    force[...] = alone
 
 
 @compiled()
@@ -141,7 +157,7 @@ def _gaps(w, pen, force, gap, limit):
 @compiled()
 def _spd_solve(w, index, pen, low, held):
     """Solve w[index, index] x = pen[index] by Cholesky; a pivot lost to round-off (two ports almost at one place) is
-    held at 1e-14 of its diagonal.
+    held at `HELD` of its diagonal.
 
     ``low`` (p, p) keeps the factor and ``held`` (p + 1,) the number of contacts that it is of (-1: of none), and which.
     """
@@ -156,7 +172,7 @@ def _spd_solve(w, index, pen, low, held):
             for j in range(i + 1):
                 value = w[index[i], index[j]] - _dot(low[i], low[j], j)
                 if i == j:
-                    low[i, i] = np.sqrt(max(value, 1e-14 * w[index[i], index[i]]))
+                    low[i, i] = np.sqrt(max(value, HELD * w[index[i], index[i]]))
                 else:
                     low[i, j] = value / low[j, j]
     x = np.empty(n)
@@ -178,29 +194,23 @@ def _dot(a, b, n):
     return total
 
 
-@compiled()
-def linear_laws(codes, rules, numbers, w):
-    """Return (whether all laws are linear in N, w with what their springs yield)."""
-    p = len(codes)
-    shifted = np.empty((p, p))
-    linear = True
-    for c in range(p):
-        together = 0.0
-        for d in range(p):
-            shifted[c, d] = w[c, d]
-            together += abs(w[c, d])
+def linear_laws(codes: Codes, rules: Codes, numbers: Array, w: Array) -> Array | None:
+    """Return w with what springs yield; ``None`` where not all laws are linear in N."""
+    shifted, linear = w.copy(), True
+    for c, together in enumerate(np.abs(w).sum(axis=1)):
         passive = rules[c] == PASSIVE or (rules[c] == BLENDED and numbers[c, 0] * together >= RIGID)
         linear = linear and (codes[c] == SIGNORINI or (codes[c] == SPRING and passive))
         if codes[c] == SPRING:
             shifted[c, c] += 1.0 / numbers[c, 0]
-    return linear, shifted
+    return shifted if linear else None
 
 
 @compiled()
-def by_sweeps(codes, rules, numbers, user, films, pen, pen_start, w, dt, force):
+def by_sweeps(codes, rules, numbers, user, rough, films, pen, pen_start, w, dt, force):
     """Find all forces of one step, in place, one after the other; where that crawls, by `_newton`.
 
-    ``numbers`` (p, k): parameters of the laws; ``films`` (p, 3) or None; ``pen`` (p,): without the forces. Returns
+    ``numbers`` (p, k): parameters of the laws; ``rough``: None where none is of rough faces, whose code then is not
+    compiled; ``films`` (p, 3) or None; ``pen`` (p,): without the forces. Returns
     whether they were found. A film's force is known to what round-off of its gap leaves; forces of stiff laws that
     depend on the speed may go round in a cycle of round-off, of parts in 1e14, and count as found below 1e-12.
     """
@@ -208,7 +218,7 @@ def by_sweeps(codes, rules, numbers, user, films, pen, pen_start, w, dt, force):
     for sweep in range(2000):
         change, size = 0.0, 0.0
         for c in range(p):
-            pressed, pulled = alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, c, 0.0)
+            pressed, pulled = alone(codes, rules, numbers, user, rough, films, pen, pen_start, w, dt, force, c, 0.0)
             new = pressed + pulled
             if films is None or w[c, c] * abs(new - force[c]) > _slack(films, pen, w, force, c):
                 change = max(change, abs(new - force[c]))
@@ -217,12 +227,12 @@ def by_sweeps(codes, rules, numbers, user, films, pen, pen_start, w, dt, force):
         if change <= (1e-14 if sweep < 200 else 1e-12) * size:
             return True
         if sweep % 10 == 9:
-            _newton(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, change)
+            _newton(codes, rules, numbers, user, rough, films, pen, pen_start, w, dt, force, change)
     return False
 
 
 @compiled()
-def alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, c, more):
+def alone(codes, rules, numbers, user, rough, films, pen, pen_start, w, dt, force, c, more):
     """Return (the law's, the film's) force of contact ``c`` if the others' stay, its penetration raised by ``more``."""
     others, together = pen[c] + more, 0.0
     for d in range(pen.size):
@@ -231,7 +241,7 @@ def alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, c, m
             others -= w[c, d] * force[d]
     a, b, exponent = numbers[c, 0], numbers[c, 1], numbers[c, 2]
     code, rule, start, w0 = codes[c], rules[c], pen_start[c], w[c, c]
-    if code >= ROUGH:
+    if rough is not None and code >= ROUGH:
         return joint_step(code, rule, numbers, c, others, start, w0, together, dt), 0.0
     if films is not None and films[c, 0] > 0.0:
         film = (films[c, 0], films[c, 1], films[c, 2])
@@ -249,7 +259,7 @@ def _slack(films, pen, w, force, c):
 
 
 @compiled()
-def _newton(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, worst):
+def _newton(codes, rules, numbers, user, rough, films, pen, pen_start, w, dt, force, worst):
     """Apply Newton's method to N_c = force of c alone; the best iterate is kept if it beats ``worst`` = max
     |difference|.
 
@@ -262,12 +272,12 @@ def _newton(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, wo
     for count in range(16):
         residual = 0.0
         for c in range(p):
-            pressed, pulled = alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, trial, c, 0.0)
+            pressed, pulled = alone(codes, rules, numbers, user, rough, films, pen, pen_start, w, dt, trial, c, 0.0)
             now = pressed + pulled
             gain[c] = now - trial[c]
             residual = max(residual, abs(gain[c]))
             small = 1e-7 * (w[c, c] * abs(now) + abs(pen[c])) + 1e-300
-            pressed, pulled = alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, trial, c, small)
+            pressed, pulled = alone(codes, rules, numbers, user, rough, films, pen, pen_start, w, dt, trial, c, small)
             slope = (pressed + pulled - now) / small
             for d in range(p):
                 matrix[c, d] = slope * w[c, d] if d != c else 1.0 + 1e-15

@@ -189,7 +189,7 @@ def average(mesh: PlateMesh, *patches: Patch, names: Sequence[str] = ("port",)) 
 def deflections(mesh: PlateMesh, nodal: Array, points: Array) -> Array:
     """Return the (q,) deflections at points (q, 2) [m], by those (n,) at the nodes. Raises as `average`."""
     cells, inside = located(mesh, points, np.full(len(points), "a point"))
-    return np.asarray(_interpolate(mesh.cells[cells], inside, nodal))
+    return np.asarray(np.einsum("qk,qk->q", shapes_at(inside)[0], nodal[mesh.cells[cells]]))
 
 
 def everywhere(mesh: PlateMesh) -> Array:
@@ -363,6 +363,7 @@ def _locate(nodes: Array, points: Array) -> tuple[Integers, Array]:
     """Return the elements (q,) and reference coordinates (q, 2) of points (q, 2) on elements of nodes (m, 9, 2).
 
     The first that is tried is the element of the point before, from its coordinates on: points come along lines.
+    Numbers are written one by one: numpy's own assignments take seconds to compile.
     """
     count, last = len(nodes), -1
     reach = np.zeros(count)  # squares of the distances that an element's points may have from its centre
@@ -370,45 +371,34 @@ def _locate(nodes: Array, points: Array) -> tuple[Integers, Array]:
         for k in range(8):
             x, y = nodes[e, k, 0] - nodes[e, 8, 0], nodes[e, k, 1] - nodes[e, 8, 1]
             reach[e] = max(reach[e], _REACH**2 * (x * x + y * y))
-    cells, coordinates = np.zeros(len(points), np.int64), np.full((len(points), 2), 2.0)
+    cells, coordinates = np.zeros(len(points), np.int64), np.empty((len(points), 2))
     distances, inside, start = np.empty(count), np.empty(2), np.zeros(2)
     values, slopes = np.empty(9), np.empty((9, 2))
     for q in range(len(points)):
-        x, y = points[q]
+        x, y = points[q, 0], points[q, 1]
         if last >= 0 and (x - nodes[last, 8, 0]) ** 2 + (y - nodes[last, 8, 1]) ** 2 < reach[last]:
             settled = _solve_inside(nodes[last], x, y, start, values, slopes)
             if settled and max(abs(start[0]), abs(start[1])) <= 1:
-                cells[q] = last
-                coordinates[q] = start
+                cells[q], coordinates[q, 0], coordinates[q, 1] = last, start[0], start[1]
                 continue
         for e in range(count):
             distances[e] = (x - nodes[e, 8, 0]) ** 2 + (y - nodes[e, 8, 1]) ** 2
-        best = 2.0
+        best, coordinates[q, 0], coordinates[q, 1] = 2.0, 2.0, 2.0
         for _ in range(min(_NEAREST, count)):
-            e = int(np.argmin(distances))
+            e = 0
+            for other in range(1, count):
+                e = other if distances[other] < distances[e] else e
             near = distances[e] < reach[e]
             distances[e] = np.inf
             if not near:
                 continue
-            inside[:] = 0.0
+            inside[0] = inside[1] = 0.0
             _solve_inside(nodes[e], x, y, inside, values, slopes)
             farthest = max(abs(inside[0]), abs(inside[1]))
             if farthest < best:
-                best, cells[q] = farthest, e
-                coordinates[q] = inside
+                best, cells[q], coordinates[q, 0], coordinates[q, 1] = farthest, e, inside[0], inside[1]
             if best <= 1 + _INSIDE:
                 break
         last = cells[q] if best <= 1 + _INSIDE else -1
-        start[:] = coordinates[q]
+        start[0], start[1] = coordinates[q, 0], coordinates[q, 1]
     return cells, coordinates
-
-
-@njit(cache=True)
-def _interpolate(cells: Integers, inside: Array, nodal: Array) -> Array:
-    """Return (q,) values at reference coordinates (q, 2) of elements of nodes (q, 9), from those (n,) at the nodes."""
-    result, values, slopes = np.zeros(len(cells)), np.empty(9), np.empty((9, 2))
-    for q in range(len(cells)):
-        _nine_shapes(inside[q, 0], inside[q, 1], values, slopes)
-        for k in range(9):
-            result[q] += values[k] * nodal[cells[q, k]]
-    return result

@@ -1,7 +1,7 @@
 """This module stores of runs the plans that they ended with and numbers that take long to compute, as JSON files named
 by the hash of all that they depend on.
 
-A plan is data: the values of its keys, and what it says. It is stored where a run met its target by refining.
+A plan is data: the values of its keys, and what it says. It is stored where a run met its target.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 MOST_BYTES: Final = 100_000  # most bytes of a kept file
-OLDEST: Final = 2000  # files of numbers that are kept, the last written ones
+OLDEST: Final = 2000  # files of plans, and of numbers, that are kept, the last written ones
 NOTE: Final = "plan of the last run of this scene, which reached its target"
 UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
@@ -79,8 +79,8 @@ def plan_to_json(plan: Plan) -> dict[str, Any]:
 
 
 def save_plan(done: Round) -> None:
-    """Store the plan of a round that met the target and was not the first, where the cache can be written to."""
-    if done.met is True and done.number > 1:
+    """Store the plan of a round that met the target, where the cache can be written to."""
+    if done.met is True:
         with suppress(OSError, TypeError):
             _save_json(_plan_file(done.plan.scene), plan_to_json(done.plan))
 
@@ -108,6 +108,8 @@ def _plan_file(scene: Scene) -> Path:
 def _save_json(path: Path, data: Mapping[str, Any]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     write_whole(path, json.dumps(data).encode())
+    for file in sorted(path.parent.glob("*.json"), key=lambda file: -file.stat().st_mtime)[OLDEST:]:
+        file.unlink(missing_ok=True)
 
 
 def cached_numbers(
@@ -132,8 +134,6 @@ def cached_numbers(
     numbers = dict(compute())
     with suppress(OSError, TypeError):
         _save_json(path, numbers)
-        for file in sorted(path.parent.glob("*.json"), key=lambda file: -file.stat().st_mtime)[OLDEST:]:
-            file.unlink(missing_ok=True)
     return numbers
 
 

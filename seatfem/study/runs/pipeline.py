@@ -92,7 +92,7 @@ def run_scene(
         RunError: a time step that cannot resolve the measures asked for, a striker nothing can stop.
         Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
-    start, watch = time.perf_counter(), Stopwatch()
+    start, watch, is_planned = time.perf_counter(), Stopwatch(), plan is None
     check_step(scene)
     safe_files.check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
@@ -125,7 +125,8 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
             gas = () if gas_run is None else (write_gas(gas_run, folder / GAS_FILE),)
             write_landings(folder / LANDINGS_FILE, summary["landings"])
-    save_plan(latest)
+    if is_planned or latest.number > 1:
+        save_plan(latest)
     assert baseline is not None
 
     def keep(keys: Mapping[str, object]) -> None:
@@ -147,9 +148,8 @@ def run_scene(
             strains = runs.pictures.gauge_pictures(latest.touches, scene.title)
             more = [drawing, *of_lip, *of_gas, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
-            drawn, gaps = runs.pictures.draw_run(
-                scene, latest.plan.method, latest.seat, *results, folder, progress, more, painter, summary["landings"]
-            )
+            bodies = (latest.plan.method, latest.seat, *results)
+            drawn, gaps = runs.pictures.draw_run(scene, *bodies, folder, progress, more, painter, summary["landings"])
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
             write_json(folder / SUMMARY_FILE, summary)

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Final
 from impact.notices import Progress, Tell, ignore
 from impact.quantities import in_time
 from impact.runs.variations import Budget, Values, total
-from impact.storage.hdf5 import save_greens
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.cache import Cache, key_of
@@ -140,7 +139,7 @@ def _seat_again(done: Round, further: Plan, folder: Path) -> str:
     if _seat_key(further) == (key := _seat_key(done.plan)):
         return ""
     try:
-        save_greens(done.seat.greens, folder / SEAT_FILE, key=key)
+        Cache(folder / SEAT_FILE).write(done.seat.greens, key, done.seat.in_rings)
     except OSError as unwritten:
         return f"; {SEAT_FILE} may be of the round that failed ({unwritten})"
     return ""

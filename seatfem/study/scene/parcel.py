@@ -63,7 +63,7 @@ def _with(file: Path, *, strength: bool) -> list[Path]:
     """Return the files that are read with it."""
     if strength:
         return [other for _, other in _files(load.load_table(file, StrengthTable).model_dump())]
-    return list(formats.meshio_files.all_files(file)[1:])
+    return [] if file.suffix.lower() == ".csv" else list(formats.meshio_files.all_files(file)[1:])  # loads all readers
 
 
 def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dict[str, Any]:
