@@ -22,6 +22,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,11 +32,10 @@ from decisions_page import document, is_courage, price, summary
 from drawn_scenes import DrawnScene, draw_scene
 from finer_scenes import REFUSALS, NoReference
 from fronts import Front, front_of
-from table import spent
+from table import forget, spent
 
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
-from seatfem.study.impacts import contact
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import MODEL, PORTS, RINGS, RunMethod
 from seatfem.study.planning.plan import Plan
@@ -125,13 +125,22 @@ class Record:
 
 @dataclass
 class _Carried:
-    """A run as the user waits for it: its first plan, its last round, and seconds of processor time."""
+    """A run as the user waits for it: its first plan, its last round, and seconds of processor time.
+
+    Of a second run of the same scene, which has the program loaded but nothing computed: the first one also loads what
+    the runs with other options then have for nothing.
+    """
 
     plan: Plan
     last: Round
     first_seconds: float
     all_seconds: float
     planning: float = field(default=0.0)
+
+    @cached_property
+    def again_seconds(self) -> float:
+        """Of the first round once more, with nothing left over from its plan: as rounds with other options have it."""
+        return _round_seconds(self, self.plan.method)
 
 
 def judge(
@@ -219,7 +228,9 @@ def _with_waves(plan: Plan) -> Iterator[RunMethod]:
 
 
 def _carry_out(scene: Scene, folder: Path) -> _Carried:
-    contact._solved.cache_clear()  # a user's process begins with nothing computed
+    with stored() as another:
+        next(rounds(plan_scene(scene), another, Stopwatch(), silent, limits=Limits(rounds=1)))
+    forget()
     start = spent()
     plan = plan_scene(scene)
     planning = spent() - start
@@ -257,28 +268,41 @@ def _answer(question: Question, truth: Truth, carried: _Carried) -> Judged:
     )
     if found is None or not found.settings:
         return judged
-    return replace(judged, seconds=carried.first_seconds, cheaper_seconds=_seconds_with(found, carried))
+    key, value = next(iter(found.settings.items()))
+    anew = key == MODEL or (key == PORTS and value == 1)
+    seconds = carried.first_seconds if anew else carried.planning + carried.again_seconds
+    cheaper_seconds = (
+        _seconds_planned(key, value, carried)
+        if anew
+        else carried.planning + _round_seconds(carried, _with_setting(carried.plan, key, value))
+    )
+    return replace(judged, seconds=seconds, cheaper_seconds=cheaper_seconds)
 
 
-def _seconds_with(option: Option, carried: _Carried) -> float:
-    """Return the seconds of plan and first round with another option; nan where it is refused.
+def _seconds_planned(key: str, value: Any, carried: _Carried) -> float:
+    """Return the seconds of a plan that has to take a spring, a rod or a single contact point, which ask for another
+    mesh and step, and of its first round; nan where it is refused."""
+    table, _, name = key.rpartition(".")
+    scene = carried.plan.scene
+    stated = scene.model_copy(update={table: getattr(scene, table).model_copy(update={name: value})})
+    forget()
+    with stored():
+        start = spent()
+        try:
+            plan = plan_scene(stated)
+        except REFUSALS:
+            return math.nan
+        planning = spent() - start
+    return planning + _round_seconds(replace(carried, plan=plan), plan.method)
 
-    A spring and a single contact point are planned for, for they ask for another mesh and step; others take the place
-    of what the plan has.
-    """
-    scene, key, value = carried.plan.scene, *next(iter(option.settings.items()))
-    contact._solved.cache_clear()
+
+def _round_seconds(carried: _Carried, method: RunMethod) -> float:
+    """Return the seconds of a first round by another method than the plan's; nan where it is refused."""
+    forget()
     with stored() as folder:
         start = spent()
         try:
-            if key == MODEL:
-                plan = plan_scene(scene.model_copy(update={"seat": scene.seat.model_copy(update={"model": value})}))
-            elif key == PORTS and value == 1:
-                plan = plan_scene(scene.model_copy(update={"contact": scene.contact.model_copy(update={"ports": 1})}))
-            else:
-                start -= carried.planning
-                plan = replace(carried.plan, method=_with_setting(carried.plan, key, value))
-            next(rounds(plan, folder, Stopwatch(), silent, limits=Limits(rounds=1)))
+            next(rounds(replace(carried.plan, method=method), folder, Stopwatch(), silent, limits=Limits(rounds=1)))
         except REFUSALS:
             return math.nan
         return spent() - start
