@@ -90,7 +90,8 @@ class PlanningContext:
         arcs = lips.choose_arc_count(scene, surrogate, stopper, progress)
         whole = surrogate
         looked_at, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
-        band = lips.choose_plate_bandwidth(looked_at, surrogate.greens, stopper, progress)
+        known = None if arcs is None else arcs.window
+        band = lips.choose_plate_bandwidth(looked_at, surrogate.greens, stopper, progress, known)
         if band is not None:
             looked_at = band.scene
             if arcs is not None and not is_given(scene, PORTS):
@@ -103,22 +104,11 @@ class PlanningContext:
         if one_port is not None:
             arcs, looked_at, surrogate = None, lips.with_parts(looked_at, Division(1, scene.contact.rings)), whole
             bench = _bench(looked_at, surrogate, stopper, progress)
-        known = math.inf if surrogate.band is None else surrogate.band
-        sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=known)
+        widest = math.inf if surrogate.band is None else surrogate.band
+        sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=widest)
         method = stated_method(looked_at)
         return PlanningContext(
-            scene,
-            method,
-            surrogate,
-            sensitivity,
-            machine,
-            arcs,
-            band,
-            simpler,
-            one_port,
-            store,
-            longest,
-            without,
+            scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, store, longest, without
         )
 
     @property
