@@ -27,8 +27,21 @@ from pathlib import Path
 from typing import Any, Final
 
 from coverage_of_scenes import TooLong, describe, limited, stored
-from decision_options import DECISIONS, Option, Question, Truth, find_truth, questions
-from decisions_page import document, is_courage, price, summary
+from decision_options import (
+    ACROSS_LIP,
+    DECISIONS,
+    ONE_POINT,
+    PLATE_BAND,
+    REED_MODES,
+    SEGMENTS,
+    TIME_STEP,
+    Option,
+    Question,
+    Truth,
+    find_truth,
+    questions,
+)
+from decisions_page import costs_more, document, is_caution, is_courage, price, summary
 from drawn_scenes import DrawnScene, draw_scene
 from finer_scenes import REFUSALS, NoReference
 from fronts import Front, front_of
@@ -37,7 +50,7 @@ from table import forget, spent
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.method import MODEL, PORTS, RINGS, RunMethod
+from seatfem.study.method import MODEL, MODES, PORTS, REED_BAND, RINGS, STEP, RunMethod
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds
@@ -268,15 +281,44 @@ def _answer(question: Question, truth: Truth, carried: _Carried) -> Judged:
     )
     if found is None or not found.settings:
         return judged
-    key, value = next(iter(found.settings.items()))
-    anew = key == MODEL or (key == PORTS and value == 1)
-    seconds = carried.first_seconds if anew else carried.planning + carried.again_seconds
-    cheaper_seconds = (
-        _seconds_planned(key, value, carried)
-        if anew
-        else carried.planning + _round_seconds(carried, _with_setting(carried.plan, key, value))
-    )
+    seconds, cheaper_seconds = _prices(carried, *next(iter(found.settings.items())))
     return replace(judged, seconds=seconds, cheaper_seconds=cheaper_seconds)
+
+
+def _prices(carried: _Carried, key: str, value: Any) -> tuple[float, float]:
+    """Return the seconds of plan and first round as chosen, and with another value of a key."""
+    if key == MODEL or (key == PORTS and value == 1):
+        return carried.first_seconds, _seconds_planned(key, value, carried)
+    cheaper = _round_seconds(carried, _with_setting(carried.plan, key, value))
+    return carried.planning + carried.again_seconds, carried.planning + cheaper
+
+
+def price_again(record: Record) -> Record:
+    """Return a record whose prices above what is allowed are measured anew; what is enough stays as it was judged."""
+    dear = [each for each in record.decisions if each.by_plan and is_caution(record, each) and costs_more(each)]
+    if not dear:
+        return record
+    with stored() as folder:
+        carried = _carry_out(load_scene(draw_scene(record.index, record.seed).write(folder)), folder)
+        anew = {each: _prices(carried, *_setting(each)) for each in dear}
+    decisions = tuple(
+        replace(each, seconds=anew[each][0], cheaper_seconds=anew[each][1]) if each in anew else each
+        for each in record.decisions
+    )
+    return replace(record, decisions=decisions)
+
+
+def _setting(judged: Judged) -> tuple[str, Any]:
+    """Return the key and value of a cheaper option, of which the record has the name."""
+    keys = {ONE_POINT: PORTS, SEGMENTS: PORTS, ACROSS_LIP: RINGS, REED_MODES: MODES}
+    units = {TIME_STEP: (STEP, 1e-9), PLATE_BAND: (REED_BAND, 1e3)}
+    number = judged.cheaper.partition(" ")[0]
+    if judged.decision in units:
+        key, unit = units[judged.decision]
+        return key, unit * float(number)
+    if judged.decision in keys:
+        return keys[judged.decision], 1 if judged.decision == ONE_POINT else int(number)
+    return MODEL, judged.cheaper
 
 
 def _seconds_planned(key: str, value: Any, carried: _Carried) -> float:
