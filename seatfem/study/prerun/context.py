@@ -90,8 +90,7 @@ class PlanningContext:
         arcs = lips.choose_arc_count(scene, surrogate, stopper, progress)
         whole = surrogate
         looked_at, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
-        known = None if arcs is None else arcs.window
-        band = lips.choose_plate_bandwidth(looked_at, surrogate.greens, stopper, progress, known)
+        band = lips.choose_plate_bandwidth(looked_at, surrogate.greens, stopper, progress)
         if band is not None:
             looked_at = band.scene
             if arcs is not None and not is_given(scene, PORTS):

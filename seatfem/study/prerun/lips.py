@@ -24,7 +24,7 @@ from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
 from seatfem.study.method import PORTS, REED_BAND, RINGS, as_stated, is_given, stated_method
 from seatfem.study.prerun.bench import MOST as MOST_STEPS
-from seatfem.study.prerun.bench import Bench, Window, locate_contact_window, relative_changes, surrogate_striker
+from seatfem.study.prerun.bench import Bench, locate_contact_window, relative_changes, surrogate_striker
 from seatfem.study.prerun.sensitivity import COARSE, Changes, with_other_modes
 from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, MODES_SHARE, STIFFER
 from seatfem.study.scene import Scene
@@ -43,14 +43,12 @@ class Arcs:
         surrogate: its seat in pre-runs.
         errors: what the arcs leave, relative, measure by measure.
         across: the same of the rings across them; empty where no more can be, under a film.
-        window: of the pre-runs that chose them.
     """
 
     scene: Scene
     surrogate: Surrogate
     errors: Changes
     across: Changes
-    window: Window
 
     @property
     def total(self) -> Changes:
@@ -98,7 +96,7 @@ def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, p
     arcs = left_by(chosen)
     rings, across = _rings_across(with_parts(scene, Division(chosen, scene.contact.rings)), surrogate, bench, dt)
     divided = with_parts(scene, Division(chosen, rings))
-    return Arcs(divided, surrogate_in_arcs(divided, surrogate), arcs, across, bench.window)
+    return Arcs(divided, surrogate_in_arcs(divided, surrogate), arcs, across)
 
 
 def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -> tuple[int, Changes]:
@@ -246,12 +244,12 @@ class PlateBand:
 
 
 def choose_plate_bandwidth(
-    scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress, window: Window | None = None
+    scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress
 ) -> PlateBand | None:
     """Return the band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` for a
     striker that is no plate.
 
-    ``seat``: what stands for it, undivided or in the scene's arcs; ``window``: of its impact, where it is known.
+    ``seat``: what stands for it, undivided or in the scene's arcs.
     """
     if (reed := scene.reed.thin_plate) is None:
         return None
@@ -261,7 +259,7 @@ def choose_plate_bandwidth(
         band = stated_method(scene).reed.bandwidth
         assert band is not None
         striker = surrogate_striker(scene, progress)
-        window = window or locate_contact_window(scene, seat, striker, stopper)
+        window = locate_contact_window(scene, seat, striker, stopper)
         errors = _left(Bench(scene, seat, window, striker, stopper))
         worst = max((errors[name] for name in scene.accuracy.judged), default=0.0)
         if stated or worst <= aim or band >= most * (1 - 1e-9):
