@@ -22,22 +22,35 @@ import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
 from coverage_of_scenes import TooLong, describe, limited, stored
-from decision_options import DECISIONS, Option, Question, Truth, find_truth, questions
-from decisions_page import document, is_courage, price, summary
+from decision_options import (
+    ACROSS_LIP,
+    DECISIONS,
+    ONE_POINT,
+    PLATE_BAND,
+    REED_MODES,
+    SEGMENTS,
+    TIME_STEP,
+    Option,
+    Question,
+    Truth,
+    find_truth,
+    questions,
+)
+from decisions_page import costs_more, document, is_caution, is_courage, price, summary
 from drawn_scenes import DrawnScene, draw_scene
 from finer_scenes import REFUSALS, NoReference
 from fronts import Front, front_of
-from table import spent
+from table import forget, spent
 
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
-from seatfem.study.impacts import contact
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.method import MODEL, PORTS, RINGS, RunMethod
+from seatfem.study.method import MODEL, MODES, PORTS, REED_BAND, RINGS, STEP, RunMethod
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds
@@ -125,13 +138,22 @@ class Record:
 
 @dataclass
 class _Carried:
-    """A run as the user waits for it: its first plan, its last round, and seconds of processor time."""
+    """A run as the user waits for it: its first plan, its last round, and seconds of processor time.
+
+    Of a second run of the same scene, which has the program loaded but nothing computed: the first one also loads what
+    the runs with other options then have for nothing.
+    """
 
     plan: Plan
     last: Round
     first_seconds: float
     all_seconds: float
     planning: float = field(default=0.0)
+
+    @cached_property
+    def again_seconds(self) -> float:
+        """Of the first round once more, with nothing left over from its plan: as rounds with other options have it."""
+        return _round_seconds(self, self.plan.method)
 
 
 def judge(
@@ -219,7 +241,9 @@ def _with_waves(plan: Plan) -> Iterator[RunMethod]:
 
 
 def _carry_out(scene: Scene, folder: Path) -> _Carried:
-    contact._solved.cache_clear()  # a user's process begins with nothing computed
+    with stored() as another:
+        next(rounds(plan_scene(scene), another, Stopwatch(), silent, limits=Limits(rounds=1)))
+    forget()
     start = spent()
     plan = plan_scene(scene)
     planning = spent() - start
@@ -257,28 +281,70 @@ def _answer(question: Question, truth: Truth, carried: _Carried) -> Judged:
     )
     if found is None or not found.settings:
         return judged
-    return replace(judged, seconds=carried.first_seconds, cheaper_seconds=_seconds_with(found, carried))
+    seconds, cheaper_seconds = _prices(carried, *next(iter(found.settings.items())))
+    return replace(judged, seconds=seconds, cheaper_seconds=cheaper_seconds)
 
 
-def _seconds_with(option: Option, carried: _Carried) -> float:
-    """Return the seconds of plan and first round with another option; nan where it is refused.
+def _prices(carried: _Carried, key: str, value: Any) -> tuple[float, float]:
+    """Return the seconds of plan and first round as chosen, and with another value of a key."""
+    if key == MODEL or (key == PORTS and value == 1):
+        return carried.first_seconds, _seconds_planned(key, value, carried)
+    cheaper = _round_seconds(carried, _with_setting(carried.plan, key, value))
+    return carried.planning + carried.again_seconds, carried.planning + cheaper
 
-    A spring and a single contact point are planned for, for they ask for another mesh and step; others take the place
-    of what the plan has.
-    """
-    scene, key, value = carried.plan.scene, *next(iter(option.settings.items()))
-    contact._solved.cache_clear()
+
+def price_again(record: Record) -> Record:
+    """Return a record whose prices above what is allowed are measured anew; what is enough stays as it was judged."""
+    dear = [each for each in record.decisions if each.by_plan and is_caution(record, each) and costs_more(each)]
+    if not dear:
+        return record
+    with stored() as folder:
+        carried = _carry_out(load_scene(draw_scene(record.index, record.seed).write(folder)), folder)
+        anew = {each: _prices(carried, *_setting(each)) for each in dear}
+    decisions = tuple(
+        replace(each, seconds=anew[each][0], cheaper_seconds=anew[each][1]) if each in anew else each
+        for each in record.decisions
+    )
+    return replace(record, decisions=decisions)
+
+
+def _setting(judged: Judged) -> tuple[str, Any]:
+    """Return the key and value of a cheaper option, of which the record has the name."""
+    keys = {ONE_POINT: PORTS, SEGMENTS: PORTS, ACROSS_LIP: RINGS, REED_MODES: MODES}
+    units = {TIME_STEP: (STEP, 1e-9), PLATE_BAND: (REED_BAND, 1e3)}
+    number = judged.cheaper.partition(" ")[0]
+    if judged.decision in units:
+        key, unit = units[judged.decision]
+        return key, unit * float(number)
+    if judged.decision in keys:
+        return keys[judged.decision], 1 if judged.decision == ONE_POINT else int(number)
+    return MODEL, judged.cheaper
+
+
+def _seconds_planned(key: str, value: Any, carried: _Carried) -> float:
+    """Return the seconds of a plan that has to take a spring, a rod or a single contact point, which ask for another
+    mesh and step, and of its first round; nan where it is refused."""
+    table, _, name = key.rpartition(".")
+    scene = carried.plan.scene
+    stated = scene.model_copy(update={table: getattr(scene, table).model_copy(update={name: value})})
+    forget()
+    with stored():
+        start = spent()
+        try:
+            plan = plan_scene(stated)
+        except REFUSALS:
+            return math.nan
+        planning = spent() - start
+    return planning + _round_seconds(replace(carried, plan=plan), plan.method)
+
+
+def _round_seconds(carried: _Carried, method: RunMethod) -> float:
+    """Return the seconds of a first round by another method than the plan's; nan where it is refused."""
+    forget()
     with stored() as folder:
         start = spent()
         try:
-            if key == MODEL:
-                plan = plan_scene(scene.model_copy(update={"seat": scene.seat.model_copy(update={"model": value})}))
-            elif key == PORTS and value == 1:
-                plan = plan_scene(scene.model_copy(update={"contact": scene.contact.model_copy(update={"ports": 1})}))
-            else:
-                start -= carried.planning
-                plan = replace(carried.plan, method=_with_setting(carried.plan, key, value))
-            next(rounds(plan, folder, Stopwatch(), silent, limits=Limits(rounds=1)))
+            next(rounds(replace(carried.plan, method=method), folder, Stopwatch(), silent, limits=Limits(rounds=1)))
         except REFUSALS:
             return math.nan
         return spent() - start

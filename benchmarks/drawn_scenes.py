@@ -179,6 +179,7 @@ def _accuracy(seat: Seat, striker: Striker, rng: np.random.Generator) -> str:
         name
         for name, each in known.items()
         if not each.judged_by
+        and not each.of_some
         and (not each.needs_stress or striker.kind == "cantilever")
         and (not each.needs_line or lip)
     ]

@@ -10,13 +10,12 @@ from typing import Final
 
 from decision_options import Truth
 from finer_scenes import REFUSALS
-from table import spent
+from table import forget, spent
 
 from impact.bodies.body import Body
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.method import Method
-from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import problem_of, record_of, seat_of, solved_striker, striker_of
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.method import RunMethod
@@ -72,7 +71,7 @@ def front_of(plan: Plan, truth: Truth, plan_seconds: float, folder: Path) -> Fro
     if not meeting:
         return Front(plan_seconds, len(points), 0, "", math.nan, math.nan)
     bare, words, method = min(meeting, key=lambda point: point[0])
-    contact._solved.cache_clear()
+    forget()
     start = spent()
     next(rounds(replace(plan, method=method), folder, Stopwatch(), silent, limits=Limits(rounds=1)))
     return Front(plan_seconds, len(points), len(meeting), words, bare, spent() - start)
@@ -107,7 +106,7 @@ def _points(scene: Scene, method: RunMethod, truth: Truth) -> Iterator[tuple[flo
     numbers = [None] if modes is None else sorted({max(1, round(modes / ratio)) for ratio in FEWER})
     assert method.time_step is not None
     for number in numbers:
-        contact._solved.cache_clear()
+        forget()
         start = spent()
         reed = solved_striker(scene, method=method.reed, mesh_error=False)
         striker = striker_of(scene, number, None if reed is None else reed.greens)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import gc
 import json
 import os
 import platform
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, astuple, dataclass, fields
+from functools import _lru_cache_wrapper
 from pathlib import Path
 from time import process_time
 from typing import Any, TypeVar
@@ -92,6 +94,13 @@ def machine() -> dict[str, str]:
 def in_words(about: dict[str, str]) -> str:
     """Return what `machine` says on one line."""
     return "; ".join(f"{key} {value}" for key, value in about.items())
+
+
+def forget() -> None:
+    """Empty the caches that hold what scenes have computed, as in a process that begins: those that keep a few."""
+    for each in gc.get_objects():
+        if isinstance(each, _lru_cache_wrapper) and each.cache_parameters()["maxsize"] is not None:
+            each.cache_clear()
 
 
 def spent() -> float:

@@ -7,7 +7,7 @@ import hashlib
 import math
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -45,29 +45,32 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
     does its backend, which changes g by less than the tolerance, as another sparse factorization does. Of a kind, a
     shape or a reduction from elsewhere the file counts in which it is written.
     """
-    how = {key: value for key, value in vars(method).items() if value is not None and key != "backend"}
-    if how.get("rings") == 1:
-        del how["rings"]
-    how |= {name: lip.content for name in ("lip", "behind") if (lip := getattr(method, name)) is not None}
-    parts: dict[str, object] = {**structure.inputs().content, "method": how}
-    if not mesh_error:
-        parts["mesh_error"] = False
-    if code := _from_elsewhere(structure, method):
-        parts["code"] = code
+    return next(keys_of(structure, (method,), mesh_error=mesh_error))
+
+
+def keys_of(structure: Structure, methods: Iterable[Method], *, mesh_error: bool = True) -> Iterator[str]:
+    """Yield `key_of` a structure by each of some methods; the structure and its files are looked at once."""
+    inputs, code = structure.inputs(), dict[str, list[str]]()
+    parts: dict[str, object] = {**inputs.content} | ({} if mesh_error else {"mesh_error": False})
     for key in type(structure).model_fields:
         if isinstance(file := getattr(structure, key), Path):
             parts[key] = sorted(content_hash(part) for part in formats.meshio_files.all_files(file))
-    return content_key(parts)
+    for method in methods:
+        how = {key: value for key, value in vars(method).items() if value is not None and key != "backend"}
+        if how.get("rings") == 1:
+            del how["rings"]
+        how |= {name: lip.content for name in ("lip", "behind") if (lip := getattr(method, name)) is not None}
+        if method.reduction not in code:
+            code[method.reduction] = sources_from_elsewhere(*inputs.classes, *_reductions(structure, method))
+        own = {"code": code[method.reduction]} if code[method.reduction] else {}
+        yield content_key(parts | {"method": how} | own)
 
 
-def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
-    """Return hashes of the files of the kind, its shape, and the reductions that are asked for or may be chosen."""
-    reductions: list[type] = []
-    if (
-        structure.traits.is_reduced and "seatfem.structures.reduction.reducer" in sys.modules
-    ):  # else all reductions are ours
-        reductions = [each for each in reduction.reducer.defined() if method.reduction in (AUTO, each.name)]
-    return sources_from_elsewhere(*structure.inputs().classes, *reductions)
+def _reductions(structure: Structure, method: Method) -> list[type]:
+    """Return the reductions that are asked for or may be chosen; none where all that are known are ours."""
+    if not structure.traits.is_reduced or "seatfem.structures.reduction.reducer" not in sys.modules:
+        return []
+    return [each for each in reduction.reducer.defined() if method.reduction in (AUTO, each.name)]
 
 
 def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:

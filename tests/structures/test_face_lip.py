@@ -132,7 +132,7 @@ def test_a_half_space_under_a_face_is_that_under_a_lip() -> None:
     assert np.diag(slot).max() == pytest.approx(ring[0, 0], rel=2e-3)
     np.testing.assert_allclose(np.diag(slot), ring[0, 0], rtol=0.04)
     assert 1.0 < slot.mean() / ring.mean() < 1.05
-    np.testing.assert_allclose(slot, slot[::-1, ::-1], rtol=1e-9)
+    np.testing.assert_allclose(slot, slot[::-1, ::-1], rtol=1e-6)  # summed in single precision
 
 
 SLOT_LENGTH = 2 * STRAIGHT + 2 * math.pi * ROUND

@@ -34,7 +34,7 @@ from seatfem.study.prerun.bench import Bench, advanced, locate_contact_window
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.look import BANDS, coarse_method
 from seatfem.study.prerun.sensitivity import Rung, Sensitivity, no_better_than_finer
-from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE, SIMPLER
+from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE, MUCH_SHORTER, SIMPLER
 from seatfem.study.scene import Scene
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
@@ -431,6 +431,14 @@ class TestPreRuns:
         whole = Bench(scene, seat, replace(window, start=0.0, duration=window.start + window.duration))
         for name, value in whole.measures(dt=dt, n_modes=30).items():
             assert inside[name] == pytest.approx(value, rel=1e-6), name
+
+    @pytest.mark.parametrize(("step", "shortest"), [(1.2e-9, 2), (0.5e-6, MUCH_SHORTER)])
+    def test_a_stated_step_that_resolves_all_modes_is_known_by_half_of_it(self, step: float, shortest: int) -> None:
+        """Nothing hides within it; a longer one is marched eight times shorter, too, as waves may cross within it."""
+        sensitivity = choices_of(ANNULAR, MASS).context.sensitivity
+        changes = sensitivity.of_stated_step(step)
+        assert min(sensitivity._steps) == pytest.approx(step / shortest)
+        assert all(value >= sensitivity.of_step(step)[name] for name, value in changes.items())
 
     def test_a_body_is_advanced_like_its_free_motion(self) -> None:
         body = striker_of(scene_of(SPRING, REED), 3)

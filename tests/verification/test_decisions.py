@@ -11,13 +11,13 @@ from pathlib import Path
 import decisions
 import pytest
 from coverage_of_scenes import stored
-from decision_options import ONE_POINT, REED_MODES, WAVES, finest_of
-from decisions import Judged, Record, judge
+from decision_options import ONE_POINT, REED_MODES, TIME_STEP, WAVES, finest_of
+from decisions import Judged, Record, judge, price_again
 from decisions_page import document, is_caution, is_courage, price, table
 from drawn_scenes import DrawnScene, draw_scene
 
 from seatfem.structures.method import Method
-from seatfem.study.method import MODEL, RunMethod
+from seatfem.study.method import MODEL, PORTS, STEP, RunMethod
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene
 
@@ -105,6 +105,21 @@ def test_wrong_statements_are_told_apart() -> None:
     assert price(cautious) == 1.5
     [_, _, row] = table([replace(SCENE, decisions=(each,)) for each in (ENOUGH, NEEDED, bold, cautious)])
     assert row.startswith(f"| {WAVES} | 4 | 1 | 1 | 1 | 1 | 1.50, 1.50 | 1 (25%) | 1 | missed |")
+
+
+def test_the_price_of_a_cheaper_option_is_that_of_a_run_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The option is known by its name in the record, and the same run as chosen costs what it costs: only what is left
+    out of the march may be saved."""
+    record = judge(draw_scene(58, decisions.SEED), 58, decisions.SEED, only=(TIME_STEP,))
+    [step] = record.decisions
+    assert is_caution(record, step)
+    monkeypatch.setattr(decisions, "costs_more", lambda _: True)
+    [again] = price_again(record).decisions
+    assert replace(again, seconds=0.0, cheaper_seconds=0.0) == replace(step, seconds=0.0, cheaper_seconds=0.0)
+    assert 0 < again.cheaper_seconds < 3 * step.cheaper_seconds
+    assert decisions._setting(replace(step, cheaper="592 ns")) == (STEP, pytest.approx(592e-9))
+    assert decisions._setting(replace(ENOUGH, cheaper="spring")) == (MODEL, "spring")
+    assert decisions._setting(replace(step, decision=ONE_POINT, cheaper="one point")) == (PORTS, 1)
 
 
 def test_a_number_of_modes_makes_two_statements() -> None:

@@ -298,6 +298,7 @@ CELLS: Final = 4  # across each ring; as many along each arc, or more: that thos
 MOST_CELLS: Final = 64  # along an arc
 OF_A_FAR_PART: Final = 4  # cells along the longer side of a part, for parts that lie apart
 APART: Final = 2.0  # longer sides of a part between two parts that lie apart: such means of 1/r are right to 2e-3
+HALF_APART: Final = 2  # times as many cells, for parts that lie so many times nearer
 
 
 def arc_compliance(lip: AnyLip, young: float, poisson: float) -> base.Array:
@@ -310,41 +311,47 @@ def arc_compliance(lip: AnyLip, young: float, poisson: float) -> base.Array:
     along = int(np.clip(round(CELLS * lip.length / (lip.arcs * narrowest)), 1, MOST_CELLS))
     cells, areas = lip.cells(along, CELLS)
     fine = cells.reshape(lip.arcs * lip.rings, -1, 2)
-    coarse, reach = _far_parts(lip)
+    longer = max(lip.length / lip.arcs, lip.area / lip.length / lip.rings)
+    coarse, middle = (_few_cells(lip, number / longer) for number in (OF_A_FAR_PART, HALF_APART * OF_A_FAR_PART))
+    fewer = min(middle, fine, key=lambda places: places.shape[1])
     own = [square_compliance(young=young, poisson=poisson, side=float(np.sqrt(a))) / (along * CELLS) for a in areas]
     compliance = np.empty((len(fine), len(fine)))
     for part in range(lip.rings if lip.is_round else len(fine)):
-        away = _between(coarse[part], coarse)
-        near = np.flatnonzero(away.min(axis=(0, 2)) < reach)
-        compliance[part] = _inverse(away).mean(axis=(0, 2))
-        for other in near:
-            compliance[part, other] = _inverse(_between(fine[part], fine[other])).mean()
-        compliance[part] *= (1 - poisson**2) / (np.pi * young)
+        first = 0 if lip.is_round else part
+        x, y = (np.subtract.outer(coarse[part, :, axis], coarse[first:, :, axis]) for axis in (0, 1))
+        away = np.sqrt(x * x + y * y)
+        row = np.divide(1, away, out=np.zeros_like(away), where=away > 0).mean(axis=(0, 2))
+        least = away.min(axis=(0, 2))
+        for other in np.flatnonzero(least < APART * longer):
+            places = fine if least[other] < APART * longer / HALF_APART else fewer
+            row[other] = _mean_inverse(places[part], places[first + other])
+        compliance[part, first:] = row * (1 - poisson**2) / (np.pi * young)
         compliance[part, part] += own[part % lip.rings]
     if lip.is_round:
         for arc in range(1, lip.arcs):
             rows = slice(arc * lip.rings, (arc + 1) * lip.rings)
             compliance[rows] = np.roll(compliance[: lip.rings], arc * lip.rings, axis=1)
-    return np.asarray((compliance + compliance.T) / 2)
+        return np.asarray((compliance + compliance.T) / 2)
+    return np.asarray(np.triu(compliance) + np.triu(compliance, 1).T)
 
 
-def _far_parts(lip: AnyLip) -> tuple[base.Array, float]:
-    """Return (ports, cells, 2) places of the few cells of each part, and how near [m] two parts need many."""
-    length, width = lip.length / lip.arcs, lip.area / lip.length / lip.rings
-    longer = max(length, width)
-    few = [math.ceil(OF_A_FAR_PART * side / longer) for side in (length, width)]
-    return lip.cells(*few)[0].reshape(lip.arcs * lip.rings, -1, 2), APART * longer
+def _few_cells(lip: AnyLip, per_length: float) -> base.Array:
+    """Return the (ports, cells, 2) places of cells of each part, so many to a length [1/m] along either side."""
+    sides = lip.length / lip.arcs, lip.area / lip.length / lip.rings
+    few = [math.ceil(side * per_length * (1 - 1e-9)) for side in sides]
+    return lip.cells(*few)[0].reshape(lip.arcs * lip.rings, -1, 2)
 
 
-def _inverse(distances: base.Array) -> base.Array:
-    """Return 1/r, and 0 of a cell to itself."""
-    return np.divide(1, distances, out=np.zeros_like(distances), where=distances > 0)
-
-
-def _between(places: base.Array, others: base.Array) -> base.Array:
-    """Return the (n, ...) distances of ``n`` places from each of others."""
-    x, y = (np.subtract.outer(places[:, axis], others[..., axis]) for axis in (0, 1))
-    return np.asarray(np.sqrt(x * x + y * y))
+def _mean_inverse(places: base.Array, others: base.Array) -> float:
+    """Return the mean of 1/r [1/m] between (n, 2) places and others, in single precision; of a cell to itself 0."""
+    centre = places.mean(axis=0)
+    (x, y), (u, v) = ((each - centre).astype(np.float32).T for each in (places, others))
+    squares, more = np.subtract.outer(x, u), np.subtract.outer(y, v)
+    squares *= squares
+    more *= more
+    squares += more
+    squares[squares == 0] = np.inf
+    return float(np.reciprocal(np.sqrt(squares, out=squares), out=squares).mean())
 
 
 def on_its_patch(whole: modal.ModalGreens, lip: AnyLip, patch: Patch) -> modal.ModalGreens:

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import tee
 from pathlib import Path
 from typing import Final
 
@@ -115,8 +116,8 @@ def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[Run
     on_file = cache.key_at(file) if file is not None and file.is_file() else ""
     if not (on_file or _holds_any(store.folder)):
         return decision.method, ""  # with nothing there, no key need be formed
-    for method in _as_fine(decision):
-        key, duration = cache.key_of(seen.scene.seat, method.seat), seen.scene.run.duration
+    (methods, same), duration = tee(_as_fine(decision)), seen.scene.run.duration
+    for method, key in zip(methods, cache.keys_of(seen.scene.seat, (each.seat for each in same)), strict=True):
         if file is not None and on_file == key and cache.load_cached(file, key, duration) is not None:
             return method, f"in {file.name}"
         if cache.load_cached(store.path(key), key, duration) is not None:

@@ -48,6 +48,7 @@ LOOK: Final = 20_000  # steps of the first look ...
 MOST_OF_LOOK: Final = 100_000  # ... and at most, where the filter asks for more
 BEFORE: Final = 10e-6  # start of the window before the first contact [s]
 MOST: Final = 60_000  # steps of a pre-run at most
+RESOLVED: Final = 0.2  # radians of the highest mode in a step that resolves it
 LEAST: Final = 8  # steps per filter width that every pre-run can afford
 
 
@@ -201,6 +202,13 @@ class Bench:
     def affordable(self, dt: float) -> float:
         """Return ``dt``, or the shortest step that a pre-run can afford [s]."""
         return max(dt, self.window.duration / MOST)
+
+    def resolves(self, dt: float, n_modes: int | None) -> bool:
+        """Return whether a step [s] is short beside the oscillations of all modes of the bodies, which have modes."""
+        striker = self._striker(dt, n_modes).body
+        bodies = (self.seat, striker.greens, *(() if self.stopper is None else (self.stopper.greens,)))
+        known = (greens.modal for greens in bodies)
+        return all(g is not None and len(g.omega) and dt * g.omega.max() <= RESOLVED for g in known)
 
     def measures(self, *, dt: float, n_modes: int | None = None, seat: GreensFunction | None = None) -> Values:
         """Return the measures in the window [SI]; expensive ones only if the scene asks for them."""

@@ -103,22 +103,11 @@ class PlanningContext:
         if one_port is not None:
             arcs, looked_at, surrogate = None, lips.with_parts(looked_at, Division(1, scene.contact.rings)), whole
             bench = _bench(looked_at, surrogate, stopper, progress)
-        known = math.inf if surrogate.band is None else surrogate.band
-        sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=known)
+        widest = math.inf if surrogate.band is None else surrogate.band
+        sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=widest)
         method = stated_method(looked_at)
         return PlanningContext(
-            scene,
-            method,
-            surrogate,
-            sensitivity,
-            machine,
-            arcs,
-            band,
-            simpler,
-            one_port,
-            store,
-            longest,
-            without,
+            scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, store, longest, without
         )
 
     @property

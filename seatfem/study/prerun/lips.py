@@ -59,15 +59,14 @@ def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, p
     """Return the lip in as many arcs as the accuracy asks for, or the file states; ``None``: it is struck as a
     whole."""
     usual = stated_method(scene).ports
-    if usual in (None, 1) or surrogate.exact or surrogate.patch is None:
+    if usual is None or usual == 1 or surrogate.exact or surrogate.patch is None:
         return None
-    assert usual is not None
     stated = is_given(scene, PORTS)
     most = usual if stated else min(MOST_ARCS, MOST_CHOSEN // scene.contact.rings)
     lip = scene.geometry.lip(most)
     assert lip is not None
     most = most if stated else lip.whole(most)
-    finest = with_ports(scene, division_to_compare(Division(most, scene.contact.rings)).arcs)
+    finest = with_parts(scene, division_to_compare(Division(most, scene.contact.rings)))
     seat = surrogate_in_arcs(finest, surrogate).greens
     striker, division = surrogate_striker(finest, progress), Division.from_greens(seat)
     bench = Bench(finest, seat, locate_contact_window(finest, seat, striker, stopper), striker, stopper)
@@ -137,7 +136,7 @@ def choose_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Cha
     twice = 2 * (stated_method(scene).ports or 1)
     if not (full and few) or twice * scene.contact.rings > MOST_CHOSEN:
         return replace(arcs, scene=scene)
-    more = with_ports(scene, twice)
+    more = with_parts(scene, Division(twice, scene.contact.rings))
     return replace(arcs, scene=more, surrogate=surrogate_in_arcs(more, surrogate), errors=times(0.5, arcs.errors))
 
 
@@ -182,11 +181,8 @@ def several_needed(scene: Scene) -> str:
         return f"a single contact point cannot represent {uneven}"
     if scene.stress is not None or scene.life is not None:
         return "stress under the lip is asked for"
-    return (
-        ""
-        if scene.reed.thin_plate is not None and scene.geometry.lip(1) is not None
-        else "this reed cannot touch the lip as a whole"
-    )
+    touches = scene.reed.thin_plate is not None and scene.geometry.lip(1) is not None
+    return "" if touches else "this reed cannot touch the lip as a whole"
 
 
 def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], beside: Changes) -> Changes | None:
@@ -220,11 +216,6 @@ def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
 def in_parts(division: Division) -> str:
     """Return a lip's arcs and rings in words."""
     return f"in {division.arcs} arcs" + (f" of {division.rings} parts across" if division.rings > 1 else "")
-
-
-def with_ports(scene: Scene, arcs: int) -> Scene:
-    """Return the scene with its lip in so many arcs, stated, each in as many rings as it has."""
-    return with_parts(scene, Division(arcs, scene.contact.rings))
 
 
 def with_parts(scene: Scene, division: Division) -> Scene:
@@ -266,7 +257,9 @@ def choose_plate_bandwidth(
     for _ in range(LOOKS):
         band = stated_method(scene).reed.bandwidth
         assert band is not None
-        errors = _left(scene, seat, stopper, progress)
+        striker = surrogate_striker(scene, progress)
+        window = locate_contact_window(scene, seat, striker, stopper)
+        errors = _left(Bench(scene, seat, window, striker, stopper))
         worst = max((errors[name] for name in scene.accuracy.judged), default=0.0)
         if stated or worst <= aim or band >= most * (1 - 1e-9):
             break
@@ -276,13 +269,12 @@ def choose_plate_bandwidth(
     return PlateBand(scene, errors)
 
 
-def _left(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> Changes:
-    striker = surrogate_striker(scene, progress)
-    bench = Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)
-    dt = bench.affordable(scene.run.filter_width / COARSE)
+def _left(bench: Bench) -> Changes:
+    """Return what the highest modes of the plate leave."""
+    dt = bench.affordable(bench.scene.run.filter_width / COARSE)
     own = bench.measures(dt=dt)
     errors: Changes = {}
-    for other, share in with_other_modes(striker_of(scene, greens=striker)):
+    for other, share in with_other_modes(striker_of(bench.scene, greens=bench.striker)):
         change = times(share, relative_changes(own, replace(bench, other=other).measures(dt=dt)))
         errors = larger(change, errors or change)
     return errors

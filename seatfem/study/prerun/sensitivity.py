@@ -154,10 +154,11 @@ class Sensitivity:
     def of_stated_step(self, dt: float) -> Changes:
         """Return `of_step`, but no less than what a step `MUCH_SHORTER` (or the shortest affordable) changes.
 
-        Where waves cross the seat within a step, it and all longer ones agree with each other, not with the truth.
+        Where waves cross the seat within a step, it and all longer ones agree with each other, not with the truth;
+        where it resolves all modes of the bodies, they do not.
         """
         shorter = self.bench.affordable(dt / safety.MUCH_SHORTER)
-        if shorter > dt / 2:
+        if shorter > dt / 2 or self.bench.resolves(dt, self.step_modes):
             return self.of_step(dt)
         share = dt / (dt - shorter)  # the march is of first order
         return larger(self.of_step(dt), times(share, self._between_steps(dt, shorter)))
