@@ -11,7 +11,7 @@ from impact.bodies.time_series import TimeSeriesError
 from seatfem.fields import Contradictions, keys_of, problem_of, within
 from seatfem.structures.kinds import striking, structure
 from seatfem.structures.rings import Division
-from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
+from seatfem.study.scene.measures import GaugeStrain, LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -118,6 +118,8 @@ def _of_waves(scene: Scene) -> Contradictions:
             scene.bodies[gauge.of].check_gauge(gauge.at, f"gauge.{number}.at")
             if gauge.of != "reed" and scene.bodies[gauge.of].slender is not None:
                 yield f"gauge.{number}.of", "of beams strain is known along the reed; put the gauge there"
+    if GaugeStrain.name in scene.accuracy.measures and not scene.gauge:
+        yield "accuracy.measures", f"{GaugeStrain.name} is asked, and there is no gauge: add [[gauge]], or remove it"
 
 
 def _of_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> Contradictions:

@@ -1,0 +1,62 @@
+"""What scenes at their ends have found: each was a traceback, or a wrong answer without a word."""
+
+import math
+
+import pytest
+
+from seatfem.study.runs.pipeline import RunError
+from tests.extremes.plates_axes import DENSITY, POISSON, YOUNG
+from tests.extremes.scene_run import SceneRun, run_tables
+from tests.extremes.scene_text import material, run_table, si
+
+STEEL = material(YOUNG, DENSITY, POISSON)
+MASS = {"kind": "rigid_mass", "mass": "2 g", "velocity": "-1 m/s"}
+SPRING = {"kind": "spring", "stiffness": "1e7 N/m"}
+
+
+def disc(band: str) -> SceneRun:
+    """Return the run of a free disc, 10 mm by 0.5 mm, that meets a spring stiffer than itself."""
+    return run_tables(
+        seat={"kind": "spring", "stiffness": "2e7 N/m"},
+        reed={
+            "kind": "disc",
+            "diameter": "10 mm",
+            "thickness": "0.5 mm",
+            "material": STEEL,
+            "velocity": "-0.5 m/s",
+            "greens": {"bandwidth": band},
+        },
+        run=run_table(6e-5, 2e-6),
+        accuracy={"target": "5 %"},
+    )
+
+
+def test_a_plate_whose_band_holds_rigid_motions_only_has_a_bar_that_knows_its_bending() -> None:
+    rigid, bending = disc("100 Hz"), disc("300 kHz")
+    key = "landing_filtered_peak_force_N"
+    error = abs(rigid.number(key) - bending.number(key))
+    assert error > 2 * bending.bar(key)  # it is wrong ...
+    assert rigid.bar(key) > error  # ... and says so, as its plan did
+    predicted = rigid.number(f"plan_predicted_error_{key}")
+    assert math.isnan(predicted) or predicted * rigid.number(key) > error
+
+
+def test_a_support_on_a_clamped_face_is_refused() -> None:
+    seat = {
+        "kind": "annular",
+        "bore_radius": "5 mm",
+        "lip_width": "1 mm",
+        "outer_radius": "12 mm",
+        "thickness": "8 mm",
+        "material": STEEL,
+        "supports": [{"kind": "foundation", "on": "fixed", "normal": si(1e13, "N/m^3")}],
+    }
+    words = r"seat\.supports\.0\.on: the face 'fixed' is clamped: a support there changes nothing; remove"
+    with pytest.raises(RunError, match=words):
+        run_tables(seat=seat, reed=MASS, run=run_table(1e-4, 5e-6))
+
+
+def test_a_strain_of_no_gauge_is_refused() -> None:
+    accuracy = {"target": "5 %", "measures": ["gauge_strain"]}
+    with pytest.raises(RunError, match=r"gauge_strain is asked, and there is no gauge: add \[\[gauge\]\], or remove"):
+        run_tables(seat=SPRING, reed=MASS, run=run_table(1e-4, 5e-6), accuracy=accuracy)
