@@ -249,7 +249,7 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0) -> Body | None
     ``band`` [Hz]: in place of the highest mode where all modes are rigid motions.
     """
     g = body.greens.modal
-    if g is None or not np.any(g.omega) and not (len(g.omega) and band):
+    if g is None or not len(g.omega) or not (np.any(g.omega) or band):
         return None
     flexible = g.residual.static()
     if not (np.all(np.isfinite(flexible)) and np.any(flexible)):

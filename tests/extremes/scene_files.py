@@ -126,6 +126,6 @@ def _run(seat: Table, reed: Table, run: Table, **more: Table) -> SceneRun:
 
 
 def _against(run: SceneRun, exact: Mapping[str, float], stated: float = 1e-4, *, barred: bool = True) -> Finding:
-    """Return the worst of the measures; ``stated``: what theory and step leave beside the error bars, if these count."""
+    """Return the worst of the measures; ``stated``: what theory and step leave beside the error bars that count."""
     known = (Known(key, value, stated, barred=barred) for key, value in exact.items())
     return judge(run, *known, note=" and ".join(exact))

@@ -348,7 +348,9 @@ def test_a_part_renews_its_lines_of_the_table(tmp_path: Path, monkeypatch: pytes
     assert read_table(docs / "extremes.csv")[one.name] == known[one.name]
     found = Outcome("advised", 0.5, 1.0, "", 1.0, 0.25, 0.125)
     line = {"cell": one.name, "version": "v", **vars(found)}
-    log.write_text(json.dumps({**line, "version": "u", "error": 9.0}) + "\n" + json.dumps(line) + "\n" + '{"cell": "cut')
+    log.write_text(
+        json.dumps({**line, "version": "u", "error": 9.0}) + "\n" + json.dumps(line) + "\n" + '{"cell": "cut'
+    )
     monkeypatch.setattr(command, "DOCS", docs)
     assert command.main(["--log", str(log), "--revision", "new", "--write"]) == 0
     renewed = read_table(docs / "extremes.csv")

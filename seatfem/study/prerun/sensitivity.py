@@ -290,7 +290,7 @@ def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
 
 
 def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, float]]:
-    """Yield a plate of a ``band`` [Hz] with other modes than its own, and the share of each change that a run is off by.
+    """Yield a plate of a ``band`` [Hz] with other modes than its own, and the share of what each changes that is left.
 
     First without its highest modes, as `OF_MODES` says. These tell how the next ones go on if the modes that the
     contact feels lie evenly. A ring all around feels few, those that are alike there: where it yields more beyond the
