@@ -43,6 +43,21 @@ def test_a_plate_whose_band_holds_rigid_motions_only_has_a_bar_that_knows_its_be
     assert math.isnan(predicted) or predicted * rigid.number(key) > error
 
 
+def test_a_stopper_of_elements_has_no_band_of_modes_of_its_own() -> None:
+    stopper = {"kind": "stopper", "radius": "5 mm", "thickness": "5 mm", "contact_radius": "1.5 mm", "material": STEEL}
+    sizes = {"length": "25 mm", "width": "5 mm", "thickness": "0.5 mm", "release": {"tip_deflection": "0.15 mm"}}
+    run = run_tables(
+        seat=SPRING,
+        reed={"kind": "cantilever", **sizes, "material": STEEL},
+        contact={"gap": "0.01 mm"},
+        stopper={**stopper, "gap": "0.16 mm", "greens": {"bandwidth": "300 kHz"}},
+        run=run_table(5e-4, 5e-6),
+        accuracy={"target": "10 %"},
+    )
+    assert run.summary["error_unknown"] == ""
+    assert abs(run.number("energy_residual")) < 1e-9
+
+
 def test_a_support_on_a_clamped_face_is_refused() -> None:
     seat = {
         "kind": "annular",
