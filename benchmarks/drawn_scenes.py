@@ -182,6 +182,7 @@ def _accuracy(seat: Seat, striker: Striker, rng: np.random.Generator) -> str:
         and not each.of_some
         and (not each.needs_stress or striker.kind == "cantilever")
         and (not each.needs_line or lip)
+        and name != "gauge_strain"  # no scene here has a gauge
     ]
     weights = np.array([MEASURES.get(name, 1.0) for name in names])
     asked = sorted(rng.choice(names, size=rng.integers(1, 4), replace=False, p=weights / weights.sum()))

@@ -240,15 +240,16 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
     return body.in_modes(narrowed(g, highest), lambda values: values[kept]) if np.any(kept) else None
 
 
-def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
+def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0) -> Body | None:
     """Return the body with what lies above its modes as modes at ``ratio`` times the highest, one for each way it
     yields.
 
     A residual yields and does not ring; what it stands for rings, anywhere above. A part of it, `AT_ONCE`, stays, so
     that rigid contacts meet what yields at once. ``None`` where a body has no modes, or nothing above them but mass.
+    ``band`` [Hz]: in place of the highest mode where all modes are rigid motions.
     """
     g = body.greens.modal
-    if g is None or not np.any(g.omega):
+    if g is None or not len(g.omega) or not (np.any(g.omega) or band):
         return None
     flexible = g.residual.static()
     if not (np.all(np.isfinite(flexible)) and np.any(flexible)):
@@ -256,7 +257,7 @@ def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
     last = int(np.argmax(g.omega))
     values, ways = np.linalg.eigh((1 - AT_ONCE) * flexible)
     kept = values > ROUND_OFF * values[-1]
-    omega = ratio * g.omega[last]
+    omega = ratio * (g.omega[last] or 2 * np.pi * band)
     shapes = omega * (ways[:, kept] * np.sqrt(values[kept])).T
     ringing = replace(
         g,

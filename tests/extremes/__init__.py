@@ -15,7 +15,7 @@ from tests.extremes.cell import Cell, Finding, Outcome, carry_out
 from tests.extremes.mixed import random_cells
 from tests.extremes.picture import draw_map
 from tests.extremes.runner import run_battery
-from tests.extremes.table import in_words, write_counts, write_table
+from tests.extremes.table import in_words, read_table, write_counts, write_table
 
 __all__ = [
     "Cell",
@@ -26,6 +26,7 @@ __all__ = [
     "draw_map",
     "in_words",
     "random_cells",
+    "read_table",
     "run_battery",
     "subset",
     "write_counts",

@@ -1,7 +1,8 @@
 """The battery, its table and its map: `python -m tests.extremes`, with the options below.
 
-The whole battery rewrites docs/extremes.csv, docs/images/extremes.png and the counts in docs/extremes.md; a subset, and
-random scenes alone, write table and map into the folder. A run that was stopped goes on where it was.
+The whole battery, and with --write any part of it, renews its lines of docs/extremes.csv, docs/images/extremes.png and
+the counts in docs/extremes.md; other parts write table and map into the folder. A run that was stopped goes on where it
+was; --log takes what the log of a run holds that was, or goes on, elsewhere.
 """
 
 import argparse
@@ -12,7 +13,8 @@ from pathlib import Path
 from impact.files.safe_files import OutputError
 from impact.pictures.drawing import gap_of
 
-from . import battery, draw_map, in_words, random_cells, run_battery, subset, write_counts, write_table
+from . import battery, draw_map, in_words, random_cells, read_table, run_battery, subset, write_counts, write_table
+from .runner import logged
 from .worker import MOST_RANDOM
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -21,22 +23,30 @@ DOCS = Path(__file__).parents[2] / "docs"
 def main(words: Sequence[str] | None = None) -> int:
     """Exit code 0: no cell is wrong; 1: some are; 2: the folder cannot be written to."""
     given = _arguments(words)
-    whole = given.subset is None and given.random is None
+    whole = given.write or (given.subset is None and given.random is None and not given.only)
     cells = battery() if given.random is None else random_cells(min(given.random, MOST_RANDOM))
+    cells = tuple(cell for cell in cells if not given.only or cell.name.startswith(tuple(given.only)))
     if given.subset is not None:
         cells = subset(cells, given.subset, seed=given.seed)
     table = DOCS / "extremes.csv" if whole else given.folder / "extremes.csv"
     picture = DOCS / "images" / "extremes.png" if whole else given.folder / "extremes.png"
     try:
-        outcomes = run_battery(
-            cells, given.folder / "extremes.jsonl", cluster=given.cluster, workers=given.workers, progress=_bar
+        log = given.folder / "extremes.jsonl"
+        outcomes = (
+            run_battery(cells, log, cluster=given.cluster, workers=given.workers, progress=_bar)
+            if given.log is None
+            else logged(given.log, given.revision)
         )
     except OutputError as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    write_table(cells, outcomes, table)
     if whole:
+        outcomes = {**read_table(table), **outcomes}
+        more = [cell for cell in random_cells(MOST_RANDOM) if cell.name in outcomes]
+        cells = tuple({cell.name: cell for cell in (*battery(), *more)}.values())
+        outcomes = {cell.name: outcomes[cell.name] for cell in cells if cell.name in outcomes}
         write_counts(cells, outcomes, DOCS / "extremes.md")
+    write_table(cells, outcomes, table)
     gap = gap_of(lambda path: draw_map(cells, outcomes, path), picture)
     told = (in_words(outcomes), f"wrote {table}", f"note: {gap}" if gap else f"wrote {picture}")
     sys.stdout.write("\n".join(told) + "\n")
@@ -47,6 +57,10 @@ def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.extremes", description=__doc__)
     parser.add_argument("--folder", type=Path, default=Path("extremes"), help="of the log, and of a subset's table")
     parser.add_argument("--subset", type=int, help="only so many cells, drawn at random")
+    parser.add_argument("--only", nargs="+", default=[], help="only cells whose names begin so")
+    parser.add_argument("--log", type=Path, help="take what this log holds; nothing is run")
+    parser.add_argument("--revision", default="", help="of the program, where that log names none")
+    parser.add_argument("--write", action="store_true", help="renew the lines of these cells in docs/")
     parser.add_argument("--random", type=int, help=f"random scenes alone, {MOST_RANDOM} at most: the long form")
     parser.add_argument("--workers", type=int, default=1, help="processes that carry out cells")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")

@@ -129,7 +129,7 @@ class Outcome:
     stated, and the advice said so), "refused" (no answer but a reason), "slow" (it took far more time or memory than
     its plan said), "wrong" (all else).
 
-    ``bar`` and ``predicted`` are nan where there are none, an unknown bar is infinite.
+    ``bar`` and ``predicted`` are nan where there are none, an unknown bar is infinite. ``revision``: of the program.
     """
 
     verdict: Verdict
@@ -139,6 +139,7 @@ class Outcome:
     seconds: float
     bar: float = math.nan
     predicted: float = math.nan
+    revision: str = ""
 
 
 def swept(

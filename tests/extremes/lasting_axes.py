@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import brentq
 
 import impact
 from impact.storage.hdf5 import save_greens
@@ -51,13 +52,17 @@ def lasting_cells() -> tuple[Cell, ...]:
 
 
 def reed_stress(bent: float) -> Finding:
-    """Released from its static shape under a force at the tip: 3 E h d/(2 l^2) at the root.
+    """Released from its static shape under a force at the tip: 3 E h d/(2 l^2) at the root, by the modes of the run.
 
-    Of a bending that falls in a straight line from the clamp, 0.4 % at the clamp are in modes beyond the 40th.
+    In modes this is a sum of terms 4 (-1)^(n + 1)/x_n^2, cos(x) cosh(x) = -1, which is 1 in the end and 0.4 % more
+    after seven terms. The run takes the modes that its plan finds enough for impulse and force.
     """
     run = _reed({"tip_deflection": si(bent, "m")}, 0.5 / FREQUENCY, 4 * bent)
-    stress = 3 * YOUNG * THICKNESS * bent / (2 * LENGTH**2)
-    return judge(run, Known("reed_stress_at_start_Pa", stress, 5e-3), Known("energy_residual", 0.0, 1e-9))
+    number = np.arange(int(str(run.summary["plan_reed_n_modes"])))
+    roots = [brentq(lambda x: math.cos(x) + 1 / math.cosh(x), n * math.pi, (n + 1) * math.pi) for n in number]
+    seen = float(np.sum(4 * (-1.0) ** number / np.square(roots)))
+    stress = 3 * YOUNG * THICKNESS * bent / (2 * LENGTH**2) * seen
+    return judge(run, Known("reed_stress_at_start_Pa", stress, 1e-9), Known("energy_residual", 0.0, 1e-9))
 
 
 def seat_stress(speed: float) -> Finding:
@@ -89,11 +94,11 @@ def seat_stress(speed: float) -> Finding:
 
 def life(*, cycles: float = 1e9, knee: float = KNEE, knee_cycles: float = CYCLES, slope: float = SLOPE) -> Finding:
     """Three fully reversed swings of the first mode are a block: margin S(3 n)/amplitude on Basquin's line, Haibach's
-    2 k - 1 below its knee."""
+    2 k - 1 below its knee. Steps meet the ends of every swing: what is left is round-off of the modes."""
     run = _lasting(3.0 / FREQUENCY, cycles, knee, knee_cycles, slope)
     n = 3 * cycles / knee_cycles
     allowed = knee * n ** (-1 / slope if n < 1 else -1 / (2 * slope - 1))
-    return judge(run, Known("life_margin", min(allowed, ULTIMATE) / AMPLITUDE, 1e-3))
+    return judge(run, Known("life_margin", min(allowed, ULTIMATE) / AMPLITUDE, 1e-6, barred=False))
 
 
 def load_ratio(ratio: float) -> Finding:
@@ -101,7 +106,7 @@ def load_ratio(ratio: float) -> Finding:
     turned = math.acos(ratio)
     run = _lasting(turned / (2 * math.pi * FREQUENCY), 1e7, KNEE, CYCLES, SLOPE)
     swing, mean = AMPLITUDE * (1 - ratio) / 2, AMPLITUDE * (1 + ratio) / 2
-    return judge(run, Known("life_margin", 1 / (swing / KNEE + mean / ULTIMATE), 1e-2))
+    return judge(run, Known("life_margin", 1 / (swing / KNEE + mean / ULTIMATE), 1e-6, barred=False))
 
 
 def _lasting(duration: float, cycles: float, knee: float, knee_cycles: float, slope: float) -> SceneRun:
@@ -146,9 +151,9 @@ def flow(ratio: float) -> Finding:
     run = _valve(gas, duration, lift, {"p.csv": csv_text("time [ms],pressure [Pa]", [0, 10], [1e5 * ratio] * 2)})
     masses = run.summary["gas_mass_forward_kg"]
     total = float(masses[0]) if isinstance(masses, list) else math.nan
-    return judge(
-        run, Known("gas_mass_forward_kg", rate * duration, 5e-3, scale=area * 1e5 * duration / 600, value=total)
-    )
+    scale = area * 1e5 * duration / 600
+    flown = Known("gas_mass_forward_kg", rate * duration, 5e-3, scale=scale, value=total, barred=False)
+    return judge(run, flown)
 
 
 def compressed(clearance: float = 0.05, *, rpm: float = 3000.0, stroke: float = 0.5) -> Finding:

@@ -54,7 +54,7 @@ def ledger(
             y = np.concatenate([[0.0], lfilter([1.0], [1.0, -decay], (1 - decay) / rate * pressed)])
             opening += a**2 * y
             total += rate * a**2 * y**2 / 2
-    return Ledger(opening, total + _stored(law, np.maximum(-np.asarray(result.gap), 0.0)))
+    return Ledger(opening, total + stored(law, np.maximum(-np.asarray(result.gap), 0.0)))
 
 
 def _mode(omega: float, force: Array, dt: float, velocity: float) -> tuple[Array, Array]:
@@ -69,8 +69,8 @@ def _mode(omega: float, force: Array, dt: float, velocity: float) -> tuple[Array
     return np.asarray(z.imag / omega), np.asarray(np.abs(z) ** 2 / 2)
 
 
-def _stored(law: Law, penetration: Array) -> Array:
-    """Potential energy of the law."""
+def stored(law: Law, penetration: Array) -> Array:
+    """Return the potential energy of the law."""
     if isinstance(law, LinearSpring):
         return np.asarray(law.stiffness * penetration**2 / 2)
     if isinstance(law, Hertz | HuntCrossley):

@@ -27,7 +27,7 @@ def plate_cells() -> tuple[Cell, ...]:
         *swept("disc, Poisson's ratio", [0.0, 0.01, 0.1, 0.3, 0.45, 0.49, 0.4999], lambda x: disc(poisson=x)),
         *swept("disc, diameter, m", [10.0**k for k in (-7, -6, -5, -4, -3, -1, 0, 1, 2)], lambda x: disc(diameter=x)),
         *swept("disc, speed, m/s", [10.0**k for k in (-9, -6, -3, -1, 1, 2, 3)], lambda x: disc(speed=x)),
-        *swept("ring plate, hole / diameter", [1e-3, 0.01, 0.1, 0.3, 0.6, 0.9, 0.95, 0.97], ring),
+        *swept("ring plate, hole / diameter", [1e-3, 0.01, 0.1, 0.3, 0.6, 0.9, 0.95, 0.97, 0.99], ring),
         *swept("sheet, length / width", [0.3, 1.0, 3.0, 10.0, 30.0, 100.0], sheet),
         *swept("flapper, size / 25 mm", [10.0**k for k in (-4, -3, -2, -1, 1, 2, 3)], flapper),
         *swept("flapper, band / 50 kHz", [1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 2.0], lambda b: flapper(1.0, b)),

@@ -2,8 +2,9 @@
 
 import json
 import math
+import subprocess
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from impact.files.safe_files import check_writable
@@ -33,16 +34,37 @@ def run_battery(
     cut short is skipped. ``cluster``: the address of a scheduler of dask, whose workers find these tests (PYTHONPATH).
     """
     check_writable(log)
-    version = battery_version()
+    version, ours = battery_version(), revision()
     known = folders.outcomes(log, "cell", Outcome, version=version)
     todo = [cell.name for cell in cells if cell.name not in known]
     with crew(PROGRAM, workers=workers) if cluster is None else cluster_crew(cluster, PROGRAM, Parcel) as ask:
         for done, (number, answer) in enumerate(ask(todo, time_limit), start=1):
             name = todo[number]
-            known[name] = _lost(answer, time_limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
+            outcome = _lost(answer, time_limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
+            known[name] = replace(outcome, revision=ours)
             folders.append(log, {"cell": name, "version": version, **asdict(known[name])})
             progress(f"extremes, {name.partition(' = ')[0]}", done / len(todo))
     return {cell.name: known[cell.name] for cell in cells if cell.name in known}
+
+
+def logged(log: Path, revision: str = "") -> dict[str, Outcome]:
+    """Return the outcomes of a log, of the version that it ends with, whether or not its run has come to its end.
+
+    ``revision``: of the program, where the log names none.
+    """
+    whole = [line for line in log.read_text(encoding="utf-8").splitlines() if line.endswith("}")]
+    version = str(json.loads(whole[-1])["version"]) if whole else ""
+    known = folders.outcomes(log, "cell", Outcome, version=version)
+    return {name: replace(outcome, revision=outcome.revision or revision) for name, outcome in known.items()}
+
+
+def revision() -> str:
+    """Return the revision of the program in git, "+" where files are changed; "" without git."""
+    stated = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--exclude=*", "--dirty=+"]
+    try:
+        return subprocess.run(stated, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return ""
 
 
 def battery_version() -> str:

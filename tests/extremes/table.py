@@ -33,17 +33,37 @@ TOGETHER: Final = {"pairwise": "Marches, all at once", "pairs of scene files": P
 """Axes whose cells change all numbers at once, and what they are called in the page."""
 
 
+NUMBERS: Final = ("error", "stated", "bar", "predicted", "seconds")
+COLUMNS: Final = ("axis", "value", "verdict", *NUMBERS, "revision", "reason")
+
+
 def write_table(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], path: Path) -> None:
-    """One line per cell: axis, value, verdict, error, stated, bar, predicted, seconds, reason."""
+    """Write a line per cell, of these `COLUMNS`."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("axis", "value", "verdict", "error", "stated", "bar", "predicted", "seconds", "reason"))
+    writer.writerow(COLUMNS)
     for cell in cells:
         if (o := outcomes.get(cell.name)) is not None:
             numbers = (*(f"{x:.2e}" for x in (o.error, o.stated, o.bar, o.predicted)), f"{o.seconds:.2g}")
-            writer.writerow((cell.axis, cell.value, o.verdict, *numbers, " ".join(o.reason.split())))
+            writer.writerow((cell.axis, cell.value, o.verdict, *numbers, o.revision, " ".join(o.reason.split())))
     with whole_file(path) as temporary:
         temporary.write_text(text.getvalue(), encoding="utf-8")
+
+
+def read_table(path: Path) -> dict[str, Outcome]:
+    """Return the outcomes that a table holds, by the names of their cells; none of a table that is not there."""
+    if not path.exists():
+        return {}
+    with path.open(encoding="utf-8", newline="") as file:
+        return {
+            f"{row['axis']} = {row['value']}": Outcome(
+                row["verdict"],
+                reason=row["reason"],
+                revision=row["revision"],
+                **{name: float(row[name]) for name in NUMBERS},
+            )
+            for row in csv.DictReader(file)
+        }
 
 
 def in_words(outcomes: Mapping[str, Outcome]) -> str:
@@ -83,7 +103,14 @@ def counts(cells: Sequence[Cell], outcomes: Mapping[str, Outcome]) -> str:
             several = len(axes.get(name, ())) or len({cell.axis for cell in run})
             lines.append(f"| {name} | {several} | {len(found)} | {' | '.join(str(number[v]) for v in VERDICTS)} |")
     left = f"{len(cells) - len(run)} of {len(cells)} runs are still to be made.\n" if len(run) < len(cells) else ""
-    return "\n".join([*lines, "", _standing(every), left])
+    return "\n".join([*lines, "", f"{_standing(every)} {_revisions(every)}", left])
+
+
+def _revisions(outcomes: Sequence[Outcome]) -> str:
+    """Return how many outcomes are of which revision of the program."""
+    number = Counter(o.revision for o in outcomes if o.revision)
+    told = ", ".join(f"{count} of {revision}" for revision, count in number.most_common())
+    return f"By revision of the program: {told}." if told else ""
 
 
 def group_of(cell: Cell) -> str:

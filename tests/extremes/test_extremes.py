@@ -25,6 +25,7 @@ from tests.extremes import (
     draw_map,
     in_words,
     precise,
+    read_table,
     runner,
     scenes,
     subset,
@@ -318,7 +319,7 @@ def test_table_map_and_words(tmp_path: Path) -> None:
     write_table(cells, outcomes, tmp_path / "t.csv")
     lines = (tmp_path / "t.csv").read_text().splitlines()
     assert len(lines) == 33
-    assert lines[2] == "a,1,wrong,nan,nan,nan,nan,1,no end within 1 s"
+    assert lines[2] == "a,1,wrong,nan,nan,nan,nan,1,,no end within 1 s"
     assert (
         in_words(outcomes).splitlines()[0]
         == "32 cells: 31 right, 0 advised, 0 barred, 0 warned, 0 refused, 0 slow, 1 wrong"
@@ -333,6 +334,30 @@ def test_table_map_and_words(tmp_path: Path) -> None:
     assert "old" not in text
     draw_map(cells, outcomes, tmp_path / "map.png")
     assert (tmp_path / "map.png").stat().st_size > 5000
+
+
+def test_a_part_renews_its_lines_of_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was not run stays as it is, with the revision that it is of; lines of cells that are gone go."""
+    docs, log = tmp_path / "docs", tmp_path / "log.jsonl"
+    (docs / "images").mkdir(parents=True)
+    (docs / "extremes.md").write_text(f"{MARK[0]}\n{MARK[1]}\n")
+    one, other = CELLS[:2]
+    known = {name: Outcome("right", 1e-3, 1e-2, "force", 0.5, 2e-2, 3e-3, "old") for name in (one.name, other.name)}
+    gone = Cell("a", "1", broken)
+    write_table([one, other, gone], known | {gone.name: known[one.name]}, docs / "extremes.csv")
+    assert read_table(docs / "extremes.csv")[one.name] == known[one.name]
+    found = Outcome("advised", 0.5, 1.0, "", 1.0, 0.25, 0.125)
+    line = {"cell": one.name, "version": "v", **vars(found)}
+    log.write_text(
+        json.dumps({**line, "version": "u", "error": 9.0}) + "\n" + json.dumps(line) + "\n" + '{"cell": "cut'
+    )
+    monkeypatch.setattr(command, "DOCS", docs)
+    assert command.main(["--log", str(log), "--revision", "new", "--write"]) == 0
+    renewed = read_table(docs / "extremes.csv")
+    assert renewed == {other.name: known[other.name], one.name: replace(found, revision="new")}
+    text = (docs / "extremes.md").read_text()
+    assert "By revision of the program: 1 of new, 1 of old." in text
+    assert (docs / "images" / "extremes.png").stat().st_size > 5000
 
 
 def test_the_first_blow_by_another_way() -> None:

@@ -21,23 +21,23 @@ loss_factor = 0.01
 SUPPORTS: Final = """
 [[seat.supports]]
 kind = "foundation"
-on = "fixed"
+on = "contact"
 normal = "2 GPa/mm"
 tangential = "1 GPa/mm"
 [[seat.supports]]
 kind = "bolted"
-on = "fixed"
+on = "contact"
 normal = "2 GPa/mm"
 [[seat.supports]]
 kind = "absorbing"
-on = "fixed"
+on = "contact"
 [[seat.supports]]
 kind = "dashpot"
-on = "fixed"
+on = "contact"
 normal = "4e7 N*s/m^3"
 [[seat.supports]]
 kind = "sliding"
-on = "fixed"
+on = "contact"
 """
 BALL: Final = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
 REED: Final = """[reed]

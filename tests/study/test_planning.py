@@ -304,8 +304,8 @@ class TestTargets:
             ("", "auto", True),
             ("", "second_order", False),
             ("", "transient", False),
-            ('kind = "dashpot"\non = "fixed"\nnormal = "1e6 N*s/m^3"', "auto", False),
-            ('kind = "foundation"\non = "fixed"\nnormal = "1e13 N/m^3"', "auto", True),
+            ('kind = "dashpot"\non = "contact"\nnormal = "1e6 N*s/m^3"', "auto", False),
+            ('kind = "foundation"\non = "contact"\nnormal = "1e13 N/m^3"', "auto", True),
         ],
     )
     def test_the_history_of_a_seat_that_is_convolved(self, support: str, method: str, poles: bool) -> None:

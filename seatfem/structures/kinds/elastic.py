@@ -205,8 +205,11 @@ class Elastic(Reduced):
         return freed(greens, self.mass()) if self.velocity is not None and self.loose else greens
 
     def unknown_names(self, faces: Collection[str], regions: Collection[str]) -> Iterator[structure.Finding]:
-        """Yield supports on faces that are not there, materials of regions that are not there."""
+        """Yield supports on faces that are clamped or not there, materials of regions that are not there."""
         for number, support in enumerate(self.supports):
+            if support.on in self.held:
+                words = f"the face {support.on!r} is clamped: a support there changes nothing"
+                yield ("supports", number, "on"), f"{words}; remove the support, or the face from what is clamped"
             if support.on not in faces:
                 yield ("supports", number, "on"), f"no face named {support.on!r}; there are: {listed(faces)}"
         for name in self.materials:

@@ -70,7 +70,9 @@ class Bandwidth(ladder.BodyLadder):
         struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
         if struck is None:
             return ()
-        return (tuple(run.with_body(self.role, other, share) for other, share in sensitivity.with_other_modes(body)),)
+        modes = sensitivity.with_other_modes(body, run.method.reed.bandwidth or 0.0 if self.role == "reed" else 0.0)
+        others = tuple(run.with_body(self.role, other, share) for other, share in modes)
+        return (others,) if others else None
 
     def extend(self, context: PlanningContext, option: ladder.Option) -> Iterable[ladder.Option]:
         """Yield the bands up to one above which nothing counts, or in which modes are too many; of statics the

@@ -126,6 +126,9 @@ def predict_cost(
     further = further_seconds(scene, seat, contact.steps, contact.reed, parts["contact"], rates)
     parts |= {stage: parts.get(stage, 0.0) + seconds for stage, seconds in further.items()}
     memory = max(_memory(seat, contact.memory), _memory(reed[0] if reed else None, contact.memory))
+    if (plate := scene.reed.thin_plate) is not None:
+        sheet = plate.sheet(method.reed.bandwidth).memory(contact.reed)
+        memory = max(memory, CURVES + ELEMENTS + sheet + contact.memory)
     return Cost(sum(parts.values()), memory, parts)
 
 

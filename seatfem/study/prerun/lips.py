@@ -1,5 +1,6 @@
 """Numbers that pre-runs choose: arcs and rings of a lip, and modes of a plate that strikes."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
@@ -22,7 +23,7 @@ from seatfem.structures.rings import (
 )
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
-from seatfem.study.method import PORTS, REED_BAND, RINGS, as_stated, is_given, stated_method
+from seatfem.study.method import PORTS, REED_BAND, RINGS, as_stated, is_given, stated_method, value_of
 from seatfem.study.prerun.bench import MOST as MOST_STEPS
 from seatfem.study.prerun.bench import Bench, locate_contact_window, relative_changes, surrogate_striker
 from seatfem.study.prerun.sensitivity import COARSE, Changes, with_other_modes
@@ -274,7 +275,9 @@ def _left(bench: Bench) -> Changes:
     dt = bench.affordable(bench.scene.run.filter_width / COARSE)
     own = bench.measures(dt=dt)
     errors: Changes = {}
-    for other, share in with_other_modes(striker_of(bench.scene, greens=bench.striker)):
+    for other, share in with_other_modes(
+        striker_of(bench.scene, greens=bench.striker), value_of(bench.scene, REED_BAND)
+    ):
         change = times(share, relative_changes(own, replace(bench, other=other).measures(dt=dt)))
         errors = larger(change, errors or change)
-    return errors
+    return errors or dict.fromkeys(own, math.inf)  # no mode to leave out: nothing tells what the plate's bending does

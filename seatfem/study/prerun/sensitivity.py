@@ -290,8 +290,8 @@ def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
     return tuple(reversed(capped))
 
 
-def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
-    """Yield a plate with other modes than its own, and the share of what each changes that is left in a run.
+def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, float]]:
+    """Yield a plate of a ``band`` [Hz] with other modes than its own, and the share of what each changes that is left.
 
     First without its highest modes, as `OF_MODES` says. These tell how the next ones go on if the modes that the
     contact feels lie evenly. A ring all around feels few, those that are alike there: where it yields more beyond the
@@ -306,7 +306,7 @@ def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
             yield fewer, share
     if beyond > safety.UNEVEN * (with_highest - beyond):
         for ratio in safety.BEYOND:
-            if (ringing := ringing_on(body, ratio)) is not None:
+            if (ringing := ringing_on(body, ratio, band)) is not None:
                 yield ringing, 1.0 if with_highest else 2.0
 
 

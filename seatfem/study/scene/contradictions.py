@@ -12,7 +12,7 @@ from impact.bodies.time_series import TimeSeriesError
 from seatfem.fields import Contradictions, keys_of, problem_of, within
 from seatfem.structures.kinds import striking, structure
 from seatfem.structures.rings import Division
-from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
+from seatfem.study.scene.measures import GaugeStrain, LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def contradictions_of(scene: Scene) -> Contradictions:
     yield from _of_loads(reed, scene.load, scene.spring, based="reed" in [base.of for base in scene.base])
     yield from _of_bases(scene.bodies, scene.base)
     yield from _of_waves(scene.bodies, scene.wave, {base.of for base in scene.base})
-    yield from _of_gauges(scene.bodies, scene.gauge)
+    yield from _of_gauges(scene.bodies, scene.gauge, scene.accuracy.measures)
     yield from _of_contact(reed, seat.lip_face.ring, contact.at)
     yield from contradictions_of_start(scene.geometry)
     yield from _of_lip(seat, reed, contact)
@@ -121,8 +121,8 @@ def _of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Col
             wave.incoming(speed)
 
 
-def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge]) -> Contradictions:
-    """Yield gauges that sit on no place."""
+def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge], measures: Collection[str]) -> Contradictions:
+    """Yield gauges that sit on no place, and their strain asked for among ``measures`` where there is none."""
     for number, gauge in enumerate(gauges):
         if gauge.of not in bodies:
             yield f"gauge.{number}.of", "there is no [stopper]; add one, or remove the table"
@@ -132,6 +132,8 @@ def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge]) -> Cont
             bodies[gauge.of].check_gauge(gauge.at, f"gauge.{number}.at")
             if gauge.of != "reed" and bodies[gauge.of].slender is not None:
                 yield f"gauge.{number}.of", "of beams strain is known along the reed; put the gauge there"
+    if GaugeStrain.name in measures and not gauges:
+        yield "accuracy.measures", f"{GaugeStrain.name} is asked, and there is no gauge: add [[gauge]], or remove it"
 
 
 def _of_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> Contradictions:
