@@ -130,6 +130,7 @@ for verb in (
     scene_verbs.trade,
     study_verbs.sweep,
     study_verbs.optimise,
+    study_verbs.identify,
     scene_verbs.greens,
     scene_verbs.modes,
     other_verbs.init,
