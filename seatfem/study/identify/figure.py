@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,11 +47,3 @@ def draw(result: Identified, path: Path) -> None:
             below.set(ylabel="over noise")
             below.set_title("record less fit, over the noise, 95 % of which lies in the band")
         page.align_ylabels(axes)
-
-
-def rounded(value: float, half: float) -> str:
-    """Return a number to the second digit of its half interval; six digits where that is nothing."""
-    if not (0 < half < math.inf):
-        return f"{value:.6g}"
-    places = max(0, 1 - math.floor(math.log10(half)))
-    return f"{value:.{places}f}"

@@ -16,6 +16,7 @@ from impact.greens.base import Array
 from impact.notices import Progress, silent
 from impact.pictures.drawing import gap_of
 from impact.quantities import enumeration, in_digits, in_time
+from seatfem.readings import places_of, rounded
 from seatfem.study.identify import figure, intervals
 from seatfem.study.identify.intervals import EDGE, Counted, Interval, Valley
 from seatfem.study.identify.record import Fitted, Identification, load_identification
@@ -26,20 +27,13 @@ from seatfem.study.scene.problems import scene_error
 
 FILE: Final = "identify.json"
 PICTURE: Final = "identify.png"
-MOST: Final = 60
-"""Evaluations of the fit; of the profiles see `intervals`."""
-EVALUATIONS: Final = 2
-"""Derivatives that the profile of a key costs, about."""
-FILLS: Final = 0.9
-"""Share of its bounds from which on an interval is said to fill them."""
-TOGETHER: Final = 0.95
-"""Correlation of two keys from which on they are said to be told only together."""
-WORSE: Final = 1.5
-"""Misfit over the noise from which on the model is said not to reach the record."""
-LOST: Final = 1e-6
-"""Change of the residuals, over all bounds, below which a key has no influence."""
-SLOW: Final = 30.0
-"""Predicted time of a fit [s] from which on it is told beforehand."""
+MOST: Final = 60  # evaluations of the fit; of the profiles see `intervals`
+EVALUATIONS: Final = 2  # derivatives that the profile of a key costs, about
+FILLS: Final = 0.9  # share of its bounds from which on an interval is said to fill them
+TOGETHER: Final = 0.95  # correlation of two keys from which on they are said to be told only together
+WORSE: Final = 1.5  # misfit over the noise from which on the model is said not to reach the record
+LOST: Final = 1e-6  # change of the residuals, over all bounds, below which a key has no influence
+SLOW: Final = 30.0  # predicted time of a fit [s] from which on it is told beforehand
 
 
 class IdentifyError(RunError):
@@ -56,7 +50,7 @@ class Identified:
         intervals: of each key.
         correlation: (P, P) of the keys.
         counted: how much each record counts.
-        spring_misfit: of each record, on the seat's static stiffness with the same values; nan where it has none.
+        spring, spring_misfit: each record on the seat's static stiffness, and its misfit; none, nan where it has none.
         seconds: of the clock.
     """
 
@@ -141,15 +135,8 @@ def identify(
 ) -> tuple[Identified, tuple[Path, ...], str]:
     """Fit the keys of a record file to its records.
 
-    Args:
-        path: of the file (TOML).
-        folder: for identify.json and identify.png; ``None``: nothing is written.
-        pictures: whether it is drawn.
-        progress: who listens.
-        tell: takes a sentence beforehand, of a fit that takes long.
-
-    Returns:
-        What it came to, the files written, and what kept the picture from being drawn, or "".
+    ``folder``: for identify.json and identify.png; ``None``: nothing is written. ``tell`` takes a sentence beforehand,
+    of a fit that takes long. Returns what it came to, the files written, and why there is no picture, or "".
 
     Raises:
         SceneError: everything that is wrong in the record file or the scene, by key.
@@ -245,10 +232,10 @@ def _with_ends(fitted: Fitted, value: float, interval: Interval) -> str:
     """Return a number with its interval: "18.3 +- 0.4 um (95 %)", or its ends where these lie unevenly."""
     low, high = fitted.value(interval.low), fitted.value(interval.high)
     unit = f" {fitted.unit}" if fitted.unit else ""
-    half = (high - low) / 2
+    half, places = (high - low) / 2, places_of(value, (high - low) / 2)
     if half > 0 and abs((high + low) / 2 - value) < 0.1 * half:
-        return f"{figure.rounded(value, half)} +- {in_digits(half, 2)}{unit} (95 %)"
-    return f"{figure.rounded(value, half)}{unit} ({figure.rounded(low, half)} to {figure.rounded(high, half)}, 95 %)"
+        return f"{rounded(value, places)} +- {rounded(half, places)}{unit} (95 %)"
+    return f"{rounded(value, places)}{unit} ({rounded(low, places)} to {rounded(high, places)}, 95 %)"
 
 
 def _not_told(key: str, fitted: Fitted, value: float, interval: Interval) -> Iterator[str]:

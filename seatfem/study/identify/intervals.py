@@ -29,16 +29,11 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 
 LEVEL: Final = 0.95
-CLOSE: Final = 0.02
-"""Relative accuracy of an interval's half width."""
-TRIES: Final = 5
-"""Points of a profile, at most; its root is nearly a line."""
-INNER: Final = 12
-"""Evaluations by which the other keys are fitted at a point of a profile, at most."""
-LOOSE: Final = 1e-5
-"""Tolerance of these fits: of a sum of some thousand squares it leaves a hundredth of one."""
-EDGE: Final = 1e-6
-"""Share of the bounds next to one of them at which a fit counts as at the bound."""
+CLOSE: Final = 0.02  # relative accuracy of an interval's half width
+TRIES: Final = 5  # points of a profile, at most; its root is nearly a line
+INNER: Final = 12  # evaluations by which the other keys are fitted at a point of a profile, at most
+LOOSE: Final = 1e-5  # tolerance of these fits: of a sum of some thousand squares it leaves a hundredth of one
+EDGE: Final = 1e-6  # share of the bounds next to one of them at which a fit counts as at the bound
 Vector = Callable[[Array], Array]
 
 

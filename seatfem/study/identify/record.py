@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -16,22 +16,18 @@ from impact.greens.base import Array
 from seatfem import fields
 from seatfem.study.scene.load import load_table, located
 from seatfem.study.scene.problems import Problem, SceneError
-from seatfem.study.sweep.study import DEEPEST, WholeKey
+from seatfem.study.sweep.study import WholeKey, by_dotted_key
 from seatfem.study.sweep.variations import Quantity, Value
 from seatfem.units import UnitError, number_and_unit, parse_fraction, parse_quantity
 
-MOST_SAMPLES: Final = 20_000
-"""Samples of a record between `from` and `to`: each is compared in each march of a fit."""
+MOST_SAMPLES: Final = 20_000  # samples of a record between `from` and `to`: each is compared in each march of a fit
 MOST_RECORDS: Final = 20
 MOST_KEYS: Final = 12
-LOG: Final = 10.0
-"""Ratio of positive bounds above which a key is fitted by its logarithm."""
+LOG: Final = 10.0  # ratio of positive bounds above which a key is fitted by its logarithm
 NOTHING: Final = 2e-5
 """Share of the way between bounds of which a value next to zero is zero: a scene refuses lengths below a nanometre."""
-QUIET: Final = 10
-"""Fewest samples of a quiet part: of ten the noise is known to a quarter."""
-OWN: Final = ("gain", "delay")
-"""Keys of records that may be fitted: `gain` of all of them, `gain.NAME` of one."""
+QUIET: Final = 10  # fewest samples of a quiet part: of ten the noise is known to a quarter
+OWN: Final = ("gain", "delay")  # keys of records that may be fitted: `gain` of all of them, `gain.NAME` of one
 DIMENSIONS: Final = {"force": "force", "strain": "", "displacement": "length", "velocity": "velocity"}
 
 Kind = Literal["force", "strain", "displacement", "velocity"]
@@ -108,7 +104,7 @@ class Record(fields.Table):
     @classmethod
     def _dotted(cls, given: object) -> object:
         if isinstance(given, Mapping) and isinstance(values := given.get("set"), Mapping):
-            return {**given, "set": dict(_flat(values))}
+            return {**given, "set": dict(by_dotted_key(values))}
         return given
 
     def contradictions(self) -> fields.Contradictions:
@@ -187,7 +183,7 @@ class Identification(fields.Table):
     def _dotted(cls, given: object) -> object:
         """Return [fit] with contact.gap = ... as with "contact.gap" = ..."""
         if isinstance(given, Mapping) and isinstance(fit := given.get("fit"), Mapping):
-            return {**given, "fit": dict(_flat(fit, ("start", "from", "to")))}
+            return {**given, "fit": dict(by_dotted_key(fit))}
         return given
 
     @property
@@ -235,16 +231,6 @@ def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples
     if problems:
         raise located(SceneError(tuple(problems)), Path(path))
     return asked, tuple(read)
-
-
-def _flat(values: Mapping[str, Any], leaves: tuple[str, ...] = (), before: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield values by dotted key; a table with one of the keys in ``leaves`` is a value."""
-    for key, value in values.items():
-        whole = not isinstance(value, Mapping) or "kind" in value or bool(value.keys() & set(leaves))
-        if whole or before.count(".") >= DEEPEST:
-            yield f"{before}{key}", value
-        else:
-            yield from _flat(value, leaves, f"{before}{key}.")
 
 
 def number_of(value: Value) -> float:

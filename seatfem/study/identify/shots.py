@@ -26,15 +26,10 @@ from seatfem.study.sweep.variations import Value
 
 WIDTH: Final = 1e-4
 """Half the width of central differences of data, over the bounds of a key: to its square, 1e-8, and eps over it."""
-OF_THE_CONTACT: Final = ("contact.law", "contact.gap")
-"""Keys that change no body."""
-MOST_BODIES: Final = 64
-"""Bodies that are kept: those of the last few evaluations."""
-BY_DIFFERENCES: Final = "by differences of marches"
-Values = Mapping[str, float]
-"""Numbers of the fitted keys, each in the unit of its bounds."""
-Course = tuple[Array, Array]
-"""Times [s] and values (SI), as they are computed."""
+OF_THE_CONTACT: Final = ("contact.law", "contact.gap")  # keys that change no body
+MOST_BODIES: Final = 64  # bodies that are kept: those of the last few evaluations
+Values = Mapping[str, float]  # numbers of the fitted keys, each in the unit of its bounds
+Course = tuple[Array, Array]  # times [s] and values (SI), as they are computed
 
 
 @dataclass(frozen=True)
@@ -61,7 +56,6 @@ class Model:
     Attributes:
         asked: the record file.
         samples: what was recorded.
-        step: of the march of each shot [s].
         marches: how many were needed so far.
         notes: what was done otherwise than by the linearised march, and why.
     """
@@ -179,10 +173,10 @@ class Model:
         met = touches(force)
         why = why_not(stepper)
         if not why and self._touches.get(k, met) != met:
-            why = f"the contact closes {met} times, before it closed {self._touches[k]} times"
+            why = "the contact closes more or less often than an iteration before"
         self._touches[k] = met
         if why:
-            note = f"derivatives {BY_DIFFERENCES}: {why}"
+            note = f"derivatives by differences of marches: {why}"
             self.notes += [note] if note not in self.notes else []
             pairs = [(self._march(k, self.values(a)), self._march(k, self.values(b))) for _, _, a, b in sides]
             forces = [(one.stepper.force, other.stepper.force) for one, other in pairs]
