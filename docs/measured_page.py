@@ -7,18 +7,25 @@ Runs the comparison of `seatfem verify --measured`; texts and numbers are those 
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from string import ascii_lowercase
 from typing import Final
 
+import numpy as np
 from markers import between
 
 from impact.files.safe_files import write_whole
 from seatfem.measured import ComparedSet, Comparison, counted, measured_table, with_uncertainty
 
 DOCS = Path(__file__).resolve().parent
+sys.path.insert(0, str(DOCS.parent))
+from tests.known_answers.round_bars import bar_frequency  # noqa: E402
+from tests.measured import striker_shot  # noqa: E402
+
+ROOTS: Final = "../tests/known_answers/round_bars.py"
 HEAD: Final = """\
 # Measured
 
@@ -93,6 +100,34 @@ def row_of_set(compared: ComparedSet) -> str:
     return f"| {link} | {len(compared.record.fitted)} | {len(compared.rows)} | {overlaps} |"
 
 
+def dispersion(compared: ComparedSet) -> str:
+    """Return the crests of a striker's shot by the axisymmetric model, by the roots of Pochhammer and Chree, and by a
+    rod without dispersion; what the phase velocities of both differ by."""
+    record = compared.record
+    model = striker_shot.speeds(record, 2)
+    exact, plain = model.copy(), model.copy()
+    numbers = model[1:, 0]
+    exact[1:, 1] = [bar_frequency(float(k), float(record.geometry["poisson"])) / k for k in numbers]
+    plain[:, 1] = 1.0
+    off = np.abs(model[1:, 1] / exact[1:, 1] - 1)
+    courses = [striker_shot.crests(record, each) for each in (model, exact, plain)]
+    lines = [
+        f"The waves of a round bar are known exactly: [roots]({ROOTS}) of the frequency equation of Pochhammer (1876) "
+        "and Chree (1889). The phase velocities of the axisymmetric model differ from them by at most "
+        f"{off.max():.1e} up to a wave number of {numbers[-1]:.2g} over the radius, where they have fallen to "
+        f"{exact[-1, 1]:.3f} of that of a rod.\n",
+        "| crest | measured | axisymmetric model | Pochhammer and Chree | rod without dispersion |",
+        "|---|---|---|---|---|",
+        *(
+            f"| {name} | {with_uncertainty(row.measured.value, row.measured.uncertainty, 'us')} | "
+            + " | ".join(f"{course[k]:.2f} us" for course in courses)
+            + " |"
+            for k, (name, row) in enumerate(zip(striker_shot.CRESTS, compared.rows, strict=True))
+        ),
+    ]
+    return "\n".join(lines) + "\n\n"
+
+
 def section(compared: ComparedSet) -> str:
     """Return the section of one set."""
     record = compared.record
@@ -110,7 +145,8 @@ def section(compared: ComparedSet) -> str:
         *(row_of(row, reasons) for row in compared.rows),
     ]
     below = "".join(f"\n({letter}) {reason}\n" for reason, letter in reasons.items())
-    return "\n".join(lines) + f"\n{below}\n"
+    more = dispersion(compared) if record.name == striker_shot.__name__.rpartition(".")[2] else ""
+    return "\n".join(lines) + f"\n{below}\n" + more
 
 
 def repeated_reasons(rows: Sequence[Comparison]) -> dict[str, str]:

@@ -120,6 +120,7 @@ for verb in (
     scene_verbs.trade,
     other_verbs.sweep,
     other_verbs.optimise,
+    other_verbs.identify,
     scene_verbs.greens,
     scene_verbs.modes,
     other_verbs.init,

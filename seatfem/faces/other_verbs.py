@@ -28,6 +28,7 @@ from seatfem.faces.terminal import (
     progress_of,
 )
 from seatfem.structures import inspection
+from seatfem.study import identify as identification
 from seatfem.study import scene
 from seatfem.study import sweep as sweeps
 from seatfem.study.safety import Effort
@@ -370,6 +371,33 @@ def optimise(
     sentences = (numbers["left_out"], *optimum.table(optimum.searched).failures(), optimum.in_words())
     print_outcome(terminal, sentences, [gap], files)
     return DONE if optimum.is_met else FAILED
+
+
+def identify(
+    record: Annotated[
+        Path, Parameter(help="The record file (TOML): a scene, records, keys to be fitted (docs/howto/identify.md).")
+    ],
+    /,
+    *,
+    output: Output = None,
+    no_pictures: Annotated[bool, Parameter(negative="", help="Numbers and files only.")] = False,
+    common: Common = COMMON,
+) -> int:
+    """Find the values of a scene's keys that explain records of force, strain or motion: each with its interval, and
+    what the records do not tell.
+
+    Parameters
+    ----------
+    output:
+        Folder for identify.json and identify.png [default: the record file's name + "-identify"].
+    """
+    folder, spoken = output or Path(f"{record.stem}-identify"), lines(stderr=True, quiet=common.quiet)
+    with progress_of(common) as progress:
+        result, files, gap = identification.fit.identify(
+            record, folder, pictures=not no_pictures, progress=progress, tell=spoken.print
+        )
+    print_outcome(lines(quiet=common.quiet), result.sentences(), [gap], files)
+    return DONE
 
 
 def study_ahead(path: Path) -> sweeps.sweep.Ahead | sweeps.optimum.SearchAhead | None:

@@ -285,6 +285,7 @@ ROOMS = (
 """Of `seatfem`, the lowest first: each imports from those before it, inside functions too."""
 IN_STUDY = (
     "safety", "scene", "method", "impacts", "prerun", "ladders", "accuracy", "planning", "runs", "sweep", "trade",
+    "identify",
 )  # fmt: skip
 """The same of what a study is made of."""
 LEAVES = ("machine/calibration.py", "machine/doctor.py", "measured.py", "verify.py")

@@ -5,9 +5,11 @@ far, and of a joint by table its two branches. (Laws without a memory take scala
 
 from __future__ import annotations
 
+import numpy as np
+
 from impact.march.laws import BLENDED, DEEPEST, FIRST_KNOT, PASSIVE, ROUGH
 from impact.march.loop.compiled import compiled
-from impact.march.loop.forces import RIGID, narrowed
+from impact.march.loop.forces import RIGID, narrowed, step_force, stiffness
 
 NEAR = 1e-3  # (x - y)/(x + y) below which secants of powers are taken from their series: its next term is 1e-18
 
@@ -190,3 +192,25 @@ def _power_mean(n, x, y):
         series = 1.0 + n * (n - 1.0) / 6.0 * square * (1.0 + (n - 2.0) * (n - 3.0) / 20.0 * square)
         return (0.5 * (x + y)) ** n * series
     return (x ** (n + 1.0) - y ** (n + 1.0)) / ((n + 1.0) * (x - y))
+
+
+@compiled()
+def forces_along(code, rule, numbers, i, ends, starts, deepest, together, dt):
+    """Return (n,) the forces of steps from the penetrations ``starts`` to ``ends``, of a law without a memory, too, as
+    the march takes them; ``deepest`` (n,): closures before each step, ``together``: as in `joint_step`."""
+    forces = np.zeros(ends.size)
+    a, b, c = numbers[i, 0], numbers[i, 1], numbers[i, 2]
+    for k in range(ends.size):
+        share = 1.0 if rule == PASSIVE else 0.0
+        if code >= ROUGH:
+            numbers[i, DEEPEST] = deepest[k]
+        if rule == BLENDED:
+            slope = (
+                joint_stiffness(code, numbers, i, starts[k]) if code >= ROUGH else stiffness(code, a, b, c, starts[k])
+            )
+            share = 1.0 if slope * together >= RIGID else (slope * together) ** 2 / (1.0 + (slope * together) ** 2)
+        if code >= ROUGH:
+            forces[k] = _mixed(code, numbers, i, ends[k], starts[k], share)
+        else:
+            forces[k] = step_force(code, a, b, c, ends[k], starts[k], dt, share)
+    return forces

@@ -161,7 +161,7 @@ class Study(Table):
     def _dotted(cls, given: object) -> object:
         """Return [vary] with reed.thickness = ... as with "reed.thickness" = ..."""
         if isinstance(given, Mapping) and isinstance(vary := given.get("vary"), Mapping):
-            return {**given, "vary": dict(_flat(vary))}
+            return {**given, "vary": dict(by_dotted_key(vary))}
         return given
 
     @property
@@ -241,11 +241,11 @@ class Study(Table):
             yield "limit", f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
 
 
-def _flat(vary: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+def by_dotted_key(vary: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
     """Yield values by dotted key; a table with a key of a variation is one, others hold further keys."""
     for key, value in vary.items():
         if isinstance(value, Mapping) and not OF_VARIATIONS & value.keys() and before.count(".") < DEEPEST:
-            yield from _flat(value, f"{before}{key}.")
+            yield from by_dotted_key(value, f"{before}{key}.")
         else:
             yield f"{before}{key}", value
 

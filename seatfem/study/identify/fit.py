@@ -1,0 +1,264 @@
+"""A record file, carried out: the fit, the interval of each key, and in words what the records tell."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from impact.files.csv_table import without_nan
+from impact.greens.base import Array
+from impact.notices import Progress, silent
+from impact.pictures.drawing import gap_of
+from impact.quantities import enumeration, in_digits, in_time
+from seatfem.readings import places_of, rounded
+from seatfem.study.identify import figure, intervals
+from seatfem.study.identify.intervals import EDGE, Counted, Interval, Valley
+from seatfem.study.identify.record import Fitted, Identification, load_identification
+from seatfem.study.identify.shots import Model
+from seatfem.study.impacts.contact import RunError
+from seatfem.study.runs.summary import write_json
+from seatfem.study.scene.problems import scene_error
+
+FILE: Final = "identify.json"
+PICTURE: Final = "identify.png"
+MOST: Final = 60  # evaluations of the fit; of the profiles see `intervals`
+EVALUATIONS: Final = 2  # derivatives that the profile of a key costs, about
+FILLS: Final = 0.9  # share of its bounds from which on an interval is said to fill them
+TOGETHER: Final = 0.95  # correlation of two keys from which on they are said to be told only together
+WORSE: Final = 1.5  # misfit over the noise from which on the model is said not to reach the record
+LOST: Final = 1e-6  # change of the residuals, over all bounds, below which a key has no influence
+SLOW: Final = 30.0  # predicted time of a fit [s] from which on it is told beforehand
+
+
+class IdentifyError(RunError):
+    """A fit that cannot be made; the message names the key and the remedy."""
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What a fit came to.
+
+    Attributes:
+        model: that was fitted.
+        shares: (P,) of the bounds.
+        intervals: of each key.
+        correlation: (P, P) of the keys.
+        counted: how much each record counts.
+        spring, spring_misfit: each record on the seat's static stiffness, and its misfit; none, nan where it has none.
+        seconds: of the clock.
+    """
+
+    model: Model
+    shares: Array
+    intervals: tuple[Interval, ...]
+    correlation: Array
+    counted: tuple[Counted, ...]
+    spring: tuple[Array, ...]
+    spring_misfit: tuple[float, ...]
+    seconds: float
+
+    @property
+    def asked(self) -> Identification:
+        """Return the record file."""
+        return self.model.asked
+
+    def __iter__(self) -> Iterator[tuple[str, Fitted, float, Interval]]:
+        """Yield each key with its number and its interval."""
+        pairs = zip(self.asked.fit.items(), self.shares, self.intervals, strict=True)
+        for (key, fitted), share, interval in pairs:
+            yield key, fitted, fitted.value(float(share)), interval
+
+    def sentences(self) -> Iterator[str]:
+        """Yield values with their intervals first, then what the records do not tell, then how well they are met."""
+        for key, fitted, value, interval in self:
+            yield f"{fitted.name or key} = {_with_ends(fitted, value, interval)}"
+        for key, fitted, value, interval in self:
+            yield from _not_told(key, fitted, value, interval)
+        keys = list(self.asked.fit)
+        for i, j in zip(*np.triu_indices(len(keys), 1), strict=True):
+            if abs(rho := float(self.correlation[i, j])) > TOGETHER:
+                names = " and ".join(self.asked.fit[keys[k]].name or keys[k] for k in (i, j))
+                remedy = "state one of them, or add a shot or a record in which they part"
+                yield f"{names} are told only together (correlation {rho:.3f}): {remedy}"
+        for each, one, spring in zip(self.asked.record, self.counted, self.spring_misfit, strict=True):
+            yield from _met(each.name, one, spring)
+        yield from self.model.notes
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all numbers, those of a key in the unit of its bounds."""
+        keys = [
+            {
+                "key": key, "name": fitted.name or key, "unit": fitted.unit, "value": value,
+                "low": fitted.value(interval.low), "high": fitted.value(interval.high),
+                "told": not (interval.at_low and interval.at_high) and _filled(interval) < FILLS,
+                "low_is_bound": interval.at_low, "high_is_bound": interval.at_high,
+                "start": fitted.start[0], "from": fitted.low[0], "to": fitted.high[0],
+            }
+            for key, fitted, value, interval in self
+        ]  # fmt: skip
+        records = [
+            {
+                "name": record.name, "samples": each.samples, "effective_samples": each.samples / each.tau,
+                "noise": samples.noise, "misfit": each.misfit, "spring_misfit": spring,
+            }
+            for record, each, samples, spring in zip(
+                self.asked.record, self.counted, self.model.samples, self.spring_misfit, strict=True
+            )
+        ]  # fmt: skip
+        numbers = {
+            "title": self.asked.heading,
+            "scene": self.asked.scene.name,
+            "level": intervals.LEVEL,
+            "keys": keys,
+            "correlation": self.correlation.tolist(),
+            "records": records,
+            "marches": self.model.marches,
+            "notes": list(self.model.notes),
+            "wall_time_s": self.seconds,
+        }
+        return {key: without_nan(value) for key, value in numbers.items()}
+
+
+def identify(
+    path: Path | str,
+    folder: Path | None = None,
+    *,
+    pictures: bool = True,
+    progress: Progress = silent,
+    tell: Callable[[str], object] = lambda words: None,
+) -> tuple[Identified, tuple[Path, ...], str]:
+    """Fit the keys of a record file to its records.
+
+    ``folder``: for identify.json and identify.png; ``None``: nothing is written. ``tell`` takes a sentence beforehand,
+    of a fit that takes long. Returns what it came to, the files written, and why there is no picture, or "".
+
+    Raises:
+        SceneError: everything that is wrong in the record file or the scene, by key.
+        IdentifyError: a key without influence.
+        RunError, ContactError: a scene that cannot be run as it is.
+    """
+    begun = time.perf_counter()
+    asked, samples = load_identification(path)
+    model = Model(asked, samples)
+    start = np.array([fitted.share(fitted.start[0]) for fitted in asked.fit.values()])
+    first = np.clip(start, EDGE, 1 - EDGE)
+    _check_influence(model, first)
+    once = time.perf_counter()
+    model.jacobian(np.clip(start, 2 * EDGE, 1 - 2 * EDGE))
+    price = (time.perf_counter() - once) * (MOST / 3 + EVALUATIONS * len(start))
+    if price > SLOW:
+        tell(f"about {in_time(price)}, by the time of the first march and its derivatives")
+    progress("fitting", 0.0)
+    lengths = np.cumsum([len(each.time) for each in samples])[:-1]
+    weights = [1.0] * len(samples)
+
+    def weighted(values: Array) -> Array:
+        parts = np.split(values, lengths)
+        return np.concatenate([weight * part for weight, part in zip(weights, parts, strict=True)])
+
+    def residuals(shares: Array) -> Array:
+        return weighted(model.residuals(shares))
+
+    def jacobian(shares: Array) -> Array:
+        return weighted(model.jacobian(shares))
+
+    best = np.asarray(intervals.fit(residuals, jacobian, first, MOST).x)
+    counted = _counted(model, best, lengths)
+    weights[:] = [each.weight for each in counted]
+    if len(samples) > 1:
+        best = np.asarray(intervals.fit(residuals, jacobian, best, MOST).x)
+        counted = _counted(model, best, lengths)
+        weights[:] = [each.weight for each in counted]
+    valley, ends = Valley.around(residuals, jacobian, best, intervals.quantile(counted, len(best))), []
+    for key in range(len(best)):
+        progress("fitting", (key + 1) / (len(best) + 1))
+        ends.append(valley.interval(key))
+    deviation = np.sqrt(np.diag(valley.covariance))
+    correlation = valley.covariance / np.outer(deviation, deviation)
+    spring, misfits = _spring(model, best)
+    progress("fitting", 1.0)
+    result = Identified(model, best, tuple(ends), correlation, counted, spring, misfits, time.perf_counter() - begun)
+    if folder is None:
+        return result, (), ""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_json(folder / FILE, result.as_json())
+    picture = folder / PICTURE
+    gap = gap_of(lambda file: figure.draw(result, file), picture) if pictures else ""
+    return result, (folder / FILE, *([picture] if pictures and not gap else [])), gap
+
+
+def _counted(model: Model, shares: Array, lengths: Array) -> tuple[Counted, ...]:
+    parts = np.split(model.residuals(shares), lengths)
+    total = sum(map(len, parts))
+    return tuple(intervals.counted(part, len(shares) * len(part) / total) for part in parts)
+
+
+def _spring(model: Model, shares: Array) -> tuple[tuple[Array, ...], tuple[float, ...]]:
+    """Return the records on the seat's static stiffness, and their misfits; nothing of a seat that has none."""
+    try:
+        courses = model.at(shares, spring=True)
+    except RunError:
+        return (), (math.nan,) * len(model.samples)
+    pairs = zip(courses, model.samples, strict=True)
+    return tuple(courses), tuple(float(np.sqrt(np.mean((one - each.value) ** 2))) / each.noise for one, each in pairs)
+
+
+def _check_influence(model: Model, shares: Array) -> None:
+    """Raise `IdentifyError` for keys that change nothing, in the words of the record file."""
+    try:
+        sizes = np.abs(model.jacobian(shares)).max(axis=0)
+    except RunError as error:
+        raise scene_error("scene", str(error)) from None
+    idle = [key for key, size in zip(model.keys, sizes, strict=True) if not size > LOST]
+    if idle:
+        raise IdentifyError(
+            f"fit: {enumeration(idle)} changes no record at the start by more than {LOST:g} of its noise: the bodies "
+            "may not touch, or not part, while it is recorded; take the key out, begin elsewhere, or add a record that "
+            "feels it"
+        )
+
+
+def _filled(interval: Interval) -> float:
+    return interval.high - interval.low
+
+
+def _with_ends(fitted: Fitted, value: float, interval: Interval) -> str:
+    """Return a number with its interval: "18.3 +- 0.4 um (95 %)", or its ends where these lie unevenly."""
+    low, high = fitted.value(interval.low), fitted.value(interval.high)
+    unit = f" {fitted.unit}" if fitted.unit else ""
+    half, places = (high - low) / 2, places_of(value, (high - low) / 2)
+    if half > 0 and abs((high + low) / 2 - value) < 0.1 * half:
+        return f"{rounded(value, places)} +- {rounded(half, places)}{unit} (95 %)"
+    return f"{rounded(value, places)}{unit} ({rounded(low, places)} to {rounded(high, places)}, 95 %)"
+
+
+def _not_told(key: str, fitted: Fitted, value: float, interval: Interval) -> Iterator[str]:
+    name, unit = fitted.name or key, f" {fitted.unit}" if fitted.unit else ""
+    low, high = fitted.low[0], fitted.high[0]
+    if (interval.at_low and interval.at_high) or _filled(interval) >= FILLS:
+        remedy = "add a record that feels it, or state it"
+        if key.startswith("contact.law"):
+            remedy = "a harder shot would, or a record of the force"
+        elif "damping" in key:
+            remedy = "a longer record of the ringing would"
+        yield f"the records do not tell {name}: its interval fills the bounds, {low:g} to {high:g}{unit}; {remedy}"
+    elif interval.at_low or interval.at_high:
+        end, word = (high, "no upper") if interval.at_high else (low, "no lower")
+        yield f"the records give {name} {word} limit: its interval ends at the bound, {end:g}{unit}; widen the bounds"
+
+
+def _met(name: str, one: Counted, spring: float) -> Iterator[str]:
+    beside = "" if math.isnan(spring) else f"; on the seat's static stiffness {in_digits(spring, 3)} times"
+    yield f"{name}: what is left is {in_digits(one.misfit, 3)} times the noise{beside}"
+    if one.misfit * math.sqrt(one.tau) > WORSE:
+        yield (
+            f"{name}: what is left hangs together over {in_digits(one.tau, 2)} samples: the model does not reach the "
+            f"record, {one.samples} samples count as {in_digits(one.samples / one.tau, 2)}, and the intervals are "
+            "wider by it"
+        )

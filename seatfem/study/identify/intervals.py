@@ -1,0 +1,189 @@
+"""Intervals of fitted keys: where the profile of the misfit has risen by what noise and model leave.
+
+Residuals of real records hang together, as a model is never quite right and a gauge has a band of its own. A record of
+n samples whose residuals have the variance s^2 over the noise and the autocorrelations rho_k counts as
+
+    n/tau samples,   tau = 1 + 2 sum rho_k,
+
+and its part of the sum of squares is divided by s^2 tau, or by 1 where that is more: the noise that is stated. With
+that weight w of each record an end of the interval of a key is where, all others fitted anew,
+
+    min sum w r^2 - sum w r^2 (fit) = t^2,
+
+t the quantile of Student's distribution for the samples that count, less the keys. tau is summed over the lags until
+rho of two neighbours together turns negative (Geyer, Statist. Sci. 7 (1992) 473); intervals by
+profiles: Venzon & Moolgavkar, Appl. Statist. 37 (1988) 87.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from impact.greens.base import Array
+
+LEVEL: Final = 0.95
+CLOSE: Final = 0.02  # relative accuracy of an interval's half width
+TRIES: Final = 5  # points of a profile, at most; its root is nearly a line
+INNER: Final = 12  # evaluations by which the other keys are fitted at a point of a profile, at most
+LOOSE: Final = 1e-5  # tolerance of these fits: of a sum of some thousand squares it leaves a hundredth of one
+EDGE: Final = 1e-6  # share of the bounds next to one of them at which a fit counts as at the bound
+Vector = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Counted:
+    """How much a record counts: rms ``misfit`` over the noise, ``tau`` samples that hang together, its ``samples``."""
+
+    misfit: float
+    tau: float
+    samples: int
+
+    @property
+    def weight(self) -> float:
+        """Return the factor of its residuals."""
+        return 1 / max(1.0, self.misfit * math.sqrt(self.tau))
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Ends of an interval in shares of the bounds, and whether they are bounds that the record does not exclude."""
+
+    low: float
+    high: float
+    at_low: bool
+    at_high: bool
+
+
+def counted(residuals: Array, keys: float) -> Counted:
+    """Return how much a record with these residuals counts; ``keys``: how many its share of the fit has used up."""
+    n = len(residuals)
+    misfit = math.sqrt(float(residuals @ residuals) / max(n - keys, 1.0))
+    return Counted(misfit, correlation_time(residuals), n)
+
+
+def correlation_time(residuals: Array) -> float:
+    """Return tau >= 1: how many samples count as one, at most all of them."""
+    n = len(residuals)
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.fft.rfft(residuals, size)  # about zero: what stays on one side of it hangs together
+    covered = np.fft.irfft(np.abs(spectrum) ** 2, size)[:n]
+    if not covered[0] > 0:
+        return 1.0
+    rho = covered / covered[0]
+    pairs = rho[: n - n % 2].reshape(-1, 2).sum(axis=1)
+    ends = np.flatnonzero(pairs <= 0)
+    kept = pairs[: int(ends[0])] if ends.size else pairs
+    return float(min(max(1.0, 2 * kept.sum() - 1), n))
+
+
+def quantile(records: Sequence[Counted], keys: int) -> float:
+    """Return t for the samples that count."""
+    free = sum(each.samples / each.tau for each in records) - keys
+    return float(scipy.stats.t.ppf((1 + LEVEL) / 2, max(free, 1.0)))
+
+
+def fit(residuals: Vector, jacobian: Vector, start: Array, most: int, tolerance: float = 1e-8) -> Any:
+    """Return the least squares within 0..1, to a relative ``tolerance`` of the shares and of the sum."""
+    return scipy.optimize.least_squares(
+        residuals, np.clip(start, EDGE, 1 - EDGE), jacobian, bounds=(0.0, 1.0), x_scale="jac", max_nfev=most,
+        xtol=tolerance, ftol=tolerance, gtol=None,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Valley:
+    """A fit and what is around it.
+
+    Attributes:
+        residuals, jacobian: weighted, by shares of the bounds.
+        best: (P,) shares of the fit.
+        slope: (N, P) the derivatives there.
+        covariance: (P, P) of the shares by them, where a profile begins.
+        t: square root of the rise of the sum of squares at the ends of an interval.
+    """
+
+    residuals: Vector
+    jacobian: Vector
+    best: Array
+    slope: Array
+    covariance: Array
+    t: float
+
+    @staticmethod
+    def around(residuals: Vector, jacobian: Vector, best: Array, t: float) -> Valley:
+        """Return the valley around a fit."""
+        slope = jacobian(best)
+        covariance = np.asarray(np.linalg.pinv(slope.T @ slope, rcond=1e-14), dtype=np.float64)
+        return Valley(residuals, jacobian, best, slope, covariance, t)
+
+    def interval(self, key: int) -> Interval:
+        """Return the interval of a key by its profile."""
+        least = float(np.sum(self.residuals(self.best) ** 2))
+        (low, at_low), (high, at_high) = (self._end(key, least, sign) for sign in (-1, 1))
+        return Interval(low, high, at_low, at_high)
+
+    def _end(self, key: int, least: float, sign: int) -> tuple[float, bool]:
+        """Return an end of an interval, and whether it is a bound."""
+        best, t, spread = float(self.best[key]), self.t, float(self.covariance[key, key])
+        along = self.covariance[:, key] / spread
+        room = best if sign < 0 else 1 - best
+        if room < EDGE:
+            return (0.0 if sign < 0 else 1.0), True
+        distance = min(t * math.sqrt(spread), room)
+        low, high = (0.0, 0.0), (math.inf, math.inf)
+        for _ in range(TRIES):
+            rise = self._rise(self.best + sign * distance * along, key, least)
+            if distance >= room and rise <= t:
+                return (0.0 if sign < 0 else 1.0), True
+            if abs(rise - t) <= CLOSE * t:
+                break
+            low, high = ((distance, rise), high) if rise < t else (low, (distance, rise))
+            guess = distance * t / rise if rise > 0.1 * t else 3 * distance
+            if math.isfinite(high[0]):
+                share = (t - low[1]) / (high[1] - low[1])
+                guess = low[0] + share * (high[0] - low[0])
+            distance = min(guess, room)
+        return best + sign * distance, False
+
+    def _rise(self, at: Array, key: int, least: float) -> float:
+        """Return the square root of the rise of the sum of squares with one key held and all others fitted: by the
+        derivatives at the fit, and where that fails by their own."""
+        others = np.delete(np.arange(len(at)), key)
+        at = np.clip(at, 0.0, 1.0)
+        left = self.residuals(at)
+        total = float(left @ left)
+        for _ in range(INNER if len(others) else 0):
+            nearer = at.copy()
+            nearer[others] = np.clip(at[others] - np.linalg.lstsq(self.slope[:, others], left, rcond=None)[0], 0.0, 1.0)
+            left = self.residuals(nearer)
+            gain = total - float(left @ left)
+            if gain < -CLOSE * self.t**2:
+                at = self._refitted(at, others)
+                total = float(np.sum(self.residuals(at) ** 2))
+                break
+            at, total = nearer, total - gain
+            if gain < CLOSE * self.t**2:
+                break
+        return math.sqrt(max(total - least, 0.0))
+
+    def _refitted(self, at: Array, others: NDArray[np.int64]) -> Array:
+        """Return the shares with those of ``others`` fitted anew, where they change anything at all."""
+
+        def whole(shares: Array) -> Array:
+            every = at.copy()
+            every[others] = shares
+            return every
+
+        if not np.any(self.jacobian(at)[:, others]):
+            return at
+        held = fit(
+            lambda x: self.residuals(whole(x)), lambda x: self.jacobian(whole(x))[:, others], at[others], INNER, LOOSE
+        )
+        return whole(np.asarray(held.x))

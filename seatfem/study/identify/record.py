@@ -1,0 +1,239 @@
+"""Record files: a scene, records of one or several shots, and the keys that are fitted to them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from impact.bodies.time_series import TimeSeriesError, read_time_series
+from impact.greens.base import Array
+from seatfem import fields
+from seatfem.study.scene.load import load_table, located
+from seatfem.study.scene.problems import Problem, SceneError
+from seatfem.study.sweep.study import WholeKey, by_dotted_key
+from seatfem.study.sweep.variations import Quantity, Value
+from seatfem.units import UnitError, number_and_unit, parse_fraction, parse_quantity
+
+MOST_SAMPLES: Final = 20_000  # samples of a record between `from` and `to`: each is compared in each march of a fit
+MOST_RECORDS: Final = 20
+MOST_KEYS: Final = 12
+LOG: Final = 10.0  # ratio of positive bounds above which a key is fitted by its logarithm
+NOTHING: Final = 2e-5
+"""Share of the way between bounds of which a value next to zero is zero: a scene refuses lengths below a nanometre."""
+QUIET: Final = 10  # fewest samples of a quiet part: of ten the noise is known to a quarter
+OWN: Final = ("gain", "delay")  # keys of records that may be fitted: `gain` of all of them, `gain.NAME` of one
+DIMENSIONS: Final = {"force": "force", "strain": "", "displacement": "length", "velocity": "velocity"}
+
+Kind = Literal["force", "strain", "displacement", "velocity"]
+Instant = Annotated[float, BeforeValidator(fields.ReadQuantity("time"))]
+
+
+class Fitted(fields.Table):
+    """A key that is fitted: where the search begins, and between what."""
+
+    start: Quantity = Field(description="where the search begins")
+    low: Quantity = Field(alias="from", description="least value")
+    high: Quantity = Field(alias="to", description="greatest value")
+    name: str = fields.default("", "in results; the key where absent", pattern=r"^[\w .-]{0,40}$")
+
+    def contradictions(self) -> fields.Contradictions:
+        for key, (_, unit) in (("from", self.low), ("to", self.high)):
+            if unit != self.unit:
+                yield key, f"is in {unit or 'no unit'}, start in {self.unit or 'none'}: give all in one unit"
+        low, high = self.low[0], self.high[0]
+        if not low < high:
+            yield "to", f"{high:g} must be above from = {low:g}"
+        if not low <= self.start[0] <= high:
+            yield "start", f"{self.start[0]:g} lies outside of from = {low:g}, to = {high:g}: move it, or the bounds"
+
+    @property
+    def unit(self) -> str:
+        """Return the unit of all its numbers, as the file has it."""
+        return self.start[1]
+
+    @property
+    def by_logarithm(self) -> bool:
+        """Return whether it is fitted by its logarithm."""
+        return self.low[0] > 0 and self.high[0] > LOG * self.low[0]
+
+    def value(self, share: float) -> float:
+        """Return the number at a share, 0..1, of the way from least to greatest."""
+        low, high = self.low[0], self.high[0]
+        if share in (0.0, 1.0):
+            return high if share else low
+        if self.by_logarithm:
+            return low * float((high / low) ** share)
+        value = low + (high - low) * share
+        return 0.0 if abs(value) < NOTHING * (high - low) else value
+
+    def share(self, value: float) -> float:
+        """Return the share at a number."""
+        low, high = self.low[0], self.high[0]
+        return math.log(value / low) / math.log(high / low) if self.by_logarithm else (value - low) / (high - low)
+
+    def written(self, value: float) -> Value:
+        """Return a number as a scene file has it."""
+        return f"{value!r} {self.unit}" if self.unit else value
+
+
+class Record(fields.Table):
+    """A record of a shot: contact force, strain at a gauge of the scene, or motion of a body at the contact."""
+
+    name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,30}$", description="in results: small letters, digits and _")
+    file: fields.ExistingFile = Field(description="CSV file with heads as in `time [us],force [N]`")
+    kind: Kind = Field(description="what was recorded: force of the contact, strain, displacement or velocity")
+    column: str = fields.default("", "head of its column; the kind where absent", max_length=200)
+    of: str = fields.default("", "gauge of a strain; of a motion `seat` or `reed`", pattern=r"^[a-z0-9_]*$")
+    noise: str | float | None = fields.absent("standard deviation of the noise, with its unit; of a strain a number")
+    quiet: tuple[Instant, Instant] | None = fields.absent(
+        "or from when to when nothing happens: noise is the scatter there, and its mean is taken off"
+    )
+    start: Instant | None = fields.absent("from when it is compared", alias="from")
+    end: Instant | None = fields.absent("until when it is compared", alias="to")
+    gain: float = fields.default(1.0, "by which the record is larger than what it records", gt=-1e9, lt=1e9)
+    delay: Instant = fields.default("0 s", "by which it is later")
+    set: dict[WholeKey, Any] = fields.default({}, "values of the scene's keys in this shot, by dotted key")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _dotted(cls, given: object) -> object:
+        if isinstance(given, Mapping) and isinstance(values := given.get("set"), Mapping):
+            return {**given, "set": dict(by_dotted_key(values))}
+        return given
+
+    def contradictions(self) -> fields.Contradictions:
+        self.check_one_of(("noise", "quiet"), "nothing says how far the record is off by its noise")
+        if self.noise is not None:
+            try:
+                sigma = self._noise()
+            except UnitError as error:
+                yield "noise", str(error)
+            else:
+                if not sigma > 0:
+                    yield "noise", f"{self.noise!r} must be positive"
+        if self.kind == "strain" and not self.of:
+            yield "of", "required key is missing: the name of a [[gauge]] of the scene"
+        if self.kind in ("displacement", "velocity") and self.of not in ("seat", "reed"):
+            yield "of", f"{self.of!r} must be 'seat' or 'reed': whose motion at the contact"
+        if self.kind == "force" and self.of:
+            yield "of", "a force is that of the contact with the seat; remove the key"
+        for name, span in (("quiet", self.quiet), ("to", (self.start, self.end))):
+            if span is not None and None not in span and not span[0] < span[1]:  # type: ignore[operator]
+                yield name, f"ends at {span[1]:g} s, before it begins, at {span[0]:g} s"
+
+    def _noise(self) -> float:
+        dimension, text = DIMENSIONS[self.kind], str(self.noise)
+        return parse_quantity(text, dimension) if dimension else parse_fraction(text)
+
+    def samples(self) -> Samples:
+        """Return what is compared. Raises `KeyProblem` with the key that is wrong."""
+        with fields.problem_of("file", TimeSeriesError):
+            columns: dict[str, str] = {self.kind: self.column} if self.column else {}
+            series = read_time_series(self.file, self.kind, columns=columns)
+        time, value = series.time, series.value
+        if self.noise is not None:
+            sigma = self._noise()
+        else:
+            assert self.quiet is not None
+            calm = value[(time >= self.quiet[0]) & (time <= self.quiet[1])]
+            if len(calm) < QUIET:
+                raise fields.KeyProblem("quiet", f"holds {len(calm)} samples, at least {QUIET} are needed: widen it")
+            sigma, value = float(calm.std(ddof=1)), value - calm.mean()
+            if not sigma > 0:
+                raise fields.KeyProblem("quiet", "all samples are equal there: state noise")
+        first, last = (-math.inf if self.start is None else self.start), (math.inf if self.end is None else self.end)
+        kept = (time >= first) & (time <= last)
+        count = int(np.count_nonzero(kept))
+        if count < 2:
+            raise fields.KeyProblem("from", f"{count} samples lie between from and to, at least 2 are needed")
+        if count > MOST_SAMPLES:
+            words = f"{count} samples are compared, at most {MOST_SAMPLES}: narrow from and to, or thin the record"
+            raise fields.KeyProblem("file", words)
+        return Samples(self, time[kept], value[kept], sigma)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples of a ``record`` that are compared: times [s], values and the noise's standard deviation, SI."""
+
+    record: Record
+    time: Array
+    value: Array
+    noise: float
+
+
+class Identification(fields.Table):
+    """What is asked: which values of these keys explain these records."""
+
+    title: str = fields.default("", "for pictures")
+    scene: fields.ExistingFile = Field(description="the scene's file")
+    record: tuple[Record, ...] = Field(min_length=1, max_length=MOST_RECORDS, description="the records")
+    fit: dict[WholeKey, Fitted] = Field(
+        min_length=1, max_length=MOST_KEYS, description="by dotted key of the scene, or gain and delay of records"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _dotted(cls, given: object) -> object:
+        """Return [fit] with contact.gap = ... as with "contact.gap" = ..."""
+        if isinstance(given, Mapping) and isinstance(fit := given.get("fit"), Mapping):
+            return {**given, "fit": dict(by_dotted_key(fit))}
+        return given
+
+    @property
+    def heading(self) -> str:
+        """Return the heading, for people."""
+        return self.title or self.scene.stem.replace("_", " ")
+
+    def contradictions(self) -> fields.Contradictions:
+        names = [each.name for each in self.record]
+        for number, name in enumerate(names):
+            if name in names[:number]:
+                yield f"record.{number}.name", f"{name!r} is the name of two records: give each its own"
+        for key, fitted in self.fit.items():
+            own, _, of = key.partition(".")
+            if own in OWN and of and of not in names:
+                yield f"fit.{key}", f"there is no record {of!r}; there are {', '.join(names)}"
+            if own == "delay":
+                try:
+                    parse_quantity(str(fitted.written(fitted.start[0])), "time")
+                except UnitError as error:
+                    yield f"fit.{key}.start", str(error)
+            if own == "gain" and fitted.unit:
+                yield f"fit.{key}.start", f"a gain has no unit, this is in {fitted.unit}"
+            if clash := next((each.name for each in self.record if key in each.set), ""):
+                yield f"fit.{key}", f"record {clash!r} sets it: fit it, or set it"
+
+
+def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples, ...]]:
+    """Read a record file (TOML, up to 1 MB) and its records. Its files are looked for from its own folder.
+
+    Raises `SceneError` with everything that is wrong.
+    """
+    asked = load_table(path, Identification)
+    read, problems = [], []
+    for number, each in enumerate(asked.record):
+        try:
+            read.append(each.samples())
+        except fields.KeyProblem as problem:
+            place = ("record", number, problem.key)
+            problems.append(Problem(None, 0, f"record.{number}.{problem.key}", str(problem), place))
+    total = sum(len(each.time) for each in read)
+    if not problems and total <= len(asked.fit):
+        words = f"{len(asked.fit)} keys and {total} samples: fit fewer keys, or compare more samples"
+        problems.append(Problem(None, 0, "fit", words, ("fit",)))
+    if problems:
+        raise located(SceneError(tuple(problems)), Path(path))
+    return asked, tuple(read)
+
+
+def number_of(value: Value) -> float:
+    """Return the number of a value as a file has it, a delay's in seconds."""
+    number, unit = number_and_unit(value)
+    return parse_quantity(str(value), "time") if unit else number

@@ -1,0 +1,317 @@
+"""What a scene says of the records of its shots at given values of the fitted keys, and its derivatives by them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+import impact
+from impact.greens.base import Array
+from impact.march import motion
+from impact.march.prepared import step_count
+from impact.march.problem import ContactProblem
+from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_not
+from seatfem.structures.cache import Cache
+from seatfem.study.identify.record import OWN, Identification, Samples, number_of
+from seatfem.study.impacts import drives
+from seatfem.study.impacts.contact import check_step, fallback_step, problem_of, seat_of, striker_of
+from seatfem.study.impacts.gauges import gauge_strains
+from seatfem.study.runs.afterwards import static_stiffness
+from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene.problems import scene_error
+from seatfem.study.sweep.variations import Value
+
+WIDTH: Final = 1e-4
+"""Half the width of central differences of data, over the bounds of a key: to its square, 1e-8, and eps over it."""
+OF_THE_CONTACT: Final = ("contact.law", "contact.gap")  # keys that change no body
+MOST_BODIES: Final = 64  # bodies that are kept: those of the last few evaluations
+Values = Mapping[str, float]  # numbers of the fitted keys, each in the unit of its bounds
+Course = tuple[Array, Array]  # times [s] and values (SI), as they are computed
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What differs in a shot, as the scene would have it, and the records of it by their numbers."""
+
+    changes: Mapping[str, Value]
+    records: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Marched:
+    """A shot at some values of the keys: its scene, problem and march."""
+
+    scene: Scene
+    problem: ContactProblem
+    stepper: impact.ContactStepper
+
+
+@dataclass
+class Model:
+    """The records as the scene has them, less what was recorded, over the noise.
+
+    Attributes:
+        asked: the record file.
+        samples: what was recorded.
+        marches: how many were needed so far.
+        notes: what was done otherwise than by the linearised march, and why.
+    """
+
+    asked: Identification
+    samples: tuple[Samples, ...]
+    marches: int = 0
+    notes: list[str] = field(default_factory=list)
+    _bodies: dict[str, impact.Body] = field(default_factory=dict)
+    _kernels: dict[tuple[int, float, int], motion.Discrete] = field(default_factory=dict)
+    _steps: dict[int, float] = field(default_factory=dict)
+    _touches: dict[int, int] = field(default_factory=dict)
+    _last: tuple[tuple[float, ...], list[Marched]] | None = None
+
+    def __post_init__(self) -> None:
+        groups: dict[str, list[int]] = {}
+        for number, each in enumerate(self.asked.record):
+            groups.setdefault(repr(sorted(each.set.items())), []).append(number)
+        self.shots = tuple(Shot(self.asked.record[of[0]].set, tuple(of)) for of in groups.values())
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Return the fitted keys."""
+        return tuple(self.asked.fit)
+
+    def values(self, shares: Array) -> dict[str, float]:
+        """Return the numbers of the keys at shares (P,) of their bounds."""
+        pairs = zip(self.asked.fit.items(), shares, strict=True)
+        return {key: fitted.value(float(share)) for (key, fitted), share in pairs}
+
+    def residuals(self, shares: Array) -> Array:
+        """Return (N,) computed less recorded, over the noise, at shares of the bounds."""
+        values, predicted = self.values(shares), self.predicted(self._marched(shares))
+        parts = []
+        for number, each in enumerate(self.samples):
+            parts.append((self._as_recorded(values, number, predicted[number]) - each.value) / each.noise)
+        return np.concatenate(parts)
+
+    def predicted(self, marched: Sequence[Marched]) -> dict[int, Course]:
+        """Return the course of each record, by its number, without gain and delay."""
+        return {
+            number: course
+            for shot, each in zip(self.shots, marched, strict=True)
+            for number, course in self._courses(shot, each, each.stepper.force)
+        }
+
+    def at(self, shares: Array, *, spring: bool = False) -> list[Array]:
+        """Return each record as it should be at shares of the bounds; ``spring``: on the seat's static stiffness."""
+        values = self.values(shares)
+        marched = [self._march(k, values, spring=True) for k in range(len(self.shots))] if spring else None
+        predicted = self.predicted(marched or self._marched(shares))
+        return [self._as_recorded(values, number, predicted[number]) for number in range(len(self.samples))]
+
+    def jacobian(self, shares: Array) -> Array:
+        """Return (N, P) the derivatives of the residuals by the shares of the bounds."""
+        values, marched = self.values(shares), self._marched(shares)
+        predicted = self.predicted(marched)
+        moved = [np.zeros((len(each.time), len(self.keys))) for each in self.samples]
+        of_scene = [column for column, key in enumerate(self.keys) if key.partition(".")[0] not in OWN]
+        for k, shot in enumerate(self.shots):
+            for column, number, slope in self._slopes(k, shot, shares, marched[k], of_scene):
+                moved[number][:, column] = self._as_recorded(values, number, slope)
+        for column, key in enumerate(self.keys):
+            own, _, of = key.partition(".")
+            if own not in OWN:
+                continue
+            per_share = self._per_share(shares, column) * number_of(self.asked.fit[key].written(1.0))
+            for number, each in enumerate(self.samples):
+                if of in ("", each.record.name):
+                    moved[number][:, column] = per_share * self._by_own(values, number, predicted[number], own)
+        return np.concatenate([part / each.noise for part, each in zip(moved, self.samples, strict=True)])
+
+    def _per_share(self, shares: Array, column: int) -> float:
+        """Return the derivative of a key's number by its share."""
+        fitted = self.asked.fit[self.keys[column]]
+        low, high, value = fitted.low[0], fitted.high[0], fitted.value(float(shares[column]))
+        return value * float(np.log(high / low)) if fitted.by_logarithm else high - low
+
+    def _own(self, values: Values, number: int) -> tuple[float, float]:
+        """Return gain and delay [s] of a record."""
+        record = self.asked.record[number]
+        found = {"gain": record.gain, "delay": record.delay}
+        for own in OWN:
+            for key in (own, f"{own}.{record.name}"):
+                if key in values:
+                    found[own] = number_of(self.asked.fit[key].written(values[key]))
+        return found["gain"], found["delay"]
+
+    def _as_recorded(self, values: Values, number: int, course: Course) -> Array:
+        """Return a course as its record has it: by the gain, later by the delay, at its samples, in between linear."""
+        gain, delay = self._own(values, number)
+        return np.asarray(gain * np.interp(self.samples[number].time - delay, *course))
+
+    def _by_own(self, values: Values, number: int, course: Course, own: str) -> Array:
+        """Return the derivative of the same by the gain, or by the delay: less the slope of the lines in between."""
+        gain, delay = self._own(values, number)
+        time, value = course
+        at = self.samples[number].time - delay
+        if own == "gain":
+            return np.asarray(np.interp(at, time, value))
+        piece = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
+        slope = (value[piece + 1] - value[piece]) / (time[piece + 1] - time[piece])
+        return np.where((at < time[0]) | (at > time[-1]), 0.0, -gain * slope)
+
+    def _slopes(
+        self, k: int, shot: Shot, shares: Array, marched: Marched, columns: Sequence[int]
+    ) -> Iterator[tuple[int, int, Course]]:
+        """Yield the derivative of each record's course of a shot by the share of each of the ``columns``."""
+        stepper, force, sides = marched.stepper, marched.stepper.force, []
+        for column in columns:
+            low, high = (np.clip(shares[column] + sign * WIDTH, 0.0, 1.0) for sign in (-1, 1))
+            below, above = shares.copy(), shares.copy()
+            below[column], above[column] = low, high
+            sides.append((float(low - shares[column]), float(high - shares[column]), below, above))
+        met = touches(force)
+        why = why_not(stepper)
+        if not why and self._touches.get(k, met) != met:
+            why = "the contact closes more or less often than an iteration before"
+        self._touches[k] = met
+        if why:
+            note = f"derivatives by differences of marches: {why}"
+            self.notes += [note] if note not in self.notes else []
+            pairs = [(self._march(k, self.values(a)), self._march(k, self.values(b))) for _, _, a, b in sides]
+            forces = [(one.stepper.force, other.stepper.force) for one, other in pairs]
+        else:
+            pairs = [(self._posed(k, self.values(a)), self._posed(k, self.values(b))) for _, _, a, b in sides]
+            near = [
+                Neighbours(one.stepper.prepared, other.stepper.prepared, high - low)
+                for (one, other), (low, high, _, _) in zip(pairs, sides, strict=True)
+            ]
+            slopes = force_sensitivities(stepper, near) if near else np.zeros((0, *force.shape))
+            reached = zip(slopes, sides, strict=True)
+            forces = [(force + low * slope, force + high * slope) for slope, (low, high, _, _) in reached]
+        for column, pair, pushed, (low, high, _, _) in zip(columns, pairs, forces, sides, strict=True):
+            both = [dict(self._courses(shot, each, acts, marched)) for each, acts in zip(pair, pushed, strict=True)]
+            for number in shot.records:
+                time, below = both[0][number]
+                yield column, number, (time, (both[1][number][1] - below) / (high - low))
+
+    def _marched(self, shares: Array) -> list[Marched]:
+        """Return all shots at shares of the bounds; those of the last ones are kept."""
+        place = tuple(map(float, shares))
+        if self._last is None or self._last[0] != place:
+            self._last = place, [self._march(k, self.values(shares)) for k in range(len(self.shots))]
+        return self._last[1]
+
+    def _march(self, k: int, values: Values, *, spring: bool = False) -> Marched:
+        posed = self._posed(k, values, spring=spring)
+        posed.stepper.advance(posed.stepper.prepared.steps)
+        self.marches += 1
+        return posed
+
+    def _posed(self, k: int, values: Values, *, spring: bool = False) -> Marched:
+        """Return a shot that is not marched yet."""
+        shot = self.shots[k]
+        keys = {key: self.asked.fit[key].written(value) for key, value in values.items() if not _is_own(key)}
+        scene = load_scene(self.asked.scene, {**shot.changes, **keys})
+        self._check(scene, shot)
+        striker, seat = self._bodies_of(scene, {**shot.changes, **keys})
+        if k not in self._steps:
+            check_step(scene)
+            self._steps[k] = scene.run.time_step or fallback_step(scene, striker.greens, seat.greens)
+        if spring:
+            seat = impact.Body(impact.spring(stiffness=static_stiffness(seat.greens, scene.seat.column())))
+        problem, dt = problem_of(scene, striker, seat), self._steps[k]
+        bodies = tuple(self._discrete(body, dt, step_count(dt, scene.run.duration)) for body in problem.bodies)
+        prepared = impact.prepare(problem, dt, scene.run.duration, bodies=bodies)
+        return Marched(scene, problem, impact.ContactStepper(prepared))
+
+    def _bodies_of(self, scene: Scene, changes: Mapping[str, Value]) -> tuple[impact.Body, impact.Body]:
+        """Return striker and seat, those of earlier evaluations where nothing of them has changed."""
+        made = []
+        for role, other in (("reed", "seat."), ("seat", "reed.")):
+            own = {key: each for key, each in changes.items() if not key.startswith((*OF_THE_CONTACT, other))}
+            place = repr((role, sorted(own.items())))
+            if place not in self._bodies:
+                while len(self._bodies) >= MOST_BODIES:
+                    del self._bodies[next(iter(self._bodies))]
+                if role == "seat":
+                    seat = seat_of(scene, Cache(None), mesh_error=False).greens
+                    drives.check_base(scene, "seat", seat)
+                self._bodies[place] = striker_of(scene) if role == "reed" else impact.Body(seat)
+            made.append(self._bodies[place])
+        return made[0], made[1]
+
+    def _discrete(self, body: impact.Body, dt: float, n: int) -> motion.Discrete:
+        """Return a body at a step, its kernel that of earlier evaluations where its Green's function is."""
+        place = (id(body.greens), dt, n)
+        if (like := self._kernels.get(place)) is None:
+            while len(self._kernels) >= MOST_BODIES:
+                del self._kernels[next(iter(self._kernels))]
+            self._kernels[place] = like = motion.Discrete.from_body(body, dt, n)
+        if like.body is body:
+            return like
+        return replace(like, body=body, loads=body.load_amplitudes(motion.mid_steps(dt, n)))
+
+    def _check(self, scene: Scene, shot: Shot) -> None:
+        """Raise `SceneError` for records that the scene's shot cannot have."""
+        gauges = [gauge.name for gauge in scene.gauge]
+        for number in shot.records:
+            each = self.samples[number]
+            if each.record.kind == "strain" and each.record.of not in gauges:
+                known = f"has {', '.join(gauges)}" if gauges else "has none"
+                words = f"{each.record.of!r} is no [[gauge]] of the scene, which {known}: add it there"
+                raise scene_error(f"record.{number}.of", words)
+            if each.time[-1] - each.record.delay > scene.run.duration * (1 + 1e-9) or each.time[0] < 0:
+                words = (
+                    f"samples from {each.time[0]:g} to {each.time[-1]:g} s are compared, the scene runs from 0 to "
+                    f"run.duration = {scene.run.duration:g} s: state from and to, or a longer run.duration"
+                )
+                raise scene_error(f"record.{number}.to", words)
+
+    def _courses(
+        self, shot: Shot, at: Marched, force: Array, like: Marched | None = None
+    ) -> Iterator[tuple[int, Course]]:
+        """Yield what the records of a shot record, by their numbers, under contact forces (n, p) [N].
+
+        ``like``: the march whose openings loads that follow them had; ``None``: this one.
+        """
+        problem, dt = at.problem, at.stepper.prepared.dt
+        n = len(force)
+        ends: Array = np.asarray(dt * np.arange(n + 1), dtype=np.float64)
+        middles = ends[1:] - dt / 2
+        seats = np.array([contact.side > 0 for contact in problem.contacts])
+        whole = np.concatenate([np.zeros((1, force.shape[1])), force])
+        on_seat, others = whole[:, seats].sum(axis=1), whole[:, ~seats].sum(axis=1)
+        kinds = {self.asked.record[number].kind for number in shot.records}
+        strains: Mapping[str, Array] = {}
+        if "strain" in kinds:
+            opening = (like or at).stepper.opening
+            stopper = None if seats.all() else others
+            strains = gauge_strains(at.scene, problem.striker, on_seat, stopper, dt, opening)
+        for number in shot.records:
+            record = self.asked.record[number]
+            if record.kind == "force":
+                yield number, (middles, on_seat[1:])
+            elif record.kind == "strain":
+                yield number, (middles, strains[record.of][1:])
+            else:
+                moved = _displacement(problem, record.of, dt, force, ends)
+                yield (
+                    number,
+                    ((ends, moved) if record.kind == "displacement" else (middles, np.asarray(np.diff(moved) / dt))),
+                )
+
+
+def _is_own(key: str) -> bool:
+    return key.partition(".")[0] in OWN
+
+
+def _displacement(problem: ContactProblem, of: str, dt: float, force: Array, times: Array) -> Array:
+    """Return (n + 1,) the displacement of a body at the contact with the seat, the mean of its parts [m]."""
+    first = next((contact for contact in problem.contacts if contact.side > 0), problem.contacts[0])
+    body = first.target if of == "seat" else problem.striker
+    parts = [contact for contact in problem.contacts if contact.target is first.target]
+    ports = sorted({body.greens.port_index(each.port if of == "seat" else each.striker_port) for each in parts})
+    discrete = motion.Discrete.from_body(body, dt, len(force))
+    moved = discrete.motion(problem.directions(body) @ force.T).displacement
+    return np.asarray(moved[ports].mean(axis=0) + body.carried(times))
