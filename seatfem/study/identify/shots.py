@@ -217,7 +217,7 @@ class Model:
         striker, seat = self._bodies_of(scene, {**shot.changes, **keys})
         if k not in self._steps:
             check_step(scene)
-            self._steps[k] = scene.run.time_step or fallback_step(scene, striker.greens, seat.greens)
+            self._steps[k] = scene.run.time_step or fallback_step(scene.run, scene.gas, striker.greens, seat.greens)
         if spring:
             seat = impact.Body(impact.spring(stiffness=static_stiffness(seat.greens, scene.seat.column())))
         problem, dt = problem_of(scene, striker, seat), self._steps[k]
@@ -236,7 +236,7 @@ class Model:
                     del self._bodies[next(iter(self._bodies))]
                 if role == "seat":
                     seat = seat_of(scene, Cache(None), mesh_error=False).greens
-                    drives.check_base(scene, "seat", seat)
+                    drives.check_base(scene.mount("seat"), seat, scene.run.duration)
                 self._bodies[place] = striker_of(scene) if role == "reed" else impact.Body(seat)
             made.append(self._bodies[place])
         return made[0], made[1]
@@ -287,7 +287,7 @@ class Model:
         if "strain" in kinds:
             opening = (like or at).stepper.opening
             stopper = None if seats.all() else others
-            strains = gauge_strains(at.scene, problem.striker, on_seat, stopper, dt, opening)
+            strains = gauge_strains(at.scene.gauged, problem.striker, on_seat, stopper, dt, opening)
         for number in shot.records:
             record = self.asked.record[number]
             if record.kind == "force":
