@@ -2,12 +2,12 @@
 
     python benchmarks/decisions.py [--seed N] [--scenes N] [--first N] [--seconds S] [--file JSONL]
     python benchmarks/decisions.py --short
-    python benchmarks/decisions.py --summary | --document
+    python benchmarks/decisions.py --prices | --summary | --document
 
 appends a line for each scene to results/decisions.jsonl; scenes that are in it are not run again, and ``--seconds``
 begins no further scene after so long. ``--short`` judges at least `SHORT` decisions of fixed scenes anew, in at most a
-quarter of an hour, and ends with 1 where the planner was wrong in courage. ``--document`` writes results/decisions.csv
-and the tables of docs/decisions.md.
+quarter of an hour, and ends with 1 where the planner was wrong in courage. ``--prices`` measures prices above what is
+allowed anew and judges nothing. ``--document`` writes results/decisions.csv and the tables of docs/decisions.md.
 
 An option is enough where it changes no asked measure by more than the target (`decision_options.Truth`). Wrong courage:
 the plan's option was not enough. Wrong caution: a cheaper one was, at the price of the time of both.
@@ -429,6 +429,7 @@ def main(given: Sequence[str] | None = None) -> int:
     parser.add_argument("--skip", nargs="*", choices=DECISIONS, default=(), help="decisions that are not judged")
     parser.add_argument("--file", type=Path, default=FILE)
     parser.add_argument("--short", action="store_true", help=f"at least {SHORT} decisions of fixed scenes, not kept")
+    parser.add_argument("--prices", action="store_true", help="measure those above what is allowed anew, judge nothing")
     parser.add_argument("--summary", action="store_true", help="run nothing")
     parser.add_argument("--document", action="store_true", help="run nothing, write the table and docs/decisions.md")
     asked = parser.parse_args(given)
@@ -437,7 +438,10 @@ def main(given: Sequence[str] | None = None) -> int:
         print(summary(records))  # noqa: T201
         wrong = [is_courage(record, each) for record in records for each in record.decisions if each.by_plan]
         return 1 if any(wrong) else 0
-    if not (asked.summary or asked.document):
+    if asked.prices:
+        lines = (json.dumps(asdict(price_again(record))) + "\n" for record in read_records(asked.file))
+        asked.file.write_text("".join(lines), encoding="utf-8")
+    elif not (asked.summary or asked.document):
         indices = range(asked.first, asked.first + asked.scenes)
         only = [decision for decision in DECISIONS if decision not in asked.skip]
         run(asked.seed, indices, asked.file, asked.seconds, asked.longest, only)
