@@ -173,14 +173,16 @@ class Cache:
         if self.path is not None:
             storage.hdf5.save_greens(greens, self.path, key=key)
             if beside is not None:
-                storage.hdf5.save_greens(beside, _next_to(self.path), key=_beside(key))
+                storage.hdf5.save_greens(beside, coarser_file(self.path), key=_beside(key))
+            else:
+                coarser_file(self.path).unlink(missing_ok=True)  # of an earlier seat
 
     def _model_beside(self, key: str) -> GreensFunction | None:
         """Return the model in rings, on a coarser mesh, from the store or else from the folder of the run."""
         stored = self.store.get(_beside(key))
         with suppress(storage.hdf5.StorageError, OSError):
-            if stored is None and self.path is not None and _next_to(self.path).is_file():
-                return storage.hdf5.load_greens(_next_to(self.path), key=_beside(key))
+            if stored is None and self.path is not None and coarser_file(self.path).is_file():
+                return storage.hdf5.load_greens(coarser_file(self.path), key=_beside(key))
         return stored
 
     def _is_own(self, structure: Structure) -> bool:
@@ -196,7 +198,8 @@ def _age(path: Path) -> int:
         return 0
 
 
-def _next_to(path: Path) -> Path:
+def coarser_file(path: Path) -> Path:
+    """Return the file next to that of a run's function, of the coarser mesh."""
     return path.with_name(f"{path.stem}_coarser.h5")
 
 

@@ -20,6 +20,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.cli import run_command
+from seatfem.study.identify.record import load_identification
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.strength import load_strength
@@ -66,7 +67,7 @@ def test_snippets(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def validate(text: str) -> None:
-    """A scene, a study, a strength, or keys to be put into a scene."""
+    """A scene, a study, a strength, records of a rig, or keys to be put into a scene."""
     first = text.partition("\n")[0]
     if named := re.fullmatch(r"# in (\S+\.toml)", first):
         load_scene(named[1], changed=dict(dotted(tomllib.loads(text))))
@@ -76,7 +77,8 @@ def validate(text: str) -> None:
     path = Path(named[1])
     path.write_text(text, encoding="utf-8")
     keys = tomllib.loads(text)
-    (load_study if "vary" in keys else load_strength if "source" in keys else load_scene)(path)
+    readers = {"vary": load_study, "source": load_strength, "record": load_identification}
+    next((read for key, read in readers.items() if key in keys), load_scene)(path)
 
 
 def dotted(table: dict[str, object], before: str = "") -> Iterator[tuple[str, object]]:

@@ -176,7 +176,7 @@ def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
 
 def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     written = {path.name for path in annular.outcome.files}
-    files = {"summary.json", "landings.csv", "result.h5", "seat.h5"}
+    files = {"summary.json", "landings.csv", "result.h5", "seat.h5", "seat_coarser.h5"}
     curves = {"force.png", "motion.png", "energy.png", "greens.png", "drawing.png"}
     assert written == files | curves | {*OF_STRESS, "stress_histories.png"} | {
         "mesh.png", "modes.png", "mode_1.gif", "modes.h5"
@@ -376,8 +376,12 @@ def assert_whole(folder: Path) -> None:
     ("stage", "at", "left"),
     [
         ("reduction", 1.0, set()),
-        ("stepping", 1.0, {"seat.h5"}),
-        ("pictures", 0.0, {"seat.h5", "result.h5", "summary.json", "landings.csv", "force.png", *OF_STRESS}),
+        ("stepping", 1.0, {"seat.h5", "seat_coarser.h5"}),
+        (
+            "pictures",
+            0.0,
+            {"seat.h5", "seat_coarser.h5", "result.h5", "summary.json", "landings.csv", "force.png", *OF_STRESS},
+        ),
     ],
 )
 def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
@@ -408,7 +412,7 @@ def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path)
     done = told(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista")), tmp_path)
     assert done.returncode == 0, done.stderr
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
-        *("summary.json", "landings.csv", "result.h5", "seat.h5"),
+        *("summary.json", "landings.csv", "result.h5", "seat.h5", "seat_coarser.h5"),
         *("scene.toml", "plan.json", *OF_STRESS),
     }
     notes = [line for line in done.stdout.splitlines() if line.startswith("note: ")]

@@ -72,7 +72,7 @@ class Bandwidth(ladder.BodyLadder):
             return ()
         modes = sensitivity.with_other_modes(body, run.method.reed.bandwidth or 0.0 if self.role == "reed" else 0.0)
         others = tuple(run.with_body(self.role, other, share) for other, share in modes)
-        return (others,) if others else None
+        return (others,) if others or self.role == "stopper" else None
 
     def extend(self, context: PlanningContext, option: ladder.Option) -> Iterable[ladder.Option]:
         """Yield the bands up to one above which nothing counts, or in which modes are too many; of statics the

@@ -156,8 +156,8 @@ def run_scene(
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} does not list the pictures: {problem}")
     tables = (folder / SUMMARY_FILE, folder / LANDINGS_FILE)
-    written = (*tables, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
-    files = (*written, *gas, *later.files, *drawn)
+    seats = (folder / SEAT_FILE, *filter(Path.is_file, (cache.coarser_file(folder / SEAT_FILE),)))
+    files = (*tables, *((folder / RESULT_FILE,) if histories else ()), *seats, *gas, *later.files, *drawn)
     summary |= timing_keys(watch, start)
     return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=latest.plan)
 
