@@ -13,6 +13,7 @@ import numpy as np
 
 from impact.files.csv_table import without_nan
 from impact.greens.base import Array
+from impact.march.problem import ContactError
 from impact.notices import Progress, silent
 from impact.pictures.drawing import gap_of
 from impact.quantities import enumeration, in_digits, in_time
@@ -23,7 +24,7 @@ from seatfem.study.identify.record import Fitted, Identification, load_identific
 from seatfem.study.identify.shots import Model
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs.summary import write_json
-from seatfem.study.scene.problems import scene_error
+from seatfem.study.scene.problems import SceneError, scene_error
 
 FILE: Final = "identify.json"
 PICTURE: Final = "identify.png"
@@ -32,6 +33,11 @@ EVALUATIONS: Final = 2  # derivatives that the profile of a key costs, about
 FILLS: Final = 0.9  # share of its bounds from which on an interval is said to fill them
 TOGETHER: Final = 0.95  # correlation of two keys from which on they are said to be told only together
 WORSE: Final = 1.5  # misfit over the noise from which on the model is said not to reach the record
+SCANNED, MOST_SCANNED = 24, 96  # points a key, and in all, at which a search over the bounds marches
+NEARER: Final = 0.9  # of the misfit, below which another start is said to have led elsewhere
+OF_THE_STEP: Final = 2.0  # error of a step over what half of it changes: of the first order, and on the safe side
+STEPPED: Final = 0.2  # share of an interval's half from which on the step's part is said
+UNMET: Final = 0.25  # of a record, rms, from which on what is left, if more than noise, leaves its keys untold
 LOST: Final = 1e-6  # change of the residuals, over all bounds, below which a key has no influence
 SLOW: Final = 30.0  # predicted time of a fit [s] from which on it is told beforehand
 
@@ -168,7 +174,7 @@ def identify(
     def jacobian(shares: Array) -> Array:
         return weighted(model.jacobian(shares))
 
-    best = np.asarray(intervals.fit(residuals, jacobian, first, MOST).x)
+    best = _searched(model, np.asarray(intervals.fit(residuals, jacobian, first, MOST).x), first, lengths, progress)
     counted = _counted(model, best, lengths)
     weights[:] = [each.weight for each in counted]
     if len(samples) > 1:
@@ -179,6 +185,9 @@ def identify(
     for key in range(len(best)):
         progress("fitting", (key + 1) / (len(best) + 1))
         ends.append(valley.interval(key))
+    half = weighted(model.at_half_the_step().residuals(best)) - valley.residuals(best)
+    shifts = OF_THE_STEP * np.abs(valley.covariance @ (valley.slope.T @ half))
+    ends = [each.widened(float(shift)) for each, shift in zip(ends, shifts, strict=True)]
     deviation = np.sqrt(np.diag(valley.covariance))
     correlation = valley.covariance / np.outer(deviation, deviation)
     spring, misfits = _spring(model, best)
@@ -191,6 +200,52 @@ def identify(
     picture = folder / PICTURE
     gap = gap_of(lambda file: figure.draw(result, file), picture) if pictures else ""
     return result, (folder / FILE, *([picture] if pictures and not gap else [])), gap
+
+
+def _searched(model: Model, best: Array, start: Array, lengths: Array, progress: Progress) -> Array:
+    """Return the best of further fits by smoothed residuals, from the start and, where that does not reach the records,
+    from the best of points all over the bounds; ``best`` itself where it does, or none comes nearer."""
+
+    def worst(shares: Array) -> float:
+        return max(float(np.sqrt(np.mean(part**2))) for part in np.split(model.residuals(shares), lengths))
+
+    def tried(from_there: Array) -> Array:
+        try:
+            return intervals.descend(model.residuals, model.jacobian, from_there, MOST, lengths)
+        except (RunError, SceneError, ContactError):  # a march that such values do not allow
+            return best
+
+    before = worst(best)
+    if before <= WORSE:
+        return best
+    progress("searching", 0.0)
+    ends, count = [tried(start)], min(SCANNED * len(start), MOST_SCANNED)
+    if worst(ends[0]) > WORSE:
+        draws, scanned = np.random.default_rng(1), []
+        points = (np.array([draws.permutation(count) for _ in start]).T + 0.5) / count  # each key's values all differ
+        for number, point in enumerate(points):
+            progress("searching", number / count)
+            try:
+                left = model.residuals(point)
+            except (RunError, SceneError, ContactError):
+                continue
+            wide = intervals.smoothed(left, lengths, intervals.WIDTHS[1])
+            scanned.append((float(wide @ wide), float(left @ left), number))
+        by_wide, by_all = sorted(scanned), sorted(scanned, key=lambda each: each[1])
+        for number in dict.fromkeys(each[2] for each in (*by_wide[:2], *by_all[:1])):
+            ends.append(tried(points[number]))
+            if worst(ends[-1]) <= WORSE:
+                break
+    nearest = min(ends, key=worst)
+    if (after := worst(nearest)) < NEARER * before:
+        model.notes.append(
+            "the values were reached from another start than yours, or by smoothed records: from yours alone "
+            f"{in_digits(before, 3)} times the noise is left, so {in_digits(after, 3)} times"
+        )
+        return nearest
+    over = f" and {count} points over the bounds" if len(ends) > 1 else ""
+    model.notes.append(f"nothing nearer was found by smoothed records from your start{over}")
+    return best
 
 
 def _counted(model: Model, shares: Array, lengths: Array) -> tuple[Counted, ...]:

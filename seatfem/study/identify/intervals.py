@@ -34,6 +34,8 @@ TRIES: Final = 5  # points of a profile, at most; its root is nearly a line
 INNER: Final = 12  # evaluations by which the other keys are fitted at a point of a profile, at most
 LOOSE: Final = 1e-5  # tolerance of these fits: of a sum of some thousand squares it leaves a hundredth of one
 EDGE: Final = 1e-6  # share of the bounds next to one of them at which a fit counts as at the bound
+WIDTHS: Final = (1 / 16, 1 / 64, 1 / 256)  # of the bell, over the samples of a record
+ROUGH: Final = 10  # evaluations of a fit of smoothed residuals, at most
 Vector = Callable[[Array], Array]
 
 
@@ -53,12 +55,19 @@ class Counted:
 
 @dataclass(frozen=True)
 class Interval:
-    """Ends of an interval in shares of the bounds, and whether they are bounds that the record does not exclude."""
+    """Ends of an interval in shares of the bounds, whether they are bounds that the record does not exclude, and how much
+    of each half is the step's."""
 
     low: float
     high: float
     at_low: bool
     at_high: bool
+    of_step: float = 0.0
+
+    def widened(self, shift: float) -> Interval:
+        """Return the interval with the error of the step, a ``shift`` to either side."""
+        low, high = max(self.low - shift, 0.0), min(self.high + shift, 1.0)
+        return Interval(low, high, self.at_low or low <= 0, self.at_high or high >= 1, shift)
 
 
 def counted(residuals: Array, keys: float) -> Counted:
@@ -95,6 +104,28 @@ def fit(residuals: Vector, jacobian: Vector, start: Array, most: int, tolerance:
         residuals, np.clip(start, EDGE, 1 - EDGE), jacobian, bounds=(0.0, 1.0), x_scale="jac", max_nfev=most,
         xtol=tolerance, ftol=tolerance, gtol=None,
     )  # fmt: skip
+
+
+def descend(residuals: Vector, jacobian: Vector, start: Array, most: int, lengths: Sequence[int]) -> Array:
+    """Return the least squares of residuals that are smoothed over less and less of each record, at last not at all.
+
+    Short pulses that miss each other have no slope towards each other; smoothed over more than that distance, they do.
+    ``lengths``: where the residuals of the next record begin.
+    """
+    for width in WIDTHS:
+        start = np.asarray(
+            fit(lambda x: smoothed(residuals(x), lengths, width), lambda x: smoothed(jacobian(x), lengths, width),
+                start, ROUGH, LOOSE).x
+        )  # fmt: skip
+    return np.asarray(fit(residuals, jacobian, start, most).x)
+
+
+def smoothed(values: Array, lengths: Sequence[int], width: float) -> Array:
+    """Return values (N,) or (N, P) smoothed by a bell over a share ``width`` of the samples of each record."""
+    parts = np.split(values, lengths)
+    return np.concatenate(
+        [scipy.ndimage.gaussian_filter1d(part, width * len(part), axis=0, mode="constant") for part in parts]
+    )
 
 
 @dataclass(frozen=True)
