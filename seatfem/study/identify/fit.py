@@ -25,6 +25,7 @@ from seatfem.study.identify.shots import Model
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs.summary import write_json
 from seatfem.study.scene.problems import SceneError, scene_error
+from seatfem.units import write_quantity
 
 FILE: Final = "identify.json"
 PICTURE: Final = "identify.png"
@@ -35,7 +36,7 @@ TOGETHER: Final = 0.95  # correlation of two keys from which on they are said to
 WORSE: Final = 1.5  # misfit over the noise from which on the model is said not to reach the record
 SCANNED, MOST_SCANNED = 24, 96  # points a key, and in all, at which a search over the bounds marches
 NEARER: Final = 0.9  # of the misfit, below which another start is said to have led elsewhere
-OF_THE_STEP: Final = 2.0  # error of a step over what half of it changes: of the first order, and on the safe side
+FINER: Final = (2, 3)  # steps that show what the step does: what is late by part of one, one of them may not see
 STEPPED: Final = 0.2  # share of an interval's half from which on the step's part is said
 UNMET: Final = 0.25  # of a record, rms, from which on what is left, if more than noise, leaves its keys untold
 LOST: Final = 1e-6  # change of the residuals, over all bounds, below which a key has no influence
@@ -86,6 +87,8 @@ class Identified:
             yield f"{fitted.name or key} = {_with_ends(fitted, value, interval)}"
         for key, fitted, value, interval in self:
             yield from _not_told(key, fitted, value, interval)
+        for key, fitted, value, interval in self:
+            yield from self._of_the_step(fitted.name or key, fitted, value, interval)
         keys = list(self.asked.fit)
         for i, j in zip(*np.triu_indices(len(keys), 1), strict=True):
             if abs(rho := float(self.correlation[i, j])) > TOGETHER:
@@ -94,7 +97,29 @@ class Identified:
                 yield f"{names} are told only together (correlation {rho:.3f}): {remedy}"
         for each, one, spring in zip(self.asked.record, self.counted, self.spring_misfit, strict=True):
             yield from _met(each.name, one, spring)
+        if self.unmet:
+            yield f"the fit does not reach {enumeration(self.unmet)}, and tells no key: another start or bounds may"
         yield from self.model.notes
+
+    def _of_the_step(self, name: str, fitted: Fitted, value: float, interval: Interval) -> Iterator[str]:
+        if interval.of_step > STEPPED * _filled(interval) / 2:
+            share = fitted.share(value)
+            part = abs(fitted.value(min(share + interval.of_step, 1.0)) - fitted.value(max(share - interval.of_step, 0.0)))
+            unit = f" {fitted.unit}" if fitted.unit else ""
+            step = write_quantity(min(self.model.steps), "time", 3)
+            yield (
+                f"of the interval of {name} {in_digits(part / 2, 2)}{unit} to either side may be the step's, {step}: "
+                "state a finer run.time_step"
+            )
+
+    @property
+    def unmet(self) -> tuple[str, ...]:
+        """Return the names of records that the fit does not reach: what is left is above the noise, and much of them."""
+        return tuple(
+            each.record.name
+            for each, one in zip(self.model.samples, self.counted, strict=True)
+            if one.misfit > WORSE and one.misfit * each.noise > UNMET * float(np.std(each.value))
+        )
 
     def as_json(self) -> dict[str, Any]:
         """Return all numbers, those of a key in the unit of its bounds."""
@@ -102,7 +127,7 @@ class Identified:
             {
                 "key": key, "name": fitted.name or key, "unit": fitted.unit, "value": value,
                 "low": fitted.value(interval.low), "high": fitted.value(interval.high),
-                "told": not (interval.at_low and interval.at_high) and _filled(interval) < FILLS,
+                "told": not self.unmet and not (interval.at_low and interval.at_high) and _filled(interval) < FILLS,
                 "low_is_bound": interval.at_low, "high_is_bound": interval.at_high,
                 "start": fitted.start[0], "from": fitted.low[0], "to": fitted.high[0],
             }
@@ -185,8 +210,7 @@ def identify(
     for key in range(len(best)):
         progress("fitting", (key + 1) / (len(best) + 1))
         ends.append(valley.interval(key))
-    half = weighted(model.at_half_the_step().residuals(best)) - valley.residuals(best)
-    shifts = OF_THE_STEP * np.abs(valley.covariance @ (valley.slope.T @ half))
+    shifts = _of_the_step(model, valley, weighted)
     ends = [each.widened(float(shift)) for each, shift in zip(ends, shifts, strict=True)]
     deviation = np.sqrt(np.diag(valley.covariance))
     correlation = valley.covariance / np.outer(deviation, deviation)
@@ -246,6 +270,16 @@ def _searched(model: Model, best: Array, start: Array, lengths: Array, progress:
     over = f" and {count} points over the bounds" if len(ends) > 1 else ""
     model.notes.append(f"nothing nearer was found by smoothed records from your start{over}")
     return best
+
+
+def _of_the_step(model: Model, valley: Valley, weighted: Callable[[Array], Array]) -> Array:
+    """Return by how much, at most about, the error of the step shifts each key (P,): what finer steps change, taken to be
+    of the first order, which is on the safe side of the second."""
+    shifts = [np.zeros(len(valley.best))]
+    for times in FINER:
+        changed = weighted(model.at_finer_step(times).residuals(valley.best)) - valley.residuals(valley.best)
+        shifts.append(times / (times - 1) * np.abs(valley.covariance @ (valley.slope.T @ changed)))
+    return np.max(shifts, axis=0)
 
 
 def _counted(model: Model, shares: Array, lengths: Array) -> tuple[Counted, ...]:

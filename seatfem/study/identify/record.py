@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.greens.base import Array
 from seatfem import fields
-from seatfem.study.scene.load import load_table, located
+from seatfem.study.scene.load import load_scene, load_table, located
 from seatfem.study.scene.problems import Problem, SceneError
 from seatfem.study.sweep.study import WholeKey, by_dotted_key
 from seatfem.study.sweep.variations import Quantity, Value
@@ -230,7 +230,25 @@ def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples
         problems.append(Problem(None, 0, "fit", words, ("fit",)))
     if problems:
         raise located(SceneError(tuple(problems)), Path(path))
+    _check_keys(asked, Path(path))
     return asked, tuple(read)
+
+
+def _check_keys(asked: Identification, path: Path) -> None:
+    """Raise `SceneError` for values that the scene does not take, with the lines of the record file that give them."""
+    fit = {key: fitted.written(fitted.start[0]) for key, fitted in asked.fit.items() if key.partition(".")[0] not in OWN}
+    for number, each in enumerate(asked.record):
+        own = {**{key: f"record.{number}.set.{key}" for key in each.set}, **{key: f"fit.{key}" for key in fit}}
+        try:
+            load_scene(asked.scene, {**each.set, **fit})
+        except SceneError as error:
+            moved = (
+                replace(problem, file=None, line=0, key=own[problem.key], path=tuple(own[problem.key].split(".")))
+                if problem.key in own
+                else problem
+                for problem in error.problems
+            )
+            raise located(SceneError(tuple(moved)), path) from None
 
 
 def number_of(value: Value) -> float:

@@ -83,6 +83,11 @@ class Model:
         """Return the fitted keys."""
         return tuple(self.asked.fit)
 
+    @property
+    def steps(self) -> tuple[float, ...]:
+        """Return the steps of the shots [s] that were marched."""
+        return tuple(self._steps.values())
+
     def values(self, shares: Array) -> dict[str, float]:
         """Return the numbers of the keys at shares (P,) of their bounds."""
         pairs = zip(self.asked.fit.items(), shares, strict=True)
@@ -96,9 +101,9 @@ class Model:
             parts.append((self._as_recorded(values, number, predicted[number]) - each.value) / each.noise)
         return np.concatenate(parts)
 
-    def at_half_the_step(self) -> Model:
-        """Return the model that marches at half the step, with the same bodies."""
-        return replace(self, finer=2 * self.finer, notes=[], _steps={}, _touches={}, _last=None)
+    def at_finer_step(self, times: int) -> Model:
+        """Return the model whose marches have a step so many times finer, with the same bodies."""
+        return replace(self, finer=times * self.finer, notes=[], _steps={}, _touches={}, _last=None)
 
     def predicted(self, marched: Sequence[Marched]) -> dict[int, Course]:
         """Return the course of each record, by its number, without gain and delay."""
