@@ -238,13 +238,14 @@ def _check_keys(asked: Identification, path: Path) -> None:
     """Raise `SceneError` for values that the scene does not take, with the lines of the record file that give them."""
     fit = {key: fitted.written(fitted.start[0]) for key, fitted in asked.fit.items() if key.partition(".")[0] not in OWN}
     for number, each in enumerate(asked.record):
-        own = {**{key: f"record.{number}.set.{key}" for key in each.set}, **{key: f"fit.{key}" for key in fit}}
+        paths: dict[str, tuple[str | int, ...]] = {key: ("record", number, "set", *key.split(".")) for key in each.set}
+        paths |= {key: ("fit", *key.split(".")) for key in fit}
         try:
             load_scene(asked.scene, {**each.set, **fit})
         except SceneError as error:
             moved = (
-                replace(problem, file=None, line=0, key=own[problem.key], path=tuple(own[problem.key].split(".")))
-                if problem.key in own
+                replace(problem, file=None, line=0, key=".".join(map(str, path_of)), path=path_of)
+                if (path_of := paths.get(problem.key))
                 else problem
                 for problem in error.problems
             )
