@@ -1,4 +1,4 @@
-"""Keys fitted to records of short pulses, which have no slope towards each other where they miss; and the step's part."""
+"""Keys fitted to records of short pulses, which have no slope to each other where they miss; and the step's part."""
 
 import numpy as np
 import pytest

@@ -13,18 +13,17 @@ import numpy as np
 
 from impact.files.csv_table import without_nan
 from impact.greens.base import Array
-from impact.march.problem import ContactError
 from impact.notices import Progress, silent
 from impact.pictures.drawing import gap_of
 from impact.quantities import enumeration, in_digits, in_time
 from seatfem.readings import places_of, rounded
 from seatfem.study.identify import figure, intervals
-from seatfem.study.identify.intervals import EDGE, Counted, Interval, Valley
+from seatfem.study.identify.intervals import EDGE, WORSE, Counted, Interval, Valley
 from seatfem.study.identify.record import Fitted, Identification, load_identification
 from seatfem.study.identify.shots import Model
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs.summary import write_json
-from seatfem.study.scene.problems import SceneError, scene_error
+from seatfem.study.scene.problems import scene_error
 from seatfem.units import write_quantity
 
 FILE: Final = "identify.json"
@@ -33,9 +32,6 @@ MOST: Final = 60  # evaluations of the fit; of the profiles see `intervals`
 EVALUATIONS: Final = 2  # derivatives that the profile of a key costs, about
 FILLS: Final = 0.9  # share of its bounds from which on an interval is said to fill them
 TOGETHER: Final = 0.95  # correlation of two keys from which on they are said to be told only together
-WORSE: Final = 1.5  # misfit over the noise from which on the model is said not to reach the record
-SCANNED, MOST_SCANNED = 24, 96  # points a key, and in all, at which a search over the bounds marches
-NEARER: Final = 0.9  # of the misfit, below which another start is said to have led elsewhere
 FINER: Final = (2, 3)  # steps that show what the step does: what is late by part of one, one of them may not see
 STEPPED: Final = 0.2  # share of an interval's half from which on the step's part is said
 UNMET: Final = 0.25  # of a record, rms, from which on what is left, if more than noise, leaves its keys untold
@@ -87,8 +83,8 @@ class Identified:
             yield f"{fitted.name or key} = {_with_ends(fitted, value, interval)}"
         for key, fitted, value, interval in self:
             yield from _not_told(key, fitted, value, interval)
-        for key, fitted, value, interval in self:
-            yield from self._of_the_step(fitted.name or key, fitted, value, interval)
+        for key, fitted, _, interval in self:
+            yield from self._of_the_step(fitted.name or key, fitted, interval)
         keys = list(self.asked.fit)
         for i, j in zip(*np.triu_indices(len(keys), 1), strict=True):
             if abs(rho := float(self.correlation[i, j])) > TOGETHER:
@@ -101,25 +97,24 @@ class Identified:
             yield f"the fit does not reach {enumeration(self.unmet)}, and tells no key: another start or bounds may"
         yield from self.model.notes
 
-    def _of_the_step(self, name: str, fitted: Fitted, value: float, interval: Interval) -> Iterator[str]:
+    def _of_the_step(self, name: str, fitted: Fitted, interval: Interval) -> Iterator[str]:
         if interval.of_step > STEPPED * _filled(interval) / 2:
-            share = fitted.share(value)
-            part = abs(fitted.value(min(share + interval.of_step, 1.0)) - fitted.value(max(share - interval.of_step, 0.0)))
-            unit = f" {fitted.unit}" if fitted.unit else ""
-            step = write_quantity(min(self.model.steps), "time", 3)
+            width, unit = (
+                fitted.value(interval.high) - fitted.value(interval.low),
+                f" {fitted.unit}" * bool(fitted.unit),
+            )
+            part, step = width * interval.of_step / _filled(interval), min(self.model.steps.values())
             yield (
-                f"of the interval of {name} {in_digits(part / 2, 2)}{unit} to either side may be the step's, {step}: "
-                "state a finer run.time_step"
+                f"of the interval of {name} {in_digits(part, 2)}{unit} to either side may be the step's, "
+                f"{write_quantity(step, 'time', 3)}: state a finer run.time_step"
             )
 
     @property
     def unmet(self) -> tuple[str, ...]:
-        """Return the names of records that the fit does not reach: what is left is above the noise, and much of them."""
-        return tuple(
-            each.record.name
-            for each, one in zip(self.model.samples, self.counted, strict=True)
-            if one.misfit > WORSE and one.misfit * each.noise > UNMET * float(np.std(each.value))
-        )
+        """Return the names of records that the fit does not reach: above the noise and much of them is left."""
+        pairs = zip(self.model.samples, self.counted, strict=True)
+        met = ((of, one, one.misfit * of.noise <= UNMET * float(np.std(of.value))) for of, one in pairs)
+        return tuple(of.record.name for of, one, near in met if one.misfit > WORSE and not near)
 
     def as_json(self) -> dict[str, Any]:
         """Return all numbers, those of a key in the unit of its bounds."""
@@ -199,7 +194,8 @@ def identify(
     def jacobian(shares: Array) -> Array:
         return weighted(model.jacobian(shares))
 
-    best = _searched(model, np.asarray(intervals.fit(residuals, jacobian, first, MOST).x), first, lengths, progress)
+    best, words = intervals.search(residuals, jacobian, first, MOST, lengths, progress)
+    model.notes += [words] if words else []
     counted = _counted(model, best, lengths)
     weights[:] = [each.weight for each in counted]
     if len(samples) > 1:
@@ -226,60 +222,14 @@ def identify(
     return result, (folder / FILE, *([picture] if pictures and not gap else [])), gap
 
 
-def _searched(model: Model, best: Array, start: Array, lengths: Array, progress: Progress) -> Array:
-    """Return the best of further fits by smoothed residuals, from the start and, where that does not reach the records,
-    from the best of points all over the bounds; ``best`` itself where it does, or none comes nearer."""
-
-    def worst(shares: Array) -> float:
-        return max(float(np.sqrt(np.mean(part**2))) for part in np.split(model.residuals(shares), lengths))
-
-    def tried(from_there: Array) -> Array:
-        try:
-            return intervals.descend(model.residuals, model.jacobian, from_there, MOST, lengths)
-        except (RunError, SceneError, ContactError):  # a march that such values do not allow
-            return best
-
-    before = worst(best)
-    if before <= WORSE:
-        return best
-    progress("searching", 0.0)
-    ends, count = [tried(start)], min(SCANNED * len(start), MOST_SCANNED)
-    if worst(ends[0]) > WORSE:
-        draws, scanned = np.random.default_rng(1), []
-        points = (np.array([draws.permutation(count) for _ in start]).T + 0.5) / count  # each key's values all differ
-        for number, point in enumerate(points):
-            progress("searching", number / count)
-            try:
-                left = model.residuals(point)
-            except (RunError, SceneError, ContactError):
-                continue
-            wide = intervals.smoothed(left, lengths, intervals.WIDTHS[1])
-            scanned.append((float(wide @ wide), float(left @ left), number))
-        by_wide, by_all = sorted(scanned), sorted(scanned, key=lambda each: each[1])
-        for number in dict.fromkeys(each[2] for each in (*by_wide[:2], *by_all[:1])):
-            ends.append(tried(points[number]))
-            if worst(ends[-1]) <= WORSE:
-                break
-    nearest = min(ends, key=worst)
-    if (after := worst(nearest)) < NEARER * before:
-        model.notes.append(
-            "the values were reached from another start than yours, or by smoothed records: from yours alone "
-            f"{in_digits(before, 3)} times the noise is left, so {in_digits(after, 3)} times"
-        )
-        return nearest
-    over = f" and {count} points over the bounds" if len(ends) > 1 else ""
-    model.notes.append(f"nothing nearer was found by smoothed records from your start{over}")
-    return best
-
-
 def _of_the_step(model: Model, valley: Valley, weighted: Callable[[Array], Array]) -> Array:
-    """Return by how much, at most about, the error of the step shifts each key (P,): what finer steps change, taken to be
-    of the first order, which is on the safe side of the second."""
+    """Return by how much, at most about, the error of the step shifts each key (P,): what finer steps change, taken to
+    be of the first order, which is on the safe side of the second."""
     shifts = [np.zeros(len(valley.best))]
     for times in FINER:
         changed = weighted(model.at_finer_step(times).residuals(valley.best)) - valley.residuals(valley.best)
         shifts.append(times / (times - 1) * np.abs(valley.covariance @ (valley.slope.T @ changed)))
-    return np.max(shifts, axis=0)
+    return np.asarray(np.max(shifts, axis=0))
 
 
 def _counted(model: Model, shares: Array, lengths: Array) -> tuple[Counted, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -15,7 +15,7 @@ from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.greens.base import Array
 from seatfem import fields
 from seatfem.study.scene.load import load_scene, load_table, located
-from seatfem.study.scene.problems import Problem, SceneError
+from seatfem.study.scene.problems import Problem, SceneError, scene_error
 from seatfem.study.sweep.study import WholeKey, by_dotted_key
 from seatfem.study.sweep.variations import Quantity, Value
 from seatfem.units import UnitError, number_and_unit, parse_fraction, parse_quantity
@@ -236,20 +236,16 @@ def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples
 
 def _check_keys(asked: Identification, path: Path) -> None:
     """Raise `SceneError` for values that the scene does not take, with the lines of the record file that give them."""
-    fit = {key: fitted.written(fitted.start[0]) for key, fitted in asked.fit.items() if key.partition(".")[0] not in OWN}
-    for number, each in enumerate(asked.record):
-        paths: dict[str, tuple[str | int, ...]] = {key: ("record", number, "set", *key.split(".")) for key in each.set}
-        paths |= {key: ("fit", *key.split(".")) for key in fit}
+    fit = {
+        key: fitted.written(fitted.start[0]) for key, fitted in asked.fit.items() if key.partition(".")[0] not in OWN
+    }
+    for record in asked.record:
         try:
-            load_scene(asked.scene, {**each.set, **fit})
+            load_scene(asked.scene, {**record.set, **fit})
         except SceneError as error:
-            moved = (
-                replace(problem, file=None, line=0, key=".".join(map(str, path_of)), path=path_of)
-                if (path_of := paths.get(problem.key))
-                else problem
-                for problem in error.problems
-            )
-            raise located(SceneError(tuple(moved)), path) from None
+            own = {each: scene_error(f"fit.{each.key}", each.message).problems[0] for each in error.problems}
+            problems = tuple(own[each] if each.key in fit else each for each in error.problems)
+            raise located(SceneError(problems), path) from None
 
 
 def number_of(value: Value) -> float:
