@@ -18,12 +18,13 @@ from impact.pictures.drawing import gap_of
 from impact.quantities import enumeration, in_digits, in_time
 from seatfem.readings import places_of, rounded
 from seatfem.study.identify import figure, intervals
-from seatfem.study.identify.intervals import EDGE, Counted, Interval, Valley
+from seatfem.study.identify.intervals import EDGE, WORSE, Counted, Interval, Valley
 from seatfem.study.identify.record import Fitted, Identification, load_identification
 from seatfem.study.identify.shots import Model
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs.summary import write_json
 from seatfem.study.scene.problems import scene_error
+from seatfem.units import write_quantity
 
 FILE: Final = "identify.json"
 PICTURE: Final = "identify.png"
@@ -31,7 +32,9 @@ MOST: Final = 60  # evaluations of the fit; of the profiles see `intervals`
 EVALUATIONS: Final = 2  # derivatives that the profile of a key costs, about
 FILLS: Final = 0.9  # share of its bounds from which on an interval is said to fill them
 TOGETHER: Final = 0.95  # correlation of two keys from which on they are said to be told only together
-WORSE: Final = 1.5  # misfit over the noise from which on the model is said not to reach the record
+FINER: Final = (2, 3)  # steps that show what the step does: what is late by part of one, one of them may not see
+STEPPED: Final = 0.2  # share of an interval's half from which on the step's part is said
+UNMET: Final = 0.25  # of a record, rms, from which on what is left, if more than noise, leaves its keys untold
 LOST: Final = 1e-6  # change of the residuals, over all bounds, below which a key has no influence
 SLOW: Final = 30.0  # predicted time of a fit [s] from which on it is told beforehand
 
@@ -80,6 +83,8 @@ class Identified:
             yield f"{fitted.name or key} = {_with_ends(fitted, value, interval)}"
         for key, fitted, value, interval in self:
             yield from _not_told(key, fitted, value, interval)
+        for key, fitted, _, interval in self:
+            yield from self._of_the_step(fitted.name or key, fitted, interval)
         keys = list(self.asked.fit)
         for i, j in zip(*np.triu_indices(len(keys), 1), strict=True):
             if abs(rho := float(self.correlation[i, j])) > TOGETHER:
@@ -88,7 +93,28 @@ class Identified:
                 yield f"{names} are told only together (correlation {rho:.3f}): {remedy}"
         for each, one, spring in zip(self.asked.record, self.counted, self.spring_misfit, strict=True):
             yield from _met(each.name, one, spring)
+        if self.unmet:
+            yield f"the fit does not reach {enumeration(self.unmet)}, and tells no key: another start or bounds may"
         yield from self.model.notes
+
+    def _of_the_step(self, name: str, fitted: Fitted, interval: Interval) -> Iterator[str]:
+        if interval.of_step > STEPPED * _filled(interval) / 2:
+            width, unit = (
+                fitted.value(interval.high) - fitted.value(interval.low),
+                f" {fitted.unit}" * bool(fitted.unit),
+            )
+            part, step = width * interval.of_step / _filled(interval), min(self.model.steps.values())
+            yield (
+                f"of the interval of {name} {in_digits(part, 2)}{unit} to either side may be the step's, "
+                f"{write_quantity(step, 'time', 3)}: state a finer run.time_step"
+            )
+
+    @property
+    def unmet(self) -> tuple[str, ...]:
+        """Return the names of records that the fit does not reach: above the noise and much of them is left."""
+        pairs = zip(self.model.samples, self.counted, strict=True)
+        met = ((of, one, one.misfit * of.noise <= UNMET * float(np.std(of.value))) for of, one in pairs)
+        return tuple(of.record.name for of, one, near in met if one.misfit > WORSE and not near)
 
     def as_json(self) -> dict[str, Any]:
         """Return all numbers, those of a key in the unit of its bounds."""
@@ -96,7 +122,7 @@ class Identified:
             {
                 "key": key, "name": fitted.name or key, "unit": fitted.unit, "value": value,
                 "low": fitted.value(interval.low), "high": fitted.value(interval.high),
-                "told": not (interval.at_low and interval.at_high) and _filled(interval) < FILLS,
+                "told": not self.unmet and not (interval.at_low and interval.at_high) and _filled(interval) < FILLS,
                 "low_is_bound": interval.at_low, "high_is_bound": interval.at_high,
                 "start": fitted.start[0], "from": fitted.low[0], "to": fitted.high[0],
             }
@@ -168,7 +194,8 @@ def identify(
     def jacobian(shares: Array) -> Array:
         return weighted(model.jacobian(shares))
 
-    best = np.asarray(intervals.fit(residuals, jacobian, first, MOST).x)
+    best, words = intervals.search(residuals, jacobian, first, MOST, lengths, progress)
+    model.notes += [words] if words else []
     counted = _counted(model, best, lengths)
     weights[:] = [each.weight for each in counted]
     if len(samples) > 1:
@@ -179,6 +206,8 @@ def identify(
     for key in range(len(best)):
         progress("fitting", (key + 1) / (len(best) + 1))
         ends.append(valley.interval(key))
+    shifts = _of_the_step(model, valley, weighted)
+    ends = [each.widened(float(shift)) for each, shift in zip(ends, shifts, strict=True)]
     deviation = np.sqrt(np.diag(valley.covariance))
     correlation = valley.covariance / np.outer(deviation, deviation)
     spring, misfits = _spring(model, best)
@@ -191,6 +220,16 @@ def identify(
     picture = folder / PICTURE
     gap = gap_of(lambda file: figure.draw(result, file), picture) if pictures else ""
     return result, (folder / FILE, *([picture] if pictures and not gap else [])), gap
+
+
+def _of_the_step(model: Model, valley: Valley, weighted: Callable[[Array], Array]) -> Array:
+    """Return by how much, at most about, the error of the step shifts each key (P,): what finer steps change, taken to
+    be of the first order, which is on the safe side of the second."""
+    shifts = [np.zeros(len(valley.best))]
+    for times in FINER:
+        changed = weighted(model.at_finer_step(times).residuals(valley.best)) - valley.residuals(valley.best)
+        shifts.append(times / (times - 1) * np.abs(valley.covariance @ (valley.slope.T @ changed)))
+    return np.asarray(np.max(shifts, axis=0))
 
 
 def _counted(model: Model, shares: Array, lengths: Array) -> tuple[Counted, ...]:

@@ -19,7 +19,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial, reduce
 from typing import Any, Final
 
 import numpy as np
@@ -27,6 +29,8 @@ import scipy
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
+from impact.notices import Progress, silent
+from impact.quantities import in_digits
 
 LEVEL: Final = 0.95
 CLOSE: Final = 0.02  # relative accuracy of an interval's half width
@@ -34,7 +38,13 @@ TRIES: Final = 5  # points of a profile, at most; its root is nearly a line
 INNER: Final = 12  # evaluations by which the other keys are fitted at a point of a profile, at most
 LOOSE: Final = 1e-5  # tolerance of these fits: of a sum of some thousand squares it leaves a hundredth of one
 EDGE: Final = 1e-6  # share of the bounds next to one of them at which a fit counts as at the bound
+WORSE: Final = 1.5  # misfit over the noise from which on the model is said not to reach the record
+SCANNED, MOST_SCANNED = 24, 96  # points a key, and in all, at which a search over the bounds marches
+NEARER: Final = 0.9  # of the misfit, below which another start is said to have led elsewhere
+WIDTHS: Final = (1 / 16, 1 / 64, 1 / 256)  # of the bell, over the samples of a record
+ROUGH: Final = 10  # evaluations of a fit of smoothed residuals, at most
 Vector = Callable[[Array], Array]
+Indices = Sequence[int] | NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -53,12 +63,19 @@ class Counted:
 
 @dataclass(frozen=True)
 class Interval:
-    """Ends of an interval in shares of the bounds, and whether they are bounds that the record does not exclude."""
+    """Ends of an interval in shares of the bounds, whether they are bounds that the record does not exclude, and how
+    much of each half is the step's."""
 
     low: float
     high: float
     at_low: bool
     at_high: bool
+    of_step: float = 0.0
+
+    def widened(self, shift: float) -> Interval:
+        """Return the interval with the error of the step, a ``shift`` to either side."""
+        low, high = max(self.low - shift, 0.0), min(self.high + shift, 1.0)
+        return Interval(low, high, self.at_low or low <= 0, self.at_high or high >= 1, shift)
 
 
 def counted(residuals: Array, keys: float) -> Counted:
@@ -95,6 +112,57 @@ def fit(residuals: Vector, jacobian: Vector, start: Array, most: int, tolerance:
         residuals, np.clip(start, EDGE, 1 - EDGE), jacobian, bounds=(0.0, 1.0), x_scale="jac", max_nfev=most,
         xtol=tolerance, ftol=tolerance, gtol=None,
     )  # fmt: skip
+
+
+def search(
+    residuals: Vector, jacobian: Vector, start: Array, most: int, lengths: Indices, progress: Progress = silent
+) -> tuple[Array, str]:
+    """Return the least squares (P,) from a start; where these do not reach the records the best that `descend` comes to
+    from it, or from points all over the bounds; and in words what was done, "" of nothing."""
+
+    def worst(shares: Array) -> float:
+        return max(float(np.sqrt(np.mean(part**2))) for part in np.split(residuals(shares), lengths))
+
+    best = np.asarray(fit(residuals, jacobian, start, most).x)
+    if (before := worst(best)) <= WORSE:
+        return best, ""
+
+    progress("searching", 0.0)
+    ends, count, scanned = [best], min(SCANNED * len(start), MOST_SCANNED), []
+    with suppress(ValueError):  # values on the way that a scene or a march does not allow
+        ends.append(descend(residuals, jacobian, start, most, lengths))
+    if all(worst(end) > WORSE for end in ends):
+        draws = np.random.default_rng(1)
+        points = (np.array([draws.permutation(count) for _ in start]).T + 0.5) / count  # each key's values all differ
+        for number, point in enumerate(points):
+            progress("searching", number / count)
+            with suppress(ValueError):
+                scanned.append((float(np.sum(smoothed(residuals(point), lengths, WIDTHS[1]) ** 2)), number))
+        for _, number in sorted(scanned)[:3]:
+            with suppress(ValueError):
+                ends.append(descend(residuals, jacobian, points[number], most, lengths))
+    nearest = min(ends, key=worst)
+    if (after := worst(nearest)) < NEARER * before:
+        words = f"from yours alone {in_digits(before, 3)} times the noise is left, so {in_digits(after, 3)} times"
+        return nearest, f"the values were reached from another start than yours, or by smoothed records: {words}"
+    return best, f"nothing nearer was found by smoothed records from your start and {count} points over the bounds"
+
+
+def descend(residuals: Vector, jacobian: Vector, start: Array, most: int, lengths: Indices) -> Array:
+    """Return the least squares of residuals that are smoothed over less and less of each record, at last not at all:
+    short pulses that miss each other have no slope towards each other; smoothed over more than that, they do."""
+
+    def roughly(first: Array, width: float) -> Array:
+        smooth = partial(smoothed, lengths=lengths, width=width)
+        return np.asarray(fit(lambda x: smooth(residuals(x)), lambda x: smooth(jacobian(x)), first, ROUGH, LOOSE).x)
+
+    return np.asarray(fit(residuals, jacobian, reduce(roughly, WIDTHS, start), most).x)
+
+
+def smoothed(values: Array, lengths: Indices, width: float) -> Array:
+    """Return values (N,) or (N, P) smoothed by a bell over a share ``width`` of the samples of each record."""
+    bell, parts = scipy.ndimage.gaussian_filter1d, np.split(values, lengths)
+    return np.concatenate([bell(part, width * len(part), axis=0, mode="constant") for part in parts])
 
 
 @dataclass(frozen=True)

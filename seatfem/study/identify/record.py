@@ -14,8 +14,8 @@ from pydantic import BeforeValidator, Field, model_validator
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.greens.base import Array
 from seatfem import fields
-from seatfem.study.scene.load import load_table, located
-from seatfem.study.scene.problems import Problem, SceneError
+from seatfem.study.scene.load import load_scene, load_table, located
+from seatfem.study.scene.problems import Problem, SceneError, scene_error
 from seatfem.study.sweep.study import WholeKey, by_dotted_key
 from seatfem.study.sweep.variations import Quantity, Value
 from seatfem.units import UnitError, number_and_unit, parse_fraction, parse_quantity
@@ -230,7 +230,22 @@ def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples
         problems.append(Problem(None, 0, "fit", words, ("fit",)))
     if problems:
         raise located(SceneError(tuple(problems)), Path(path))
+    _check_keys(asked, Path(path))
     return asked, tuple(read)
+
+
+def _check_keys(asked: Identification, path: Path) -> None:
+    """Raise `SceneError` for values that the scene does not take, with the lines of the record file that give them."""
+    fit = {
+        key: fitted.written(fitted.start[0]) for key, fitted in asked.fit.items() if key.partition(".")[0] not in OWN
+    }
+    for record in asked.record:
+        try:
+            load_scene(asked.scene, {**record.set, **fit})
+        except SceneError as error:
+            own = {each: scene_error(f"fit.{each.key}", each.message).problems[0] for each in error.problems}
+            problems = tuple(own[each] if each.key in fit else each for each in error.problems)
+            raise located(SceneError(problems), path) from None
 
 
 def number_of(value: Value) -> float:

@@ -56,17 +56,20 @@ class Model:
     Attributes:
         asked: the record file.
         samples: what was recorded.
+        finer: by how much the step of the marches is finer than the scene's.
+        steps: of each shot that was marched [s].
         marches: how many were needed so far.
         notes: what was done otherwise than by the linearised march, and why.
     """
 
     asked: Identification
     samples: tuple[Samples, ...]
+    finer: int = 1
+    steps: dict[int, float] = field(default_factory=dict)
     marches: int = 0
     notes: list[str] = field(default_factory=list)
     _bodies: dict[str, impact.Body] = field(default_factory=dict)
     _kernels: dict[tuple[int, float, int], motion.Discrete] = field(default_factory=dict)
-    _steps: dict[int, float] = field(default_factory=dict)
     _touches: dict[int, int] = field(default_factory=dict)
     _last: tuple[tuple[float, ...], list[Marched]] | None = None
 
@@ -93,6 +96,10 @@ class Model:
         for number, each in enumerate(self.samples):
             parts.append((self._as_recorded(values, number, predicted[number]) - each.value) / each.noise)
         return np.concatenate(parts)
+
+    def at_finer_step(self, times: int) -> Model:
+        """Return the model whose marches have a step so many times finer, with the same bodies."""
+        return replace(self, finer=times * self.finer, notes=[], steps={}, _touches={}, _last=None)
 
     def predicted(self, marched: Sequence[Marched]) -> dict[int, Course]:
         """Return the course of each record, by its number, without gain and delay."""
@@ -215,12 +222,13 @@ class Model:
         scene = load_scene(self.asked.scene, {**shot.changes, **keys})
         self._check(scene, shot)
         striker, seat = self._bodies_of(scene, {**shot.changes, **keys})
-        if k not in self._steps:
+        if k not in self.steps:
             check_step(scene)
-            self._steps[k] = scene.run.time_step or fallback_step(scene.run, scene.gas, striker.greens, seat.greens)
+            step = scene.run.time_step or fallback_step(scene.run, scene.gas, striker.greens, seat.greens)
+            self.steps[k] = step / self.finer
         if spring:
             seat = impact.Body(impact.spring(stiffness=static_stiffness(seat.greens, scene.seat.column())))
-        problem, dt = problem_of(scene, striker, seat), self._steps[k]
+        problem, dt = problem_of(scene, striker, seat), self.steps[k]
         bodies = tuple(self._discrete(body, dt, step_count(dt, scene.run.duration)) for body in problem.bodies)
         prepared = impact.prepare(problem, dt, scene.run.duration, bodies=bodies)
         return Marched(scene, problem, impact.ContactStepper(prepared))
