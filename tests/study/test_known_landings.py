@@ -116,10 +116,11 @@ def test_an_impossible_ensemble_is_refused(tmp_path: Path, members: str) -> None
 @pytest.mark.parametrize(
     ("known", "inputs", "words"),
     [
-        (3, 3, "all 3 landings are known: a small difference grows 1.5-fold from one to the next"),
-        (2, 1, "landings 1 to 2 are known, from 3 on only statistics: a small difference grows 1.5-fold from one to "
-               "the next; with inputs known to 0.1 %, landing 1 is"),
-        (1, 0, "landing 1 is known, from 2 on only statistics: a small difference grows 1.5-fold from one to the next; "
+        (3, 3, "all 3 landings are known: a small difference, of round-off or inputs and not of the step, grows 1.5-fold from one to the next"),
+        (2, 1, "landings 1 to 2 are known, from 3 on only statistics: a small difference, of round-off or inputs and not "
+               "of the step, grows 1.5-fold from one to the next; with inputs known to 0.1 %, landing 1 is"),
+        (1, 0, "landing 1 is known, from 2 on only statistics: a small difference, of round-off or inputs and not of the "
+               "step, grows 1.5-fold from one to the next; "
                "with inputs known to 0.1 %, no landing is"),
     ],
 )  # fmt: skip
@@ -135,4 +136,33 @@ def test_the_horizon_in_words(known: int, inputs: int, words: str) -> None:
 
 def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
     summary = {"landings": [{}, {}, {}], results.KNOWN_LANDINGS: 3, results.LANDING_GROWTH: 1.02}
-    assert horizon(summary) == "all 3 landings are known: a small difference hardly grows from one to the next"
+    words = "all 3 landings are known: a small difference, of round-off or inputs and not of the step, hardly grows"
+    assert horizon(summary) == f"{words} from one to the next"
+    alone = summary | {results.ENSEMBLE: 1, results.ENSEMBLE_LANDINGS: 0}
+    nothing = "No landing is left to an ensemble (run.ensemble): it was not marched"
+    assert horizon(alone) == f"{words} from one to the next. {nothing}"
+    assert horizon({key: alone[key] for key in (results.ENSEMBLE, results.ENSEMBLE_LANDINGS)}) == nothing
+
+
+def test_a_sentence_has_one_unit() -> None:
+    summary = {
+        "landings": [{}, {}, {}],
+        results.KNOWN_LANDINGS: 2,
+        results.LANDING_GROWTH: 5.0,
+        results.ENSEMBLE: 4,
+        results.ENSEMBLE_SPEED: 0.458,
+        f"error_bar_{results.ENSEMBLE_SPEED}": 0.105,
+        results.spread_of(results.ENSEMBLE_SPEED): 0.31,
+    }
+    assert horizon(summary).endswith("closing speed 458 ± 105 mm/s (of single landings ± 310 mm/s)")
+
+
+@pytest.mark.parametrize("duration", ["70 ms", "250 ms"])
+def test_where_all_landings_are_known_there_are_no_others(tmp_path: Path, duration: str) -> None:
+    """Twins may land once more before the end, which is no statistic of this run: no member is marched."""
+    summary = summary_of(tmp_path, shaken(tmp_path, duration, "ensemble = 4"))
+    number = len(list(summary["landings"]))  # type: ignore[call-overload]
+    assert summary.get(results.KNOWN_LANDINGS) == (number if number > 2 else None)
+    assert (summary[results.ENSEMBLE], summary[results.ENSEMBLE_LANDINGS]) == (1, 0)
+    assert results.ENSEMBLE_SPEED not in summary
+    assert "No landing is left to an ensemble" in horizon(summary)
