@@ -10,6 +10,7 @@ from typing import Final, get_args
 import impact
 from impact.after.landings import Landing
 from impact.after.stresses import ReedStress
+from impact.bodies.time_series import TimeSeriesError
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
@@ -188,13 +189,17 @@ def with_share(budget: variations.Budget, source: str, share: float) -> variatio
 def _with_end(
     scene: Scene, problem: ContactProblem, budget: variations.Budget, dt: float, like: Landings | None
 ) -> variations.Budget:
-    """Return the budget with the error by the end of the record; where g is unknown beyond it, by earlier touches."""
+    """Return the budget with the error by the end of the record; where g, or the course of a load or of a base, is
+    unknown beyond it, by earlier touches."""
     duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
     off = min(clock_off(budget), duration / 2)
     if off > 0:
         dt = 2 * dt if 4 * dt <= scene.run.filter_width else dt
         longest = max(duration, min(duration + off, known))
-        record = contact.record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
+        try:
+            record = contact.record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
+        except TimeSeriesError:  # a course that covers the run, but not this much more
+            record = contact.record_of(scene, problem, dt, like=like, stresses=False)
         budget = with_end(budget, record.blow, duration, off)
     return without_clock(budget)
 
