@@ -7,7 +7,7 @@ from typing import Final
 
 from impact.quantities import enumeration, in_digits, in_units, percent, plain, scaled
 from seatfem import results
-from seatfem.readings import BAR, SPRING, WITHOUT_ZERO, Summary, as_number, bar_of, duration, is_known, prefix_of, reading
+from seatfem.readings import BAR, SPRING, WITHOUT_ZERO, Summary, as_number, bar_of, duration, is_known, reading
 from seatfem.results import asked, name_of, result_of
 
 LANDED: Final = "landed"
@@ -142,7 +142,7 @@ def horizon(summary: Summary) -> str:
         f"{name} {reading(summary, key, unit)} (of single landings ± {in_digits(factor * spread, 2)} {prefixed})"
         for key, unit, name in means
         if (spread := as_number(summary.get(results.spread_of(key)))) is not None
-        for factor, prefixed in [prefix_of(unit, as_number(summary.get(key)) or 0.0, spread)]
+        for factor, prefixed in [scaled([as_number(summary.get(key)) or spread], unit)]
     ]
     members = as_number(summary.get(results.ENSEMBLE))
     mean = f". Mean of the others over {members:.0f} runs: {', '.join(beyond)}" if beyond and members else ""

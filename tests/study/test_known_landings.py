@@ -88,6 +88,15 @@ def test_a_run_with_two_landings_has_no_horizon(tmp_path: Path) -> None:
     assert horizon(summary) == ""
 
 
+@pytest.mark.parametrize(("duration", "number"), [("30 ms", 1), ("70 ms", 2)])
+def test_restitution_on_a_shaken_table_is_that_of_the_only_landing(tmp_path: Path, duration: str, number: int) -> None:
+    """Impulses of all blows over the first approach would be above 1: the table and gravity give speed in between."""
+    summary = summary_of(tmp_path, shaken(tmp_path, duration))
+    assert len(list(summary["landings"])) == number  # type: ignore[call-overload]
+    assert 0.5 < summary["landing_restitution"] < 1  # type: ignore[operator]
+    assert summary["restitution"] == (summary["landing_restitution"] if number == 1 else None)
+
+
 def landing(speed: float) -> Landing:
     return Landing(0.0, 1.0, 0.5, 0, speed, 10 * speed, 0.0, 10 * speed, speed, False, False)
 
@@ -114,24 +123,22 @@ def test_an_impossible_ensemble_is_refused(tmp_path: Path, members: str) -> None
 
 
 @pytest.mark.parametrize(
-    ("known", "inputs", "words"),
+    ("known", "inputs", "which", "more"),
     [
-        (3, 3, "all 3 landings are known: a small difference, of round-off or inputs and not of the step, grows 1.5-fold from one to the next"),
-        (2, 1, "landings 1 to 2 are known, from 3 on only statistics: a small difference, of round-off or inputs and not "
-               "of the step, grows 1.5-fold from one to the next; with inputs known to 0.1 %, landing 1 is"),
-        (1, 0, "landing 1 is known, from 2 on only statistics: a small difference, of round-off or inputs and not of the "
-               "step, grows 1.5-fold from one to the next; "
-               "with inputs known to 0.1 %, no landing is"),
+        (3, 3, "all 3 landings are known", ""),
+        (2, 1, "landings 1 to 2 are known, from 3 on only statistics", "; with inputs known to 0.1 %, landing 1 is"),
+        (1, 0, "landing 1 is known, from 2 on only statistics", "; with inputs known to 0.1 %, no landing is"),
     ],
-)  # fmt: skip
-def test_the_horizon_in_words(known: int, inputs: int, words: str) -> None:
+)
+def test_the_horizon_in_words(known: int, inputs: int, which: str, more: str) -> None:
     summary = {
         "landings": [{}, {}, {}],
         results.KNOWN_LANDINGS: known,
         results.KNOWN_OF_INPUTS: inputs,
         results.LANDING_GROWTH: 1.5,
     }
-    assert horizon(summary) == words
+    grows = "a small difference, of round-off or inputs and not of the step, grows 1.5-fold from one to the next"
+    assert horizon(summary) == f"{which}: {grows}{more}"
 
 
 def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:

@@ -51,7 +51,7 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     if (members := scene.run.ensemble) is None:
         return keys
     if known >= len(both):  # later ones, which only some members have, are no sample of this run
-        return keys | NO_ENSEMBLE
+        return {**keys, **NO_ENSEMBLE}
     runs = [both[known:]]
     for number in range(1, members):
         progress(STAGE, number / members)
