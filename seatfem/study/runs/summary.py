@@ -80,7 +80,7 @@ def summarise(
             "impulse_Ns": measures.impulse(result),
             "first_contact_s": float(groups[0, 0]) if touched else None,
             "contact_duration_s": float(groups[0, 1] - groups[0, 0]) if touched else None,
-            "contact_cut_off": measures.first_is_cut(result),
+            **({"contact_cut_off": True} if measures.first_is_cut(result) else {}),
             "contact_count": len(groups),
             "contact_count_raw": len(raw),
             "restitution": _restitution(result) if math.isinf(result.striker_mass) else own,
