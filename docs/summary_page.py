@@ -27,7 +27,7 @@ A list, in the order of time: one record for each landing on seat and stopper, a
 | key | what |
 |---|---|
 """
-PLACES: Final = {"{width}": "filter width", "{touch}": "touch", "{closed}": "", "{above}": "", "\n": " "}
+PLACES: Final = {"{width}": "filter width", "{touch}": "touch", "{closed}": "", "{cut}": "", "{above}": "", "\n": " "}
 """What stands in the words of a result for what a run says there."""
 
 

@@ -63,9 +63,9 @@ class Result:
 
     Attributes:
         key: in summary.json [SI], its unit at its end; the spring baseline's has the prefix spring_.
-        words: before it; {width} is the filter's, {closed} says whether the reed starts closed, {above} whether the
-            impulse of a landing is that above a static load, {touch} what comes first: a landing, of a reed that starts
-            closed a contact.
+        words: before it; {width} is the filter's, {closed} says whether the reed starts closed, {cut} whether the
+            run ends meanwhile, {above} whether the impulse of a landing is that above a static load, {touch} what comes
+            first: a landing, of a reed that starts closed a contact.
         group: of rows, in the order of `HEADINGS`.
         repeats: key of the landing with the same value, where a run has but one contact.
         unless: tells of which runs it says nothing.
@@ -129,7 +129,7 @@ RESULTS: Final = (
     Result(PEAK_TIME, "  when", "run", repeats=LANDING + PEAK),
     Result(IMPULSE, "impulse", "run", repeats=LANDING + IMPULSE),
     Result(FIRST_CONTACT, "first contact{closed}", "run", repeats=LANDING_TIME),
-    Result("contact_duration_s", "  lasts", "run", repeats="landing_duration_s"),
+    Result("contact_duration_s", "  lasts{cut}", "run", repeats="landing_duration_s"),
     Result(RESTITUTION, "  restitution", "run", repeats=LANDING + RESTITUTION),
     Result(CONTACTS, "contacts", "run"),
     Result(SEAT_DISPLACEMENT, "seat displacement", "run", repeats=LANDING + SEAT_DISPLACEMENT, of_each_step=True),
@@ -256,6 +256,7 @@ def words_of(row: Result, summary: Summary) -> str:
     replaced = {
         "{width}": duration(summary.get("filter_width_s")),
         "{closed}": ", reed starts closed" if closed else "",
+        "{cut}": ", cut off by the end of the run" if summary.get("contact_cut_off") else "",
         "{touch}": "contact" if closed else "landing",
         "{above}": " above static load" if is_loaded(summary, LANDING) else "",
     }

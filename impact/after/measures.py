@@ -245,6 +245,11 @@ def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge:
     return float(gap[end + 1] - gap[end]) / result.dt
 
 
+def first_is_cut(result: ImpactResult) -> bool:
+    """Return whether the record ends within the first of the `contact_groups`, whose duration is not known then."""
+    return len(contact_groups(result)) == 1 and bool(result.solid[-1] > 0)
+
+
 def restitution(result: ImpactResult, *, contact: int | None = None, group: int = 0) -> float:
     """Return the coefficient of restitution, of a held striker in the ``group``, from 0 on, of `contact_groups`.
 

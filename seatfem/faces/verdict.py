@@ -121,28 +121,32 @@ def pressed_on(summary: Summary) -> str:
 
 
 HARDLY: Final = 1.1  # growth of a difference from landing to landing that is none to a reader
+NO_ENSEMBLE: Final = ". No landing is left to an ensemble (run.ensemble): it was not marched"
 
 
 def horizon(summary: Summary) -> str:
     """Return which landings are known, and what an ensemble says of the others; "" of runs with few landings."""
     known, growth = as_number(summary.get(results.KNOWN_LANDINGS)), as_number(summary.get(results.LANDING_GROWTH))
     number = len(landings) if isinstance(landings := summary.get("landings"), list) else 0
+    nothing = NO_ENSEMBLE if summary.get(results.ENSEMBLE_LANDINGS) == 0 else ""
     if known is None or growth is None or not number:
-        return ""
+        return nothing.removeprefix(". ")
     words = f"all {number} landings are known" if known >= number else _partly(int(known))
     grows = "hardly grows" if growth < HARDLY else f"grows {growth:.2g}-fold"
-    words += f": a small difference {grows} from one to the next"
+    words += f": a small difference, of round-off or inputs and not of the step, {grows} from one to the next"
     of_inputs = as_number(summary.get(results.KNOWN_OF_INPUTS))
     if of_inputs is not None and of_inputs < min(known, number):
         words += f"; with inputs known to 0.1 %, {_count(int(of_inputs))}"
     means = ((results.ENSEMBLE_SPEED, "m/s", "closing speed"), (results.ENSEMBLE_PEAK, "N", "peak force"))
     beyond = [
-        f"{name} {reading(summary, key, unit)} (of single landings ± {in_digits(spread, 2)} {unit})"
+        f"{name} {reading(summary, key, unit)} (of single landings ± {in_digits(factor * spread, 2)} {prefixed})"
         for key, unit, name in means
         if (spread := as_number(summary.get(results.spread_of(key)))) is not None
+        for factor, prefixed in [scaled([as_number(summary.get(key)) or spread], unit)]
     ]
     members = as_number(summary.get(results.ENSEMBLE))
-    return words + (f". Mean of the others over {members:.0f} runs: {', '.join(beyond)}" if beyond and members else "")
+    mean = f". Mean of the others over {members:.0f} runs: {', '.join(beyond)}" if beyond and members else ""
+    return words + (nothing or mean)
 
 
 def _partly(known: int) -> str:

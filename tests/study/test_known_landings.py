@@ -88,6 +88,15 @@ def test_a_run_with_two_landings_has_no_horizon(tmp_path: Path) -> None:
     assert horizon(summary) == ""
 
 
+@pytest.mark.parametrize(("duration", "number"), [("30 ms", 1), ("70 ms", 2)])
+def test_restitution_on_a_shaken_table_is_that_of_the_only_landing(tmp_path: Path, duration: str, number: int) -> None:
+    """Impulses of all blows over the first approach would be above 1: the table and gravity give speed in between."""
+    summary = summary_of(tmp_path, shaken(tmp_path, duration))
+    assert len(list(summary["landings"])) == number  # type: ignore[call-overload]
+    assert 0.5 < summary["landing_restitution"] < 1  # type: ignore[operator]
+    assert summary["restitution"] == (summary["landing_restitution"] if number == 1 else None)
+
+
 def landing(speed: float) -> Landing:
     return Landing(0.0, 1.0, 0.5, 0, speed, 10 * speed, 0.0, 10 * speed, speed, False, False)
 
@@ -114,25 +123,53 @@ def test_an_impossible_ensemble_is_refused(tmp_path: Path, members: str) -> None
 
 
 @pytest.mark.parametrize(
-    ("known", "inputs", "words"),
+    ("known", "inputs", "which", "more"),
     [
-        (3, 3, "all 3 landings are known: a small difference grows 1.5-fold from one to the next"),
-        (2, 1, "landings 1 to 2 are known, from 3 on only statistics: a small difference grows 1.5-fold from one to "
-               "the next; with inputs known to 0.1 %, landing 1 is"),
-        (1, 0, "landing 1 is known, from 2 on only statistics: a small difference grows 1.5-fold from one to the next; "
-               "with inputs known to 0.1 %, no landing is"),
+        (3, 3, "all 3 landings are known", ""),
+        (2, 1, "landings 1 to 2 are known, from 3 on only statistics", "; with inputs known to 0.1 %, landing 1 is"),
+        (1, 0, "landing 1 is known, from 2 on only statistics", "; with inputs known to 0.1 %, no landing is"),
     ],
-)  # fmt: skip
-def test_the_horizon_in_words(known: int, inputs: int, words: str) -> None:
+)
+def test_the_horizon_in_words(known: int, inputs: int, which: str, more: str) -> None:
     summary = {
         "landings": [{}, {}, {}],
         results.KNOWN_LANDINGS: known,
         results.KNOWN_OF_INPUTS: inputs,
         results.LANDING_GROWTH: 1.5,
     }
-    assert horizon(summary) == words
+    grows = "a small difference, of round-off or inputs and not of the step, grows 1.5-fold from one to the next"
+    assert horizon(summary) == f"{which}: {grows}{more}"
 
 
 def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
     summary = {"landings": [{}, {}, {}], results.KNOWN_LANDINGS: 3, results.LANDING_GROWTH: 1.02}
-    assert horizon(summary) == "all 3 landings are known: a small difference hardly grows from one to the next"
+    words = "all 3 landings are known: a small difference, of round-off or inputs and not of the step, hardly grows"
+    assert horizon(summary) == f"{words} from one to the next"
+    alone = summary | {results.ENSEMBLE: 1, results.ENSEMBLE_LANDINGS: 0}
+    nothing = "No landing is left to an ensemble (run.ensemble): it was not marched"
+    assert horizon(alone) == f"{words} from one to the next. {nothing}"
+    assert horizon({key: alone[key] for key in (results.ENSEMBLE, results.ENSEMBLE_LANDINGS)}) == nothing
+
+
+def test_a_sentence_has_one_unit() -> None:
+    summary = {
+        "landings": [{}, {}, {}],
+        results.KNOWN_LANDINGS: 2,
+        results.LANDING_GROWTH: 5.0,
+        results.ENSEMBLE: 4,
+        results.ENSEMBLE_SPEED: 0.458,
+        f"error_bar_{results.ENSEMBLE_SPEED}": 0.105,
+        results.spread_of(results.ENSEMBLE_SPEED): 0.31,
+    }
+    assert horizon(summary).endswith("closing speed 458 ± 105 mm/s (of single landings ± 310 mm/s)")
+
+
+@pytest.mark.parametrize("duration", ["70 ms", "250 ms"])
+def test_where_all_landings_are_known_there_are_no_others(tmp_path: Path, duration: str) -> None:
+    """Twins may land once more before the end, which is no statistic of this run: no member is marched."""
+    summary = summary_of(tmp_path, shaken(tmp_path, duration, "ensemble = 4"))
+    number = len(list(summary["landings"]))  # type: ignore[call-overload]
+    assert summary.get(results.KNOWN_LANDINGS) == (number if number > 2 else None)
+    assert (summary[results.ENSEMBLE], summary[results.ENSEMBLE_LANDINGS]) == (1, 0)
+    assert results.ENSEMBLE_SPEED not in summary
+    assert "No landing is left to an ensemble" in horizon(summary)

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from seatfem.faces.cli import run_command
+from seatfem.results import result_of, words_of
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.rounds import Limits
 from seatfem.study.scene import load_scene
@@ -97,6 +98,8 @@ def test_with_one_landing_and_no_load_both_agree(tmp_path: Path) -> None:
         assert summary[of_landing] == pytest.approx(summary[key], rel=1e-9), key
     for key in ("impulse_Ns", "filtered_peak_force_N", "closing_speed_m_per_s", "restitution", "time_s", "duration_s"):
         assert summary[f"error_bar_landing_{key}"] is not None
+    assert "contact_cut_off" not in summary
+    assert summary["error_bar_contact_duration_s"] is not None
     assert summary["landing_closing_speed_m_per_s"] == pytest.approx(1.0, rel=1e-6)
 
 
@@ -117,6 +120,10 @@ def test_scenes_that_do_not_land_are_neither_met_nor_failed(tmp_path, text, stat
     assert summary["landing_status"] == status
     if status == "cut off":
         assert summary["landings"][0]["cut_off"]
+        assert summary["contact_cut_off"]
+        assert summary["contact_duration_s"] > 0
+        assert summary["error_bar_contact_duration_s"] is None
+        assert words_of(result_of("contact_duration_s"), summary) == "  lasts, cut off by the end of the run"
         return
     assert code == 0
     assert summary["accuracy_met"] is None

@@ -47,8 +47,8 @@ def impulse_until(end: float) -> float:
     return float(IMPULSE * (whole + part))
 
 
-def budget_at(end: float, folder: Path) -> Budget:
-    scene, spring = load_text(folder, SCENE.format(end=1e6 * end)), impact.spring(stiffness=STIFFNESS)
+def budget_at(end: float, folder: Path, more: str = "") -> Budget:
+    scene, spring = load_text(folder, SCENE.format(end=1e6 * end) + more), impact.spring(stiffness=STIFFNESS)
     striker = striker_of(scene)
     touches = run_contacts(scene, striker, spring, STEP)
     return error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, touches)
@@ -74,3 +74,14 @@ def test_an_end_in_flight_adds_nothing(tmp_path: Path) -> None:
     assert error <= whole.bar("impulse") <= 5 * error
     assert cut.bar("impulse") > 2 * whole.bar("impulse")
     assert cut.bar("filtered_peak") == pytest.approx(whole.bar("filtered_peak"), rel=0.2)  # of the first touch
+
+
+def test_a_course_that_covers_the_run_alone_is_not_asked_for_more(tmp_path: Path) -> None:
+    """A base at rest, known until the end of the longest step: what an earlier end changes is in the bar as before."""
+    late = FIRST + 7 * PERIOD + 1.2 * TOUCH
+    rows = "".join(f"{late * k / 8 + 4 * STEP * (k == 8):.12g},0\n" for k in range(9))
+    (tmp_path / "base.csv").write_text("time [s],displacement [m]\n" + rows, encoding="utf-8")
+    based = budget_at(late, tmp_path, '[[base]]\nof = "seat"\ndisplacement = "base.csv"\n')
+    alone = budget_at(late, tmp_path)
+    assert based.values["impulse"] == pytest.approx(alone.values["impulse"], rel=1e-9)
+    assert abs(alone.values["impulse"] - impulse_until(late)) <= based.bar("impulse") <= alone.bar("impulse")

@@ -9,7 +9,9 @@ from typing import Final, get_args
 
 import impact
 from impact.after.landings import Landing
+from impact.after.measures import first_is_cut
 from impact.after.stresses import ReedStress
+from impact.bodies.time_series import TimeSeriesError
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
@@ -119,12 +121,12 @@ def error_budget(
     budget = with_floors(variations.Budget(budget.values, known_parts, (*names, *unknown)), floors)
     if scene.reed.thin_plate is not None and computed.division.arcs > 1:
         budget = with_share(budget, "model", safety.WITHIN_PARTS)  # no number of parts makes it smaller
-    return with_cut_landings(with_jumps(budget, blow), like)
+    return with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
 
 
-def with_cut_landings(budget: variations.Budget, landings: Landings | None) -> variations.Budget:
-    """Return the budget with unknown duration and impulse of landings that the end of the record cuts, and unknown peak
-    of one cut shortly after its peak."""
+def with_cut_landings(budget: variations.Budget, landings: Landings | None, first_cut: bool) -> variations.Budget:
+    """Return the budget with unknown duration and impulse of landings that the end of the record cuts, unknown peak of
+    one cut shortly after its peak, and unknown duration of a first contact that is cut."""
     if landings is None or not budget.parts:
         return budget
     cut = [
@@ -139,6 +141,7 @@ def with_cut_landings(budget: variations.Budget, landings: Landings | None) -> v
             cut += [prefix + measures.Impulse.name, prefix + measures.ContactDuration.name]
             rises = judged.end - judged.peak_time < judged.duration / 10
             cut += [prefix + measures.FilteredPeak.name] if rises else []
+    cut += [measures.ContactDuration.name] if first_cut else []
     source = budget.dominant("impulse")
     unknown = {name: math.inf for name in cut if name in budget.values}
     return replace(budget, parts={**budget.parts, source: {**budget.parts[source], **unknown}})
@@ -188,13 +191,17 @@ def with_share(budget: variations.Budget, source: str, share: float) -> variatio
 def _with_end(
     scene: Scene, problem: ContactProblem, budget: variations.Budget, dt: float, like: Landings | None
 ) -> variations.Budget:
-    """Return the budget with the error by the end of the record; where g is unknown beyond it, by earlier touches."""
+    """Return the budget with the error by the end of the record; where g, or the course of a load or of a base, is
+    unknown beyond it, by earlier touches."""
     duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
     off = min(clock_off(budget), duration / 2)
     if off > 0:
         dt = 2 * dt if 4 * dt <= scene.run.filter_width else dt
         longest = max(duration, min(duration + off, known))
-        record = contact.record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
+        try:
+            record = contact.record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
+        except TimeSeriesError:  # a course that covers the run, but not this much more
+            record = contact.record_of(scene, problem, dt, like=like, stresses=False)
         budget = with_end(budget, record.blow, duration, off)
     return without_clock(budget)
 

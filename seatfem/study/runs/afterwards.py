@@ -339,6 +339,8 @@ def afterwards(
     if runs.horizon.has_horizon(done):
         with watch("horizon"):
             keys |= runs.horizon.horizon_keys(done, progress)
+    elif scene.run.ensemble is not None:
+        keys |= runs.horizon.NO_ENSEMBLE
     courses: tuple[Path, ...] = ()
     if scene.gauge:
         with watch("gauges"):

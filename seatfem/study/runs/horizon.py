@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -24,6 +24,8 @@ FEWEST: Final = 3
 INPUTS: Final = 1e-3
 """Relative difference of runs whose inputs are known as well as they are on a drawing."""
 STAGE: Final = "ensemble"
+NO_ENSEMBLE: Final[Mapping[str, object]] = {results.ENSEMBLE: 1, results.ENSEMBLE_LANDINGS: 0}
+"""Keys of a run whose landings are all known: its own run alone, and nothing to average."""
 
 
 def has_horizon(done: Round) -> bool:
@@ -48,6 +50,8 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     }
     if (members := scene.run.ensemble) is None:
         return keys
+    if known >= len(both):  # later ones, which only some members have, are no sample of this run
+        return {**keys, **NO_ENSEMBLE}
     runs = [both[known:]]
     for number in range(1, members):
         progress(STAGE, number / members)

@@ -165,8 +165,9 @@ def run_scene(
 def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Stopwatch) -> dict[str, Any]:
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
     records, bar = landing_records(done.touches, done.left, done.without_bar), baseline.stiffness_bar
+    landing, driven = scene.accuracy.landing, scene.is_loaded
     measured, on_spring = (
-        {**summarise(each.touches, width, each.stress, scene.accuracy.landing), **stopper_keys(each.touches, width)}
+        summarise(each.touches, width, each.stress, landing, driven=driven) | stopper_keys(each.touches, width)
         for each in (done, baseline)
     )
     return {

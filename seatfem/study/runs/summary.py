@@ -42,11 +42,17 @@ FREQUENCIES: Final = 10  # of the striker that are told
 
 
 def summarise(
-    touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
+    touches: Touches,
+    filter_width: float,
+    stress: ReedStress | None = None,
+    asked: LandingChoice = "hardest",
+    *,
+    driven: bool = False,
 ) -> dict[str, object]:
     """Return the keys of the seat's contact; ``None`` if there was none, and if a rigid mass bears no bending stress.
 
     A stopper may meet the striker, too: the impulses of a free one, which came back from it, tell no restitution.
+    ``driven``: whether loads or moving bases change its speed between the blows: so do they.
     """
     result, stopper = touches.seat, touches.stopper
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
@@ -61,6 +67,7 @@ def summarise(
     touched = len(groups) > 0
     thrown_back = stopper is not None and bool(np.any(stopper.force))
     values = measured(touches, filter_width, stress, asked)
+    own = None if thrown_back else values.get("restitution") if driven else _restitution(result)
     shown = {name: each for name, each in all_measures().items() if not each.judged_by}
     keys = {each.key: values.get(name) for name, each in shown.items() if name in values or not each.of_some}
     return (
@@ -73,9 +80,10 @@ def summarise(
             "impulse_Ns": measures.impulse(result),
             "first_contact_s": float(groups[0, 0]) if touched else None,
             "contact_duration_s": float(groups[0, 1] - groups[0, 0]) if touched else None,
+            **({"contact_cut_off": True} if measures.first_is_cut(result) else {}),
             "contact_count": len(groups),
             "contact_count_raw": len(raw),
-            "restitution": None if thrown_back and math.isfinite(result.striker_mass) else _restitution(result),
+            "restitution": _restitution(result) if math.isinf(result.striker_mass) else own,
             "peak_time_s": finite_or_none(measures.peak_time(result, filter_width)),
             "hardest_blow": None if math.isnan(start) else number + 1,
             "hardest_blow_start_s": finite_or_none(float(start)),
