@@ -138,7 +138,7 @@ def search(
             progress("searching", number / count)
             with suppress(ValueError):
                 scanned.append((float(np.sum(smoothed(residuals(point), lengths, WIDTHS[1]) ** 2)), number))
-        for _, number in sorted(scanned)[:3]:
+        for _, number in sorted(scanned)[:2]:
             with suppress(ValueError):
                 ends.append(descend(residuals, jacobian, points[number], most, lengths))
     nearest = min(ends, key=worst)
