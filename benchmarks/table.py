@@ -99,7 +99,9 @@ def in_words(about: dict[str, str]) -> str:
 def forget() -> None:
     """Empty the caches that hold what scenes have computed, as in a process that begins: those that keep a few."""
     for each in gc.get_objects():
-        if isinstance(each, _lru_cache_wrapper) and each.cache_parameters()["maxsize"] is not None:
+        if (
+            type(each) is _lru_cache_wrapper and each.cache_parameters()["maxsize"] is not None
+        ):  # isinstance asks dead proxies, too
             each.cache_clear()
 
 
