@@ -30,7 +30,7 @@ from impact.march.stepper import ContactStepper, march_numbers
 from impact.quantities import brief
 
 STEP: Final = 1e-5
-"""Of the central differences of a law, relative to a penetration: to its square, 1e-10, and eps over it, 1e-11."""
+"""Half width of the central differences of a law over a penetration: they are off by its square and eps over it."""
 LEVEL: Final = 1e-9
 """Relative distance from the deepest closure at which a joint that stays where it is counts as loaded."""
 SAME: Final = 1e-6

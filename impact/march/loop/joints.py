@@ -21,14 +21,20 @@ def remember(numbers, i, pen):
 
 
 @compiled()
+def share_at_end(rule, unresolved):
+    """Return the share of a step's force that is the law's at its end, the rest its mean over the way; ``unresolved``:
+    Psi'' W0 of the contact's own oscillation where the rule is blended."""
+    if rule != BLENDED:
+        return 1.0 if rule == PASSIVE else 0.0
+    return 1.0 if unresolved >= RIGID else unresolved**2 / (1.0 + unresolved**2)
+
+
+@compiled()
 def joint_step(code, rule, numbers, i, pen, pen_start, w0, together, dt):
     """Return the N >= 0 of one step as `impact.march.loop.forces.contact_force` does: the root of p + w0 F(p) = pen by
     guarded regula falsi (Illinois) on p, F a share of the law's force at the end and the rest of the mean over the way.
     """
-    share = 1.0 if rule == PASSIVE else 0.0
-    if rule == BLENDED:
-        unresolved = joint_stiffness(code, numbers, i, pen_start) * together
-        share = 1.0 if unresolved >= RIGID else unresolved**2 / (1.0 + unresolved**2)
+    share = share_at_end(rule, joint_stiffness(code, numbers, i, pen_start) * together if rule == BLENDED else 0.0)
     force = _mixed(code, numbers, i, pen, pen_start, share)
     if force <= 0.0 or w0 <= 0.0:
         return force
@@ -201,16 +207,11 @@ def forces_along(code, rule, numbers, i, ends, starts, deepest, together, dt):
     forces = np.zeros(ends.size)
     a, b, c = numbers[i, 0], numbers[i, 1], numbers[i, 2]
     for k in range(ends.size):
-        share = 1.0 if rule == PASSIVE else 0.0
         if code >= ROUGH:
             numbers[i, DEEPEST] = deepest[k]
-        if rule == BLENDED:
-            slope = (
-                joint_stiffness(code, numbers, i, starts[k]) if code >= ROUGH else stiffness(code, a, b, c, starts[k])
-            )
-            share = 1.0 if slope * together >= RIGID else (slope * together) ** 2 / (1.0 + (slope * together) ** 2)
-        if code >= ROUGH:
-            forces[k] = _mixed(code, numbers, i, ends[k], starts[k], share)
+            slope = joint_stiffness(code, numbers, i, starts[k]) if rule == BLENDED else 0.0
+            forces[k] = _mixed(code, numbers, i, ends[k], starts[k], share_at_end(rule, slope * together))
         else:
-            forces[k] = step_force(code, a, b, c, ends[k], starts[k], dt, share)
+            slope = stiffness(code, a, b, c, starts[k]) if rule == BLENDED else 0.0
+            forces[k] = step_force(code, a, b, c, ends[k], starts[k], dt, share_at_end(rule, slope * together))
     return forces
