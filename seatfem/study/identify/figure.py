@@ -9,25 +9,27 @@ import numpy as np
 
 from impact.pictures.drawing import BLUE, GREY, ORANGE, sheet, time_axis, zero_line
 from impact.quantities import scaled
+from seatfem import units
+from seatfem.study.identify.record import DIMENSIONS
 
 if TYPE_CHECKING:
     from seatfem.study.identify.fit import Identified
 
-UNITS = {"force": "N", "strain": "", "displacement": "m", "velocity": "m/s"}
 BAND = 1.96  # deviations of the noise that hold 95 % of it
 
 
 def draw(result: Identified, path: Path) -> None:
     """Draw all records of a fit. Raises `PictureError`."""
-    samples, fitted = result.model.samples, result.model.at(result.shares)
+    samples, fitted = result.model.samples, result.model.records_at(result.shares)
     count = len(samples)
     with sheet(path, 6.4, 0.4 + 3.0 * count) as page:
         page.suptitle(result.asked.heading)
         axes = page.subplots(2 * count, 1, height_ratios=[2.4, 1.0] * count, squeeze=False)[:, 0]
         for number, each in enumerate(samples):
             above, below = axes[2 * number], axes[2 * number + 1]
-            rate, unit = scaled(float(np.abs(each.value).max()), UNITS[each.record.kind] or "m")
-            if each.record.kind == "strain":
+            dimension = DIMENSIONS[each.record.kind]
+            rate, unit = scaled(float(np.abs(each.value).max()), units.DIMENSIONS[dimension or "length"].si)
+            if not dimension:  # a strain, told as a length over one
                 unit = f"{unit}/m"
             window = (float(each.time[0]), float(each.time[-1]))
             at = time_axis(below, window) * each.time
@@ -40,10 +42,10 @@ def draw(result: Identified, path: Path) -> None:
                 above.plot(at, spring, "--", color=ORANGE, linewidth=1.0, label="on the seat's static stiffness")
             above.plot(at, rate * fitted[number], color=BLUE, label="fit")
             above.legend(loc="best")
-            left = (each.value - fitted[number]) / each.noise
+            residuals = (each.value - fitted[number]) / each.noise
             zero_line(below)
             below.axhspan(-BAND, BAND, color=GREY, alpha=0.15, linewidth=0)
-            below.plot(at, left, color=BLUE, linewidth=0.8)
+            below.plot(at, residuals, color=BLUE, linewidth=0.8)
             below.set(ylabel="over noise")
             below.set_title("record less fit, over the noise, 95 % of which lies in the band")
         page.align_ylabels(axes)

@@ -45,7 +45,7 @@ class IdentifyError(RunError):
 
 @dataclass(frozen=True)
 class Identified:
-    """What a fit came to.
+    """A fit as it ended: values, their intervals, and how well the records are met.
 
     Attributes:
         model: that was fitted.
@@ -241,7 +241,7 @@ def _counted(model: Model, shares: Array, lengths: Array) -> tuple[Counted, ...]
 def _spring(model: Model, shares: Array) -> tuple[tuple[Array, ...], tuple[float, ...]]:
     """Return the records on the seat's static stiffness, and their misfits; nothing of a seat that has none."""
     try:
-        courses = model.at(shares, spring=True)
+        courses = model.records_at(shares, spring=True)
     except RunError:
         return (), (math.nan,) * len(model.samples)
     pairs = zip(courses, model.samples, strict=True)

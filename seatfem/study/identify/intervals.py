@@ -49,7 +49,7 @@ Indices = Sequence[int] | NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Counted:
-    """How much a record counts: rms ``misfit`` over the noise, ``tau`` samples that hang together, its ``samples``."""
+    """A record's weight: rms ``misfit`` over the noise, ``tau`` samples that hang together, its ``samples``."""
 
     misfit: float
     tau: float
@@ -96,8 +96,8 @@ def correlation_time(residuals: Array) -> float:
     rho = covered / covered[0]
     pairs = rho[: n - n % 2].reshape(-1, 2).sum(axis=1)
     ends = np.flatnonzero(pairs <= 0)
-    kept = pairs[: int(ends[0])] if ends.size else pairs
-    return float(min(max(1.0, 2 * kept.sum() - 1), n))
+    positive = pairs[: int(ends[0])] if ends.size else pairs
+    return float(min(max(1.0, 2 * positive.sum() - 1), n))
 
 
 def quantile(records: Sequence[Counted], keys: int) -> float:
@@ -225,13 +225,15 @@ class Valley:
         derivatives at the fit, and where that fails by their own."""
         others = np.delete(np.arange(len(at)), key)
         at = np.clip(at, 0.0, 1.0)
-        left = self.residuals(at)
-        total = float(left @ left)
+        residuals = self.residuals(at)
+        total = float(residuals @ residuals)
         for _ in range(INNER if len(others) else 0):
             nearer = at.copy()
-            nearer[others] = np.clip(at[others] - np.linalg.lstsq(self.slope[:, others], left, rcond=None)[0], 0.0, 1.0)
-            left = self.residuals(nearer)
-            gain = total - float(left @ left)
+            nearer[others] = np.clip(
+                at[others] - np.linalg.lstsq(self.slope[:, others], residuals, rcond=None)[0], 0.0, 1.0
+            )
+            residuals = self.residuals(nearer)
+            gain = total - float(residuals @ residuals)
             if gain < -CLOSE * self.t**2:
                 at = self._refitted(at, others)
                 total = float(np.sum(self.residuals(at) ** 2))

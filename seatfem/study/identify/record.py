@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.greens.base import Array
 from seatfem import fields
 from seatfem.study.scene.load import load_scene, load_table, located
 from seatfem.study.scene.problems import Problem, SceneError, scene_error
-from seatfem.study.sweep.study import WholeKey, by_dotted_key
+from seatfem.study.sweep.study import DOTTED, WholeKey
 from seatfem.study.sweep.variations import Quantity, Value
 from seatfem.units import UnitError, number_and_unit, parse_fraction, parse_quantity
 
@@ -98,14 +97,9 @@ class Record(fields.Table):
     end: Instant | None = fields.absent("until when it is compared", alias="to")
     gain: float = fields.default(1.0, "by which the record is larger than what it records", gt=-1e9, lt=1e9)
     delay: Instant = fields.default("0 s", "by which it is later")
-    set: dict[WholeKey, Any] = fields.default({}, "values of the scene's keys in this shot, by dotted key")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _dotted(cls, given: object) -> object:
-        if isinstance(given, Mapping) and isinstance(values := given.get("set"), Mapping):
-            return {**given, "set": dict(by_dotted_key(values))}
-        return given
+    set: Annotated[dict[WholeKey, Any], DOTTED] = fields.default(
+        {}, "values of the scene's keys in this shot, by dotted key"
+    )
 
     def contradictions(self) -> fields.Contradictions:
         self.check_one_of(("noise", "quiet"), "nothing says how far the record is off by its noise")
@@ -148,19 +142,19 @@ class Record(fields.Table):
             if not sigma > 0:
                 raise fields.KeyProblem("quiet", "all samples are equal there: state noise")
         first, last = (-math.inf if self.start is None else self.start), (math.inf if self.end is None else self.end)
-        kept = (time >= first) & (time <= last)
-        count = int(np.count_nonzero(kept))
+        compared = (time >= first) & (time <= last)
+        count = int(np.count_nonzero(compared))
         if count < 2:
             raise fields.KeyProblem("from", f"{count} samples lie between from and to, at least 2 are needed")
         if count > MOST_SAMPLES:
             words = f"{count} samples are compared, at most {MOST_SAMPLES}: narrow from and to, or thin the record"
             raise fields.KeyProblem("file", words)
-        return Samples(self, time[kept], value[kept], sigma)
+        return Samples(self, time[compared], value[compared], sigma)
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Samples of a ``record`` that are compared: times [s], values and the noise's standard deviation, SI."""
+    """The samples of a ``record`` that are compared: times [s], values and the noise's standard deviation, SI."""
 
     record: Record
     time: Array
@@ -169,22 +163,14 @@ class Samples:
 
 
 class Identification(fields.Table):
-    """What is asked: which values of these keys explain these records."""
+    """A record file: it asks which values of these keys explain these records."""
 
     title: str = fields.default("", "for pictures")
     scene: fields.ExistingFile = Field(description="the scene's file")
     record: tuple[Record, ...] = Field(min_length=1, max_length=MOST_RECORDS, description="the records")
-    fit: dict[WholeKey, Fitted] = Field(
+    fit: Annotated[dict[WholeKey, Fitted], DOTTED] = Field(
         min_length=1, max_length=MOST_KEYS, description="by dotted key of the scene, or gain and delay of records"
     )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _dotted(cls, given: object) -> object:
-        """Return [fit] with contact.gap = ... as with "contact.gap" = ..."""
-        if isinstance(given, Mapping) and isinstance(fit := given.get("fit"), Mapping):
-            return {**given, "fit": dict(by_dotted_key(fit))}
-        return given
 
     @property
     def heading(self) -> str:

@@ -1,4 +1,4 @@
-"""What a scene says of the records of its shots at given values of the fitted keys, and its derivatives by them."""
+"""The scene of a record file at some values of its keys: what it says of each record, and the derivatives by them."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Model:
             for number, course in self._courses(shot, each, each.stepper.force)
         }
 
-    def at(self, shares: Array, *, spring: bool = False) -> list[Array]:
+    def records_at(self, shares: Array, *, spring: bool = False) -> list[Array]:
         """Return each record as it should be at shares of the bounds; ``spring``: on the seat's static stiffness."""
         values = self.values(shares)
         marched = [self._march(k, values, spring=True) for k in range(len(self.shots))] if spring else None
@@ -144,12 +144,12 @@ class Model:
     def _own(self, values: Values, number: int) -> tuple[float, float]:
         """Return gain and delay [s] of a record."""
         record = self.asked.record[number]
-        found = {"gain": record.gain, "delay": record.delay}
+        own_values = {"gain": record.gain, "delay": record.delay}
         for own in OWN:
             for key in (own, f"{own}.{record.name}"):
                 if key in values:
-                    found[own] = number_of(self.asked.fit[key].written(values[key]))
-        return found["gain"], found["delay"]
+                    own_values[own] = number_of(self.asked.fit[key].written(values[key]))
+        return own_values["gain"], own_values["delay"]
 
     def _as_recorded(self, values: Values, number: int, course: Course) -> Array:
         """Return a course as its record has it: by the gain, later by the delay, at its samples, in between linear."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from seatfem.fields import Contradictions, ExistingFile, Fraction, Table, absent, default, kinds_below
 from seatfem.study.scene.keys import schema_of, table_lines
@@ -119,6 +119,23 @@ Objective = Annotated[str, AfterValidator(_objective)]
 WholeKey = Annotated[str, AfterValidator(_whole_key)]
 
 
+def _by_dotted_key(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield values by dotted key; a table with a key of a variation is one, others hold further keys."""
+    for key, value in table.items():
+        if isinstance(value, Mapping) and not OF_VARIATIONS & value.keys() and before.count(".") < DEEPEST:
+            yield from _by_dotted_key(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
+def _dotted(table: object) -> object:
+    """Return a table with reed.thickness = ... as with "reed.thickness" = ..."""
+    return dict(_by_dotted_key(table)) if isinstance(table, Mapping) else table
+
+
+DOTTED: Final = BeforeValidator(_dotted)  # of a table of values by whole keys of a scene
+
+
 class Outputs(Table):
     """The measures that tables and charts of a study show."""
 
@@ -145,7 +162,7 @@ class Study(Table):
     number: int | None = absent("scenes that are drawn", strict=True, ge=1, le=MOST_SCENES)
     seed: int = default(1, "of what is drawn", strict=True, ge=0, lt=2**32)
     limit: int = default(10_000, "scenes that are allowed at most", strict=True, ge=1, le=MOST_SCENES)
-    vary: dict[WholeKey, AnyVariation] = Field(
+    vary: Annotated[dict[WholeKey, AnyVariation], DOTTED] = Field(
         min_length=1, max_length=MOST_KEYS, description="values by dotted key of the scene"
     )
     error_bars: Literal["every", "sampled"] = default(
@@ -155,14 +172,6 @@ class Study(Table):
     )
     outputs: Outputs = default({}, "what is asked of the table")
     optimise: Optimise | None = absent("of the values in between, which are best; none where absent")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _dotted(cls, given: object) -> object:
-        """Return [vary] with reed.thickness = ... as with "reed.thickness" = ..."""
-        if isinstance(given, Mapping) and isinstance(vary := given.get("vary"), Mapping):
-            return {**given, "vary": dict(by_dotted_key(vary))}
-        return given
 
     @property
     def heading(self) -> str:
@@ -239,15 +248,6 @@ class Study(Table):
                     yield f"vary.{key}", f"{words}; give as many"
         if (count := self.number_of_scenes) > self.limit:
             yield "limit", f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
-
-
-def by_dotted_key(vary: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield values by dotted key; a table with a key of a variation is one, others hold further keys."""
-    for key, value in vary.items():
-        if isinstance(value, Mapping) and not OF_VARIATIONS & value.keys() and before.count(".") < DEEPEST:
-            yield from by_dotted_key(value, f"{before}{key}.")
-        else:
-            yield f"{before}{key}", value
 
 
 def load_study(path: Path | str) -> Study:
