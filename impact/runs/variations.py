@@ -240,13 +240,15 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
     return body.in_modes(narrowed(g, highest), lambda values: values[kept]) if np.any(kept) else None
 
 
-def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0) -> Body | None:
+def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int = 0) -> Body | None:
     """Return the body with what lies above its modes as modes at ``ratio`` times the highest, one for each way it
     yields.
 
     A residual yields and does not ring; what it stands for rings, anywhere above. A part of it, `AT_ONCE`, stays, so
     that rigid contacts meet what yields at once. ``None`` where a body has no modes, or nothing above them but mass.
-    ``band`` [Hz]: in place of the highest mode where all modes are rigid motions.
+    ``band`` [Hz]: in place of the highest mode where all modes are rigid motions. ``octaves``: over so many, in the
+    middle of each, in place of one frequency; each yields half as much as the one below it, as the modes of a plate do,
+    which lie evenly: their compliance falls with the square of the frequency.
     """
     g = body.greens.modal
     if g is None or not len(g.omega) or not (np.any(g.omega) or band):
@@ -257,16 +259,20 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0) -> Body | None
     last = int(np.argmax(g.omega))
     values, ways = np.linalg.eigh((1 - AT_ONCE) * flexible)
     kept = values > ROUND_OFF * values[-1]
-    omega = ratio * (g.omega[last] or 2 * np.pi * band)
-    shapes = omega * (ways[:, kept] * np.sqrt(values[kept])).T
+    yielding = (ways[:, kept] * np.sqrt(values[kept])).T
+    ratios, parts = np.array([ratio]), np.ones(1)
+    if octaves:
+        ratios, parts = ratio * 2 ** (np.arange(octaves) + 0.5), 0.5 ** np.arange(octaves)
+    omega = np.repeat(ratios * (g.omega[last] or 2 * np.pi * band), len(yielding))
+    shapes = omega[:, None] * np.kron(np.sqrt(parts / parts.sum())[:, None], yielding)
     ringing = replace(
         g,
-        omega=np.concatenate([g.omega, np.full(len(shapes), omega)]),
-        zeta=np.concatenate([g.zeta, np.full(len(shapes), g.zeta[last])]),
+        omega=np.concatenate([g.omega, omega]),
+        zeta=np.concatenate([g.zeta, np.full(len(omega), g.zeta[last])]),
         shapes=np.vstack([g.shapes, shapes]),
         residual=g.residual.scaled(AT_ONCE),
     )
-    return body.in_modes(ringing, lambda values: np.concatenate([values, np.zeros(len(shapes))]))
+    return body.in_modes(ringing, lambda values: np.concatenate([values, np.zeros(len(omega))]))
 
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:

@@ -294,20 +294,18 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
     """Yield a plate of a ``band`` [Hz] with other modes than its own, and the share of what each changes that is left.
 
     First without its highest modes, as `OF_MODES` says. These tell how the next ones go on if the modes that the
-    contact feels lie evenly. A ring all around feels few, those that are alike there: where it yields more beyond the
-    last mode than by the highest ones, over `UNEVEN`, all that lies beyond may be one mode, at each of `BEYOND`; where
-    none can be left out, this alone tells, and counts twice.
+    contact feels lie evenly. A contact in the middle of a disc, or all around a ring, feels few: then what lies beyond
+    the last mode tells, as one mode at each frequency of `BEYOND` or over `OCTAVES`; where no mode can be left out, it
+    alone. A run's step hides a part of what rings fast (`HIDDEN`).
     """
-    modal = body.greens.modal
-    beyond, with_highest = (0.0 if modal is None else float(np.trace(modal.residual.static()))), 0.0
+    share_beyond = safety.ALONE
     for ratio, share in safety.OF_MODES:
-        if (fewer := narrower(body, ratio)) is not None and fewer.greens.modal is not None:
-            with_highest = float(np.trace(fewer.greens.modal.residual.static()))
+        if (fewer := narrower(body, ratio)) is not None:
+            share_beyond = safety.HIDDEN
             yield fewer, share
-    if beyond > safety.UNEVEN * (with_highest - beyond):
-        for ratio in safety.BEYOND:
-            if (ringing := ringing_on(body, ratio, band)) is not None:
-                yield ringing, 1.0 if with_highest else 2.0
+    for ratio, octaves in safety.BEYOND:
+        if (ringing := ringing_on(body, ratio, band, octaves)) is not None:
+            yield ringing, share_beyond
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
