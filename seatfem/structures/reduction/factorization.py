@@ -166,7 +166,7 @@ def solve_on_two_grids(matrix: sparse.csr_array, dofs: DofMap | None, allowed: f
     except FactorizationError:
         return None
     diagonal, single = matrix.diagonal(), np.float32
-    A, AP, P = (sparse.csr_array(each, dtype=single) for each in (matrix, product, coarse))
+    A, AP, P = (each.astype(single) for each in (matrix, product, coarse))
     restriction = sparse.csr_array(P.T)
     load = diagonal * np.cos(np.arange(len(diagonal)))
     x, largest = load.astype(single), 1.0
@@ -179,7 +179,7 @@ def solve_on_two_grids(matrix: sparse.csr_array, dofs: DofMap | None, allowed: f
         first = weights * residual
         residual = residual - A @ first
         correction = small.solve(restriction @ residual).astype(single)
-        return first + P @ correction + weights * (residual - AP @ correction)
+        return np.asarray(first + P @ correction + weights * (residual - AP @ correction))
 
     def conjugate_gradients(rhs: Array) -> tuple[Array, int]:
         scale, steps = float(np.abs(rhs).max()) or 1.0, 0
