@@ -1,7 +1,7 @@
 """What a user waits for, and how studies and factors grow: docs/performance.md, from the tables that this script
 leaves in results/.
 
-    python benchmarks/speed.py [waits | studies | precision ...]
+    python benchmarks/speed.py [waits | studies | growth ...]
 
 measures the tables named, by default all; others stay as they were found. Some minutes of a processor that has nothing
 else to do.
@@ -39,6 +39,8 @@ HEAD: Final = """# Performance
 How long a run takes is what `seatfem plan` predicts ([predicted and measured](predicted.md)). This page is for
 maintainers: written by `python benchmarks/speed.py` from the tables that it leaves in `benchmarks/results/`. Ratios
 carry over to other machines, times do not.
+
+Against others: [peers](peers.md).
 
 `make history` measures the main parts against a kernel of NumPy beside them, commit by commit:
 
@@ -164,57 +166,70 @@ from pathlib import Path
 from time import process_time
 import numpy as np
 from speed import block
+from table import best
 from seatfem.structures import method
 from seatfem.structures.method import Aims
 from seatfem.structures.reduction import krylov
-method.SINGLE_FROM = 0 if sys.argv[1] == "single" else 10**9
-model = block(int(sys.argv[2]))
-aims, damping = Aims(3e5, 6e-5, 0.01), model.damping.plus(0.02)
-shift, load = aims.band, model.port_matrix
+way, cells = sys.argv[1:]
+method.SINGLE_FROM = 10**9 if way == "double" else 0
+krylov.ITERATED_FROM = 0 if way == "two grids" else 10**9
+block(4)
 start = process_time()
-factor = krylov.Here(model, "auto").factorize(shift**2, allowed=method.allowed_error(model.size, aims.tolerance))
-after = process_time()
-for _ in range(5):
-    factor.solve(load)
-solved = process_time()
-del factor
-begun = process_time()
+model = block(int(cells))
+assembled = process_time()
+aims, damping = Aims(3e5, 6e-5, 0.01), model.damping.plus(0.02)
 greens = krylov.Krylov().reduce(model, damping, aims).greens
-seconds = process_time() - begun
-memory = int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0])
+reduced = process_time()
+memory = int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0]) / 1e6
+alone = sum(each.data.nbytes + each.indices.nbytes for each in (model.K, model.M)) / 1e9
+load = model.port_matrix[:, 0]
+product = best(lambda: model.K @ load)
+start_of_basis = process_time()
+factor = krylov.Here(model, "auto", method.allowed_error(model.size, 0.01)).basis(aims.band, 100).factor
+made = process_time()
+solve = best(lambda: factor.solve(model.M @ load), 3)
 g = greens.filtered(np.linspace(0, aims.duration, 1000), aims.width).ravel()
-print(model.size, after - start, (solved - after) / 5, seconds, memory / 1e6, greens.origin["vectors"], *g)
+whole = assembled - start, made - start_of_basis - solve, solve, solve / product, reduced - assembled, memory, alone
+print(model.size, greens.origin["vectors"], *whole, *g)
 """
-"""A reduction in its own process: precision and cells; unknowns, seconds of factor, solve and all, GB, vectors, g."""
+"""A reduction in its own process: way and cells; unknowns, vectors, seconds of assembly, factor and solve, the last in
+products with K, seconds of the reduction, GB of the process, of K and M, and g."""
+WAYS: Final = ("double", "single", "two grids")
+SIZES: Final = ((12, WAYS, 2), (18, WAYS, 2), (24, WAYS, 1), (44, WAYS[2:], 1))  # cells, ways, runs of each
 
 
-def precision_table() -> Table:
-    """Return time and memory of reductions by factors in double and in single precision, in turn."""
+def growth_table() -> Table:
+    """Return time and memory of reductions by their ways to solve, in turn, up to a million unknowns."""
     rows = []
-    for cells in (12, 18):
-        taken: dict[str, list[np.ndarray]] = {"double": [], "single": []}
-        for _ in range(2):  # interleaved, so that both see the same machine
-            for precision, runs in taken.items():
-                command = [sys.executable, "-c", REDUCED, precision, str(cells)]
+    for cells, ways, count in SIZES:
+        taken: dict[str, list[np.ndarray]] = {way: [] for way in ways}
+        for _ in range(count):  # interleaved, so that all see the same machine
+            for way, runs in taken.items():
+                command = [sys.executable, "-c", REDUCED, way, str(cells)]
                 done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parent)
                 runs.append(np.array(done.stdout.split(), dtype=float))
-        double, single = (np.min(runs, axis=0)[:6] for runs in taken.values())
-        one, other = taken["double"][0][6:], taken["single"][0][6:]
-        apart = np.abs(one - other).max() / np.abs(one).max()
-        pairs = [f"{a:.3g} / {b:.3g}" for a, b in zip(double[1:5], single[1:5], strict=True)]
-        rows.append((f"{double[0]:.0f}", *pairs, f"{double[5]:.0f} / {single[5]:.0f}", f"{apart:.0e}"))
+        exact = taken[ways[0]][0][9:]
+        for way, runs in taken.items():
+            least, g = np.min(runs, axis=0), runs[0][9:]
+            apart = f"{np.abs(g - exact).max() / np.abs(exact).max():.0e}" if way != ways[0] else ""
+            rows.append((f"{least[0]:.0f}", way, f"{least[1]:.0f}", *(f"{x:.3g}" for x in least[2:9]), apart))
     notes = (
-        "A block of quadratic tetrahedra, 300 kHz, 60 us, 2 % damping, tolerance 1 %: double / single precision, one",
-        "thread, the shorter of 2 interleaved processes; memory is that of the whole process.",
+        "A block of quadratic tetrahedra, 300 kHz, 60 us, 2 % damping, tolerance 1 %: factors in double and in single",
+        "precision, and conjugate gradients on two grids, which the program takes from 100,000 unknowns a port on; it",
+        "takes single precision from 20,000 on. One thread, the shorter of 2 interleaved processes, of the largest two",
+        "sizes once; factors are left out of the last: by their growth they would take more than five minutes and 10",
+        "GB. *Setup*: the factor, of two grids that of the coarse one. Limits: of time, a product with K, which is as",
+        "fast as memory; of memory, K and M alone, where the process holds Python and the mesh, too.",
     )
-    columns = ("unknowns", "factor [s]", "one solve [s]", "reduction [s]", "memory [GB]", "vectors", "g apart by")
-    return Table("Factors in single precision", notes, columns, tuple(rows))
+    columns = ("unknowns", "solved by", "vectors", "assembly [s]", "setup [s]", "one solve [s]")
+    columns += ("in products with K", "reduction [s]", "memory [GB]", "K and M alone [GB]", "g apart by")
+    return Table("Growth", notes, columns, tuple(rows))
 
 
 TABLES: Final = {
     "waits": waits_table,
     "studies": studies_table,
-    "precision": precision_table,
+    "growth": growth_table,
 }
 
 

@@ -1,4 +1,4 @@
-"""Other programs beside ours: benchmarks/results/peers.json, docs/images/peers.png and, from these, docs/peers.md.
+"""Other programs beside ours: benchmarks/results/peers.json and, from it, docs/peers.md.
 
 Run: OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1 python -m benchmarks.peers [table ...]
 
@@ -39,8 +39,7 @@ running beside: read ratios, which are theirs over ours.
 LIMITS = """## Who is better at what
 
 - For us: direct dynamics gives the response to one load, and ccx factors anew, twice, in every step; our Green's
-  function is computed once and used again for every reed, law and speed. Our error is estimated; that of a step or of
-  modes left out is not.
+  function is computed once and used again for every reed, law and speed. Our error is estimated; that of a step is not.
 - For CalculiX: its times hold reading the deck and writing the results, and it starts at once, where we load Python and
   its libraries for {start:.1f} s of processor time, not counted above. It needs no band. It has many more elements,
   materials that yield, large displacements, friction, heat and flow, of which we have nothing.
@@ -48,8 +47,8 @@ LIMITS = """## Who is better at what
   Hexahedra are not compared: ours of second order have 27 nodes, CalculiX's C3D20 have 20.
 - Siconos solves any number of contacts with friction, and takes bodies that are not linear; it marches by Python calls,
   a part of its time. Our march is exact between steps, for linear bodies alone.
-- scikit-fem and SciPy need forty lines and no reduction, and for one scene on a mesh this small they are nearly as fast
-  as we are, at a larger error; each step is a solution with the factor, in each further scene anew.
+- scikit-fem and SciPy need forty lines and no reduction; each step is a solution with the factor, in each further scene
+  anew.
 """
 
 
@@ -74,6 +73,7 @@ def warm() -> None:
 TABLES: Final[dict[str, tuple[str, Callable[[], Table], Callable[[], str]]]] = {
     "modes": ("Natural modes", tables.modes_table, calculix.absent),
     "impact": ("The impact", tables.impact_table, str),
+    "finer": ("The impact on a finer mesh", tables.finer_table, calculix.absent),
     "reduced": ("One reduced system", tables.siconos_table, str),
 }
 
@@ -96,7 +96,7 @@ def page(found: dict[str, Any]) -> str:
         if name in found["tables"]:
             table = Table(**found["tables"][name])
             text = table.markdown() if table.rows else "\n".join([f"## {table.title}", "", *table.notes, ""])
-            parts.append(text + ("\n![Error against time](images/peers.png)\n" if name == "reduced" else ""))
+            parts.append(text)
     return "\n".join([head, *parts, LIMITS.format(start=found["start"])])
 
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import skfem
 from scipy.linalg import eigh
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
@@ -38,15 +37,9 @@ def assembled(mesh: Any, material: Material) -> tuple[Any, Any, np.ndarray[Any, 
     return K, M, (skfem.asm(pressure, patch) / skfem.asm(one, patch))[free]
 
 
-def sparse_modes(K: Any, M: Any, b: Any, n: int) -> tuple[Any, Any, float]:
-    """Lowest ``n`` squares of frequencies and the port's share in their shapes, static compliance: SuperLU, ARPACK."""
-    factor = splu(K)
-    square, vectors = eigsh(K, n, M, sigma=0.0, OPinv=LinearOperator(K.shape, factor.solve, dtype=float))
-    return square, b @ vectors, float(b @ factor.solve(b))
-
-
 def dense_modes(K: Any, M: Any, b: Any) -> tuple[Any, Any, float]:
-    """The same of all modes: LAPACK's divide and conquer, 6 n^2 numbers of memory."""
+    """Squares of all frequencies, the port's share in the shapes, static compliance: LAPACK's divide and conquer, 6 n^2
+    numbers of memory."""
     square, vectors = eigh(
         K.toarray(order="F"), M.toarray(order="F"), driver="gvd", overwrite_a=True, overwrite_b=True, check_finite=False
     )

@@ -51,6 +51,7 @@ NAMES: Final[Mapping[Level, str]] = {
 
 
 SINGLE_FROM: Final = 20_000  # unknowns, from which on factors in single precision save more than they cost to judge
+ITERATED_FROM: Final = 100_000  # unknowns a port, from which on conjugate gradients take less than factor and solves
 _LOOSE: Final = 1e-3  # tolerance of g, from which on vectors of rounded solutions are as many as those of exact ones
 _OF_TOLERANCE: Final = 0.01  # that a vector may be off: what g misses by it is of second order
 

@@ -13,6 +13,7 @@ from seatfem.structures.reduction.factorization import (
     FactorizationError,
     _pardiso_class,
     factorize,
+    solve_on_two_grids,
 )
 
 BACKENDS = ["superlu", pytest.param("pardiso", marks=pytest.mark.skipif(not _pardiso_class(), reason="no MKL"))]
@@ -118,12 +119,17 @@ def test_single_precision_is_refined_or_refused_where_it_leaves_too_much(make, b
     matrix = model.K + (2 * np.pi * band) ** 2 * model.M
     exact, factor = factorize(matrix), factorize(matrix, allowed=ALLOWED)
     assert ("double" if SINGLE not in factor.backend else "refined" if factor.refined else "plain") == how
+    grids = solve_on_two_grids(matrix, model.dofs, 1e-3)
+    assert (grids is not None) == (how == "plain")  # others take too many steps
     first = exact.solve(model.port_matrix)
     for load in (model.port_matrix, model.M @ first):
         x, rough = exact.solve(load), factor.solve(load)
         assert np.linalg.norm(rough - x) <= ALLOWED * np.linalg.norm(x)
         if how != "double":
             assert np.linalg.norm(rough - x) > 1e-12 * np.linalg.norm(x)  # it is rounded indeed
+        if grids is not None:
+            off = grids.solve(load) - x
+            assert 1e-8 < np.sum(off * (matrix @ off)) / np.sum(x * (matrix @ x)) < (2e-3) ** 2
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

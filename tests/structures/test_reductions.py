@@ -15,7 +15,7 @@ from seatfem.machine.libraries import has_pardiso
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError, Port, SecondOrderModel, as_csr
-from seatfem.structures.reduction.factorization import SINGLE
+from seatfem.structures.reduction.factorization import SINGLE, TWO_GRIDS
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
@@ -123,6 +123,12 @@ def test_vectors_of_rounded_solutions_make_the_same_g(block, monkeypatch, dampin
     plain = Krylov().reduce(block, damping, replace(aims, backend="superlu")).greens
     assert SINGLE not in tighter.origin["factorization"]
     assert SINGLE not in plain.origin["factorization"]
+    monkeypatch.setattr("seatfem.structures.reduction.krylov.ITERATED_FROM", 0)
+    iterated = Krylov().reduce(block, damping, aims).greens
+    assert iterated.origin["factorization"] == TWO_GRIDS
+    assert true_error(iterated, block, damping, 4e5, 2e-5) <= 1.1 * iterated.error_estimate.reduction
+    other = iterated.filtered_matrix(t, 1 / 4e5)
+    assert 0 < np.abs(one - other).max() <= 0.1 * tolerance * np.abs(one).max()
 
 
 @pytest.mark.parametrize("damping", [Damping(), Damping(0.05)])

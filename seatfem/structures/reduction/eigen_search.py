@@ -278,20 +278,24 @@ class BlockLanczos:
         first, last = self.size, self.size + self.width
         image = self.factor.solve(self._mass_block)
         self.solves += last - first
-        before = np.sum(image * (self.model.M @ image), axis=0)
+        momentum = self.model.M @ image
+        before = np.sum(image * momentum, axis=0)
         overlap = np.zeros((last, last - first))
         for start in (self._coupled, 0):  # what the recurrence says, then all that round-off leaves
             V = self._vectors[:, start:last]
-            part = V.T @ (self.model.M @ image)
+            part = V.T @ momentum
             image -= V @ part
+            momentum = self.model.M @ image
             overlap[start:] += part
-        image -= self.known @ (self.known.T @ (self.model.M @ image))
+        if self.known.shape[1]:
+            image -= self.known @ (self.known.T @ momentum)
+            momentum = self.model.M @ image
         own = overlap[first:]
         self._projected[:last, first:last] = overlap
         self._projected[first:last, :last] = overlap.T
         self._projected[first:last, first:last] = (own + own.T) / 2
         self._coupled, self.size = first, last
-        following, mass, self._link = _orthonormal(self.model, image, _DEPENDENT * before)
+        following, mass, self._link = _orthonormal(self.model, image, momentum, _DEPENDENT * before)
         self._mass_block = mass
         self._vectors[:, self.size : self.size + following.shape[1]] = following
         if self.width == 0 and self.unseen > 0:  # an invariant space: beside it there are others
@@ -357,18 +361,19 @@ class BlockLanczos:
         for _ in range(2):
             for basis in (self.known, self._vectors[:, : self.size + self.width]):
                 new -= basis @ (basis.T @ (self.model.M @ new))
-            new, mass, _ = _orthonormal(self.model, new, np.zeros(new.shape[1]))
+            new, mass, _ = _orthonormal(self.model, new, self.model.M @ new, np.zeros(new.shape[1]))
         return new, mass
 
 
-def _orthonormal(model: SecondOrderModel, block: Array, least: Array) -> tuple[Array, Array, Array]:
-    """Return (Q, M Q, R) with block = Q R and Q'MQ = I, without the directions shorter than the root of ``least``.
+def _orthonormal(model: SecondOrderModel, block: Array, mass: Array, least: Array) -> tuple[Array, Array, Array]:
+    """Return (Q, M Q, R) with block = Q R and Q'MQ = I, without the directions shorter than the root of ``least``;
+    ``mass``: M times the block.
 
     By eigenvectors of the scaled Gram matrix. Source: A. Stathopoulos and K. Wu, SIAM J. Sci. Comput. 23 (2002) 2165.
     """
     upper = np.eye(block.shape[1])
-    for _ in range(3):
-        mass = model.M @ block
+    for again in range(3):
+        mass = model.M @ block if again else mass
         gram = block.T @ mass
         lengths = np.sqrt(np.maximum(np.diag(gram), 0.0))
         scale = np.where(lengths**2 > least, lengths, np.inf)

@@ -1,6 +1,11 @@
-"""Sparse symmetric factorization: made once, solved with many times.
+"""Sparse symmetric factorization: made once, solved with many times; or, of large bodies, of their coarse space alone.
 
 PARDISO (Intel MKL through pypardiso) where it can be imported, otherwise a METIS ordering with SciPy's SuperLU.
+
+On two grids, conjugate gradients solve without factors of the whole. The coarse space is that of linear functions
+between the corners of quadratic tetrahedra, a seventh of the unknowns, whose matrix P'AP is factorized. A step of
+Jacobi's iteration, a correction by the coarse space and another such step are one symmetric preconditioner.
+Source: W. Hackbusch, Multi-Grid Methods and Applications, Springer (1985), chapters 2 and 11.
 """
 
 import ctypes
@@ -19,12 +24,16 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from seatfem.structures.model import Array, as_csr
+from seatfem.structures.model import Array, DofMap, as_csr
 
 Backend = Literal["auto", "pardiso", "superlu"]
 MKL_RUNTIME: Final = "PYPARDISO_MKL_RT"  # where pypardiso is told the path of MKL
 SINGLE: Final = ", single precision"
 """Suffix to the name of the backend."""
+TWO_GRIDS: Final = "conjugate gradients on two grids"
+"""Name of the backend without factors of the whole."""
+_MOST_STEPS: Final = 12  # of their first solve, above which they would take longer than a factor
+_COARSE: Final = 1e-3  # error allowed to solutions in the coarse space: they are a part of a preconditioner
 _CONVERGES: Final = 0.03  # error of a solve in single precision up to which one step of refinement leaves it squared
 _ROUGH: Final = 1e-8  # residual of a first solve above which solves are refined: two steps, four times the time
 _SETTINGS: Final = {  # of PARDISO, by the number of iparm
@@ -49,7 +58,7 @@ class Factorization:
 
     Attributes:
         size: number of unknowns.
-        backend: "pardiso" or "superlu", and `SINGLE` of factors in single precision.
+        backend: "pardiso" or "superlu", and `SINGLE` of factors in single precision; or `TWO_GRIDS`.
         negative_pivots: number of negative eigenvalues of the matrix (Sylvester), ``None`` if the backend cannot tell.
         residual: ||A x - b|| / ||b|| of its first solve.
         refined: each solve is refined once, by a product in double precision.
@@ -139,6 +148,76 @@ def _in_single_precision(matrix: sparse.csr_array, solver_class: Any, allowed: f
 
     chosen = solve if error <= allowed else solve_twice
     return Factorization(size, "pardiso" + SINGLE, 0, _residual(matrix, chosen), chosen, refined=error > allowed)
+
+
+def solve_on_two_grids(matrix: sparse.csr_array, dofs: DofMap | None, allowed: float) -> Factorization | None:
+    """Return what solves with a positive definite K + s^2 M to a relative error of about ``allowed`` in its norm.
+
+    A handful of steps of conjugate gradients in single precision, however fine the mesh, of compact bodies. ``None``
+    where a first solve takes more than twelve, as of thin and nearly incompressible bodies, and where the unknowns are
+    not the displacements of quadratic tetrahedra along the axes.
+    """
+    coarse = None if dofs is None or dofs.turned is not None else _linear_functions(dofs)
+    if coarse is None:
+        return None
+    product = sparse.csr_array(matrix @ coarse)
+    try:
+        small = factorize(sparse.csr_array(coarse.T @ product), allowed=_COARSE, name="P'(K + s^2 M)P")
+    except FactorizationError:
+        return None
+    diagonal, single = matrix.diagonal(), np.float32
+    A, AP, P = (each.astype(single) for each in (matrix, product, coarse))
+    restriction = sparse.csr_array(P.T)
+    load = diagonal * np.cos(np.arange(len(diagonal)))
+    x, largest = load.astype(single), 1.0
+    for _ in range(15):  # the power method, from below
+        x = (A @ (x / single(largest)) / diagonal).astype(single)
+        largest = float(np.linalg.norm(x))
+    weights = (1.6 / (1.1 * largest * diagonal)).astype(single)  # damp eigenvalues from a fourth of the largest on
+
+    def preconditioned(residual: NDArray[np.float32]) -> NDArray[np.float32]:
+        first = weights * residual
+        residual = residual - A @ first
+        correction = small.solve(restriction @ residual).astype(single)
+        return np.asarray(first + P @ correction + weights * (residual - AP @ correction))
+
+    def conjugate_gradients(rhs: Array) -> tuple[Array, int]:
+        scale, steps = float(np.abs(rhs).max()) or 1.0, 0
+        residual = (rhs / scale).astype(single)
+        way = preconditioned(residual)
+        x, first = np.zeros_like(way), (square := float(residual @ way))
+        while square > allowed**2 * first and steps <= 2 * _MOST_STEPS:
+            image = A @ way
+            length = single(square / float(way @ image))
+            x += length * way
+            residual -= length * image
+            following = preconditioned(residual)
+            before, square, steps = square, float(residual @ following), steps + 1
+            way = following + single(square / before) * way
+        return scale * x.astype(float), steps
+
+    def solve(rhs: Array) -> Array:
+        columns = [conjugate_gradients(each)[0] for each in rhs.reshape(len(rhs), -1).T]
+        return np.stack(columns, axis=1).reshape(rhs.shape) if columns else np.empty_like(rhs)
+
+    solution, steps = conjugate_gradients(load)
+    left = float(np.linalg.norm(A @ solution - load) / np.linalg.norm(load))
+    return Factorization(len(load), TWO_GRIDS, 0, left, solve) if steps <= _MOST_STEPS else None
+
+
+def _linear_functions(dofs: DofMap) -> sparse.csr_array | None:
+    """Return the unknowns of linear functions of the corners, of quadratic tetrahedra; ``None`` of others."""
+    mesh: Any = dofs.mesh
+    if mesh is None or mesh.elem.refdom.__name__ != "RefTet":
+        return None
+    corners, edges = mesh.p.shape[1], mesh.edges
+    middles = corners + np.arange(edges.shape[1])
+    if dofs.points.shape != (3, corners + len(middles)):
+        return None
+    places = np.concatenate([np.arange(corners), np.repeat(middles, 2)]), np.append(np.arange(corners), edges.T)
+    shares = np.concatenate([np.ones(corners), np.full(edges.size, 0.5)])
+    whole = sparse.csr_array(sparse.kron(sparse.csr_array((shares, places)), np.eye(3), format="csr"))
+    return sparse.csr_array(whole[dofs.free][:, dofs.free[dofs.free < 3 * corners]])
 
 
 def _residual(matrix: sparse.csr_array, solve: Callable[[Array], Array]) -> float:
