@@ -18,12 +18,12 @@ from impact.quantities import in_digits, in_units, percent, plain, text
 from seatfem import readings, results, structures
 from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.fields import by_group, kind_of
-from seatfem.machine.doctor import Check
 from seatfem.structures.inspection import cad
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.safety import STAGES, in_words
 
 if TYPE_CHECKING:
+    from seatfem.machine.doctor import Check
     from seatfem.structures.inspection import mesh_file
 
 
