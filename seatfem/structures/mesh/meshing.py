@@ -23,16 +23,7 @@ from seatfem.structures.mesh.checks import MeshQuality, check_mesh, measure
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
 from seatfem.structures.mesh.io import MeshArrays, MeshError, SolidMesh, distinct, from_gmsh, groups, to_skfem
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec, cut_lines, graded, rectangle_plan
-from seatfem.structures.shapes import (
-    CONTACT_COLOUR,
-    FIXED_COLOUR,
-    CadPart,
-    Geometry,
-    GeometryError,
-    Profile,
-    encode,
-    fingerprint,
-)
+from seatfem.structures.shapes import CadPart, Geometry, GeometryError, Profile, encode, fingerprint
 from seatfem.structures.shapes.cad import check_readable
 from seatfem.structures.shapes.shape import EVERYWHERE, Plan, check_sectors
 
@@ -354,17 +345,6 @@ def make_mesh(
         )
     progress(STAGE, 1.0)
     return seat
-
-
-def write_step(geometry: Geometry, path: str | Path, progress: Progress = silent) -> None:
-    """Write a geometry as STEP in millimetres, "contact" painted red and "fixed" blue: `CadPart`'s default colours.
-
-    Raises `GeometryError` and `MeshingError` like `make_mesh`.
-    """
-    colours = {"contact": CONTACT_COLOUR, "fixed": FIXED_COLOUR}
-    job = {"task": "step", "geometry": _encoded(geometry), "colours": colours}
-    with _replacing(Path(path)) as temporary:
-        run_gmsh(job | {"step": temporary}, progress)
 
 
 def _encoded(geometry: Geometry) -> dict[str, Any]:
