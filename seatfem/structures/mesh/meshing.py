@@ -290,7 +290,8 @@ def seat_mesh(
                 f"{arrays.source}: {inside} of {len(facets)} faces of {name!r} lie inside the mesh: must be outside"
             )
     quality = measure(mesh, checked, cad_volume, cad_areas)
-    return SeatMesh(mesh, arrays.order, quality, dataclasses.replace(provenance, notes=tuple(notes)), arrays.shape)
+    stated = dataclasses.replace(provenance, notes=tuple(notes))
+    return SeatMesh(mesh, arrays.kind.order, quality, stated, arrays.kind.shape)
 
 
 def make_mesh(
