@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from seatfem.structures import errors, lands, materials, model
 from seatfem.structures.elements.shape_functions import Surface
 from seatfem.structures.rings import parted, ring_borders, ring_names
+from seatfem.structures.shapes.loops import unshared
 
 ONE_RADIUS = 1e-3  # largest relative difference of radii of a circle, or a cylinder
 _POLYGON = 0.2  # largest share of the area that the straight sides of coarse elements cut off a circle
@@ -116,8 +117,7 @@ def places_across(mesh: Any, patch: Surface, cuts: NDArray[np.int64], copies: in
 
 def _rim(mesh: Any, facets: NDArray[np.int64], cuts: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the (s, 2) vertices of the sides that belong to one facet only, planes of symmetry left out."""
-    unique, count = np.unique(np.sort(_sides(mesh, facets), axis=0), axis=1, return_counts=True)
-    rim = unique[:, count == 1].T
+    rim = unshared(np.sort(_sides(mesh, facets), axis=0).T)
     if len(cuts):
         rim = rim[~np.isin(rim, np.unique(np.asarray(mesh.facets)[:, cuts])).all(axis=1)]
     return np.asarray(rim, dtype=np.int64)

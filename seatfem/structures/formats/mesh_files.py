@@ -76,11 +76,7 @@ def read_mesh(
     if merge is None:
         checks.check_coincident(arrays)
     provenance = meshing.MeshProvenance(
-        source=str(path),
-        content_hash=_content_hash(arrays),
-        gmsh_version=version,
-        geometry={},
-        spec={},
+        source=str(path), content_hash=_content_hash(arrays), gmsh_version=version, geometry={}, spec={}
     )
     seat = meshing.seat_mesh(arrays, provenance, required=tuple(names.values()), parts=parts)
     progress(STAGE, 1.0)

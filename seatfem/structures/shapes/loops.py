@@ -204,6 +204,12 @@ def chained(segments: Array, near: float) -> list[Array]:
     return loops
 
 
+def unshared(sides: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the rows (k, m) of numbers that no other row has in whatever order: what bounds cells with such sides."""
+    _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+    return np.asarray(sides[first[count == 1]])
+
+
 def curve_loop(occ: Any, loop: Array) -> int:
     """Return the tag of a curve loop (millimetres), added to the given gmsh OpenCASCADE model."""
     fine = np.concatenate(
