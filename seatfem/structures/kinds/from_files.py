@@ -134,8 +134,6 @@ file = "seat.step"
 
 FLAT: Final = 0.01  # largest scatter of the unit normals of a flat face: coordinates have few digits
 
-# Readers of meshes take half a second to load: each is imported by the function that needs it.
-
 
 class MeshFile(elastic.Elastic):
     """A mesh made elsewhere, with named surface groups."""
