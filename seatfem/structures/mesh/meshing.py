@@ -6,8 +6,8 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -322,8 +322,8 @@ def make_mesh(
         cad = dict(areas)
     else:
         job = {"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}
-        with _replacing(msh) as temporary:
-            answer = gmsh(job | {"msh": temporary}, progress)
+        with nullcontext() if msh is None else whole_file(msh) as temporary:
+            answer = gmsh(job | {"msh": temporary and str(temporary.resolve())}, progress)
         arrays, version = from_gmsh(answer, source), str(answer["gmsh_version"])
         cad = {name: float(value) for name, value in groups(answer, "cad").items()}
         cad_volume = cad.pop("volume")
@@ -356,13 +356,3 @@ def _encoded(geometry: Geometry) -> dict[str, Any]:
         check_readable(geometry.path)
         data["path"] = str(geometry.path.resolve())
     return data
-
-
-@contextmanager
-def _replacing(path: Path | None) -> Iterator[str | None]:
-    """Yield a temporary name beside ``path``, moved there when the block succeeds and removed when it does not."""
-    if path is None:
-        yield None
-        return
-    with whole_file(path) as temporary:
-        yield str(temporary.resolve())
