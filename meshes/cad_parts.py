@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import gmsh
+from step_files import paint
 
 from seatfem.structures.shapes import CONTACT_COLOUR, FIXED_COLOUR
-from seatfem.structures.shapes.faces import Colour, Face, paint
+from seatfem.structures.shapes.faces import Colour, Face
 from seatfem.structures.shapes.inspect import faces_of
 
 MILLIMETRE = 1e-3

@@ -17,22 +17,14 @@ from seatfem.structures.elements import mindlin, revolved_elements
 from seatfem.structures.formats.file_mesh import VTK, to_vtk
 from seatfem.structures.mesh.io import CELL_KINDS, HEX_VERTICES, nodes_of
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
+from seatfem.structures.shapes import loops
 
 Integers = NDArray[np.int64]
 
 # A ten-node tetrahedron as eight four-node ones; mid-edge nodes 4..9 on 01, 12, 02, 03, 13, 23. The octahedron that
 # remains inside is split along the diagonal 4-9.
 _EIGHT_TETS = np.array(
-    [
-        [0, 4, 6, 7],
-        [4, 1, 5, 8],
-        [6, 5, 2, 9],
-        [7, 8, 9, 3],
-        [4, 9, 6, 7],
-        [4, 9, 7, 8],
-        [4, 9, 8, 5],
-        [4, 9, 5, 6],
-    ]
+    [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3], [4, 9, 6, 7], [4, 9, 7, 8], [4, 9, 8, 5], [4, 9, 5, 6]]
 )
 _HEX = nodes_of(HEX_VERTICES, VTK[27])  # (27, 3) on the unit cube
 VTK_TYPES = {4: 10, 10: 24, 8: 12, 27: 29}
@@ -242,7 +234,7 @@ def skin_of(model: SecondOrderModel) -> Skin:
     if model.dofs is None or getattr(model.dofs.mesh, "dim", lambda: 3)() == 3:
         grid = CellGrid.of_model(model)
         cells = grid.linear_cells
-        sides = _outer(np.concatenate([cells[:, list(side)] for side in _SIDES[cells.shape[1]]]))
+        sides = loops.unshared(np.concatenate([cells[:, list(side)] for side in _SIDES[cells.shape[1]]]))
         return _skin(grid.points, as_triangles(sides))
     r, _, z = model.dofs.points
     return skin_of_section(model.dofs.mesh, r, z)
@@ -253,7 +245,7 @@ def skin_of_section(mesh: Any, r: Array, z: Array, angles: Array | None = None) 
     angles = np.linspace(*OPENED, SLICES + 1) if angles is None else angles
     slices = len(angles) - 1
     triangles = section_triangles(mesh, len(r))
-    low, high = _outer(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])).T
+    low, high = loops.unshared(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])).T
     first = len(r) * np.arange(slices)[:, None]
     rings = np.stack([low + first, high + first, high + first + len(r), low + first + len(r)], axis=-1).reshape(-1, 4)
     every = np.concatenate([triangles, triangles[:, ::-1] + slices * len(r), as_triangles(rings)])
@@ -303,12 +295,6 @@ def wound_outward(points: Array, triangles: Integers) -> Integers | None:
 def _skin(points: Array, triangles: Integers) -> Skin:
     nodes, numbered = np.unique(triangles, return_inverse=True)
     return Skin(points[nodes], numbered.reshape(-1, 3), nodes, np.arange(len(nodes)))
-
-
-def _outer(sides: Integers) -> Integers:
-    """Return the sides that only one cell has."""
-    _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
-    return np.asarray(sides[first[count == 1]])
 
 
 def as_triangles(sides: Integers) -> Integers:

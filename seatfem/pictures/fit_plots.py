@@ -168,9 +168,7 @@ def rows_of(tried: Sequence[pole_choice.Candidate]) -> list[Row]:
 
 
 def plot_stabilisation(
-    response: frf.FrequencyResponse,
-    tried: Sequence[pole_choice.Candidate],
-    path: str | os.PathLike[str],
+    response: frf.FrequencyResponse, tried: Sequence[pole_choice.Candidate], path: str | os.PathLike[str]
 ) -> None:
     """Draw the poles of every order that was tried over the magnitude of what was measured, with the criterion by which
     the order is chosen on the right; the order of least criterion is shaded.

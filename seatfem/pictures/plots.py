@@ -149,11 +149,7 @@ def _visible_facets(mesh: Any, kept: NDArray[np.bool_], groups: tuple[str, ...])
 
 
 def _frames(
-    grid: CellGrid,
-    shapes: Sequence[Array],
-    frequencies_hz: Sequence[float] | Array,
-    names: Sequence[str],
-    cut: bool,
+    grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array, names: Sequence[str], cut: bool
 ) -> Frames:
     """Return the surface of a grid, of its half away from the viewer where it is cut, with its modes scaled to 1."""
     _check(grid, shapes, frequencies_hz)

@@ -30,6 +30,7 @@ from seatfem.pictures.layout import (
     factors_of,
 )
 from seatfem.structures.outlines import Loops, View, length_text
+from seatfem.structures.shapes.loops import holds, polygon_area
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,8 +89,8 @@ class _Sheet:
             return
         corners = [np.concatenate([loop, loop[:1]]) for loop in loops]
         codes = [[Path.MOVETO, *[Path.LINETO] * (len(loop) - 2), Path.CLOSEPOLY] for loop in corners]
-        turned = [loop if _area(loop) > 0 else loop[::-1] for loop in corners]
-        inner = [sum(_holds(other, loop[0]) for other in turned if other is not loop) % 2 for loop in turned]
+        turned = [loop if polygon_area(loop) > 0 else loop[::-1] for loop in corners]
+        inner = [sum(holds(other, loop[0]) for other in turned if other is not loop) % 2 for loop in turned]
         ways = [loop[::-1] if hole else loop for loop, hole in zip(turned, inner, strict=True)]
         self._axes.add_patch(PathPatch(Path(np.concatenate(ways), np.concatenate(codes)), **style))
 
@@ -503,17 +504,3 @@ def _outward(line: Array, middle: Array) -> Array:
     normal = np.array([-along[1], along[0]])
     normal = normal / max(float(np.hypot(*normal)), 1e-12)
     return normal if (line.mean(axis=0) - middle) @ normal > 0 else -normal
-
-
-def _area(loop: Array) -> float:
-    x, y = loop.T
-    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
-
-
-def _holds(loop: Array, point: Array) -> bool:
-    """Return whether a loop has a point inside."""
-    (x, y), (a, b) = (loop - point).T, (np.roll(loop, -1, axis=0) - point).T
-    crosses = (y > 0) != (b > 0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = x - y * (a - x) / (b - y)
-    return bool(np.sum(crosses & (at > 0)) % 2)

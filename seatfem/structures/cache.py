@@ -26,8 +26,6 @@ from seatfem.structures.store import Store, StoreError, Tell, content_hash, cont
 
 PATIENCE: Final = 3600.0  # longest wait [s] for another program that computes the same function
 
-# h5py takes long to load, and is rarely needed: what reads and writes functions is imported by what does so.
-
 
 class CacheWarning(UserWarning):
     """A file of the cache that could not be used or written; it costs time, but changes no result."""

@@ -15,15 +15,15 @@ from impact.after.histories import Pieces
 from impact.greens.base import Array
 from seatfem.structures import errors, lip
 from seatfem.structures.rings import MOST_PORTS
-from seatfem.structures.shapes.loops import cross, inside, polygon_area
+from seatfem.structures.shapes.faces import Vector
+from seatfem.structures.shapes.inspect import triple
+from seatfem.structures.shapes.loops import chained, cross, inside, polygon_area
 from seatfem.structures.strips import Strip, strip_of
 
 SAME: Final = 1e-6  # distance of ends of edges that count as one point, over the face's size
 FLAT: Final = 1e-3  # largest difference in height of a flat face, over its size
 SQUARE_ON: Final = 1e-6  # largest part across x of a normal that counts as along x
 TELLING: Final = 0.05  # least part of a stated unit direction along the face
-
-Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +35,9 @@ class Land:
         strips: its faces from that centre, by the x and then the y of their own centroids.
     """
 
-    centre: Triple
-    x: Triple
-    y: Triple
+    centre: Vector
+    x: Vector
+    y: Vector
     strips: tuple[Strip, ...]
 
     @cached_property
@@ -102,7 +102,7 @@ def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float
     moved = [strip.moved(-middle).begun_on_the_axis() for strip in strips]
     moved.sort(key=lambda strip: tuple(np.round(strip.centroid / (SAME * size))))
     at = middle @ np.array([x, y]) + (points.mean(axis=0) @ n) * n
-    return Land(_triple(at), _triple(x), _triple(y), tuple(moved))
+    return Land(triple(at), triple(x), triple(y), tuple(moved))
 
 
 def _loops(edges: Array, near: float) -> list[Array]:
@@ -124,21 +124,7 @@ def _loops(edges: Array, near: float) -> list[Array]:
         )
     place = np.empty((number, 2))
     place[corner] = points
-    beside: list[list[int]] = [[] for _ in range(number)]
-    for a, b in ends.tolist():
-        beside[a].append(b)
-        beside[b].append(a)
-    loops, remaining = [], set(range(number))
-    while remaining:
-        line = [remaining.pop()]
-        following = beside[line[0]][0]
-        while following != line[0]:
-            remaining.discard(following)
-            a, b = beside[following]
-            line.append(following)
-            following = b if a == line[-2] else a
-        loops.append(place[line])
-    return loops
+    return chained(place[ends], near)
 
 
 def _nested(loops: list[Array]) -> list[tuple[Array, list[Array]]]:
@@ -164,11 +150,6 @@ def _inside(loop: Array, larger: Array) -> bool:
             "apart, or strike them as a whole"
         )
     return bool(within.any())
-
-
-def _triple(values: Array) -> Triple:
-    x, y, z = (float(value) for value in values)
-    return x, y, z
 
 
 SEEN: Final = 9  # points of each cut among which the nearest one to a place is looked for

@@ -199,11 +199,6 @@ def share_left(rings: int) -> float:
     return min(1.0, _STRIP / rings**2)
 
 
-def divided(places: Array, weights: Array, rings: int) -> Array:
-    """Return the (rings, n) parts of ``weights`` (n,), ring by ring: `parted` at the borders of rings."""
-    return parted(places, weights, ring_borders(rings))
-
-
 def parted(places: Array, weights: Array, borders: Array) -> Array:
     """Return the (p, n) parts of ``weights`` (n,) in the order of ``places`` (n,), between shares ``borders`` (p + 1,)
     of them.

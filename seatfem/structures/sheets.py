@@ -249,16 +249,6 @@ class SolvedSheet:
     greens: ModalGreens
     plate: PlateModes
 
-    @property
-    def modes(self) -> Modes:
-        """Return the modes of the plate."""
-        return self.plate.modes
-
-    @property
-    def model(self) -> SecondOrderModel:
-        """Return its matrices."""
-        return self.plate.model
-
 
 def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
     """Return the patches of several lips by the names of their ports; where these are the same, the last one's."""

@@ -10,7 +10,7 @@ from impact.greens.base import Array
 from seatfem.structures import errors, lands
 from seatfem.structures.inspection.cad import Integers, Shape
 from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, length_text
-from seatfem.structures.shapes.loops import inside
+from seatfem.structures.shapes.loops import chained, inside
 
 MOST_TRIANGLES: Final = 60_000
 """Most triangles of a surface that are filled in a plan; of a finer one the edges alone are drawn."""
@@ -162,28 +162,6 @@ def _face_edges(shape: Shape, rows: tuple[Integers, ...]) -> Integers:
     sides, owner = sides[order], owner[order]
     same = np.all(sides[1:] == sides[:-1], axis=1)
     return np.asarray(sides[1:][same & (owner[1:] != owner[:-1])])
-
-
-def chained(segments: Array, near: float) -> list[Array]:
-    """Return loops (n, 2) that segments (s, 2, 2) form in any order; ends within ``near`` [m] are one. What does not
-    close is left open where it ends."""
-    keys = np.round(np.asarray(segments) / max(near, 1e-15)).astype(np.int64)
-    beside: dict[tuple[int, int], list[int]] = {}
-    for number, ends in enumerate(keys.tolist()):
-        for end in ends:
-            beside.setdefault((end[0], end[1]), []).append(number)
-    remaining, loops = set(range(len(segments))), []
-    while remaining:
-        number = remaining.pop()
-        line, key = [segments[number, 0], segments[number, 1]], tuple(keys[number, 1].tolist())
-        while (following := next((k for k in beside.get(key, ()) if k in remaining), None)) is not None:
-            remaining.discard(following)
-            near_end = 0 if tuple(keys[following, 0].tolist()) == key else 1
-            line.append(segments[following, 1 - near_end])
-            key = tuple(keys[following, 1 - near_end].tolist())
-        if len(line) > 3:
-            loops.append(np.array(line[:-1] if np.allclose(line[0], line[-1], atol=10 * near) else line))
-    return loops
 
 
 def _holes(outline: Sequence[Array]) -> Loops:

@@ -50,7 +50,7 @@ def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
     """To 0.1 % of Kirchhoff's plate: elements a fifth of the wave at the cutoff leave 0.06 %; pairs to that."""
     rigidity = STEEL.young * THIN.thickness**3 / (12 * (1 - STEEL.poisson**2))
     scale = (THIN.diameter / 2) ** 2 * math.sqrt(STEEL.density * THIN.thickness / rigidity)
-    found = thin.modes.omega * scale
+    found = thin.plate.modes.omega * scale
     for mode, ((n, _), published) in zip((3, 5, 6, 8), LEISSA.items(), strict=True):
         root = brentq(lambda k, n=n: edge(n, STEEL.poisson, k), *(math.sqrt(published * f) for f in (0.98, 1.02)))
         assert root**2 == pytest.approx(published, rel=2e-3)
@@ -71,9 +71,9 @@ def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
 def test_three_rigid_modes_and_its_mass(shape: Flat, band: float, lip: Lip) -> None:
     """w = 1, x, y alone cost no energy; pushed about its centre, it has the mass of the drawing, not of the mesh."""
     found = solved_sheet(Sheet(shape, STEEL, band), (lip,), 0.0)
-    assert found.modes.complete
-    assert np.sum(found.modes.omega == 0) == 3
-    assert not found.modes.frequencies_hz[:3].any()
+    assert found.plate.modes.complete
+    assert np.sum(found.plate.modes.omega == 0) == 3
+    assert not found.plate.modes.frequencies_hz[:3].any()
     assert found.greens.mass() == pytest.approx(STEEL.density * shape.area * shape.thickness, rel=1e-9)
     assert found.greens.residual.static()[0, 0] > 0
 

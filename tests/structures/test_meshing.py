@@ -10,9 +10,9 @@ import pytest
 
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh.gmsh_process import MeshingError
-from seatfem.structures.mesh.meshing import content_hash, make_mesh, write_step
+from seatfem.structures.mesh.meshing import content_hash, make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import AnnularSeat, Bar, CadPart, ColourFace, GeometryError, PlaneFace
+from seatfem.structures.shapes import AnnularSeat, CadPart, ColourFace, GeometryError, PlaneFace
 
 MESHES = Path(__file__).resolve().parents[2] / "meshes"
 DEMO_SPEC = MeshSpec(size=1.6e-3, contact_size=0.6e-3)  # that of meshes/make_meshes.py
@@ -67,14 +67,6 @@ def test_plane_selectors_on_a_step_file():
     assert "colour (255, 0, 0, 255)" in str(caught.value)
     with pytest.raises(GeometryError, match="both 'contact' and 'fixed'"):
         make_mesh(CadPart(path, contact=under, fixed=under), COARSE)
-
-
-def test_step_round_trip_keeps_colours(tmp_path):
-    bar = Bar(0.02, 0.004, 0.003)
-    write_step(bar, tmp_path / "bar.step")
-    assert [path.name for path in tmp_path.iterdir()] == ["bar.step"]
-    quality = make_mesh(CadPart(tmp_path / "bar.step"), COARSE).quality
-    assert quality.cad_areas == pytest.approx({"contact": 12e-6, "fixed": 12e-6}, rel=1e-9)
 
 
 def test_meshing_is_reproducible_and_hashed(demo):

@@ -14,7 +14,8 @@ from scipy.spatial import cKDTree
 
 from seatfem.structures import errors, lands, materials, model
 from seatfem.structures.elements.shape_functions import Surface
-from seatfem.structures.rings import divided, parted, ring_names
+from seatfem.structures.rings import parted, ring_borders, ring_names
+from seatfem.structures.shapes.loops import unshared
 
 ONE_RADIUS = 1e-3  # largest relative difference of radii of a circle, or a cylinder
 _POLYGON = 0.2  # largest share of the area that the straight sides of coarse elements cut off a circle
@@ -51,7 +52,8 @@ def ports_on(
     if lip is not None:
         shares, called = along(lip, patch), lip.division.names
     elif rings > 1:
-        shares = divided(places(patch).ravel(), patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
+        across = places(patch).ravel()
+        shares = parted(across, patch.weights.ravel(), ring_borders(rings)).reshape(rings, *patch.weights.shape)
     waves = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
     ports = (_port(patch, weights, waves, n_nodes) for weights in shares)
     return dict(zip(called, ports, strict=True))
@@ -67,7 +69,7 @@ def along(lip: lands.FaceLip, patch: Surface) -> model.Array:
     parts = np.zeros((lip.arcs, lip.rings, arcs.shape[1]))
     for arc, weights in enumerate(arcs):
         inside = np.flatnonzero(weights)
-        parts[arc][:, inside] = divided(across[inside], weights[inside], lip.rings)
+        parts[arc][:, inside] = parted(across[inside], weights[inside], ring_borders(lip.rings))
     return parts.reshape(-1, *patch.weights.shape)
 
 
@@ -115,8 +117,7 @@ def places_across(mesh: Any, patch: Surface, cuts: NDArray[np.int64], copies: in
 
 def _rim(mesh: Any, facets: NDArray[np.int64], cuts: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the (s, 2) vertices of the sides that belong to one facet only, planes of symmetry left out."""
-    unique, count = np.unique(np.sort(_sides(mesh, facets), axis=0), axis=1, return_counts=True)
-    rim = unique[:, count == 1].T
+    rim = unshared(np.sort(_sides(mesh, facets), axis=0).T)
     if len(cuts):
         rim = rim[~np.isin(rim, np.unique(np.asarray(mesh.facets)[:, cuts])).all(axis=1)]
     return np.asarray(rim, dtype=np.int64)

@@ -20,9 +20,8 @@ from seatfem.structures.elements.element_kernels import jacobian_range, node_gra
 from seatfem.structures.errors import ModelError
 
 Array = NDArray[np.float64]
-Rule = tuple[
-    Array, Array, Array, Array
-]  # weights (Q,), geometry (Q, V), its slopes (Q, V, 3), displacement (Q, L, ...)
+Rule = tuple[Array, Array, Array, Array]
+"""Weights (Q,), geometry (Q, V), its slopes (Q, V, 3), displacement (Q, L, ...)."""
 
 _ELEMENTS = {
     ("RefTet", 1): ElementTetP1,

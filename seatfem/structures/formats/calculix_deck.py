@@ -193,19 +193,16 @@ class CalculixBody:
         """Return *FREQUENCY of the lowest ``count`` modes."""
         return self.step(["*FREQUENCY", f"{count}"])
 
-    def transient(self, width: float, duration: float, dt: float, modes: int | None = None) -> list[str]:
+    def transient(self, width: float, duration: float, dt: float) -> list[str]:
         """Return the unit Hann pulse of ``width`` [s] on the patch for ``duration`` by the trapezoidal rule in steps of
-        ``dt`` (*DYNAMIC, DIRECT, ALPHA=0), or by the sum of the lowest ``modes`` (*MODAL DYNAMIC): the patch's U [m/(N
-        s)]."""
+        ``dt`` (*DYNAMIC, DIRECT, ALPHA=0): the patch's U [m/(N s)]."""
         count = int(np.ceil(duration / dt))
         times = dt * np.arange(count + 2, dtype=np.float64)
         pairs = np.stack([times, hann(times, width)], axis=1).ravel()
-        pulse = [",".join(f"{x:.12e}" for x in pairs[k : k + 8]) for k in range(0, len(pairs), 8)]
-        before = [] if modes is None else self.step(["*FREQUENCY, STORAGE=YES", f"{modes}"])
-        rule = "*DYNAMIC, DIRECT, ALPHA=0." if modes is None else "*MODAL DYNAMIC"
+        pulse = [",".join(f"{x:.12e}" for x in some) for some in cut(pairs.tolist(), 8)]
         load = ["*CLOAD, AMPLITUDE=HANN", f"{self.node},{self.axis},{self.share:.12g}"]
-        march = self.step([rule, f"{dt:.12e},{dt * count:.12e}", *load], count)
-        return ["*AMPLITUDE, NAME=HANN", *pulse, *before, *march]
+        march = self.step(["*DYNAMIC, DIRECT, ALPHA=0.", f"{dt:.12e},{dt * count:.12e}", *load], count)
+        return ["*AMPLITUDE, NAME=HANN", *pulse, *march]
 
 
 def calculix_body(

@@ -20,6 +20,7 @@ TET_RING: Groups = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 BOTTOM: Groups = ((0, 1), (1, 2), (2, 3), (3, 0))
 TOP: Groups = ((4, 5), (5, 6), (6, 7), (7, 4))
 UPRIGHT: Groups = ((0, 4), (1, 5), (2, 6), (3, 7))
+HEX_RING = BOTTOM + TOP + UPRIGHT
 CENTRE: Groups = (tuple(range(8)),)
 ABAQUS_HEX_FACES: Groups = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
 ABAQUS_TET_FACES: Groups = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
@@ -29,18 +30,10 @@ GMSH: Mapping[int, Groups] = MappingProxyType(
     {4: (), 8: (), 10: io.TET_EDGES, 20: io.HEX_EDGES, 27: io.HEX_EDGES + io.HEX_FACES + CENTRE}
 )
 ABAQUS: Mapping[int, Groups] = MappingProxyType(
-    {
-        4: (),
-        8: (),
-        10: TET_RING,
-        20: BOTTOM + TOP + UPRIGHT,
-        27: BOTTOM + TOP + UPRIGHT + CENTRE + ABAQUS_HEX_FACES,
-    }
+    {4: (), 8: (), 10: TET_RING, 20: HEX_RING, 27: HEX_RING + CENTRE + ABAQUS_HEX_FACES}
 )
 NASTRAN: Mapping[int, Groups] = MappingProxyType({4: (), 8: (), 10: TET_RING, 20: BOTTOM + UPRIGHT + TOP})
-VTK: Mapping[int, Groups] = MappingProxyType(
-    {4: (), 8: (), 10: TET_RING, 20: BOTTOM + TOP + UPRIGHT, 27: BOTTOM + TOP + UPRIGHT + VTK_HEX_FACES + CENTRE}
-)
+VTK: Mapping[int, Groups] = MappingProxyType({**ABAQUS, 27: HEX_RING + VTK_HEX_FACES + CENTRE})
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ from seatfem.structures.mesh import checks, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
 from seatfem.structures.mesh.io import MeshArrays, MeshError, distinct, groups
 from seatfem.structures.shapes import GeometryError
+from seatfem.structures.shapes.cad import LARGEST, SMALLEST
 
 BY_GMSH = (".msh", ".med")
 READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
@@ -34,7 +35,6 @@ READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
 )
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
 LIMIT = 2048 * MB
-SMALLEST, LARGEST = 1e-4, 10.0  # sizes that a seat may have [m]
 
 
 def read_mesh(
@@ -76,11 +76,7 @@ def read_mesh(
     if merge is None:
         checks.check_coincident(arrays)
     provenance = meshing.MeshProvenance(
-        source=str(path),
-        content_hash=_content_hash(arrays),
-        gmsh_version=version,
-        geometry={},
-        spec={},
+        source=str(path), content_hash=_content_hash(arrays), gmsh_version=version, geometry={}, spec={}
     )
     seat = meshing.seat_mesh(arrays, provenance, required=tuple(names.values()), parts=parts)
     progress(STAGE, 1.0)

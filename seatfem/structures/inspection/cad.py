@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from seatfem.structures import errors, lands
 from seatfem.structures.mesh.gmsh_process import run_gmsh
-from seatfem.structures.shapes import CadPart, Geometry, decode, encode
+from seatfem.structures.shapes import CadPart, Geometry, decode, encode, loops
 from seatfem.structures.shapes.cad import check_readable
 from seatfem.structures.shapes.faces import Colour, Vector
 
@@ -116,8 +116,7 @@ class Shape:
         """Return the (e, 2) edges that bound the group."""
         rows = self.triangles[self.groups[group]]
         edges = np.sort(np.concatenate([rows[:, [0, 1]], rows[:, [1, 2]], rows[:, [2, 0]]]), axis=1)
-        distinct, counts = np.unique(edges, axis=0, return_counts=True)
-        return np.asarray(distinct[counts == 1], dtype=np.int64)
+        return loops.unshared(edges)
 
     def width(self, group: str) -> float:
         """Return twice the area over the length of the outline [m]: of a ring its width, of a disc its radius."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
+from typing import Any, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -20,9 +20,6 @@ from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds import parts, striking
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.structure import Structure, Traits
-
-if TYPE_CHECKING:
-    from impact.bodies import reeds
 
 STIFFENING: Final = 36 / 35  # of a cantilever under a tip force, over (deflection/length)^2
 DEFLECTED: Final = 0.1  # deflection over length from which on that is 1 %

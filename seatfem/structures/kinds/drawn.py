@@ -119,20 +119,15 @@ class Drawn(elastic.Elastic):
     # Levels of modelling
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        obstacles, reasons = (
-            self._obstacles,
-            {
-                "axisymmetric": "axisymmetric (body, supports and load)",
-                "harmonics": "a body of revolution, loaded off its axis: Fourier harmonics in the angle",
-                "sector": f"one of {self.sectors} sectors between planes of symmetry stands for the whole",
-                "3d": "the whole body",
-            },
-        )
+        reasons: dict[Level, str] = {
+            "axisymmetric": "axisymmetric (body, supports and load)",
+            "harmonics": "a body of revolution, loaded off its axis: Fourier harmonics in the angle",
+            "sector": f"one of {self.sectors} sectors between planes of symmetry stands for the whole",
+            "3d": "the whole body",
+        }
         others = (
-            Applicability.refused(level, obstacles[level])
-            if obstacles[level]
-            else Applicability(level, True, 0.0, reasons[level])
-            for level in DISCRETE
+            Applicability.refused(level, why) if why else Applicability(level, True, 0.0, reasons[level])
+            for level, why in self._obstacles.items()
         )
         return (self._rod(self.greens.bandwidth if band is None else band), *others)
 

@@ -134,8 +134,6 @@ file = "seat.step"
 
 FLAT: Final = 0.01  # largest scatter of the unit normals of a flat face: coordinates have few digits
 
-# Readers of meshes take half a second to load: each is imported by the function that needs it.
-
 
 class MeshFile(elastic.Elastic):
     """A mesh made elsewhere, with named surface groups."""
@@ -179,9 +177,7 @@ file = "seat.msh"
             yield ("file",), naming(self.file, str(error))
         else:
             yield from self.unknown_names(mesh.mesh.boundaries or {}, inspection.mesh_file.regions_of(mesh))
-            from seatfem.structures.inspection.mesh_file import shape_of
-
-            shape = shape_of(mesh)
+            shape = inspection.mesh_file.shape_of(mesh)
             normals = shape.normals[shape.groups[self.struck_face]]
             if why := struck_side_problem(normals, shape, self.struck_face, self.held, self.bedded):
                 yield ("contact",), naming(self.file, why)

@@ -35,8 +35,6 @@ UNIVERSAL: Final = (".uff", ".unv")
 Made = TypeVar("Made")
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 
-# Readers of files take long to load: each is imported by the function that needs it.
-
 
 def read_once(read: Callable[..., Made], asked: tuple[Any, ...], *files: Path) -> Made:
     """Return ``read(*asked)``, kept in the process as long as these files stay as they are."""

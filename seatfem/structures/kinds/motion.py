@@ -155,7 +155,6 @@ class _Course(fields.Table):
         """Return the course of the file, ``None`` of a constant. Raises `TimeSeriesError`."""
         if self.file is None:
             return None
-        # of scenes with records only
 
         start = math.degrees(self.angle or 0.0)
         columns, units = stated_in(self.columns), stated_in(self.units)

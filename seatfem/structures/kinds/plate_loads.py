@@ -1,5 +1,5 @@
-"""How a plate starts, in a mode, a static shape or a given field; and the shape of one that is not flat. How a plate
-starts and what loads it: pressure, gravity and forces, by the plate's own integrals over its modes.
+"""How a plate starts, in a mode, a static shape or a given field, and the shape of one that is not flat; what loads it:
+pressure, gravity and forces, by the plate's own integrals over its modes.
 """
 
 from __future__ import annotations

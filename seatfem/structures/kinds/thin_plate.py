@@ -203,15 +203,16 @@ class ThinPlate(motion.Moving):
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         solved = self.solved()
-        return Surrogate(solved.greens, True, f"the plate itself, {len(solved.modes.omega)} modes")
+        return Surrogate(solved.greens, True, f"the plate itself, {len(solved.plate.modes.omega)} modes")
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("reduction"):
             solved = self.solved(method.lip, method.bandwidth, method.behind, mesh_error=mesh_error)
-        about = {"seat_model": f"Mindlin plate, {len(solved.modes.omega)} modes", "seat_dof": solved.model.size}
-        return Solved(solved.greens, model=solved.model, modes=solved.modes, about=about)
+            model, modes = solved.plate.model, solved.plate.modes
+        about = {"seat_model": f"Mindlin plate, {len(modes.omega)} modes", "seat_dof": model.size}
+        return Solved(solved.greens, model=model, modes=modes, about=about)
 
     @property
     def spring_points(self) -> Array | None:

@@ -302,8 +302,7 @@ def _loops(gmsh: Any, face: Face, path: Path, frame: Frame) -> list[Array]:
     area = abs(loops.area(outlines[0])) - sum(abs(loops.area(hole)) for hole in outlines[1:])
     if not math.isclose(area, face.area, rel_tol=LOST):
         raise _wrong(
-            path,
-            f"arcs along its curves enclose {area / face.area - 1:+.1e} more area than the face; redraw them",
+            path, f"arcs along its curves enclose {area / face.area - 1:+.1e} more area than the face; redraw them"
         )
     return outlines
 

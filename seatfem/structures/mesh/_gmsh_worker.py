@@ -21,16 +21,14 @@ from seatfem.machine.libraries import GMSH_LIBRARIES, apt_command, missing_packa
 from seatfem.structures.mesh._gmsh_base import KeptModel, arrays, handed_over, send, stage
 from seatfem.structures.mesh._gmsh_inspect import inspect, outline
 from seatfem.structures.mesh._gmsh_section import mesh_section, plane_arrays
-from seatfem.structures.mesh._gmsh_solid import build, make
+from seatfem.structures.mesh._gmsh_solid import make
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Geometry, GeometryError, Turning, decode, revolved
-from seatfem.structures.shapes.faces import paint
-from seatfem.structures.shapes.inspect import area_of, patch_tags
+from seatfem.structures.shapes.inspect import area_of
 from seatfem.structures.shapes.profile import PER_ARC
 from seatfem.structures.shapes.shape import EVERYWHERE, cut
 
 APT_LINE = apt_command(missing_packages(GMSH_LIBRARIES) or tuple(GMSH_LIBRARIES.values()))
-MILLIMETRE = 1e-3  # unit [m] in which STEP files are written
 OPTIONS = {
     "General.Terminal": 0,
     "General.NumThreads": 1,  # one thread is reproducible, several are not
@@ -61,24 +59,6 @@ def read(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
         model.built(gmsh, job, lambda: gmsh.open(str(copy)))
     model.forget()
     return arrays(gmsh, job["unit"])
-
-
-def export(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Do task "step": a geometry -> STEP file in millimetres, its groups painted in the given colours."""
-    geometry: Geometry = decode(job["geometry"])
-    stage("building the geometry", 0.0)
-    model.built(gmsh, job, lambda: build(gmsh, geometry))
-    model.forget()
-    gmsh.write(job["step"])
-    # The order of faces is the file's, not that of the model it came from: select again in what was written.
-    gmsh.clear()
-    gmsh.model.occ.importShapes(job["step"])
-    gmsh.model.occ.synchronize()
-    tags = patch_tags(gmsh.model, geometry.patches, MILLIMETRE)
-    colours = {tag: job["colours"][name] for name, faces in tags.items() if name in job["colours"] for tag in faces}
-    path = Path(job["step"])
-    path.write_text(paint(path.read_text(encoding="ascii"), colours), encoding="ascii")
-    return {}
 
 
 def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
@@ -138,7 +118,6 @@ TASKS: dict[str, Callable[[Any, dict[str, Any], KeptModel], dict[str, Any]]] = {
     "plan": plan,
     "read": read,
     "section": section,
-    "step": export,
 }
 
 

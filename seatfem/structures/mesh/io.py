@@ -155,15 +155,6 @@ class MeshArrays:
         return CELL_KINDS[self.cells.shape[1]]
 
     @property
-    def order(self) -> int:
-        return self.kind.order
-
-    @property
-    def shape(self) -> str:
-        """Return "tetrahedron" or "hexahedron"."""
-        return self.kind.shape
-
-    @property
     def vertices(self) -> Integers:
         """Return (m, 4) or (m, 8), the cells without their nodes on edges, on faces and inside."""
         return self.cells[:, : self.kind.corners]

@@ -6,8 +6,8 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -23,16 +23,7 @@ from seatfem.structures.mesh.checks import MeshQuality, check_mesh, measure
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
 from seatfem.structures.mesh.io import MeshArrays, MeshError, SolidMesh, distinct, from_gmsh, groups, to_skfem
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec, cut_lines, graded, rectangle_plan
-from seatfem.structures.shapes import (
-    CONTACT_COLOUR,
-    FIXED_COLOUR,
-    CadPart,
-    Geometry,
-    GeometryError,
-    Profile,
-    encode,
-    fingerprint,
-)
+from seatfem.structures.shapes import CadPart, Geometry, GeometryError, Profile, encode, fingerprint
 from seatfem.structures.shapes.cad import check_readable
 from seatfem.structures.shapes.shape import EVERYWHERE, Plan, check_sectors
 
@@ -299,7 +290,8 @@ def seat_mesh(
                 f"{arrays.source}: {inside} of {len(facets)} faces of {name!r} lie inside the mesh: must be outside"
             )
     quality = measure(mesh, checked, cad_volume, cad_areas)
-    return SeatMesh(mesh, arrays.order, quality, dataclasses.replace(provenance, notes=tuple(notes)), arrays.shape)
+    stated = dataclasses.replace(provenance, notes=tuple(notes))
+    return SeatMesh(mesh, arrays.kind.order, quality, stated, arrays.kind.shape)
 
 
 def make_mesh(
@@ -330,8 +322,8 @@ def make_mesh(
         cad = dict(areas)
     else:
         job = {"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}
-        with _replacing(msh) as temporary:
-            answer = gmsh(job | {"msh": temporary}, progress)
+        with nullcontext() if msh is None else whole_file(msh) as temporary:
+            answer = gmsh(job | {"msh": temporary and str(temporary.resolve())}, progress)
         arrays, version = from_gmsh(answer, source), str(answer["gmsh_version"])
         cad = {name: float(value) for name, value in groups(answer, "cad").items()}
         cad_volume = cad.pop("volume")
@@ -356,17 +348,6 @@ def make_mesh(
     return seat
 
 
-def write_step(geometry: Geometry, path: str | Path, progress: Progress = silent) -> None:
-    """Write a geometry as STEP in millimetres, "contact" painted red and "fixed" blue: `CadPart`'s default colours.
-
-    Raises `GeometryError` and `MeshingError` like `make_mesh`.
-    """
-    colours = {"contact": CONTACT_COLOUR, "fixed": FIXED_COLOUR}
-    job = {"task": "step", "geometry": _encoded(geometry), "colours": colours}
-    with _replacing(Path(path)) as temporary:
-        run_gmsh(job | {"step": temporary}, progress)
-
-
 def _encoded(geometry: Geometry) -> dict[str, Any]:
     data: dict[str, Any] = encode(geometry)
     if isinstance(geometry, CadPart):
@@ -375,13 +356,3 @@ def _encoded(geometry: Geometry) -> dict[str, Any]:
         check_readable(geometry.path)
         data["path"] = str(geometry.path.resolve())
     return data
-
-
-@contextmanager
-def _replacing(path: Path | None) -> Iterator[str | None]:
-    """Yield a temporary name beside ``path``, moved there when the block succeeds and removed when it does not."""
-    if path is None:
-        yield None
-        return
-    with whole_file(path) as temporary:
-        yield str(temporary.resolve())

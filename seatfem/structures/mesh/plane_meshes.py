@@ -124,7 +124,7 @@ ON_THE_LINE: Final = 1e-9  # distance from the line of symmetry, over the mesh's
 AREA_TOLERANCE: Final = 0.01  # largest relative error of the area; a circle of eight curved elements is 0.1 % off
 
 
-def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gmsh = run_gmsh) -> PlateMesh:
+def mesh_sheet(shape: Shape, size: float, gmsh: Gmsh = run_gmsh) -> PlateMesh:
     """Return the plan of an extruded solid, meshed evenly with quadrilaterals of nine nodes that follow its outline.
 
     Of a sheet that the line y = 0 mirrors one half is meshed, the other is its image: the mesh is as symmetric. Its
@@ -139,7 +139,7 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
     if shape.plan is None:
         raise GeometryError(f"{shape.source} has no plan: a plate must be a sheet of even thickness")
     spec, parts = MeshSpec(size, order=2, shape="hex"), 2 if isinstance(shape, Flat) and shape.is_mirrored else 1
-    arrays = gmsh({"task": "plan", "geometry": encode(shape), "spec": asdict(spec), "sectors": parts}, progress)
+    arrays = gmsh({"task": "plan", "geometry": encode(shape), "spec": asdict(spec), "sectors": parts})
     used, rows = np.unique(arrays["cells"], return_inverse=True)
     points, cells, lines = arrays["points"][used], rows.reshape(arrays["cells"].shape), {}
     if parts == 2:

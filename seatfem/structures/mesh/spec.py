@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatfem.structures.errors import GeometryError
+from seatfem.structures.shapes.loops import unshared
 from seatfem.structures.shapes.shape import Rectangle
 from seatfem.units import write_quantity
 
@@ -97,8 +98,7 @@ def boundary_lines(plane: dict[str, NDArray[Any]]) -> NDArray[np.int64]:
     """Return the ends (k, 2) of the sides that only one quadrilateral has, in its direction."""
     cells = plane["cells"][:, :4]
     ends = np.stack([cells, np.roll(cells, -1, axis=1)], axis=2).reshape(-1, 2)
-    _, first, count = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
-    return np.asarray(ends[first[count == 1]])
+    return unshared(ends)
 
 
 def cut_lines(plane: dict[str, NDArray[Any]], sectors: int) -> dict[str, NDArray[Any]]:

@@ -51,9 +51,6 @@ class Bar(shape.Shape):
     def rectangle(self) -> shape.Rectangle:
         return shape.Rectangle((self.width / 2, self.height / 2))
 
-    def check_sectors(self, sectors: int) -> None:
-        shape.check_quarters(self, sectors)
-
     def build(self, occ: Any) -> None:
         """Add the box (millimetres) to the given gmsh OpenCASCADE model."""
         length, width, height = 1e3 * self.length, 1e3 * self.width, 1e3 * self.height
@@ -93,9 +90,6 @@ class Block(shape.Shape):
     @property
     def rectangle(self) -> shape.Rectangle:
         return shape.Rectangle((self.width / 2, self.depth / 2), (self.patch_width / 2, self.patch_depth / 2))
-
-    def check_sectors(self, sectors: int) -> None:
-        shape.check_quarters(self, sectors)
 
     def build(self, occ: Any) -> None:
         """Add the box (millimetres) with the patch imprinted on its top to the given gmsh OpenCASCADE model."""

@@ -1,18 +1,15 @@
-"""The faces of a solid, as selectors see them: their frames, and their colours in a STEP file."""
+"""The faces of a solid, as selectors see them, and planes in space."""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
-from seatfem.structures.errors import GeometryError
 
 Vector = tuple[float, float, float]
 Colour = tuple[int, int, int, int]
@@ -114,51 +111,3 @@ class Frame:
     def points(self, places: Array) -> Array:
         """Return the points (..., 3) of places (..., 2) on the plane [m]."""
         return np.asarray(np.array(self.origin) + places @ self.axes)
-
-
-def paint(step: str, faces: Mapping[int, Colour], solids: Mapping[int, Colour] = MappingProxyType({})) -> str:
-    """Return the STEP text with colours given to faces and solids, both counted from 1 in the order of the file's
-    solids.
-
-    ISO 10303-21 text, presentation entities of ISO 10303-46 (STYLED_ITEM and what it points to); alpha is dropped.
-    """
-    shells = dict(re.findall(r"(#\d+)\s*=\s*CLOSED_SHELL\s*\('[^']*',\s*\(([^)]*)\)\)", step))
-    breps = re.findall(r"(#\d+)\s*=\s*MANIFOLD_SOLID_BREP\s*\('[^']*',\s*(#\d+)\)", step)
-    representations = re.findall(r"ADVANCED_BREP_SHAPE_REPRESENTATION\s*\('[^']*',\s*\(([^)]*)\),\s*(#\d+)\)", step)
-    if not breps or len(breps) != len(shells):
-        raise GeometryError(
-            f"a STEP file to be painted needs a closed shell for each solid, has {len(shells)} and {len(breps)}"
-        )
-    first, lines = 1 + max(int(n) for n in re.findall(r"^#(\d+)\s*=", step, re.MULTILINE)), list[str]()
-
-    def add(definition: str) -> str:
-        lines.append(f"#{first + len(lines)} = {definition};\n")
-        return lines[-1].partition(" ")[0]
-
-    counted = 0
-    for number, (brep, shell) in enumerate(breps, 1):
-        own = re.findall(r"#\d+", shells[shell])
-        painted = {brep: solids[number]} if number in solids else {}
-        painted |= {face: faces[counted + k] for k, face in enumerate(own, 1) if counted + k in faces}
-        counted += len(own)
-        items = [_styled_item(add, item, colour) for item, colour in painted.items()]
-        context = next(context for members, context in representations if brep in re.findall(r"#\d+", members))
-        if items:
-            add(f"MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',({','.join(items)}),{context})")
-    head, end, tail = step.rpartition("ENDSEC;")
-    return head + "".join(lines) + end + tail
-
-
-def _styled_item(add: Callable[[str], str], item: str, colour: Colour) -> str:
-    channels = (f"{c / 255:.6g}" for c in colour[:3])
-    name = add(f"COLOUR_RGB('',{','.join(c if '.' in c else c + '.' for c in channels)})")
-    for wrapped in (
-        "FILL_AREA_STYLE_COLOUR('',{})",
-        "FILL_AREA_STYLE('',({}))",
-        "SURFACE_STYLE_FILL_AREA({})",
-        "SURFACE_SIDE_STYLE('',({}))",
-        "SURFACE_STYLE_USAGE(.BOTH.,{})",
-        "PRESENTATION_STYLE_ASSIGNMENT(({}))",
-    ):
-        name = add(wrapped.format(name))
-    return add(f"STYLED_ITEM('color',({name}),{item})")

@@ -182,6 +182,34 @@ def closed(chains: Sequence[Array], within: float, wrong: Callable[[Array], Geom
         yield np.concatenate(parts)
 
 
+def chained(segments: Array, near: float) -> list[Array]:
+    """Return loops (n, 2) that segments (s, 2, 2) form in any order; ends within ``near`` [m] are one. What does not
+    close is left open where it ends."""
+    keys = np.round(np.asarray(segments) / max(near, 1e-15)).astype(np.int64)
+    beside: dict[tuple[int, int], list[int]] = {}
+    for number, ends in enumerate(keys.tolist()):
+        for end in ends:
+            beside.setdefault((end[0], end[1]), []).append(number)
+    remaining, loops = set(range(len(segments))), []
+    while remaining:
+        number = remaining.pop()
+        line, key = [segments[number, 0], segments[number, 1]], tuple(keys[number, 1].tolist())
+        while (following := next((k for k in beside.get(key, ()) if k in remaining), None)) is not None:
+            remaining.discard(following)
+            near_end = 0 if tuple(keys[following, 0].tolist()) == key else 1
+            line.append(segments[following, 1 - near_end])
+            key = tuple(keys[following, 1 - near_end].tolist())
+        if len(line) > 3:
+            loops.append(np.array(line[:-1] if np.allclose(line[0], line[-1], atol=10 * near) else line))
+    return loops
+
+
+def unshared(sides: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the rows (k, m) of numbers that no other row has in whatever order: what bounds cells with such sides."""
+    _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+    return np.asarray(sides[first[count == 1]])
+
+
 def curve_loop(occ: Any, loop: Array) -> int:
     """Return the tag of a curve loop (millimetres), added to the given gmsh OpenCASCADE model."""
     fine = np.concatenate(

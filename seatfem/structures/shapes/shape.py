@@ -122,15 +122,6 @@ def _require(spec: object, name: str, holds: bool, what: str) -> None:
         raise GeometryError(f"{type(spec).__name__}.{name} = {value}: must be {what}")
 
 
-def check_quarters(shape: object, sectors: int) -> None:
-    """Raise `GeometryError` of a rectangular solid that is cut into other sectors than halves and quarters."""
-    if sectors not in (2, 4):
-        name = type(shape).__name__
-        raise GeometryError(
-            f"sector = {sectors}: must be 2 or 4, the equal sectors of a {name} between planes of symmetry"
-        )
-
-
 @dataclass(frozen=True)
 class Plan:
     """``height``: of the solid above z = 0 (metres). ``top``, ``bottom``: group -> names of areas of the plan."""
@@ -227,8 +218,13 @@ class Shape(ABC):
         """Return the height of the upper side at points (n, 2) of the plan; ``None``: flat."""
         return None
 
-    def check_sectors(self, sectors: int) -> None:  # noqa: B027 - most have nothing to say
+    def check_sectors(self, sectors: int) -> None:
         """Raise `GeometryError` where it is known not to be that many equal sectors, 2 and more, between planes."""
+        if self.rectangle is not None and sectors not in (2, 4):
+            raise GeometryError(
+                f"sector = {sectors}: must be 2 or 4, the equal sectors of a {type(self).__name__} between planes of "
+                "symmetry"
+            )
 
     def patches_in(self, sectors: int) -> Patches:
         """Return the groups in the first of that many equal sectors."""
