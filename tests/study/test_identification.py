@@ -167,6 +167,10 @@ WRONG = {
         ('start = "-1.2 m/s", from = "-2 m/s", to = "-0.5 m/s"', 'start = "1 s", from = "0 s", to = "2 s"'),
         "reed.velocity",
     ),
+    "a text": (
+        ("reed.velocity = {", 'seat.kind = { start = "rod", from = 0, to = 1 }\nreed.velocity = {'),
+        "fit.seat.kind.start: 'rod' must start with a number: a key that holds a text is not fitted",
+    ),
     "no noise": (('noise = "40 N"', ""), "nothing says how far the record is off by its noise"),
     "noise of nothing": (('noise = "40 N"', 'noise = "0 N"'), "must be positive"),
     "a missing column": (('kind = "force"', 'kind = "force"\ncolumn = "load"'), "'load' is the head of 0 columns"),
