@@ -148,9 +148,7 @@ class CsvTable:
         `factor_of` and `numbers` raise.
         """
         if unknown := sorted({*columns, *units} - {*known}):
-            raise self.error(
-                f"{self.path}: columns and units know {enumeration(known)}, not {unknown[0]}: remove it"
-            )
+            raise self.error(f"{self.path}: columns and units know {enumeration(known)}, not {unknown[0]}: remove it")
         numbers = []
         for place, (role, factors) in enumerate(known.items()):
             number = self.column_of(role, (role,), columns)

@@ -112,7 +112,7 @@ class Prescribed:
     __repr__ = brief
 
     def start(self) -> Array:
-        """Return the (7,) state as `impact.gas.flow` orders it: pressure, and the masses that pass; the rest stays 0."""
+        """Return the (7,) state as `impact.gas.flow` orders it: pressure, and the masses that pass; others stay 0."""
         state = np.zeros(STATE)
         state[PRESSURE] = self.pressure(np.zeros(1))[0]
         return state

@@ -48,8 +48,8 @@ def read_impulse_response(
     as `SampledGreens.from_series`; of several ports, read each and stack the values. ``static``: (1, 1) [m/N].
 
     Raises:
-        GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit, another number
-            of columns, a cell that is not a number.
+        GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit, other numbers
+            of columns, a cell that is no number.
         TimeSeriesError: no CSV text. Both name the file.
     """
     table = needed_csv(path, TimeSeriesError, GreensFunctionError, _LIKE, delimiter)
