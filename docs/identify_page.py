@@ -20,7 +20,7 @@ from markers import between
 
 from impact.files.csv_table import write_csv
 from impact.files.safe_files import write_whole
-from seatfem.study.identify.fit import identify
+from seatfem.study.identify.fit import identify, write
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
@@ -63,7 +63,8 @@ def write_example(figures: dict) -> None:
 def example() -> str:
     """What the program says of the example; its picture."""
     with tempfile.TemporaryDirectory() as folder:
-        result, _, gap = identify(EXAMPLE / "two_bars_record.toml", Path(folder))
+        result = identify(EXAMPLE / "two_bars_record.toml")
+        _, gap = write(result, Path(folder))
         assert not gap
         shutil.copy(Path(folder) / "identify.png", PICTURE)
     return "<br>\n".join(f"> {sentence}" for sentence in result.sentences())
@@ -76,7 +77,7 @@ def by_hand() -> str:
     fits = next(compare(each).fits for each in measured_sets() if each.name == "bar_on_bar")
     closure, recovery = fits["closure"], fits["recovery"]
     micrometres = 1e-3 * SPEED * 1e6  # of 1 V us
-    result, _, _ = identify(EXAMPLE / "two_bars_record.toml")
+    result = identify(EXAMPLE / "two_bars_record.toml")
     ours = {key: (value, (each.value(ends.high) - each.value(ends.low)) / 2) for key, each, value, ends in result}
     (closed, about), (back, around) = ours["contact.law.closure"], ours["contact.law.recovery"]
     hand = f"{micrometres * closure.value:.1f} +- {micrometres * closure.uncertainty:.1f} um"
@@ -109,7 +110,7 @@ def held_intervals(draws: int, correlation: float) -> tuple[dict[str, int], dict
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(draws):
             given = force + NOISE * noise(len(time), 1000 + seed, correlation)
-            result, _, _ = identify(write_files(Path(folder), time, given))
+            result = identify(write_files(Path(folder), time, given))
             weight = result.counted[0].weight
             for (key, each, _, ends), share in zip(result, result.shares, strict=True):
                 off = each.share(TRUE[key]) - share

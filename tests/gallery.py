@@ -27,6 +27,33 @@ lip_width = "1 mm"
 lip_edge_radius = "0 mm"
 {STEEL}"""
 """A lip from 5 to 6 mm, that the flapper covers."""
+BAR = """
+kind = "bar"
+length = "10 mm"
+width = "2 mm"
+height = "3 mm"
+damping_ratio = 0.05
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+model = "3d"
+mesh = { size = "2 mm", contact_size = "2 mm" }
+greens = { bandwidth = "100 kHz" }
+"""
+"""A slender block as a seat; without its table's name."""
+REED_ON_SPRING = """
+[seat]
+kind = "spring"
+stiffness = "27.8 N/um"
+[reed]
+kind = "cantilever"
+length = "25.4 mm"
+damping_ratio = 0.03
+release = { tip_deflection = "1 mm" }
+[run]
+duration = "0.75 ms"
+filter_width = "8 us"
+[accuracy]
+"""
+"""A beam that lands once; what is asked of its accuracy follows."""
 
 
 def spring(stiffness: str) -> str:

@@ -13,7 +13,7 @@ from paper_case import CASES, LENGTHS, SHEETS, comparison, markdown, strike, str
 from paper_pictures import plot_greens_function, plot_procedure, plot_responses
 
 from impact import measures
-from impact.files.csv_table import write_rows
+from impact.files.csv_table import write_csv
 
 
 def main(folder: Path) -> None:
@@ -28,7 +28,7 @@ def main(folder: Path) -> None:
             title=f"Figure {number}: rod length is {1e3 * length:g} mm",
         )
     rows = [comparison(case, wave[case], spring[case]) for case in wave]
-    write_rows(folder / "paper_table1.csv", rows)
+    write_csv(folder / "paper_table1.csv", rows[0], (row.values() for row in rows), digits=7)
     (folder / "paper_table1.md").write_text(markdown(rows), encoding="utf-8")
     print(markdown(rows))
 

@@ -18,7 +18,7 @@ from impact.after.measures import impulse as impulse_of
 from impact.after.regime import EQUAL
 from impact.after.stresses import fixed_rod_modes
 from impact.exact.rods import DampedFixedRod, DelayRod
-from impact.files.csv_table import Row, read_rows, write_rows
+from impact.files.csv_table import Row, read_rows, write_csv
 from impact.greens.base import Array
 from impact.notices import Progress, silent
 from impact.pictures.drawing import sheet
@@ -116,7 +116,7 @@ def fill_map(
     for count, point in enumerate(todo, start=1):
         if point not in rows:
             rows[point] = compute(*point)
-            write_rows(path, list(rows.values()))
+            write_csv(path, rows[point], (row.values() for row in rows.values()), digits=7)
         progress(Path(path).stem, count / len(todo))
     return [rows[point] for point in todo]
 

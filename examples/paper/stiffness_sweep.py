@@ -10,7 +10,7 @@ import numpy as np
 from paper_case import CASES, Numbers, strike, strike_spring
 from paper_pictures import plot_stiffness_sweep
 
-from impact.files.csv_table import write_rows
+from impact.files.csv_table import write_csv
 
 STEP = 40e-9  # 1/25 of the filter, 0.42 radian of the reed's highest mode
 
@@ -32,7 +32,7 @@ def main(folder: Path) -> None:
             *((f"rod with waves, {c.reading}, {1e3 * c.length:g} mm", c.stiffness, n) for c, n in waves.items()),
         )
     ]
-    write_rows(folder / "stiffness_sweep.csv", rows)
+    write_csv(folder / "stiffness_sweep.csv", rows[0], (row.values() for row in rows), digits=7)
     plot_stiffness_sweep(stiffness, springs, waves, folder / "paper_stiffness_sweep.png")
     for name in ("peak", "filtered_peak", "impulse"):
         values = [getattr(n, name) for n in springs]

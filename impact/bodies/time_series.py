@@ -11,7 +11,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from impact.files.csv_table import CsvTable, needed_csv
+from impact.files.csv_table import needed_csv
 from impact.greens.base import Array
 from impact.quantities import brief
 
@@ -127,7 +127,15 @@ def read_time_series(
     name = table.path
     if rpm is not None and not (rpm > 0 and math.isfinite(rpm)):
         raise TimeSeriesError(f"{name}: rpm = {rpm:g} must be positive and finite")
-    samples, factors = _columns_of(table, quantity, rpm, columns or {}, units or {})
+    first = {"time": SECONDS} if rpm is None else {"angle": {"deg": 60 / (TURN * rpm)}}
+
+    def hint(head: str) -> str:
+        """Tell times where angles are expected, or the other way round."""
+        if rpm is None and head not in ("time", *_UNITS):
+            return "; of a record in crank angle, 'angle [deg]', state rpm, too"
+        return "; rpm is for records in crank angle: remove it" if rpm is not None and head == "time" else ""
+
+    samples, factors = table.quantities(first | {quantity: _UNITS[quantity]}, columns or {}, units or {}, hint)
     back = np.flatnonzero(np.diff(samples[:, 0]) <= 0)
     if back.size:
         line = table.lines[int(back[0]) + 1]
@@ -156,35 +164,3 @@ def _check_gaps(name: Path, angles: Array, lines: Sequence[int], most: float) ->
             f"of the turn (limit {most:g}); give samples there, as one at {start + most:g} deg, also where nothing "
             "changes"
         )
-
-
-def _columns_of(
-    table: CsvTable, quantity: str, rpm: float | None, columns: Stated, units: Stated
-) -> tuple[Array, Array]:
-    """Return the columns of time, or angle, and of the quantity (n, 2), and their factors to SI (2,)."""
-    first = ("time", SECONDS) if rpm is None else ("angle", {"deg": 60 / (TURN * rpm)})
-    wanted = (first, (quantity, _UNITS[quantity]))
-    for role in sorted({*columns, *units} - {word for word, _ in wanted}):
-        raise table.error(f"{table.path}: columns and units know {wanted[0][0]} and {quantity}, not {role}: remove it")
-    pairs = []
-    for place, (word, known) in enumerate(wanted):
-        column = table.column_of(word, (word,), columns)
-        if column is None:
-            place = min(place, len(table.heads) - 1)
-            head = table.heads[place]
-            if len(table.heads) < 2:
-                raise table.error(
-                    f"{table.path}, line {table.head_line}: the header has {len(table.heads)} columns, 2 are needed: "
-                    f"{wanted[0][0]} and {quantity}"
-                )
-            name, other = head.name.lower(), ""  # times where angles are expected, or the other way round
-            if rpm is None and name not in ("time", *_UNITS):
-                other = "; of a record in crank angle, 'angle [deg]', state rpm, too"
-            if rpm is not None and name == "time":
-                other = "; rpm is for records in crank angle: remove it"
-            raise table.error(
-                f"{table.path}, line {table.head_line}, column {place + 1}: header {head.text!r} must be '{word} "
-                f"[unit]' with the unit {', '.join(known)}, or be named by columns = {{ {word} = ... }}{other}"
-            )
-        pairs.append((column, table.factor_of(column, word, known, units)))
-    return table.numbers([column for column, _ in pairs]), np.array([factor for _, factor in pairs])

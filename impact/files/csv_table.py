@@ -9,7 +9,7 @@ import io
 import math
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.files.safe_files import CSV_LIMIT, opened_file, write_whole
-from impact.quantities import finite_or_none
+from impact.quantities import enumeration, finite_or_none
 
 Array = NDArray[np.float64]
 
@@ -133,6 +133,40 @@ class CsvTable:
                 f"'{head.name} [unit]', or give units = {{ {role} = ... }}, with the unit {', '.join(units)}"
             )
         return units[unit]
+
+    def quantities(
+        self,
+        known: Mapping[str, Mapping[str, float]],
+        columns: Mapping[str, str],
+        units: Mapping[str, str],
+        hint: Callable[[str], str] = lambda name: "",
+    ) -> tuple[Array, Array]:
+        """Return a column of each role in ``known``, which has its units, (n, k), and their factors to SI (k,).
+
+        ``columns`` and ``units``: what the heads do not state, by role; ``hint``: of the name that stands in the place
+        of a column that is not there. Raises ``error``: other roles, a column that is not there, and what `column_of`,
+        `factor_of` and `numbers` raise.
+        """
+        if unknown := sorted({*columns, *units} - {*known}):
+            raise self.error(f"{self.path}: columns and units know {enumeration(known)}, not {unknown[0]}: remove it")
+        numbers = []
+        for place, (role, factors) in enumerate(known.items()):
+            number = self.column_of(role, (role,), columns)
+            if number is None and len(self.heads) < len(known):
+                raise self.error(
+                    f"{self.path}, line {self.head_line}: the header has {len(self.heads)} columns, {len(known)} are "
+                    f"needed: {enumeration(known)}"
+                )
+            if number is None:
+                head = self.heads[place]
+                raise self.error(
+                    f"{self.path}, line {self.head_line}, column {place + 1}: header {head.text!r} must be '{role} "
+                    f"[unit]' with the unit {', '.join(factors)}, or be named by columns = {{ {role} = ... }}"
+                    f"{hint(head.name.lower())}"
+                )
+            numbers.append(number)
+        scales = [self.factor_of(k, role, known[role], units) for k, role in zip(numbers, known, strict=True)]
+        return self.numbers(numbers), np.array(scales)
 
 
 def read_csv(
@@ -277,11 +311,6 @@ def write_csv(
     """Write what `csv_text` returns, whole or not at all, and return the path."""
     write_whole(path, csv_text(heads, rows, digits).encode("utf-8"))
     return Path(path)
-
-
-def write_rows(path: str | os.PathLike[str], rows: Sequence[Mapping[str, object]]) -> None:
-    """Write rows of equal keys, at least one, with numbers to 7 digits. The file is whole or absent."""
-    write_csv(path, rows[0], ([str(v) if isinstance(v, bool) else v for v in row.values()] for row in rows), digits=7)
 
 
 def read_rows(path: str | os.PathLike[str]) -> list[Row]:

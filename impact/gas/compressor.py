@@ -61,7 +61,7 @@ class Compressor:
     __repr__ = brief
 
     def start(self) -> Array:
-        """Return the (7,) state as `cylinder` orders it."""
+        """Return the (7,) state as `impact.gas.flow` orders it."""
         state = np.zeros(STATE)
         state[PRESSURE] = self.start_pressure
         warm = isentropic(self.gas, self.suction, self.start_pressure)
@@ -112,7 +112,7 @@ class Prescribed:
     __repr__ = brief
 
     def start(self) -> Array:
-        """Return the (7,) state as `cylinder` orders it: pressure, and the masses that pass; the rest stays 0."""
+        """Return the (7,) state as `impact.gas.flow` orders it: pressure, and the masses that pass; others stay 0."""
         state = np.zeros(STATE)
         state[PRESSURE] = self.pressure(np.zeros(1))[0]
         return state
@@ -150,7 +150,7 @@ class GasHistory:
     Attributes:
         time: (n + 1,) [s].
         lift: (n + 1,) mean lift [m].
-        states: (n + 1, 7) as `cylinder` orders them.
+        states: (n + 1, 7) as `impact.gas.flow` orders them.
     """
 
     time: Array

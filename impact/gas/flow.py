@@ -239,7 +239,7 @@ class AreaTable:
 class ReedValve:
     """Effective areas of a reed valve, each direction with its own.
 
-    Forward is through the port, which lifts the reed. The pressure drop dp is counted forward: that in the port less$
+    Forward is through the port, which lifts the reed. The pressure drop dp is counted forward: that in the port less
     that on the reed's other side.
 
     Attributes:

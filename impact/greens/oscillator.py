@@ -140,9 +140,9 @@ def hann(t: Array, width: float) -> Array:
     return np.where((t >= 0) & (t <= width), 1 - np.cos(2 * np.pi * t / width), 0.0) / width
 
 
-def error_times(duration: float, width: float, limit: int = 4000) -> Array:
-    """Return times at which errors are measured: ten per pulse width (forty in the first two), ``limit`` at most."""
-    n = int(np.clip(np.ceil(10 * duration / width), 16, limit))
+def error_times(duration: float, width: float) -> Array:
+    """Return times at which errors are measured: ten per pulse width (forty in the first two), 4000 at most."""
+    n = int(np.clip(np.ceil(10 * duration / width), 16, 4000))
     return np.unique(np.concatenate([np.linspace(0, min(2 * width, duration), 81), np.linspace(0, duration, n + 1)]))
 
 
@@ -197,8 +197,5 @@ def _during(t: Array, width: float, poles: ComplexArray) -> ComplexArray:
     total = np.zeros((len(poles), len(t)), dtype=complex)
     for turn, weight in ((0.0, 1.0), (1.0, -0.5), (-1.0, -0.5)):
         frequency = 2j * np.pi * turn / width
-        x = np.outer(poles - frequency, t)
-        safe = np.where(x == 0, 1.0, x)
-        ratio = np.where(np.abs(x) < 1e-8, 1 + x / 2, np.expm1(safe) / safe)
-        total += weight * np.exp(frequency * t) * t * ratio
+        total += weight * np.exp(frequency * t) * t * expm1_over(np.outer(poles - frequency, t))
     return np.asarray(total / width, dtype=complex)

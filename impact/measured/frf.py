@@ -285,23 +285,16 @@ def _scales(kind: str) -> dict[str, float]:
     return scales | (_MASSES if kind == "accelerance" else {})
 
 
-def of_impulse_response(
-    greens: SampledGreens, *, highest: float | None = None, decay: float | None = None
-) -> FrequencyResponse:
-    """Return the Laplace transform of the samples, linear in between, at s = shift + 2 pi i f with exp(-shift T) =
-    ``decay``.
+def of_impulse_response(greens: SampledGreens, *, highest: float | None = None) -> FrequencyResponse:
+    """Return the Laplace transform of the samples, linear in between, at s = shift + 2 pi i f.
 
-    The shift lets the record end, and the poles found from these lines need no correction. By default what is left at
-    the end (rms of the last tenth over the largest |g|) is brought to 1e-3: no window for a record that has come to
-    rest. Lines 1/T apart up to ``highest`` (default 0.25/dt) [Hz].
+    The shift lets the record end, and the poles found from these lines need no correction: what is left at the end (rms
+    of the last tenth over the largest |g|) is brought to 1e-3; no window for a record that has come to rest. Lines 1/T
+    apart up to ``highest`` (default 0.25/dt) [Hz].
     """
     dt, n = greens.dt, greens.values.shape[2]
-    if decay is None:
-        remainder = np.sqrt(np.mean(greens.values[:, :, -max(n // 10, 1) :] ** 2)) / np.abs(greens.values).max()
-        decay = float(np.clip(1e-3 / max(remainder, 1e-300), 1e-4, 1.0))
-    if not 0 < decay <= 1:
-        raise FrequencyResponseError(f"decay = {decay:g} must be in (0, 1]")
-    shift = float(-np.log(decay) / greens.end)
+    remainder = np.sqrt(np.mean(greens.values[:, :, -max(n // 10, 1) :] ** 2)) / np.abs(greens.values).max()
+    shift = float(-np.log(np.clip(1e-3 / max(remainder, 1e-300), 1e-4, 1.0)) / greens.end)
     f = np.asarray(np.fft.rfftfreq(n, dt), dtype=np.float64)
     s = shift + 2j * np.pi * f
     hat = dt * (2 * np.sinh(s * dt / 2) / (s * dt)) ** 2

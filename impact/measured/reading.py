@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -16,7 +17,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from impact.bodies.time_series import SECONDS, Stated, TimeSeriesError
-from impact.files.csv_table import CsvTable, needed_csv
+from impact.files.csv_table import needed_csv
 from impact.greens.base import Array, ComplexArray, GreensFunction, GreensFunctionError
 from impact.greens.sampled import Pretrigger, SampledGreens, Tail
 from impact.measured.passivity import passivity
@@ -47,12 +48,15 @@ def read_impulse_response(
     as `SampledGreens.from_series`; of several ports, read each and stack the values. ``static``: (1, 1) [m/N].
 
     Raises:
-        GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit.
-        TimeSeriesError: no CSV text, another number of columns, or a cell that is not a number. Both name the file.
+        GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit, other numbers
+            of columns, a cell that is no number.
+        TimeSeriesError: no CSV text. Both name the file.
     """
     table = needed_csv(path, TimeSeriesError, GreensFunctionError, _LIKE, delimiter)
-    chosen, factors = _columns_of(table, columns or {}, units or {})
-    time, values = table.numbers(chosen).T * factors[:, None]
+    samples, factors = replace(table, error=GreensFunctionError).quantities(
+        {"time": SECONDS, "impulse_response": _UNITS}, columns or {}, units or {}
+    )
+    time, values = samples.T * factors[:, None]
     try:
         return SampledGreens.from_series(
             time,
@@ -108,26 +112,6 @@ def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> Iterator[
             f"contact can draw energy from it, most near {report.frequency:.3g} Hz",
             "use impact.repair(greens, dt), and a step that is a whole multiple of the samples' spacing",
         )
-
-
-def _columns_of(table: CsvTable, columns: Stated, units: Stated) -> tuple[list[int], Array]:
-    """Return the columns of time and impulse response, and their factors to SI (2,)."""
-    wanted = (("time", SECONDS), ("impulse_response", _UNITS))
-    try:
-        chosen = [table.column_of(word, (word,), columns) for word, _ in wanted]
-        entries = [
-            (column, word, known) for column, (word, known) in zip(chosen, wanted, strict=True) if column is not None
-        ]
-        factors = [table.factor_of(column, word, known, units) for column, word, known in entries]
-    except TimeSeriesError as problem:
-        raise GreensFunctionError(str(problem)) from problem
-    if len(entries) != 2:
-        raise GreensFunctionError(
-            f"{table.path}, line {table.head_line}: header {table.header!r} must be like "
-            f"{_LIKE}, or its columns be named by columns = {{ time = ..., "
-            f"impulse_response = ... }}; time in {', '.join(SECONDS)}; impulse_response in {', '.join(_UNITS)}"
-        )
-    return [column for column, _, _ in entries], np.array(factors)
 
 
 HALF: Final = 7  # lines on either side of one that its local model is fitted to

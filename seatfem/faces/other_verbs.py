@@ -393,9 +393,8 @@ def identify(
     """
     folder, spoken = output or Path(f"{record.stem}-identify"), lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
-        result, files, gap = identification.fit.identify(
-            record, folder, pictures=not no_pictures, progress=progress, tell=spoken.print
-        )
+        result = identification.fit.identify(record, progress=progress, tell=spoken.print)
+    files, gap = identification.fit.write(result, folder, pictures=not no_pictures)
     print_outcome(lines(quiet=common.quiet), result.sentences(), [gap], files)
     return DONE
 

@@ -127,7 +127,7 @@ def test_read_impulse_response(tmp_path):
     ("text", "message"),
     [
         ("", r"is empty; the first line must be like"),
-        ("time [us],force [N]\n0,1\n", r"line 1: header 'time \[us\],force \[N\]' must be like"),
+        ("time [us],force [N]\n0,1\n", r"line 1, column 2: header 'force \[N\]' must be 'impulse_response \[unit\]'"),
         ("time [us],impulse_response [um]\n0,1\n", r"m/\(N s\), mm/\(N s\)"),
         ("time [us],impulse_response [um/(N s)]\n0,1,2\n", "line 2: 3 columns"),
         ("time [us],impulse_response [um/(N s)]\n0,1\n1,x\n", "line 3, column 2: 'x' must be a finite number"),

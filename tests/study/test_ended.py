@@ -11,23 +11,9 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.kept import NOTE, cached_plan, save_plan
 from seatfem.study.runs.rounds import Round, rounds
-from tests.gallery import load_text
+from tests.gallery import REED_ON_SPRING, load_text
 
-SCENE = """
-[seat]
-kind = "spring"
-stiffness = "27.8 N/um"
-[reed]
-kind = "cantilever"
-length = "25.4 mm"
-damping_ratio = 0.03
-release = { tip_deflection = "1 mm" }
-[run]
-duration = "0.75 ms"
-filter_width = "8 us"
-[accuracy]
-target = "2 %"
-"""
+SCENE = REED_ON_SPRING + 'target = "2 %"\n'
 
 
 def plan_of(folder: Path, text: str = SCENE) -> Plan:

@@ -34,8 +34,7 @@ def test_intervals_hold(record, tmp_path):
     held = dict.fromkeys(TRUE, 0)
     for seed in range(DRAWS):
         path = write_files(tmp_path, time, force + NOISE * noise(len(time), seed))
-        result, files, _ = identify(path)
-        assert files == ()
+        result = identify(path)
         for key, (_, low, high) in fitted(result).items():
             held[key] += low <= TRUE[key] <= high
     assert min(held.values()) >= HOLDS, held
@@ -47,9 +46,9 @@ def test_a_coefficient_that_is_off_by_three_percent_is_seen(record, tmp_path):
     time, force = record
     quiet = RECORD.replace('noise = "40 N"', 'noise = "8 N"')
     given = force + NOISE / 5 * noise(len(time), 1)
-    good = fitted(identify(write_files(tmp_path, time, given, quiet))[0])
+    good = fitted(identify(write_files(tmp_path, time, given, quiet)))
     assert all(low <= TRUE[key] <= high for key, (_, low, high) in good.items())
-    off, _, _ = identify(write_files(tmp_path, time, given, quiet, SCENE.replace("206 GPa", "212.2 GPa")))
+    off = identify(write_files(tmp_path, time, given, quiet, SCENE.replace("206 GPa", "212.2 GPa")))
     bad = fitted(off)
     assert any(not low <= TRUE[key] <= high for key, (_, low, high) in bad.items())
     assert off.counted[0].misfit > 1.5  # and what is left says so
@@ -79,7 +78,7 @@ def test_what_is_told_only_together_is_said(record, tmp_path):
     gap = 'contact.gap = { start = "20 um", from = "0 um", to = "60 um" }\n'
     text = RECORD.replace("[fit]\n", f"[fit]\n{gap}").replace("seat.damping_ratio", "# ").replace("reed.velocity", "# ")
     time, force = record
-    result, _, _ = identify(write_files(tmp_path, time, force + NOISE * noise(len(time), 3), text, damped))
+    result = identify(write_files(tmp_path, time, force + NOISE * noise(len(time), 3), text, damped))
     said = "\n".join(result.sentences())
     assert "contact.gap and delay are told only together (correlation -0.99" in said
 
@@ -89,7 +88,7 @@ def test_what_the_record_does_not_tell_is_said(record, tmp_path):
     time, force = record
     text = RECORD.replace('noise = "40 N"', 'noise = "40 N"\nto = "40 us"')
     text = text.replace("seat.damping_ratio = {", "# {")
-    result, _, _ = identify(write_files(tmp_path, time, force + NOISE * noise(len(time), 3), text))
+    result = identify(write_files(tmp_path, time, force + NOISE * noise(len(time), 3), text))
     said = "\n".join(result.sentences())
     assert "do not tell contact.law.recovery: its interval fills the bounds" in said
     assert "a harder shot would" in said
@@ -130,7 +129,7 @@ def test_two_shots_and_a_quiet_part(record, tmp_path):
     one, other = 'set = { "reed.velocity" = "-1 m/s" }\n', 'set = { reed.velocity = "-1.0 m/s" }\n'
     text = f"{head}{one}[[record]]{second}{other}[fit]{fit}"
     path = write_files(tmp_path, time, force + offset + NOISE * noise(len(time), 5), text)
-    result, _, _ = identify(path)
+    result = identify(path)
     assert len(result.model.shots) == 2
     assert result.model.samples[0].noise == pytest.approx(NOISE, rel=0.5)  # of 20 samples
     assert result.counted[0].misfit == pytest.approx(result.counted[1].misfit)
@@ -167,6 +166,10 @@ WRONG = {
     "a unit of something else": (
         ('start = "-1.2 m/s", from = "-2 m/s", to = "-0.5 m/s"', 'start = "1 s", from = "0 s", to = "2 s"'),
         "reed.velocity",
+    ),
+    "a text": (
+        ("reed.velocity = {", 'seat.kind = { start = "rod", from = 0, to = 1 }\nreed.velocity = {'),
+        "fit.seat.kind.start: 'rod' must start with a number: a key that holds a text is not fitted",
     ),
     "no noise": (('noise = "40 N"', ""), "nothing says how far the record is off by its noise"),
     "noise of nothing": (('noise = "40 N"', 'noise = "0 N"'), "must be positive"),

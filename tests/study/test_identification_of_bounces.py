@@ -64,7 +64,7 @@ def write_files(folder, bounces, fit, sigma=NOISE):
 def test_a_start_whose_pulses_miss_those_of_the_record(key, bounces, tmp_path):
     """Least squares alone stay where they begin, at 3.5 to 4.2 times the noise."""
     true, words = FITS[key]
-    result, _, _ = identify(write_files(tmp_path, bounces, f"{key} = {{ {words} }}"))
+    result = identify(write_files(tmp_path, bounces, f"{key} = {{ {words} }}"))
     [(_, fitted, _, ends)] = result
     assert fitted.value(ends.low) <= true <= fitted.value(ends.high)
     assert result.counted[0].misfit < 1.2  # 1.12: noise, and half of it that the step leaves
@@ -74,7 +74,7 @@ def test_a_start_whose_pulses_miss_those_of_the_record(key, bounces, tmp_path):
 
 def test_a_record_that_no_start_reaches_tells_nothing(bounces, tmp_path):
     path = write_files(tmp_path, bounces, 'contact.gap = { start = "0.12 mm", from = "0.1 mm", to = "0.15 mm" }')
-    result, _, _ = identify(path)
+    result = identify(path)
     said = "\n".join(result.sentences())
     assert "the fit does not reach force, and tells no key: another start or bounds may" in said
     assert "nothing nearer was found" in said or "from another start" in said
@@ -84,7 +84,7 @@ def test_a_record_that_no_start_reaches_tells_nothing(bounces, tmp_path):
 def test_the_part_of_the_step_is_in_the_interval_and_said(bounces, tmp_path):
     """With little noise the step of the fit moves the gap out of the interval that noise alone would have."""
     fit = 'contact.gap = { start = "0.052 mm", from = "0.02 mm", to = "0.2 mm" }'
-    result, _, _ = identify(write_files(tmp_path, bounces, fit, 0.03))
+    result = identify(write_files(tmp_path, bounces, fit, 0.03))
     [(_, fitted, _, ends)] = result
     assert fitted.value(ends.low) <= 0.05 <= fitted.value(ends.high)
     assert not fitted.value(ends.low + ends.of_step) <= 0.05 <= fitted.value(ends.high - ends.of_step)

@@ -17,6 +17,7 @@ from seatfem.study.runs.lives import Stressed
 from seatfem.study.runs.reed_stress import plate_field
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import SceneError, load_scene
+from tests.gallery import BAR
 
 CURVE = basquin(400e6, 1e7, 12.0)
 STRENGTH = 'source = "invented for tests"\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\nlimit_cycles = 1e7\n'
@@ -178,17 +179,8 @@ def test_a_seat_pressed_slowly(tmp_path: Path) -> None:
     """A mass on a soft spring presses a bar: its surface bears -p with p = v sqrt(k m)/A once a block, pulsating; swt
     sees no damage in compression, goodman an amplitude of p/2. Its own waves and give: 2.4 %."""
     (tmp_path / "seat.toml").write_text(STRENGTH.replace("[curve]", 'ultimate = "1800 MPa"\n[curve]'), encoding="utf-8")
-    text = """[seat]
-kind = "bar"
-length = "10 mm"
-width = "2 mm"
-height = "3 mm"
-damping_ratio = 0.05
-material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
-model = "3d"
-mesh = { size = "2 mm", contact_size = "2 mm" }
-greens = { bandwidth = "100 kHz" }
-[reed]
+    text = f"[seat]{BAR}"
+    text += """[reed]
 kind = "rigid_mass"
 mass = "1 g"
 velocity = "-0.5 m/s"

@@ -28,23 +28,9 @@ from seatfem.study.planning.refining import rounds_ahead
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.rounds import missed
-from tests.gallery import load_text
+from tests.gallery import REED_ON_SPRING, load_text
 
-SCENE = """
-[seat]
-kind = "spring"
-stiffness = "27.8 N/um"
-[reed]
-kind = "cantilever"
-length = "25.4 mm"
-damping_ratio = 0.03
-release = { tip_deflection = "1 mm" }
-[run]
-duration = "0.75 ms"
-filter_width = "8 us"
-[accuracy]
-landing = "run"
-"""
+SCENE = REED_ON_SPRING + 'landing = "run"\n'
 
 
 def plan_of(text: str, folder: Path) -> Plan:

@@ -17,18 +17,8 @@ from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys,
 from seatfem.study.runs.stress_spots import load_histories
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
+from tests.gallery import BAR
 
-BAR = """
-kind = "bar"
-length = "10 mm"
-width = "2 mm"
-height = "3 mm"
-damping_ratio = 0.05
-material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
-model = "3d"
-mesh = { size = "2 mm", contact_size = "2 mm" }
-greens = { bandwidth = "100 kHz" }
-"""
 AREA, MASS, SPEED, STIFFNESS = 2e-3 * 3e-3, 1e-3, 0.5, 1e5
 MIDDLE = '["0 mm", "0 mm", "5 mm"]'
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from impact.files.csv_table import without_nan
 from impact.greens.base import Array
-from impact.notices import Progress, silent
+from impact.notices import Progress, Tell, ignore, silent
 from impact.pictures.drawing import gap_of
 from impact.quantities import enumeration, in_digits, in_time
 from seatfem.readings import places_of, rounded
@@ -151,18 +151,8 @@ class Identified:
         return {key: without_nan(value) for key, value in numbers.items()}
 
 
-def identify(
-    path: Path | str,
-    folder: Path | None = None,
-    *,
-    pictures: bool = True,
-    progress: Progress = silent,
-    tell: Callable[[str], object] = lambda words: None,
-) -> tuple[Identified, tuple[Path, ...], str]:
-    """Fit the keys of a record file to its records.
-
-    ``folder``: for identify.json and identify.png; ``None``: nothing is written. ``tell`` takes a sentence beforehand,
-    of a fit that takes long. Returns what it came to, the files written, and why there is no picture, or "".
+def identify(path: Path | str, *, progress: Progress = silent, tell: Tell = ignore) -> Identified:
+    """Fit the keys of a record file to its records; ``tell`` takes a sentence beforehand, of a fit that takes long.
 
     Raises:
         SceneError: everything that is wrong in the record file or the scene, by key.
@@ -182,52 +172,61 @@ def identify(
         tell(f"about {in_time(price)}, by the time of the first march and its derivatives")
     progress("fitting", 0.0)
     lengths = np.cumsum([len(each.time) for each in samples])[:-1]
-    weights = [1.0] * len(samples)
-
-    def weighted(values: Array) -> Array:
-        parts = np.split(values, lengths)
-        return np.concatenate([weight * part for weight, part in zip(weights, parts, strict=True)])
-
-    def residuals(shares: Array) -> Array:
-        return weighted(model.residuals(shares))
-
-    def jacobian(shares: Array) -> Array:
-        return weighted(model.jacobian(shares))
-
-    best, words = intervals.search(residuals, jacobian, first, MOST, lengths, progress)
+    best, words = intervals.search(model.residuals, model.jacobian, first, MOST, lengths, progress)
     model.notes += [words] if words else []
     counted = _counted(model, best, lengths)
-    weights[:] = [each.weight for each in counted]
     if len(samples) > 1:
-        best = np.asarray(intervals.fit(residuals, jacobian, best, MOST).x)
+        weighted = _Weighted(model, counted)
+        best = np.asarray(intervals.fit(weighted.residuals, weighted.jacobian, best, MOST).x)
         counted = _counted(model, best, lengths)
-        weights[:] = [each.weight for each in counted]
-    valley, ends = Valley.around(residuals, jacobian, best, intervals.quantile(counted, len(best))), []
+    weighted = _Weighted(model, counted)
+    t = intervals.quantile(counted, len(best))
+    valley, ends = Valley.around(weighted.residuals, weighted.jacobian, best, t), []
     for key in range(len(best)):
         progress("fitting", (key + 1) / (len(best) + 1))
         ends.append(valley.interval(key))
-    shifts = _of_the_step(model, valley, weighted)
-    ends = [each.widened(float(shift)) for each, shift in zip(ends, shifts, strict=True)]
+    ends = [each.widened(float(shift)) for each, shift in zip(ends, _of_the_step(weighted, valley), strict=True)]
     deviation = np.sqrt(np.diag(valley.covariance))
     correlation = valley.covariance / np.outer(deviation, deviation)
     spring, misfits = _spring(model, best)
     progress("fitting", 1.0)
-    result = Identified(model, best, tuple(ends), correlation, counted, spring, misfits, time.perf_counter() - begun)
-    if folder is None:
-        return result, (), ""
+    return Identified(model, best, tuple(ends), correlation, counted, spring, misfits, time.perf_counter() - begun)
+
+
+def write(result: Identified, folder: Path, *, pictures: bool = True) -> tuple[tuple[Path, ...], str]:
+    """Write identify.json and identify.png; return the files written, and why there is no picture, or ""."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_json(folder / FILE, result.as_json())
-    picture = folder / PICTURE
+    numbers, picture = folder / FILE, folder / PICTURE
+    write_json(numbers, result.as_json())
     gap = gap_of(lambda file: figure.draw(result, file), picture) if pictures else ""
-    return result, (folder / FILE, *([picture] if pictures and not gap else [])), gap
+    return (numbers, picture) if pictures and not gap else (numbers,), gap
 
 
-def _of_the_step(model: Model, valley: Valley, weighted: Callable[[Array], Array]) -> Array:
+@dataclass(frozen=True)
+class _Weighted:
+    """The residuals of a model, and their derivatives, times the weights of their records."""
+
+    model: Model
+    counted: tuple[Counted, ...]
+
+    @property
+    def weights(self) -> Array:
+        return np.repeat([each.weight for each in self.counted], [each.samples for each in self.counted])
+
+    def residuals(self, shares: Array) -> Array:
+        return self.weights * self.model.residuals(shares)
+
+    def jacobian(self, shares: Array) -> Array:
+        return self.weights[:, None] * self.model.jacobian(shares)
+
+
+def _of_the_step(weighted: _Weighted, valley: Valley) -> Array:
     """Return by how much, at most about, the error of the step shifts each key (P,): what finer steps change, taken to
     be of the first order, which is on the safe side of the second."""
     shifts = [np.zeros(len(valley.best))]
     for times in FINER:
-        changed = weighted(model.at_finer_step(times).residuals(valley.best)) - valley.residuals(valley.best)
+        finer = replace(weighted, model=weighted.model.at_finer_step(times))
+        changed = finer.residuals(valley.best) - valley.residuals(valley.best)
         shifts.append(times / (times - 1) * np.abs(valley.covariance @ (valley.slope.T @ changed)))
     return np.asarray(np.max(shifts, axis=0))
 

@@ -15,7 +15,7 @@ from impact.greens.base import Array
 from seatfem import fields
 from seatfem.study.scene.load import load_scene, load_table, located
 from seatfem.study.scene.problems import Problem, SceneError, scene_error
-from seatfem.study.sweep.study import DOTTED, WholeKey
+from seatfem.study.sweep.study import DOTTED, WholeKey, dotted
 from seatfem.study.sweep.variations import Quantity, Value
 from seatfem.units import UnitError, number_and_unit, parse_fraction, parse_quantity
 
@@ -33,10 +33,20 @@ Kind = Literal["force", "strain", "displacement", "velocity"]
 Instant = Annotated[float, BeforeValidator(fields.ReadQuantity("time"))]
 
 
+def _no_text(value: object) -> object:
+    """Return a value that begins with a number; raises `ValueError` of a text, as a kind."""
+    try:
+        if isinstance(value, str):
+            number_and_unit(value)
+    except UnitError as error:
+        raise ValueError(f"{error}: a key that holds a text is not fitted; state it in the scene") from None
+    return value
+
+
 class Fitted(fields.Table):
     """A key that is fitted: where the search begins, and between what."""
 
-    start: Quantity = Field(description="where the search begins")
+    start: Annotated[Quantity, BeforeValidator(_no_text)] = Field(description="where the search begins")
     low: Quantity = Field(alias="from", description="least value")
     high: Quantity = Field(alias="to", description="greatest value")
     name: str = fields.default("", "in results; the key where absent", pattern=r"^[\w .-]{0,40}$")
@@ -168,7 +178,7 @@ class Identification(fields.Table):
     title: str = fields.default("", "for pictures")
     scene: fields.ExistingFile = Field(description="the scene's file")
     record: tuple[Record, ...] = Field(min_length=1, max_length=MOST_RECORDS, description="the records")
-    fit: Annotated[dict[WholeKey, Fitted], DOTTED] = Field(
+    fit: Annotated[dict[WholeKey, Fitted], dotted({"start", "from", "to"})] = Field(
         min_length=1, max_length=MOST_KEYS, description="by dotted key of the scene, or gain and delay of records"
     )
 
@@ -209,7 +219,8 @@ def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples
             read.append(each.samples())
         except fields.KeyProblem as problem:
             place = ("record", number, problem.key)
-            problems.append(Problem(None, 0, f"record.{number}.{problem.key}", str(problem), place))
+            words = f"{each.name}: {problem}"
+            problems.append(Problem(None, 0, f"record.{number}.{problem.key}", words, place))
     total = sum(len(each.time) for each in read)
     if not problems and total <= len(asked.fit):
         words = f"{len(asked.fit)} keys and {total} samples: fit fewer keys, or compare more samples"
@@ -222,9 +233,7 @@ def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples
 
 def _check_keys(asked: Identification, path: Path) -> None:
     """Raise `SceneError` for values that the scene does not take, with the lines of the record file that give them."""
-    fit = {
-        key: fitted.written(fitted.start[0]) for key, fitted in asked.fit.items() if key.partition(".")[0] not in OWN
-    }
+    fit = {key: fitted.written(fitted.start[0]) for key, fitted in asked.fit.items() if not is_own(key)}
     for record in asked.record:
         try:
             load_scene(asked.scene, {**record.set, **fit})
@@ -232,6 +241,11 @@ def _check_keys(asked: Identification, path: Path) -> None:
             own = {each: scene_error(f"fit.{each.key}", each.message).problems[0] for each in error.problems}
             problems = tuple(own[each] if each.key in fit else each for each in error.problems)
             raise located(SceneError(problems), path) from None
+
+
+def is_own(key: str) -> bool:
+    """Return whether a fitted key is one of records, not of the scene."""
+    return key.partition(".")[0] in OWN
 
 
 def number_of(value: Value) -> float:

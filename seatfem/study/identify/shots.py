@@ -15,7 +15,7 @@ from impact.march.prepared import step_count
 from impact.march.problem import ContactProblem
 from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_not
 from seatfem.structures.cache import Cache
-from seatfem.study.identify.record import OWN, Identification, Samples, number_of
+from seatfem.study.identify.record import OWN, Identification, Samples, is_own, number_of
 from seatfem.study.impacts import drives
 from seatfem.study.impacts.contact import check_step, fallback_step, problem_of, seat_of, striker_of
 from seatfem.study.impacts.gauges import gauge_strains
@@ -91,11 +91,8 @@ class Model:
 
     def residuals(self, shares: Array) -> Array:
         """Return (N,) computed less recorded, over the noise, at shares of the bounds."""
-        values, predicted = self.values(shares), self.predicted(self._marched(shares))
-        parts = []
-        for number, each in enumerate(self.samples):
-            parts.append((self._as_recorded(values, number, predicted[number]) - each.value) / each.noise)
-        return np.concatenate(parts)
+        pairs = zip(self.records_at(shares), self.samples, strict=True)
+        return np.concatenate([(course - each.value) / each.noise for course, each in pairs])
 
     def at_finer_step(self, times: int) -> Model:
         """Return the model whose marches have a step so many times finer, with the same bodies."""
@@ -121,7 +118,7 @@ class Model:
         values, marched = self.values(shares), self._marched(shares)
         predicted = self.predicted(marched)
         moved = [np.zeros((len(each.time), len(self.keys))) for each in self.samples]
-        of_scene = [column for column, key in enumerate(self.keys) if key.partition(".")[0] not in OWN]
+        of_scene = [column for column, key in enumerate(self.keys) if not is_own(key)]
         for k, shot in enumerate(self.shots):
             for column, number, slope in self._slopes(k, shot, shares, marched[k], of_scene):
                 moved[number][:, column] = self._as_recorded(values, number, slope)
@@ -218,7 +215,7 @@ class Model:
     def _posed(self, k: int, values: Values, *, spring: bool = False) -> Marched:
         """Return a shot that is not marched yet."""
         shot = self.shots[k]
-        keys = {key: self.asked.fit[key].written(value) for key, value in values.items() if not _is_own(key)}
+        keys = {key: self.asked.fit[key].written(value) for key, value in values.items() if not is_own(key)}
         scene = load_scene(self.asked.scene, {**shot.changes, **keys})
         self._check(scene, shot)
         striker, seat = self._bodies_of(scene, {**shot.changes, **keys})
@@ -268,13 +265,13 @@ class Model:
             if each.record.kind == "strain" and each.record.of not in gauges:
                 known = f"has {', '.join(gauges)}" if gauges else "has none"
                 words = f"{each.record.of!r} is no [[gauge]] of the scene, which {known}: add it there"
-                raise scene_error(f"record.{number}.of", words)
+                raise scene_error(f"record.{number}.of", f"{each.record.name}: {words}")
             if each.time[-1] - each.record.delay > scene.run.duration * (1 + 1e-9) or each.time[0] < 0:
                 words = (
                     f"samples from {each.time[0]:g} to {each.time[-1]:g} s are compared, the scene runs from 0 to "
                     f"run.duration = {scene.run.duration:g} s: state from and to, or a longer run.duration"
                 )
-                raise scene_error(f"record.{number}.to", words)
+                raise scene_error(f"record.{number}.to", f"{each.record.name}: {words}")
 
     def _courses(
         self, shot: Shot, at: Marched, force: Array, like: Marched | None = None
@@ -308,10 +305,6 @@ class Model:
                     number,
                     ((ends, moved) if record.kind == "displacement" else (middles, np.asarray(np.diff(moved) / dt))),
                 )
-
-
-def _is_own(key: str) -> bool:
-    return key.partition(".")[0] in OWN
 
 
 def _displacement(problem: ContactProblem, of: str, dt: float, force: Array, times: Array) -> Array:

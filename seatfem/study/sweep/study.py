@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -119,21 +119,21 @@ Objective = Annotated[str, AfterValidator(_objective)]
 WholeKey = Annotated[str, AfterValidator(_whole_key)]
 
 
-def _by_dotted_key(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield values by dotted key; a table with a key of a variation is one, others hold further keys."""
+def _by_dotted_key(table: Mapping[str, Any], own: Set[str], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield values by dotted key; a table with one of its ``own`` keys is a value, others hold further keys."""
     for key, value in table.items():
-        if isinstance(value, Mapping) and not OF_VARIATIONS & value.keys() and before.count(".") < DEEPEST:
-            yield from _by_dotted_key(value, f"{before}{key}.")
+        if isinstance(value, Mapping) and not own & value.keys() and before.count(".") < DEEPEST:
+            yield from _by_dotted_key(value, own, f"{before}{key}.")
         else:
             yield f"{before}{key}", value
 
 
-def _dotted(table: object) -> object:
-    """Return a table with reed.thickness = ... as with "reed.thickness" = ..."""
-    return dict(_by_dotted_key(table)) if isinstance(table, Mapping) else table
+def dotted(own: Set[str]) -> BeforeValidator:
+    """Return what reads reed.thickness = ... as "reed.thickness" = ...; ``own``: keys of tables that are values."""
+    return BeforeValidator(lambda table: dict(_by_dotted_key(table, own)) if isinstance(table, Mapping) else table)
 
 
-DOTTED: Final = BeforeValidator(_dotted)  # of a table of values by whole keys of a scene
+DOTTED: Final = dotted(OF_VARIATIONS)  # of a table of values by whole keys of a scene
 
 
 class Outputs(Table):

@@ -81,7 +81,8 @@ def summary_of(trade: Trade) -> dict[str, object]:
 
 def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
     """Write the table as CSV; table, settings and summary as JSON. Files are whole or absent."""
-    csv_table.write_rows(csv_path, rows_of(trade))
+    rows = [{key: str(v) if isinstance(v, bool) else v for key, v in row.items()} for row in rows_of(trade)]
+    csv_table.write_csv(csv_path, rows[0], (row.values() for row in rows), digits=7)
     points = [asdict(point) | {"outcome": _as_json(trade.outcomes[point.name])} for point in trade.points]
     data = summary_of(trade) | {"reference_outcome": _as_json(trade.outcomes[trade.reference]), "points": points}
     with safe_files.whole_file(json_path) as temporary:
