@@ -295,7 +295,7 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
 
     First without its highest modes, as `OF_MODES` says. These tell how the next ones go on if the modes that the
     contact feels lie evenly. A contact in the middle of a disc, or all around a ring, feels few: then what lies beyond
-    the last mode tells, as one mode at each frequency of `BEYOND` or over `OCTAVES`; where no mode can be left out, it
+    the last mode tells, as one mode or over octaves, as `BEYOND` lists; where no mode can be left out, it
     alone. A run's step hides a part of what rings fast (`HIDDEN`).
     """
     share_beyond = safety.ALONE
