@@ -195,15 +195,16 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
 
 
 def _swung(discrete: Discrete, modal: ModalGreens) -> Array:
-    """Return the (P, n + 1) displacement of a body that nothing pushes: each mode over m = i B + j steps by its state at
-    the first of B steps and its answers over j of them, which one product of matrices sums."""
+    """Return the (P, n + 1) displacement of a body that nothing pushes: each mode over m = i B + j steps by its state
+    at the first of B steps and its answers over j of them, which one product of matrices sums."""
     n, start = discrete.loads.shape[1], _start(discrete, modal)
     count = math.isqrt(n) + 1
-    first, inside = discrete.dt * count * np.arange(-(-(n + 1) // count)), discrete.dt * np.arange(count)
-    spans = [oscillator.free_transition(times[:, None], modal.omega, modal.zeta) for times in (first, inside)]
+    steps = count * np.arange(n // count + 1), np.arange(count)
+    times = (np.asarray(discrete.dt * each, dtype=np.float64) for each in steps)
+    spans = [oscillator.free_transition(each[:, None], modal.omega, modal.zeta) for each in times]
     states = np.einsum("abik,bk->iak", spans[0], np.array([start.displacement, start.velocity]))
     answers = spans[1][0].transpose(0, 2, 1).reshape(-1, count)
-    rows = [(states * shape).reshape(len(first), -1) @ answers for shape in modal.shapes.T]
+    rows = [(states * shape).reshape(len(states), -1) @ answers for shape in modal.shapes.T]
     return np.array(rows).reshape(len(rows), -1)[:, : n + 1]
 
 

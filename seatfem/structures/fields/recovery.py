@@ -21,7 +21,6 @@ from scipy import sparse
 from impact.after.stresses import coordinates
 from impact.bodies.body import Body
 from impact.greens.modal import ModalGreens, Residual
-from impact.life.multiaxial import deviators
 from seatfem.structures.fields.peaks import Field, Integers, blocks_of_times, norms, stride_of, thinned, widen
 from seatfem.structures.fields.peaks import Largest as Largest
 from seatfem.structures.fields.peaks import LargestStress as LargestStress
