@@ -313,6 +313,7 @@ def response_in_frames(response: Response, force: Array, dt: float, steps: range
 
 EACH: Final = 4  # points of each region
 _HELD: Final = 16  # points whose whole histories are held at once
+_AT_ONCE: Final = 256  # places whose stress over one block of times is held at once
 
 
 def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Array:
@@ -334,15 +335,15 @@ def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Arr
     for numbers, part in blocks_of_times(field, force, dt, stride):
         if not len(later := part[numbers >= since // stride]):
             continue
-        later, _, kept = thinned(later, numbers, strongest, size)
+        later, _, kept = thinned(later, numbers.astype(np.float64), strongest, size)
         if not kept.size:  # next to no stress
             low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
             continue
-        first = 0
-        for stress in field.stress(places, np.ascontiguousarray(later.T), kept):
-            some = slice(first, first + len(stress))
-            widen(stress, low[some], high[some])
-            first += len(stress)
+        values = np.ascontiguousarray(later.T)
+        for first in range(0, len(places), _AT_ONCE):
+            for stress in field.stress(places[first : first + _AT_ONCE], values, kept):
+                widen(stress, low[first : first + len(stress)], high[first : first + len(stress)])
+                first += len(stress)
         size = float((high - low).max(initial=0.0))
     return np.asarray(np.sqrt(3) * np.linalg.norm(high - low, axis=-1).ravel())
 

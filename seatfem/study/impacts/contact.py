@@ -224,12 +224,17 @@ class Flights:
     known: dict[float, motion.Discrete] = field(default_factory=dict)
 
     def __call__(self, striker: impact.Body, dt: float) -> motion.Discrete:
-        """Return a striker `in_flight`."""
-        if striker is not self.striker:
-            return in_flight(striker, dt, self.duration, preload=self.preload)
-        if dt not in self.known:
-            self.known[dt] = in_flight(striker, dt, self.duration, preload=self.preload)
-        return self.known[dt]
+        """Return a striker, its motion without contact known; with a preload from equilibrium under its loads."""
+        if striker is self.striker and dt in self.known:
+            return self.known[dt]
+        discrete = motion.Discrete.from_body(striker, dt, step_count(dt, self.duration))
+        if self.preload:
+            discrete = replace(discrete, rest_loads=striker.load_amplitudes(np.zeros(1))[:, 0])
+        if discrete.moves_by_itself:
+            discrete = replace(discrete, free=discrete.free_motion())
+        if striker is self.striker:
+            self.known[dt] = discrete
+        return discrete
 
 
 def run_contacts(
@@ -307,13 +312,13 @@ def marched(
 ) -> impact.ContactStepper:
     """March a problem over a ``duration`` for its forces alone, a fraction of the cost of a run with energies.
 
-    ``flight``: the striker `in_flight` at a step [s], which several runs may share.
+    ``flight``: the striker without contact at a step [s], as `Flights` returns it, which several runs may share.
     """
     striker = problem.striker
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
-    flown = in_flight(striker, dt, duration, preload=problem.preload) if flight is None else flight(striker, dt)
+    flown = (flight or Flights(striker, duration, problem.preload))(striker, dt)
     targets = (motion.Discrete.from_body(body, dt, flown.loads.shape[1]) for body in problem.targets)
     prepared = impact.prepare(problem, dt, duration, bodies=(flown, *targets))
     stepper = impact.ContactStepper(prepared, flying=True)
@@ -381,15 +386,6 @@ def strains_of(gauged: Sequence[Gauged], stepper: impact.ContactStepper) -> Stra
     """Return the strain at the gauges in a march."""
     striker, dt, stopper = stepper.prepared.problem.striker, stepper.prepared.dt, touches.stopper_force_of(stepper)
     return gauge_strains(gauged, striker, touches.force_of(stepper), stopper, dt, stepper.opening)
-
-
-def in_flight(striker: impact.Body, dt: float, duration: float, *, preload: bool) -> motion.Discrete:
-    """Return a striker over ``duration`` [s], its motion without contact known; with ``preload`` from its equilibrium
-    under its loads."""
-    discrete = motion.Discrete.from_body(striker, dt, step_count(dt, duration))
-    if preload:
-        discrete = replace(discrete, rest_loads=striker.load_amplitudes(np.zeros(1))[:, 0])
-    return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 
 def fallback_step(run: Run, gas: CompressorGas | None, *bodies: GreensFunction) -> float:
