@@ -75,10 +75,14 @@ def step_response(t: Array, omega: Array, zeta: Array) -> Array:
 def transition(dt: float, omega: Array, zeta: Array) -> tuple[Array, Array]:
     """Return the exact step for a constant force: [q, q'] <- A [q, q'] + B f; A (2, 2, M), B (2, M)."""
     step = np.full(np.shape(omega), dt)
-    cosine, sine = decaying_pair(step, omega, zeta)
-    a = np.array([[cosine + zeta * omega * sine, sine], [-(omega**2) * sine, cosine - zeta * omega * sine]])
-    b = np.array([step_response(step, omega, zeta), sine])
-    return a, b
+    a = free_transition(step, omega, zeta)
+    return a, np.array([step_response(step, omega, zeta), a[0, 1]])
+
+
+def free_transition(t: Array, omega: Array, zeta: Array) -> Array:
+    """Return A (2, 2, ...) over times ``t`` without a force: [q, q'] <- A [q, q']; a rigid motion has w = 0."""
+    cosine, sine = decaying_pair(t, omega, zeta)
+    return np.array([[cosine + zeta * omega * sine, sine], [-(omega**2) * sine, cosine - zeta * omega * sine]])
 
 
 def dissipation_form(dt: float, omega: Array, zeta: Array) -> Array:

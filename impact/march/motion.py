@@ -6,6 +6,7 @@ solver's error.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -22,6 +23,7 @@ from impact.march.loop.past import FLOOR, displaced
 from impact.march.replay import Replay, blocks, resting, translate
 from impact.quantities import brief
 
+CALM = 64  # fewest steps without any force that are passed at once
 _ROUND_OFF = 1e-13  # relative round-off of a difference of inverse masses
 
 
@@ -88,6 +90,8 @@ class Discrete:
         """Return the (P, n + 1) displacement [m] without contact: initial state, loads and preload."""
         if self.free is not None:
             return self.free
+        if not (self.loads.size or np.any(self.rest)) and self.kernel.weights is None and self.kernel.modal is not None:
+            return _swung(self, self.kernel.modal)
         force = np.repeat(self.rest[:, None], self.loads.shape[1], axis=1)
         if self.kernel.modal is None or self.kernel.weights is not None:
             return self.motion(force).displacement
@@ -98,14 +102,19 @@ class Discrete:
         without modes."""
         if self.kernel.modal is None or self.kernel.weights is not None:
             return None
-        replay, stored, now = _replay(self, self.kernel.modal), [], 0
-        for step in steps:
-            for part in blocks(step - now):
-                span = slice(now + part.start, now + part.stop)
-                replay.advance(force[:, span], self.loads[:, span], energies=False)
-            now = step
-            stored.append(replay.stored)
-        return np.array(stored)
+        replay, now, last = _replay(self, self.kernel.modal), 0, max(steps, default=0)
+        stored, pushed = {0: replay.stored}, np.any(force, axis=0) | np.any(self.loads, axis=0)
+        calm = np.flatnonzero(np.diff(pushed, prepend=True, append=True)).reshape(-1, 2)
+        ends = calm[np.diff(calm, axis=1)[:, 0] >= CALM].ravel()
+        for step in sorted({*steps, *ends[ends < last].tolist()}):
+            if not np.any(pushed[now:step]):
+                replay.coast(step - now)
+            else:
+                for part in blocks(step - now):
+                    span = slice(now + part.start, now + part.stop)
+                    replay.advance(force[:, span], self.loads[:, span], energies=False)
+            now, stored[step] = step, replay.stored
+        return np.array([stored[step] for step in steps])
 
     def motion(self, force: Array) -> Motion:
         """Return the motion under port forces (P, n) along the normal, constant over each step."""
@@ -183,6 +192,20 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
         translate(dt, resting(start.displacement[k], start.velocity[k]), pushed, places, rates)
         q[1:, k] = places[stride - 1 :: stride][:rows]
     return q
+
+
+def _swung(discrete: Discrete, modal: ModalGreens) -> Array:
+    """Return the (P, n + 1) displacement of a body that nothing pushes: each mode over m = i B + j steps by its state
+    at the first of B steps and its answers over j of them, which one product of matrices sums."""
+    n, start = discrete.loads.shape[1], _start(discrete, modal)
+    count = math.isqrt(n) + 1
+    steps = count * np.arange(n // count + 1), np.arange(count)
+    times = (np.asarray(discrete.dt * each, dtype=np.float64) for each in steps)
+    spans = [oscillator.free_transition(each[:, None], modal.omega, modal.zeta) for each in times]
+    states = np.einsum("abik,bk->iak", spans[0], np.array([start.displacement, start.velocity]))
+    answers = spans[1][0].transpose(0, 2, 1).reshape(-1, count)
+    rows = [(states * shape).reshape(len(states), -1) @ answers for shape in modal.shapes.T]
+    return np.array(rows).reshape(len(rows), -1)[:, : n + 1]
 
 
 def _start(discrete: Discrete, modal: ModalGreens) -> ModalState:

@@ -256,11 +256,13 @@ def _preloaded(
             "preload is solved for rigid and linear-spring contacts; use impact.Signorini or LinearSpring"
         )
     active_set(compliance + np.diag(springs), -opening, rest)
-    placed = tuple(
-        motion.Discrete(b.body, b.kernel, b.dt, b.loads, turn @ rest, amplitudes)
-        for b, turn, amplitudes in zip(bodies, turns, at_rest, strict=True)
-    )
-    return placed, rest
+    placed = []
+    for b, turn, amplitudes in zip(bodies, turns, at_rest, strict=True):
+        free = None
+        if b.free is not None and np.array_equal(b.rest_loads, amplitudes):  # forces that last add what they do at rest
+            free = b.free + (b.body.greens.static_compliance() @ (turn @ rest))[:, None]
+        placed.append(motion.Discrete(b.body, b.kernel, b.dt, b.loads, turn @ rest, amplitudes, free))
+    return tuple(placed), rest
 
 
 def _rules(problem: ContactProblem, rule: str) -> NDArray[np.int64]:

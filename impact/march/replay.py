@@ -112,6 +112,17 @@ class Replay:
         self._last = force[:, -1].copy()
         return Block(u[:ports], stored, lost, work)
 
+    def coast(self, steps: int) -> None:
+        """Advance through ``steps`` without any force at once; what loads have done so far is not told afterwards."""
+        omega, zeta = self._rates
+        state = np.array([self._q[: len(omega)], self._p[: len(omega)]])
+        moved = np.einsum("abk,bk->ak", oscillator.free_transition(np.array(steps * self._dt), omega, zeta), state)
+        self._q[: len(omega)], self._p[: len(omega)] = moved
+        for body in self._bodies:
+            translate(self._dt, body, np.zeros(steps), *np.empty((2, steps)))
+        self._y *= np.exp(-self._relaxing[3] * self._dt * steps)
+        self._last = np.zeros(self._ports)
+
     def _oscillate(self, pushed: Array, total: Array | None) -> None:
         """Turn modal forces (m, K) into coordinates; add the energies stored and lost to ``total`` (2, m)."""
         form, energies = (None, None) if total is None else (self._form, np.zeros(total.shape))

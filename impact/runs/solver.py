@@ -17,7 +17,7 @@ from impact.after.result import EnergyLedger, ImpactResult, ledger
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
 from impact.march.history import Engine
-from impact.march.motion import Motion
+from impact.march.motion import Discrete, Motion
 from impact.march.prepared import Prepared, prepare
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.stepper import ContactStepper
@@ -49,6 +49,7 @@ def solve(
     rule: str = "auto",
     engine: Engine = "auto",
     block: int | None = None,
+    bodies: tuple[Discrete, ...] | None = None,
     progress: Progress = silent,
 ) -> ImpactResult:
     """March the contact problem over ``duration`` [s] with the step ``dt`` [s].
@@ -60,13 +61,14 @@ def solve(
     ``engine`` remembers the past: "poles" (exact recursion of modal bodies), "fft" (step weights of all bodies, in
     blocks), "direct" (the same weights summed term by term), or "auto", the cheapest mix by a measured cost model;
     ``result.engine`` says which. ``block`` is the number of steps that the FFT leaves to the direct sum.
+    ``bodies``: the problem's, as `impact.prepare` takes them.
 
     Raises:
         ContactError: a step or duration that is not positive; two bodies without any immediate response
             (no residual flexibility and no g(0+)) under a rigid law, whose force would grow like 1/dt; a rule that
             the law cannot follow; an engine that a body cannot be run by; a preload on bodies that nothing holds.
     """
-    prepared = prepare(problem, dt, duration, rule, engine, block)
+    prepared = prepare(problem, dt, duration, rule, engine, block, bodies)
     stepper = ContactStepper(prepared, flying=True)
     chunk = max(512, -(-prepared.steps // 50))
     while stepper.done < prepared.steps:

@@ -100,12 +100,11 @@ def largest(
     landing begins, before and after which the largest is told apart, too [s]. ``workers`` threads, by default all that
     compiled code may use, share the places; their number changes nothing.
     """
-    radians, bounds = field.radians, field.bounds
-    stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(radians.max()) * dt)))
+    bounds, stride = field.bounds, stride_of(field, dt)
     spans = Spans.of_run(force, dt, since)
     peaks = np.zeros((spans.count, 4, len(bounds), len(field.points) // max(1, len(bounds))))
     with ThreadPoolExecutor(workers or threads()) as pool:
-        for number, part in _parts(field, force, dt, stride):
+        for number, part in blocks_of_times(field, force, dt, stride):
             times = number * stride
             numbers = spans.of_times(times)
             for span in np.unique(numbers):
@@ -115,7 +114,12 @@ def largest(
     return LargestStress(spans, peaks.reshape(spans.count, 4, -1))
 
 
-def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple[Integers, Array]]:
+def stride_of(field: Field, dt: float) -> int:
+    """Return how many steps ``dt`` [s] apart the times are that are looked at, `TIMES_PER_RADIAN`."""
+    return max(1, int(1.0 / (TIMES_PER_RADIAN * float(field.radians.max()) * dt)))
+
+
+def blocks_of_times(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple[Integers, Array]]:
     """Yield the numbers of the times and (m, K) coordinates, `_BLOCK` at once."""
     first = 0
     for part in field.coordinates(force, dt, stride):
@@ -128,7 +132,7 @@ def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple
 def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array, found: Array) -> None:
     """Update ``found`` (4, G, A) by the stress at these times."""
     most = max(found[0].max(initial=0.0), found[2].max(initial=0.0))
-    part, times, kept = _thinned(part, times, bounds.max(axis=0, initial=0.0), most)
+    part, times, kept = thinned(part, times, bounds.max(axis=0, initial=0.0), most)
     if not kept.size:
         return
     seen = np.minimum(found[0] / math.sqrt(1.5), found[2]).min(axis=1)
@@ -147,7 +151,7 @@ def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array
         pass
 
 
-def _thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Array, Array, Integers]:
+def thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Array, Array, Integers]:
     """Return fewer times and coordinates, and which of these.
 
     The coordinates left out add up to `LITTLE` of ``largest`` [Pa]. Between two times s steps apart that are looked
@@ -220,3 +224,17 @@ def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: n
             if value > top:
                 top = value
                 found[2, p], found[3, p] = value, times[m]
+
+
+@njit(cache=True, nogil=True)
+def widen(stress, low, high):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Widen boxes (g, A, 5) from ``low`` to ``high`` by the deviators in Ilyushin's space, as `deviators` has them, of
+    stress (g, A, 6, m)."""
+    for g in range(stress.shape[0]):
+        for a in range(stress.shape[1]):
+            xx, yy, zz, yz, xz, xy = stress[g, a]
+            for m in range(xx.size):
+                one, two = (2 * xx[m] - yy[m] - zz[m]) / (2 * np.sqrt(3.0)), (yy[m] - zz[m]) / 2
+                for k, value in enumerate((one, two, yz[m], xz[m], xy[m])):
+                    low[g, a, k] = min(low[g, a, k], value)
+                    high[g, a, k] = max(high[g, a, k], value)

@@ -21,8 +21,7 @@ from scipy import sparse
 from impact.after.stresses import coordinates
 from impact.bodies.body import Body
 from impact.greens.modal import ModalGreens, Residual
-from impact.life.multiaxial import deviators
-from seatfem.structures.fields.peaks import TIMES_PER_RADIAN, Field, Integers, norms
+from seatfem.structures.fields.peaks import Field, Integers, blocks_of_times, norms, stride_of, thinned, widen
 from seatfem.structures.fields.peaks import Largest as Largest
 from seatfem.structures.fields.peaks import LargestStress as LargestStress
 from seatfem.structures.fields.peaks import largest as largest
@@ -314,40 +313,39 @@ def response_in_frames(response: Response, force: Array, dt: float, steps: range
 
 EACH: Final = 4  # points of each region
 _HELD: Final = 16  # points whose whole histories are held at once
+_AT_ONCE: Final = 256  # places whose stress over one block of times is held at once
 
 
 def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Array:
     """Return (P,) sqrt 3 times the diagonal of the box, in Ilyushin's space, that holds each point's deviators [Pa].
 
     Under proportional stress it is the von Mises stress of the difference of the two states furthest apart, otherwise
-    that at least and sqrt 5 times it at most: no point with a large range is passed over. Looked at two times a radian
-    of the highest frequency retained.
+    that at least and sqrt 5 times it at most: no point with a large range is passed over. The times and the coordinates
+    that are looked at are those of `largest`.
 
     Args:
         field: stress of a body.
         force, dt: as in `seatfem.structures.fields.recovery.histories`.
         since: number of the step from which on.
     """
-    stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(field.radians.max()) * dt)))
-    parts = [part.T for part in field.coordinates(force, dt, stride)]
-    course, ranges = np.concatenate(parts, axis=1)[:, since // stride :], np.zeros(len(field.points))
-    single = course.astype(np.float32)
-    for first in range(0, len(ranges), _HELD):
-        some = field.at(np.arange(first, min(first + _HELD, len(ranges))))
-        for number, path in enumerate(_paths(some, course, single)):
-            ranges[first + number] = np.sqrt(3) * float(np.linalg.norm(np.ptp(path, axis=1)))
-    return ranges
-
-
-def _paths(field: Field, course: Array, single: NDArray[np.float32]) -> Iterator[Array]:
-    """Yield the (5, m) deviators of each point, of coordinates (K, m); ``single``: these in single precision."""
-    if isinstance(field, StressField):
-        turned = deviators(np.swapaxes(field.fields, 1, 2).reshape(-1, 6)).reshape(len(field.points), -1, 5)
-        yield from (np.asarray(each.T.astype(np.float32) @ single, dtype=np.float64) for each in turned)
-        return
-    every = np.arange(len(field.bounds)), np.arange(len(field.radians))
-    for stress in field.stress(every[0], course, every[1]):
-        yield from (deviators(each.T).T for each in stress.reshape(-1, 6, course.shape[1]))
+    bounds, stride = field.bounds, stride_of(field, dt)
+    strongest, places = bounds.max(axis=0, initial=0.0), np.arange(len(bounds))
+    shape = (len(bounds), len(field.points) // max(1, len(bounds)), 5)
+    low, high, size = np.full(shape, np.inf), np.full(shape, -np.inf), 0.0
+    for numbers, part in blocks_of_times(field, force, dt, stride):
+        if not len(later := part[numbers >= since // stride]):
+            continue
+        later, _, kept = thinned(later, numbers.astype(np.float64), strongest, size)
+        if not kept.size:  # next to no stress
+            low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
+            continue
+        values = np.ascontiguousarray(later.T)
+        for first in range(0, len(places), _AT_ONCE):
+            for stress in field.stress(places[first : first + _AT_ONCE], values, kept):
+                widen(stress, low[first : first + len(stress)], high[first : first + len(stress)])
+                first += len(stress)
+        size = float((high - low).max(initial=0.0))
+    return np.asarray(np.sqrt(3) * np.linalg.norm(high - low, axis=-1).ravel())
 
 
 def hottest(ranges: Array, regions: NDArray[np.str_], each: int = EACH) -> NDArray[np.int64]:

@@ -12,7 +12,6 @@ from impact.after.landings import Landing
 from impact.after.measures import first_is_cut
 from impact.after.stresses import ReedStress
 from impact.bodies.time_series import TimeSeriesError
-from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
 from impact.runs import variations
@@ -60,6 +59,7 @@ def error_budget(
     reed: structures.method.Solved | None = None,
     look: impacts.plate_stress.PlateLook | None = None,
     progress: Progress = silent,
+    flights: contact.Flights | None = None,
 ) -> variations.Budget:
     """Return the errors of the measures of a run by source: the run is repeated with each key coarser, or finer, alone.
 
@@ -72,19 +72,12 @@ def error_budget(
     - what the end of the record cuts off, and what measures may jump by within the bar of the impulse.
 
     ``stress``: the reed's in ``touches``, if wanted; ``look``: at that of a plate in other runs; ``progress``: hears of
-    each run.
+    each run; ``flights``: of the striker, where other runs share them.
     """
-    result = touches.seat
+    result, flights = touches.seat, flights or contact.Flights(striker, scene.run.duration, scene.contact.preload)
     problem, width = contact.problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
     computed = ComputedRun(scene, method, seat, problem, reed)
     sources, unknown = sources_of(computed)
-
-    known: dict[tuple[int, float], tuple[impact.Body, Discrete]] = {}  # with the body, whose id is not taken again then
-
-    def flight(body: impact.Body, dt: float) -> Discrete:
-        if (id(body), dt) not in known:
-            known[id(body), dt] = body, contact.in_flight(body, dt, scene.run.duration)
-        return known[id(body), dt][1]
 
     blow = contact_record_of(touches, width, stress, scene.accuracy.landing)
     last, like = LastTouch.from_record(blow), touches.landings
@@ -99,7 +92,7 @@ def error_budget(
         nonlocal count
         count += 1
         progress("error budget", min(count / runs, 1.0))
-        return values_with_clock(contact.record_of(scene, varied, dt, flight, like, look=look))
+        return values_with_clock(contact.record_of(scene, varied, dt, flights, like, look=look))
 
     finer = march.left_by_half_step(computed, touches, look)
     if finer is None:

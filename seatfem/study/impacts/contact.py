@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
+import numpy as np
+
 import impact
 from impact.after.landings import Landing
 from impact.after.loads import without_springs
@@ -211,19 +213,48 @@ def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
     return look
 
 
+@dataclass(frozen=True)
+class Flights:
+    """The striker of a run without contact, over ``duration`` [s] and with a ``preload`` or not: computed once for each
+    step [s], and anew for any other striker."""
+
+    striker: impact.Body
+    duration: float
+    preload: bool
+    known: dict[float, motion.Discrete] = field(default_factory=dict)
+
+    def __call__(self, striker: impact.Body, dt: float) -> motion.Discrete:
+        """Return a striker, its motion without contact known; with a preload from equilibrium under its loads."""
+        if striker is self.striker and dt in self.known:
+            return self.known[dt]
+        discrete = motion.Discrete.from_body(striker, dt, step_count(dt, self.duration))
+        if self.preload:
+            discrete = replace(discrete, rest_loads=striker.load_amplitudes(np.zeros(1))[:, 0])
+        if discrete.moves_by_itself:
+            discrete = replace(discrete, free=discrete.free_motion())
+        if striker is self.striker:
+            self.known[dt] = discrete
+        return discrete
+
+
 def run_contacts(
     scene: Scene,
     striker: impact.Body,
     seat: GreensFunction,
     dt: float,
     progress: Progress = silent,
+    flights: Flights | None = None,
     *,
     engine: history.Engine = "auto",
 ) -> touches.Touches:
-    """Run the scene once: contact between striker and seat, and with a stopper, by the scene's laws."""
+    """Run the scene once: contact between striker and seat, and with a stopper, by the scene's laws. ``flights``: of
+    the striker, where several runs share them."""
     drives.check_base(scene.mount("seat"), seat, scene.run.duration)
-    problem = problem_of(scene, striker, impact.Body(seat))
-    result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
+    problem, bodies = problem_of(scene, striker, impact.Body(seat)), None
+    if flights is not None:
+        flown = flights(striker, dt)
+        bodies = (flown, *(motion.Discrete.from_body(body, dt, flown.loads.shape[1]) for body in problem.targets))
+    result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, bodies=bodies, progress=progress)
     met = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
         return met
@@ -281,13 +312,13 @@ def marched(
 ) -> impact.ContactStepper:
     """March a problem over a ``duration`` for its forces alone, a fraction of the cost of a run with energies.
 
-    ``flight``: the striker `in_flight` at a step [s], which several runs may share.
+    ``flight``: the striker without contact at a step [s], as `Flights` returns it, which several runs may share.
     """
     striker = problem.striker
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
-    flown = in_flight(striker, dt, duration) if flight is None else flight(striker, dt)
+    flown = (flight or Flights(striker, duration, problem.preload))(striker, dt)
     targets = (motion.Discrete.from_body(body, dt, flown.loads.shape[1]) for body in problem.targets)
     prepared = impact.prepare(problem, dt, duration, bodies=(flown, *targets))
     stepper = impact.ContactStepper(prepared, flying=True)
@@ -355,12 +386,6 @@ def strains_of(gauged: Sequence[Gauged], stepper: impact.ContactStepper) -> Stra
     """Return the strain at the gauges in a march."""
     striker, dt, stopper = stepper.prepared.problem.striker, stepper.prepared.dt, touches.stopper_force_of(stepper)
     return gauge_strains(gauged, striker, touches.force_of(stepper), stopper, dt, stepper.opening)
-
-
-def in_flight(striker: impact.Body, dt: float, duration: float) -> motion.Discrete:
-    """Return a striker over ``duration`` [s], its motion without contact known."""
-    discrete = motion.Discrete.from_body(striker, dt, step_count(dt, duration))
-    return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 
 def fallback_step(run: Run, gas: CompressorGas | None, *bodies: GreensFunction) -> float:

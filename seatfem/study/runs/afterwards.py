@@ -201,7 +201,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     with watch("spring baseline"):
         division = rings.Division.from_greens(done.seat.greens)
         spring = method.bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
-        touches = run_contacts(scene, done.striker, spring, done.result.dt)
+        touches = run_contacts(scene, done.striker, spring, done.result.dt, flights=done.flights)
     stress = None
     if done.plate is not None:
         with watch("reed stress"):

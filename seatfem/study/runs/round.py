@@ -19,6 +19,7 @@ from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division
 from seatfem.study import runs, safety
 from seatfem.study.impacts import plate_stress, validity
+from seatfem.study.impacts.contact import Flights
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches, is_of_a_landing
 from seatfem.study.ladders.level import tells_waves
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
@@ -56,6 +57,7 @@ class Round:
         spent: wall time of this round by stage [s].
         memory: largest of the process up to its end [bytes].
         plate: stress of a plate that strikes, where it is a measure asked for.
+        flights: of the striker, which further runs of the round share.
         paces: measured over predicted time of seat and contact, where a round so far has measured them.
     """
 
@@ -72,6 +74,7 @@ class Round:
     memory: float = math.nan
     time_ratios: Mapping[str, float] = field(default_factory=dict)
     plate: runs.reed_stress.PlateReedStress | None = None
+    flights: Flights | None = field(default=None, repr=False)
 
     @property
     def look(self) -> plate_stress.PlateLook | None:

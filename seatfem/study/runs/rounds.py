@@ -182,13 +182,14 @@ def _round(
     dt = method.time_step or contact.fallback_step(scene.run, scene.gas, *bodies)
     contact.check_length(scene, dt, method.seat.division.count)
     with watch("contact"):
-        touches = run_contacts(scene, striker, seat.greens, dt, progress)
+        flights = contact.Flights(striker, scene.run.duration, scene.contact.preload)
+        touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)
     stress = None
     if limits.stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
         with watch("reed stress"):
             since = stress_since(touches, scene.accuracy.landing)
             stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
-    computed = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed)
+    computed = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed, flights=flights)
     if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene.reed, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
@@ -196,7 +197,8 @@ def _round(
         computed = replace(computed, plate=plate, stress=None if plate is None else plate.found)
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None
-        budget = error_budget(scene, method, seat, striker, touches, wanted_stress, reed, computed.look, progress)
+        looks = (wanted_stress, reed, computed.look, progress, flights)
+        budget = error_budget(scene, method, seat, striker, touches, *looks)
     landings = () if touches.landings is None else touches.landings.seat
     budget = with_bars_of_measures(_at_least_planned(plan, budget), landings)
     return replace(computed, left=_with_recovery(budget, computed.plate))

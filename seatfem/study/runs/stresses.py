@@ -54,7 +54,7 @@ def error_bars_of(
         nonlocal count
         count += 1
         progress(STAGE, min(count / runs, 1.0))
-        return look(marched(varied, step, scene.run.duration))
+        return look(marched(varied, step, scene.run.duration, done.flights))
 
     values, half = run(problem, dt), run(problem, dt / 2, at_half or look)
     budget = budget_of(run, problem, values, dt, sources, finer=times(2.0, changes(values, half)))
