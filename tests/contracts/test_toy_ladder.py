@@ -10,6 +10,7 @@ import pytest
 
 from impact.runs.variations import SAFETY, Budget, Terms
 from seatfem.machine.resources import Machine
+from seatfem.structures.kinds import Structure
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, seat_of, striker_of
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
@@ -18,7 +19,7 @@ from seatfem.study.method import STEP, RunMethod, stated_method
 from seatfem.study.planning.deciding import Choices
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.context import PlanningContext
-from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene import Run, Scene, load_scene
 from seatfem.study.trade.rungs import Rungs
 
 SCENE = """
@@ -50,7 +51,7 @@ class Toy(Ladder):
                 seconds=option.seconds + PRICE * (value == "fine"),
             )
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
         yield Neighbour("toy", "toys", {STEP: 1e-8})
 
 

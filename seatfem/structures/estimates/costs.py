@@ -196,6 +196,14 @@ def coarse_of(structure: Structure, method: Method, duration: float) -> SeatMode
     return seat_model(structure, method, duration, COARSENING) if structure.drawn is not None else None
 
 
+def count_elements(structure: Structure, method: Method, duration: float) -> tuple[SeatModel | None, SeatModel | None]:
+    """Return the sizes of a run's finite elements, and of the coarser ones of its mesh error; ``None`` for a closed
+    form, for matrices, not yet known, and where no mesh is made."""
+    if method.exact:
+        return None, None
+    return seat_model(structure, method, duration), coarse_of(structure, method, duration)
+
+
 def seat_memory(model: SeatModel) -> tuple[float, float]:
     """Return the bytes at the peak of the reduction, and those that stay: matrices, modes, mesh."""
     counts = model.sizes.counts

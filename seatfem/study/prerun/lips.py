@@ -10,6 +10,7 @@ from impact.greens.base import GreensFunction
 from impact.notices import Progress
 from impact.runs.variations import SAFETY, larger, safety, times, total
 from seatfem.structures.estimates.surrogate import Surrogate, on_its_patch
+from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.rings import (
     ACROSS,
@@ -29,6 +30,7 @@ from seatfem.study.prerun.bench import Bench, locate_contact_window, relative_ch
 from seatfem.study.prerun.sensitivity import COARSE, Changes, with_other_modes
 from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, MODES_SHARE, STIFFER
 from seatfem.study.scene import Scene
+from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.measures import all_measures
 
 MOST_ARCS: Final = 64  # arcs that are chosen without being asked for
@@ -110,7 +112,7 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
         return stated, {}
     division = Division(stated_method(scene).ports or 1, stated)
     arcs, errors = scene.geometry.arcs_behind_rings(division), dict[int, Changes]()
-    for rings in (stated,) if is_given(scene, RINGS) or rings_refused(scene) else ACROSS:
+    for rings in (stated,) if is_given(scene, RINGS) or rings_refused(scene.seat, scene.life) else ACROSS:
         finer, weight = arc_rings_to_compare(rings)
         if division.arcs * rings > MOST_CHOSEN and rings > ACROSS[1] and errors:
             break
@@ -166,11 +168,11 @@ def errors_of_simpler_models(bench: Bench) -> Mapping[str, Changes]:
     return largest
 
 
-def rings_refused(scene: Scene) -> str:
+def rings_refused(seat: Structure, life: LifeTable | None) -> str:
     """Return why the arcs of a lip are not divided across unless the file says so; "" where nothing is against it."""
-    if scene.life is not None and scene.life.contact_criterion:
+    if life is not None and life.contact_criterion:
         return "the life under a sphere's contact (life.contact_criterion) is computed without parts across the lip"
-    return "" if scene.seat.traits.has_rings else "the seat has no rings"
+    return "" if seat.traits.has_rings else "the seat has no rings"
 
 
 def several_needed(scene: Scene) -> str:
