@@ -10,7 +10,6 @@ import pytest
 
 from impact.runs.variations import SAFETY, Budget, Terms
 from seatfem.machine.resources import Machine
-from seatfem.structures.kinds import Structure
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, seat_of, striker_of
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
@@ -51,7 +50,7 @@ class Toy(Ladder):
                 seconds=option.seconds + PRICE * (value == "fine"),
             )
 
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, run: Run, reed: object, centre: RunMethod) -> Iterator[Neighbour]:
         yield Neighbour("toy", "toys", {STEP: 1e-8})
 
 

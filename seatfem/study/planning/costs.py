@@ -7,15 +7,7 @@ from typing import Final
 
 from impact.greens.base import GreensFunction
 from seatfem.machine.resources import Machine
-from seatfem.structures.estimates.costs import (
-    SeatModel,
-    coarse_of,
-    count_elements,
-    highest_pole,
-    seat_memory,
-    seat_model,
-    seat_seconds,
-)
+from seatfem.structures.estimates.costs import SeatModel, count_elements, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method
 from seatfem.study.impacts.contact import CONTACT_BYTES, fallback_step, striker_of
@@ -119,9 +111,7 @@ def predict_cost(
     duration = scene.run.duration
     seat, coarser = count_elements(scene.seat, method.seat, duration)
     parts = {"program start": rates.start, "plan": max(planning, PLAN * rates.start)}
-    if (
-        scene.seat.drawn is not None and scene.seat.files() and not planning
-    ):  # its inspection, by a gmsh process of its own
+    if scene.seat.drawn is not None and scene.seat.files() and not planning:  # inspected by a gmsh process
         parts["plan"] += rates.meshing_start
     if seat is not None and not kept:
         parts |= seat_seconds(seat, rates, static=static)
@@ -146,20 +136,14 @@ def predict_cost(
 def _waves_beside(seat: Structure, method: Method, duration: float, rates: Machine) -> float:
     """Return the time of the seat's waves where its statics alone is run [s]."""
     how = method_beside(seat, method)
-    model = None if how is None else seat_model(seat, how, duration)
+    model = None if how is None else count_elements(seat, how, duration)[0]
     return 0.0 if model is None else sum(seat_seconds(model, rates).values())
 
 
 def striker_elements(reed: Structure, how: Method, duration: float) -> tuple[SeatModel, ...] | None:
     """Return the sizes of the striker's elements, and of the coarser ones of its mesh error; ``None`` if unknown."""
-    if (
-        not reed.traits.is_solved
-        or how.level in ("rod", "closed form")
-        or (model := seat_model(reed, how, duration)) is None
-    ):
-        return None
-    coarser = coarse_of(reed, how, duration)
-    return (model,) if coarser is None else (model, coarser)
+    models = count_elements(reed, how, duration) if reed.traits.is_solved else ()
+    return tuple(model for model in models if model is not None) or None
 
 
 def striker_poles(
@@ -249,10 +233,8 @@ def _weights(steps: float) -> float:
 
 
 def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: GreensFunction | None) -> float:
-    reed, elements = (
-        striker_of(scene, method.reed.n_modes, bench.surrogate_striker(scene)).greens,
-        striker_elements(scene.reed, method.reed, scene.run.duration),
-    )
+    reed = striker_of(scene, method.reed.n_modes, bench.surrogate_striker(scene)).greens
+    elements = striker_elements(scene.reed, method.reed, scene.run.duration)
     dt = fallback_step(scene.run, scene.gas, reed, reed if closed is None else closed)
     for model, how in ((seat, method.seat), (None if elements is None else elements[0], method.reed)):
         if model is not None and how.bandwidth is not None:

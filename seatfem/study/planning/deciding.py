@@ -40,11 +40,9 @@ def _priced(context: PlanningContext, option: Option, *, closed: bool) -> Option
     """
     dt, scene = option.method.time_step or 0.0, context.scene
     if closed:
-        run = scene.run.duration / dt
-        model = costs.contact_model(run, dt, costs.closed_form(scene.seat, context.stated.seat))
-        model = costs.with_striker(
-            model, scene.reed, option.method, dt, scene.run.duration, context.sensitivity.bench.striker
-        )
+        duration, striker = scene.run.duration, context.sensitivity.bench.striker
+        model = costs.contact_model(duration / dt, dt, costs.closed_form(scene.seat, context.stated.seat))
+        model = costs.with_striker(model, scene.reed, option.method, dt, duration, striker)
         return replace(option, seconds=option.seconds + sum(costs.contact_seconds(model, context.machine).values()))
     bare, one = (_seconds(context, option.method, dt, poles) for poles in (0.0, 1.0))
     return replace(option, seconds=option.seconds + bare, per_pole=one - bare)

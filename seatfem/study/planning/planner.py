@@ -85,13 +85,8 @@ def plan_scene(
         kept=bool(at_hand),
         without=without,
     )
-    return replace(
-        plan,
-        notes=(
-            *_notes(plan, wanted, decision),
-            *map(str, validity.validity_advice(scene.geometry, scene.run.filter_width)),
-        ),
-    )
+    advice = map(str, validity.validity_advice(scene.geometry, scene.run.filter_width))
+    return replace(plan, notes=(*_notes(plan, wanted, decision), *advice))
 
 
 def _alternatives(choices: Choices, decision: Decision, compiling: float, planning: float) -> tuple[Alternative, ...]:

@@ -68,14 +68,8 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
     seen = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
     choices.append(_history(decision, method))
     choices.append(Choice("run.duration", described(STEP, scene.run.duration), f"a quick trial run saw {seen}", True))
-    choices.append(
-        Choice(
-            "accuracy.target",
-            large_percent(scene.accuracy.target),
-            _asked(scene.accuracy),
-            _told_target(scene.accuracy),
-        )
-    )
+    asked = scene.accuracy
+    choices.append(Choice("accuracy.target", large_percent(asked.target), _asked(asked), _told_target(asked)))
     return tuple(choices)
 
 
@@ -85,12 +79,8 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
     count = decision.context.scene.run.duration / dt
     steps, known = f"{_count(count)} steps", _poles(decision, method, dt, count)
     if known is None:
-        return Choice(
-            "history",
-            "chosen once the seat is known",
-            f"{steps}; modal recursion if the seat has uncoupled modes",
-            False,
-        )
+        why = f"{steps}; modal recursion if the seat has uncoupled modes"
+        return Choice("history", "chosen once the seat is known", why, False)
     poles, why = known
     known_reed = decision.context.sensitivity.bench.striker
     scene = decision.context.scene
@@ -116,13 +106,8 @@ def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tu
     if decision.level not in ("rod", "closed form"):
         elements = None if decision.level == "spring" else decision.context.elements_of(method.seat)[0]
         return (None, COUPLED) if convolved else (round(0.0 if elements is None else elements.poles), "")
-    greens = (
-        surrogate.greens
-        if surrogate.exact
-        else closed_form(scene.seat, method.seat)
-        if decision.level == "rod"
-        else None
-    )
+    form = closed_form(scene.seat, method.seat) if decision.level == "rod" else None
+    greens = surrogate.greens if surrogate.exact else form
     if greens is None:
         return (None, COUPLED) if convolved else None
     return greens.marched_poles(dt, steps), "general method, because the seat has no uncoupled modes"

@@ -20,7 +20,7 @@ from seatfem.structures.store import Store
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given, stated_method
 from seatfem.study.prerun import lips
-from seatfem.study.prerun.bench import Bench, locate_contact_window, surrogate_striker
+from seatfem.study.prerun.bench import prepare_bench
 from seatfem.study.prerun.look import BANDS, coarse_method, coarse_seat, element_sizes, look_at, lowest_band
 from seatfem.study.prerun.sensitivity import Changes, Sensitivity
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
@@ -85,9 +85,8 @@ class PlanningContext:
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
-            stopper = Body(
-                scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens, scene.stopper.speed
-            )
+            behind = scene.stopper.body.surrogate(scene.run.duration, scene.reed.face)
+            stopper = Body(behind.greens, scene.stopper.speed)
         arcs = lips.choose_arc_count(scene, surrogate, stopper, progress)
         whole = surrogate
         looked_at, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
@@ -97,13 +96,13 @@ class PlanningContext:
             if arcs is not None and not is_given(scene, PORTS):
                 arcs = lips.choose_more_arcs(looked_at, whole, arcs, band.errors)
                 looked_at, surrogate = arcs.scene, arcs.surrogate
-        bench = _bench(looked_at, surrogate, stopper, progress)
+        bench = prepare_bench(looked_at, surrogate.greens, stopper, progress)
         simpler, one_port = lips.errors_of_simpler_models(bench), None
         if arcs is not None and band is not None and ONE_PORT not in without:
             one_port = lips.one_port_in_place(scene, arcs, simpler, band.errors)
         if one_port is not None:
             arcs, looked_at, surrogate = None, lips.with_parts(looked_at, Division(1, scene.contact.rings)), whole
-            bench = _bench(looked_at, surrogate, stopper, progress)
+            bench = prepare_bench(looked_at, surrogate.greens, stopper, progress)
         widest = math.inf if surrogate.band is None else surrogate.band
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=widest)
         method = stated_method(looked_at)
@@ -234,9 +233,3 @@ class PlanningContext:
         numbers = (self.stated.seat.rings or 1,) if stated else RING_NUMBERS
         chosen = numbers if self.sensitivity.worst(self.of_rings(1)) > 0 else numbers[:1]
         return {rings: self.of_rings(rings) for rings in chosen}
-
-
-def _bench(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Bench:
-    """Return the bench on which the pre-runs of a scene run."""
-    seat, striker = surrogate.greens, surrogate_striker(scene, progress)
-    return Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)

@@ -26,7 +26,7 @@ from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
 from seatfem.study.method import PORTS, REED_BAND, RINGS, as_stated, is_given, stated_method, value_of
 from seatfem.study.prerun.bench import MOST as MOST_STEPS
-from seatfem.study.prerun.bench import Bench, locate_contact_window, relative_changes, surrogate_striker
+from seatfem.study.prerun.bench import Bench, prepare_bench, relative_changes, surrogate_striker
 from seatfem.study.prerun.sensitivity import COARSE, Changes, with_other_modes
 from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, MODES_SHARE, STIFFER
 from seatfem.study.scene import Scene
@@ -71,8 +71,7 @@ def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, p
     most = most if stated else lip.whole(most)
     finest = with_parts(scene, division_to_compare(Division(most, scene.contact.rings)))
     seat = surrogate_in_arcs(finest, surrogate).greens
-    striker, division = surrogate_striker(finest, progress), Division.from_greens(seat)
-    bench = Bench(finest, seat, locate_contact_window(finest, seat, striker, stopper), striker, stopper)
+    bench, division = prepare_bench(finest, seat, stopper, progress), Division.from_greens(seat)
     dt = bench.affordable(scene.run.filter_width / COARSE)
     known: dict[int, Mapping[str, float]] = {}
 
@@ -260,9 +259,7 @@ def choose_plate_bandwidth(
     for _ in range(LOOKS):
         band = stated_method(scene).reed.bandwidth
         assert band is not None
-        striker = surrogate_striker(scene, progress)
-        window = locate_contact_window(scene, seat, striker, stopper)
-        errors = _left(Bench(scene, seat, window, striker, stopper))
+        errors = _left(prepare_bench(scene, seat, stopper, progress))
         worst = max((errors[name] for name in scene.accuracy.judged), default=0.0)
         if stated or worst <= aim or band >= most * (1 - 1e-9):
             break
@@ -277,9 +274,8 @@ def _left(bench: Bench) -> Changes:
     dt = bench.affordable(bench.scene.run.filter_width / COARSE)
     own = bench.measures(dt=dt)
     errors: Changes = {}
-    for other, share in with_other_modes(
-        striker_of(bench.scene, greens=bench.striker), value_of(bench.scene, REED_BAND)
-    ):
+    striker = striker_of(bench.scene, greens=bench.striker)
+    for other, share in with_other_modes(striker, value_of(bench.scene, REED_BAND)):
         change = times(share, relative_changes(own, replace(bench, other=other).measures(dt=dt)))
         errors = larger(change, errors or change)
     return errors or dict.fromkeys(own, math.inf)  # no mode to leave out: nothing tells what the plate's bending does

@@ -206,10 +206,9 @@ class Rungs:
         centre = self.centre.replaced({RINGS: self.rings})
         for ladder in table.ladders():
             for near in ladder.beside(self.scene.run, self.scene.reed, centre):
-                if near.in_place == BEAM and not has_a_beam(self.scene):
-                    continue
-                settings = settings_of(self.centre, near.values)
-                yield Point(near.name, self.family, near.varied, settings, in_place=near.in_place)
+                if near.in_place != BEAM or has_a_beam(self.scene):
+                    settings = settings_of(self.centre, near.values)
+                    yield Point(near.name, self.family, near.varied, settings, in_place=near.in_place)
         if centre.seat.bandwidth is not None and (centre.ports or 1) == 1:  # arcs take modes alone
             yield from self._reductions()
         yield from self._engines()
