@@ -20,7 +20,7 @@ from impact.gas.compressor import Compressor, drop, gas_history
 from impact.greens.base import Array, GreensFunction
 from impact.runs.variations import Values, narrower
 from seatfem.machine.resources import Machine
-from seatfem.structures.estimates.costs import seat_seconds
+from seatfem.structures.estimates.costs import count_elements, seat_seconds
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import Method, at_once, spring_of
 from seatfem.structures.rings import ACROSS, FEWEST_ARCS, Division, divided_less, parts_joined
@@ -32,7 +32,7 @@ from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_bodies
 from seatfem.study.method import MODEL, MODES, PORTS, REED_BAND, RINGS, STEP, RunMethod, as_stated, is_given
 from seatfem.study.planning.plan import Plan
 from seatfem.study.prerun.bench import relative_changes
-from seatfem.study.prerun.context import RING_NUMBERS, finite_elements
+from seatfem.study.prerun.context import RING_NUMBERS
 from seatfem.study.prerun.lips import rings_refused
 from seatfem.study.scene import Scene
 
@@ -194,7 +194,7 @@ def _truth(scene: Scene, method: RunMethod, landings: Landings | None, by: Finer
 def _finer_division(scene: Scene, method: RunMethod) -> Division:
     """More segments and more parts across, each a multiple of those of the method."""
     arcs, rings = 2 * max(FEWEST_ARCS, method.ports or 1), method.seat.rings or 1
-    if scene.contact.film is None and not rings_refused(scene):
+    if scene.contact.film is None and not rings_refused(scene.seat, scene.life):
         more = 3 * rings if rings == 1 else 2 * rings
         rings = more if arcs * more <= MOST_PORTS else rings
     return Division(arcs, rings)
@@ -292,7 +292,7 @@ def _can_be_whole(truth: Truth) -> bool:
     """Whether all of the body is predicted to be computed soon."""
     whole = replace(truth.method, seat=replace(truth.method.seat, level="3d"))
     try:
-        model = finite_elements(truth.scene, whole)
+        model, _ = count_elements(truth.scene.seat, whole.seat, truth.scene.run.duration)
     except REFUSALS:
         return False
     return model is not None and sum(seat_seconds(model, Machine()).values()) <= SOLID_SECONDS

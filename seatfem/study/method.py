@@ -15,7 +15,7 @@ from pydantic import BaseModel
 from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.safety import LEVEL_SHARE
-from seatfem.study.scene import ContactGeometry, Scene
+from seatfem.study.scene import Contact, ContactGeometry, Scene
 
 _Table = TypeVar("_Table", bound=BaseModel)
 
@@ -92,9 +92,10 @@ class RunMethod:
         return method
 
 
-def chooses_one_port(scene: Scene, method: RunMethod) -> bool:
-    """Return whether ``method`` has one port in place of a lip's arcs and the file of the ``scene`` does not say so."""
-    return method.ports == 1 and not is_given(scene, PORTS)
+def chooses_one_port(contact: Contact, method: RunMethod) -> bool:
+    """Return whether ``method`` has one port in place of a lip's arcs and the file of the ``contact`` does not say
+    so."""
+    return method.ports == 1 and not is_given(contact, "ports")
 
 
 def stated_method(scene: Scene) -> RunMethod:
@@ -129,7 +130,7 @@ def is_given(scene: BaseModel, key: str) -> bool:
     if not has_key(scene, key):
         return False
     tables, _, name = key.rpartition(".")
-    table = value_of(scene, tables)
+    table = value_of(scene, tables) if tables else scene
     return name in table.model_fields_set and getattr(table, name) not in (None, "auto")
 
 

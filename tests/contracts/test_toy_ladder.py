@@ -18,7 +18,7 @@ from seatfem.study.method import STEP, RunMethod, stated_method
 from seatfem.study.planning.deciding import Choices
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.context import PlanningContext
-from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene import Run, Scene, load_scene
 from seatfem.study.trade.rungs import Rungs
 
 SCENE = """
@@ -50,7 +50,7 @@ class Toy(Ladder):
                 seconds=option.seconds + PRICE * (value == "fine"),
             )
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, run: Run, reed: object, centre: RunMethod) -> Iterator[Neighbour]:
         yield Neighbour("toy", "toys", {STEP: 1e-8})
 
 

@@ -70,7 +70,7 @@ def first_round(folder: Path) -> Round:
 def test_a_flat_landing_whose_total_force_is_asked_for_goes_through_one_port(folder: Path) -> None:
     plan = plan_of(folder)
     assert plan.method.ports == 1
-    assert chooses_one_port(plan.scene, plan.method)
+    assert chooses_one_port(plan.scene.contact, plan.method)
     assert plan.is_open(PORTS)
     assert "a single contact point instead of lip segments: " in plan.choice(PORTS).reason
     assert 0 < 1.5 * plan.shares["lip"]["impulse"] <= LIP_SHARE * plan.scene.accuracy.target

@@ -564,8 +564,7 @@ class TestWithoutWaves:
         """Of a mesh twice as fine and a band twice as wide, within the doubt that plans have."""
         seen = self.seen(CONE)
         patch = seen.surrogate.patch
-        assert patch is not None
-        method = coarse_method(seen.scene, patch)
+        method = coarse_method(seen.scene.seat, seen.stated.seat, patch, seen.scene.run.filter_width)
         twice = replace(
             method, size=method.size / 2, contact_size=method.contact_size / 2, bandwidth=2 * method.bandwidth
         )
@@ -579,7 +578,7 @@ class TestWithoutWaves:
         def impossible(*args: object, **more: object) -> None:
             raise ModelError("no mesh")
 
-        monkeypatch.setattr(look, "seat_of", impossible)
+        monkeypatch.setattr(look, "build", impossible)
         found = without_waves(self.seen(BENT))
         assert not found.measured
 
@@ -600,7 +599,8 @@ class TestWithoutWaves:
         """A narrower band is left out of complex poles by no pre-run, nor by the error budget."""
         dashpots = {"kind": "dashpot", "on": "contact", "normal": "1e7 N*s/m^3"}
         scene = scene_of(ANNULAR, REED, seat__supports=[dashpots])
-        assert seat_of(scene, method=coarse_method(scene, self.looked_at(scene).patch)).greens.modal is None
+        stated, patch = stated_method(scene).seat, self.looked_at(scene).patch
+        assert seat_of(scene, method=coarse_method(scene.seat, stated, patch, 1e-6)).greens.modal is None
         assert self.looked_at(scene).band is None
 
     def test_a_lip_in_arcs_lies_on_the_seat_that_was_looked_at(self) -> None:

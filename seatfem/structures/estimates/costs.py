@@ -191,9 +191,13 @@ def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> M
     return {"mesh": mesh, "reduction": around}
 
 
-def coarse_of(structure: Structure, method: Method, duration: float) -> SeatModel | None:
-    """Return the coarser one behind the mesh error, where there is one."""
-    return seat_model(structure, method, duration, COARSENING) if structure.drawn is not None else None
+def count_elements(structure: Structure, method: Method, duration: float) -> tuple[SeatModel | None, SeatModel | None]:
+    """Return the sizes of a run's finite elements, and of the coarser ones of its mesh error; ``None`` for a closed
+    form, for matrices, not yet known, and where no mesh is made."""
+    if method.exact:
+        return None, None
+    coarser = None if structure.drawn is None else seat_model(structure, method, duration, COARSENING)
+    return seat_model(structure, method, duration), coarser
 
 
 def seat_memory(model: SeatModel) -> tuple[float, float]:

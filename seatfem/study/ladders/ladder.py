@@ -18,13 +18,14 @@ from impact.march.problem import ContactProblem
 from impact.quantities import percent
 from impact.runs.variations import Terms, Variation, of_g, with_body
 from seatfem.structures.estimates.costs import SeatModel
+from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import contact, touches
 from seatfem.study.method import RunMethod
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.sensitivity import Changes
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Run, Scene
 
 RATIO: Final = 1.6  # between neighbouring values in a trade
 
@@ -191,9 +192,9 @@ class Ladder:
         """Return a value in words, with its unit."""
         return str(value)
 
-    def finer(self, value: Any, factor: float, scene: Scene) -> Any:
+    def finer(self, value: Any, factor: float, run: Run, reed: Structure) -> Any:
         """Return a finer value, which leaves an error smaller by about ``factor``; ``None`` where no round changes it:
-        a model gives way to another plan."""
+        a model gives way to another plan. ``reed``: what strikes in the ``run`` that is asked for."""
         return None
 
     def applies(self, run: ComputedRun) -> bool:
@@ -209,8 +210,9 @@ class Ladder:
         """Yield ``option`` with each value of the key that a plan may choose, with what it leaves and costs."""
         return (option,)
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield the points of the measured trade with other values of the key than its ``centre``."""
+    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
+        """Yield the points of the measured trade with other values of the key than its ``centre``, of a ``run`` with
+        this ``reed``."""
         return iter(())
 
 

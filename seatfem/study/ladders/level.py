@@ -8,13 +8,14 @@ from impact.greens.base import GreensFunction
 from impact.quantities import percent
 from impact.runs.variations import Terms, safety, times
 from seatfem.structures.estimates import surrogate
+from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method, with_start
 from seatfem.study.impacts.contact import seat_beside
 from seatfem.study.ladders.ladder import BodyLadder, ComputedRun, Option, Role
-from seatfem.study.method import MODEL, RunMethod, is_given
+from seatfem.study.method import MODEL, is_given
 from seatfem.study.prerun.bench import locate_contact_window
 from seatfem.study.prerun.context import PlanningContext
-from seatfem.study.prerun.look import COARSE_TOLERANCE, coarse_seat, lowest_band
+from seatfem.study.prerun.look import COARSE_TOLERANCE, lowest_band
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import (
     AIM,
@@ -26,7 +27,6 @@ from seatfem.study.safety import (
     OVERSTATED,
     SHEAR_SHARE,
 )
-from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import short_words
 
 PER_FILTER, REED_MODES = 320, 80
@@ -88,38 +88,38 @@ def _shear(run: ComputedRun) -> Terms:
 def _better(run: ComputedRun) -> Terms:
     """Return the run on a better level of the seat, as far as one is known that costs little."""
     drawn, method = run.scene.seat.drawn, run.method
-    better = with_start(run.seat.greens) or waves_beside(run.scene, method)
+    better = with_start(run.seat.greens) or waves_beside(run.scene.seat, run.scene.run.duration, method.seat)
     if better is None and drawn is not None:
         better = drawn.beyond(method.seat.level)
     return () if better is None else ((run.with_greens("seat", better),),)
 
 
-def tells_waves(scene: Scene, method: RunMethod) -> bool:
+def tells_waves(seat: Structure, method: Method) -> bool:
     """Return whether a run on the statics of a seat measures what its waves change: of a body of revolution in arcs."""
-    body, seat = scene.seat.drawn, method.seat
-    return seat.static and seat.in_arcs and body is not None and body.elements_of(seat) == CHEAP
+    body = seat.drawn
+    return method.static and method.in_arcs and body is not None and body.elements_of(method) == CHEAP
 
 
-def method_beside(scene: Scene, method: RunMethod) -> Method | None:
+def method_beside(seat: Structure, method: Method) -> Method | None:
     """Return how the seat with its waves is computed: on the mesh of its statics, in no wider a band than its first
     resonances need; ``None`` where it has them already, or they are expensive."""
-    body, seat = scene.seat.drawn, method.seat
-    if not tells_waves(scene, method) or body is None or (patch := body.patch()) is None:
+    body = seat.drawn
+    if not tells_waves(seat, method) or body is None or (patch := body.patch()) is None:
         return None
-    assert seat.bandwidth is not None
-    spec, band = body.mesh_spec(seat), min(seat.bandwidth, lowest_band(patch))
+    assert method.bandwidth is not None
+    spec, band = body.mesh_spec(method), min(method.bandwidth, lowest_band(patch))
     level = body.level(0.0).level
-    return replace(seat, level=level, bandwidth=band, size=spec.size, contact_size=spec.patch_size)
+    return replace(method, level=level, bandwidth=band, size=spec.size, contact_size=spec.patch_size)
 
 
-def waves_beside(scene: Scene, method: RunMethod) -> GreensFunction | None:
+def waves_beside(seat: Structure, duration: float, method: Method) -> GreensFunction | None:
     """Return the seat with its waves, as `method_beside` says.
 
     Statics end after the first velocity and lose what waves bring back, in one scene of seed 403 4.3 % of the impulse.
     A surrogate knows neither the seat's section nor its harmonics.
     """
-    how = method_beside(scene, method)
-    return None if how is None else seat_beside(scene.seat, scene.run.duration, how).greens
+    how = method_beside(seat, method)
+    return None if how is None else seat_beside(seat, duration, how).greens
 
 
 def _rod(context: PlanningContext, option: Option) -> Iterator[Option]:
@@ -180,7 +180,7 @@ def without_waves(context: PlanningContext) -> WithoutWaves:
     guess = WithoutWaves(sensitivity.spring, DOUBT if context.arcs is None else DOUBT_OF_ARCS, sensitivity.asked)
     if context.arcs is None or not _leaves_open(context, guess):
         return guess
-    seat = coarse_seat(context.scene, coarse_method(context), context.machine, context.store, context.look)
+    seat = context.coarse_seat(coarse_method(context))
     if seat is None:
         return guess
     return WithoutWaves(changes_on(context, seat.greens), DOUBT_OF_COARSE, sensitivity.asked, measured=True)

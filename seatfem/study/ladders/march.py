@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Values, Variation, changes, times
+from seatfem.structures.kinds import Structure
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import MAX_STEPS, gas_step, problem_of, stopper_of, striker_of
 from seatfem.study.impacts.touches import Touches
@@ -18,7 +19,7 @@ from seatfem.study.prerun.bench import Bench, window_of
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.sensitivity import Rung, no_better_than_finer, other_modes
 from seatfem.study.safety import FEWER, SHORT
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Run
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -45,9 +46,9 @@ class TimeStep(Ladder):
         """Return a step with its unit."""
         return write_quantity(value, "time", 3)
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float:
+    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float:
         """Return a shorter step."""
-        return fitted(value / factor, scene.run.duration)
+        return fitted(value / factor, run.duration)
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
         """Yield the steps that may be chosen, with what they leave: of a duration no less than a step."""
@@ -56,11 +57,11 @@ class TimeStep(Ladder):
             method = replace(option.method, time_step=rung.value)
             yield replace(option, method=method, changes={**option.changes, STEP: errors})
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
         """Yield steps over the filter's width, as long as the run has several."""
         for number in PER_FILTER:
-            step = scene.run.filter_width / number
-            if step <= scene.run.duration / 8:
+            step = run.filter_width / number
+            if step <= run.duration / 8:
                 yield Neighbour(f"{number} steps per filter", "time step", {STEP: step})
 
 
@@ -119,7 +120,7 @@ class ModeCount(Ladder):
 
     role: Role = "seat"
 
-    def finer(self, value: int, factor: float, scene: Scene) -> int | None:
+    def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int | None:
         """Return more modes."""
         if self.role == "stopper":
             return None
@@ -127,7 +128,8 @@ class ModeCount(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the body is a beam, of a stopper one that is met as a whole."""
-        if self.role == "stopper" and (run.solved("stopper") is not None or _in_parts(run.scene)):
+        stopper = run.scene.stopper if self.role == "stopper" else None
+        if stopper is not None and (run.solved("stopper") is not None or stopper.parts != Division()):
             return False
         return self._number(run) is not None
 
@@ -170,9 +172,9 @@ class ModeCount(Ladder):
             errors = {name: max(value, weight * change[name]) for name, value in errors.items()}
         yield option.with_seat({SEAT_MODES: errors}, {})
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
         """Yield other numbers of modes of a reed that is a beam."""
-        if self.role == "reed" and scene.reed.slender is not None:
+        if self.role == "reed" and reed.slender is not None:
             for number in IN_A_TRADE:
                 yield Neighbour(f"reed modes {number}", "reed modes", {MODES: number})
 
@@ -186,7 +188,3 @@ def _reed_modes(context: PlanningContext) -> Iterator[Rung | None]:
         yield Rung(stated, context.sensitivity.of_modes(stated))
     else:
         yield from no_better_than_finer(context.sensitivity.modes)
-
-
-def _in_parts(scene: Scene) -> bool:
-    return scene.stopper is not None and scene.stopper.parts != Division()

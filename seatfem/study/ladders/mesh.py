@@ -6,13 +6,14 @@ from typing import Final
 
 from impact.runs.variations import Terms
 from seatfem.structures.estimates.surrogate import ERRORS, mesh_error
-from seatfem.structures.method import MOST_MODES
+from seatfem.structures.kinds import Structure
+from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.ladders.ladder import RATIO, BodyLadder, ComputedRun, Elements, Ladder, Neighbour, Option
 from seatfem.study.method import CONTACT_SIZE, ORDER, SIZE, RunMethod
-from seatfem.study.prerun.context import PlanningContext, coarser_elements, finite_elements
+from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import MESH_BAR, MESH_BAR_OF_ARCS, MESH_ORDER
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Run
 from seatfem.units import write_quantity
 
 COARSEST_OF_ARCS: Final = 0.1  # error of g by a mesh for a lip in arcs: coarser ones cost a round more than they save
@@ -29,7 +30,7 @@ class ElementSize(BodyLadder):
         """Return a size with its unit."""
         return write_quantity(value, "length", 3)
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float | None:
+    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
         """Return a smaller size, the mesh converging with order `MESH_ORDER`."""
         return float(f"{value / factor ** (1 / MESH_ORDER):.2g}") if self.role == "seat" else None
 
@@ -52,11 +53,10 @@ class ElementSize(BodyLadder):
         for error, changes in _meshes(context, band):
             method = replace(context.elements(band, context.tolerances[0], error), level=option.seat.level)
             run = replace(option.method, seat=method)
-            models = finite_elements(context.scene, run), coarser_elements(context.scene, run)
-            elements = Elements(error, *models, method.tolerance)
+            elements = Elements(error, *context.elements_of(method), method.tolerance)
             yield replace(option, method=run, changes={**option.changes, **changes}, elements=elements)
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
         """Yield coarser meshes."""
         if self.key == SIZE and self.role == "seat" and centre.seat.size is not None:
             for k in COARSER:
@@ -82,9 +82,9 @@ def _meshes(context: PlanningContext, band: float) -> Iterator[tuple[float, Mapp
         before = sizes
 
 
-def too_many_modes(context: PlanningContext, method: RunMethod) -> bool:
+def too_many_modes(context: PlanningContext, method: Method) -> bool:
     """Return whether the modes of a body in space, struck in arcs, would be too many to look for."""
-    model = finite_elements(context.scene, method)
+    model, _ = context.elements_of(method)
     return model is not None and not model.section and model.kept is not None and model.kept > MOST_MODES
 
 
@@ -92,7 +92,7 @@ def too_many_modes(context: PlanningContext, method: RunMethod) -> bool:
 class ElementOrder(Ladder):
     """The order of the seat's elements; the mesh error is that of either."""
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
         """Yield linear elements."""
         if centre.seat.size is not None:
             yield Neighbour("order 1", "order", {ORDER: 1})

@@ -10,6 +10,7 @@ from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, with_body
 from seatfem.structures.estimates.costs import PORTS_POWER
 from seatfem.structures.estimates.surrogate import on_its_patch
+from seatfem.structures.kinds import Structure
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.method import bed
 from seatfem.structures.rings import (
@@ -30,7 +31,7 @@ from seatfem.study.impacts.contact import problem_of, solved_striker, striker_of
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
 from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Run
 
 PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # of a lip, beside the centre's
 
@@ -39,7 +40,7 @@ PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # of a lip, beside the cent
 class Rings(Ladder):
     """The rings of the patch, or the parts across the arcs of a lip."""
 
-    def finer(self, value: int, factor: float, scene: Scene) -> int:
+    def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int:
         """Return more rings."""
         return next((number for number in RING_NUMBERS if number > value), MOST_RINGS)
 
@@ -71,7 +72,7 @@ class Rings(Ladder):
             costs = {"seconds": option.seconds * more, "poles": option.poles * rings * more}
             yield option.with_seat({method.RINGS: changes}, {"rings": rings}, **costs)
 
-    def beside(self, scene: Scene, centre: method.RunMethod) -> Iterator[Neighbour]:
+    def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield the rings that a plan has chosen, where the centre has one."""
         rings = centre.seat.rings or 1
         if rings > 1:
@@ -106,7 +107,7 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
 class Arcs(Ladder):
     """The arcs of a lip: twice as many on both bodies, or half as many where no more can be."""
 
-    def finer(self, value: int, factor: float, scene: Scene) -> int:
+    def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int:
         """Return twice as many."""
         return 2 * value
 
@@ -137,7 +138,7 @@ class Arcs(Ladder):
         across = {method.RINGS: arcs.across} if arcs.across else {}
         yield replace(option, changes={**option.changes, method.PORTS: arcs.errors, **across})
 
-    def beside(self, scene: Scene, centre: method.RunMethod) -> Iterator[Neighbour]:
+    def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield other numbers of arcs of a lip that a plate lands on."""
         if centre.ports is not None and centre.reed.bandwidth is not None:
             for ports in PORTS_IN_A_TRADE:
@@ -151,7 +152,7 @@ class OnePort(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a plan has chosen it."""
-        return method.chooses_one_port(run.scene, run.method)
+        return method.chooses_one_port(run.scene.contact, run.method)
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return `ONE_PORT_BAR` times what as many arcs as a scene has by default, each with rings across, change,
@@ -172,7 +173,7 @@ class OnePort(Ladder):
         errors = {} if context.one_port is None else {ONE_PORT: context.one_port}
         yield replace(option, changes={**option.changes, **errors})
 
-    def beside(self, scene: Scene, centre: method.RunMethod) -> Iterator[Neighbour]:
+    def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield one port in place of several."""
         if centre.reed.bandwidth is not None and (centre.ports or 1) > 1:
             yield Neighbour("one port", "one port", in_place=ONE_PORT)

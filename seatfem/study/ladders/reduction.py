@@ -13,14 +13,14 @@ from impact.greens.modal import Residual
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
 from seatfem.structures.estimates.costs import TOLERANCE_POWER, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.estimates.surrogate import ERRORS
-from seatfem.structures.rings import Division
-from seatfem.study.impacts import contact, validity
+from seatfem.structures.kinds import Structure
+from seatfem.study.impacts import validity
 from seatfem.study.ladders import ladder, mesh
-from seatfem.study.method import BAND, REED_BAND, TOLERANCE, RunMethod, stated_method
+from seatfem.study.method import BAND, REED_BAND, TOLERANCE, RunMethod
 from seatfem.study.prerun import look, sensitivity
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.safety import FEWER_POLES, LEAST_FINER, OF_DRAWS
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Run
 from seatfem.units import write_quantity
 
 UNCOUNTED: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
@@ -42,10 +42,10 @@ class Bandwidth(ladder.BodyLadder):
         """Return a frequency with its unit."""
         return write_quantity(value, "frequency", 3)
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float | None:
+    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
         """Return a wider band; of a plate at most as far as its theory goes."""
         if self.role == "reed":
-            plate = scene.reed.thin_plate
+            plate = reed.thin_plate
             return float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.widest_band)))
         return next((edge for edge in look.BANDS if edge > value * (1 + 1e-9)), float(LEAST_FINER * value))
 
@@ -90,28 +90,21 @@ class Bandwidth(ladder.BodyLadder):
         for band in context.bands:
             if band > context.bands[0]:
                 seat = replace(context.elements(band, context.tolerances[0], ERRORS[0]), level=option.seat.level)
-                if mesh.too_many_modes(context, replace(option.method, seat=seat)):
+                if mesh.too_many_modes(context, seat):
                     return
             yield option.with_seat({}, {"bandwidth": band})
             if context.sensitivity.worst(context.sensitivity.above(band)) <= context.sensitivity.finest:
                 return
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[ladder.Neighbour]:
-        """Yield narrower and wider bands; beside a plate's also the beam in its place."""
+    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
+        """Yield narrower and wider bands; beside a plate's also the beam in its place, which not every plate knows."""
         name, value = ("band", centre.seat.bandwidth) if self.role == "seat" else ("reed band", centre.reed.bandwidth)
         if value is None or (self.role != "seat" and centre.ports is None) or self.role == "stopper":
             return
-        if self.role == "reed" and has_a_beam(scene):
+        if self.role == "reed":
             yield ladder.Neighbour("beam", "beam", {self.key: min(OF_A_BEAM, value)}, in_place=validity.BEAM)
         for k in (-1, 1):
             yield ladder.Neighbour(f"{name} x {ladder.RATIO**k:.2f}", name, {self.key: value * ladder.RATIO**k})
-
-
-def has_a_beam(scene: Scene) -> bool:
-    """Return whether a beam is known that could stand in place of the scene's plate."""
-    method = stated_method(scene).replaced({REED_BAND: OF_A_BEAM}).along(scene.geometry, 1)
-    striker = contact.striker_of(scene, method=method.reed)
-    return validity.BEAM in dict(validity.simpler_bodies(scene, striker, Division()))
 
 
 @dataclass(frozen=True)
@@ -124,7 +117,7 @@ class Tolerance(ladder.BodyLadder):
         """Return a tolerance in percent."""
         return ladder.large_percent(value)
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float | None:
+    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
         """Return a stricter tolerance."""
         return value / factor if self.role == "seat" else None
 
@@ -150,7 +143,7 @@ class Tolerance(ladder.BodyLadder):
             costs = _costs(context, elements, tolerance, band, static=option.seat.static)
             yield option.with_seat(errors, {"tolerance": tolerance}, **costs)
 
-    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[ladder.Neighbour]:
+    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
         """Yield a looser and a stricter one; arcs of a lip take modes alone."""
         if self.role == "seat" and centre.seat.bandwidth is not None and (centre.ports or 1) == 1:
             for tolerance in LOOSER_AND_STRICTER:

@@ -7,13 +7,15 @@ from typing import Final
 
 from impact.greens.base import GreensFunction
 from seatfem.machine.resources import Machine
-from seatfem.structures.estimates.costs import SeatModel, coarse_of, highest_pole, seat_memory, seat_model, seat_seconds
+from seatfem.structures.estimates.costs import SeatModel, count_elements, highest_pole, seat_memory, seat_seconds
+from seatfem.structures.kinds import Structure
+from seatfem.structures.method import Method
 from seatfem.study.impacts.contact import CONTACT_BYTES, fallback_step, striker_of
 from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.ladders.level import method_beside
 from seatfem.study.method import RunMethod
 from seatfem.study.planning.plan import Cost
-from seatfem.study.prerun import bench, context
+from seatfem.study.prerun import bench
 from seatfem.study.scene import Scene
 
 __all__ = ["Cost", "predict_cost"]
@@ -106,21 +108,20 @@ def predict_cost(
         GeometryError: a CAD file whose size cannot be read.
     """
     rates, static = machine or Machine.known(), method.seat.static
-    seat, coarser = context.finite_elements(scene, method), context.coarser_elements(scene, method)
+    duration = scene.run.duration
+    seat, coarser = count_elements(scene.seat, method.seat, duration)
     parts = {"program start": rates.start, "plan": max(planning, PLAN * rates.start)}
-    if (
-        scene.seat.drawn is not None and scene.seat.files() and not planning
-    ):  # its inspection, by a gmsh process of its own
+    if scene.seat.drawn is not None and scene.seat.files() and not planning:  # inspected by a gmsh process
         parts["plan"] += rates.meshing_start
     if seat is not None and not kept:
         parts |= seat_seconds(seat, rates, static=static)
     if coarser is not None and not kept:
         parts["mesh error"] = sum(seat_seconds(coarser, rates, static=static).values())
-    reed = striker_elements(scene, method)
+    reed = striker_elements(scene.reed, method.reed, duration)
     parts |= {} if reed is None else {STRIKER: sum(sum(seat_seconds(model, rates).values()) for model in reed)}
     contact = _contact(scene, method, None if static else seat)
     parts |= contact_seconds(contact, rates)
-    parts["error budget"] += _waves_beside(scene, method, rates)
+    parts["error budget"] += _waves_beside(scene.seat, method.seat, duration, rates)
     views = 0.0 if seat is None or seat.runs != 1.0 else _views(seat, rates, modes=not static)
     parts["pictures"] = SHEETS * rates.sheet + views
     further = further_seconds(scene, seat, contact.steps, contact.reed, parts["contact"], rates)
@@ -132,44 +133,37 @@ def predict_cost(
     return Cost(sum(parts.values()), memory, parts)
 
 
-def _waves_beside(scene: Scene, method: RunMethod, rates: Machine) -> float:
+def _waves_beside(seat: Structure, method: Method, duration: float, rates: Machine) -> float:
     """Return the time of the seat's waves where its statics alone is run [s]."""
-    how = method_beside(scene, method)
-    model = None if how is None else seat_model(scene.seat, how, scene.run.duration)
+    how = method_beside(seat, method)
+    model = None if how is None else count_elements(seat, how, duration)[0]
     return 0.0 if model is None else sum(seat_seconds(model, rates).values())
 
 
-def striker_elements(scene: Scene, method: RunMethod) -> tuple[SeatModel, ...] | None:
+def striker_elements(reed: Structure, how: Method, duration: float) -> tuple[SeatModel, ...] | None:
     """Return the sizes of the striker's elements, and of the coarser ones of its mesh error; ``None`` if unknown."""
-    reed, how, duration = scene.reed, method.reed, scene.run.duration
-    if (
-        not reed.traits.is_solved
-        or how.level in ("rod", "closed form")
-        or (model := seat_model(reed, how, duration)) is None
-    ):
-        return None
-    coarser = coarse_of(reed, how, duration)
-    return (model,) if coarser is None else (model, coarser)
+    models = count_elements(reed, how, duration) if reed.traits.is_solved else ()
+    return tuple(model for model in models if model is not None) or None
 
 
 def striker_poles(
-    scene: Scene, method: RunMethod, dt: float, steps: float, known: GreensFunction | None
+    reed: Structure, how: Method, dt: float, duration: float, known: GreensFunction | None
 ) -> float | None:
     """Return the number of poles of the striker that are marched; ``None``: it has step weights.
 
     ``known``: what stands for one that has to be computed.
     """
-    if method.reed.n_modes is not None:
-        return method.reed.n_modes
-    if (elements := striker_elements(scene, method)) is not None:
+    if how.n_modes is not None:
+        return how.n_modes
+    if (elements := striker_elements(reed, how, duration)) is not None:
         return elements[0].poles
-    greens = scene.reed.closed_form() if known is None else known
-    return 1.0 if greens is None else greens.marched_poles(dt, steps)
+    greens = reed.closed_form() if known is None else known
+    return 1.0 if greens is None else greens.marched_poles(dt, max(1.0, duration / dt))
 
 
-def closed_form(scene: Scene, method: RunMethod) -> GreensFunction | None:
+def closed_form(seat: Structure, how: Method) -> GreensFunction | None:
     """Return the seat's Green's function where that costs nothing to have; ``None`` for others, and for files."""
-    return scene.seat.closed_form() if method.seat.exact else None
+    return seat.closed_form() if how.exact else None
 
 
 @dataclass(frozen=True)
@@ -201,14 +195,14 @@ class ContactModel:
 
 def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> ContactModel:
     """Return the size of the contact's march; ``seat``: its finite elements, as far as they have waves."""
-    closed = closed_form(scene, method)
+    closed = closed_form(scene.seat, method.seat)
     dt = method.time_step or _step(scene, method, seat, closed)
     steps = max(1.0, scene.run.duration / dt)
     if seat is not None:
         model = ContactModel(steps, seat.poles, 1.0, seat.poles, BUDGET_RUNS)
     else:
         model = contact_model(steps, dt, closed)
-    return with_striker(model, scene, method, dt, bench.surrogate_striker(scene))
+    return with_striker(model, scene.reed, method, dt, scene.run.duration, bench.surrogate_striker(scene))
 
 
 def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> ContactModel:
@@ -220,12 +214,12 @@ def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> Con
 
 
 def with_striker(
-    model: ContactModel, scene: Scene, method: RunMethod, dt: float, known: GreensFunction | None
+    model: ContactModel, reed: Structure, method: RunMethod, dt: float, duration: float, known: GreensFunction | None
 ) -> ContactModel:
-    """Return the march with the scene's striker; ``known``: the Green's function of one still to be computed."""
-    poles = striker_poles(scene, method, dt, model.steps, known)
-    reed = _weights(model.steps) if poles is None else float(poles)
-    return replace(model, reed=reed, bends=method.reed.n_modes is not None, ports=method.seat.division.count)
+    """Return the march with the ``reed``; ``known``: the Green's function of one still to be computed."""
+    poles = striker_poles(reed, method.reed, dt, duration, known)
+    weight = _weights(model.steps) if poles is None else float(poles)
+    return replace(model, reed=weight, bends=method.reed.n_modes is not None, ports=method.seat.division.count)
 
 
 def _poles(greens: GreensFunction, dt: float, steps: float) -> float:
@@ -239,10 +233,8 @@ def _weights(steps: float) -> float:
 
 
 def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: GreensFunction | None) -> float:
-    reed, elements = (
-        striker_of(scene, method.reed.n_modes, bench.surrogate_striker(scene)).greens,
-        striker_elements(scene, method),
-    )
+    reed = striker_of(scene, method.reed.n_modes, bench.surrogate_striker(scene)).greens
+    elements = striker_elements(scene.reed, method.reed, scene.run.duration)
     dt = fallback_step(scene.run, scene.gas, reed, reed if closed is None else closed)
     for model, how in ((seat, method.seat), (None if elements is None else elements[0], method.reed)):
         if model is not None and how.bandwidth is not None:

@@ -40,17 +40,18 @@ def _priced(context: PlanningContext, option: Option, *, closed: bool) -> Option
     """
     dt, scene = option.method.time_step or 0.0, context.scene
     if closed:
-        run = scene.run.duration / dt
-        model = costs.contact_model(run, dt, costs.closed_form(scene, context.stated))
-        model = costs.with_striker(model, scene, option.method, dt, context.sensitivity.bench.striker)
+        duration, striker = scene.run.duration, context.sensitivity.bench.striker
+        model = costs.contact_model(duration / dt, dt, costs.closed_form(scene.seat, context.stated.seat))
+        model = costs.with_striker(model, scene.reed, option.method, dt, duration, striker)
         return replace(option, seconds=option.seconds + sum(costs.contact_seconds(model, context.machine).values()))
     bare, one = (_seconds(context, option.method, dt, poles) for poles in (0.0, 1.0))
     return replace(option, seconds=option.seconds + bare, per_pole=one - bare)
 
 
 def _seconds(context: PlanningContext, method: RunMethod, dt: float, poles: float) -> float:
-    model = costs.ContactModel(max(1.0, context.scene.run.duration / dt), poles, 1.0, poles, costs.BUDGET_RUNS)
-    model = costs.with_striker(model, context.scene, method, dt, context.sensitivity.bench.striker)
+    reed, duration = context.scene.reed, context.scene.run.duration
+    model = costs.ContactModel(max(1.0, duration / dt), poles, 1.0, poles, costs.BUDGET_RUNS)
+    model = costs.with_striker(model, reed, method, dt, duration, context.sensitivity.bench.striker)
     return sum(costs.contact_seconds(model, context.machine).values())
 
 

@@ -36,9 +36,9 @@ from seatfem.study.method import (
 from seatfem.study.planning.costs import closed_form, striker_poles
 from seatfem.study.planning.deciding import Decision
 from seatfem.study.planning.plan import Choice
-from seatfem.study.prerun import context, lips, sensitivity
+from seatfem.study.prerun import lips, sensitivity
 from seatfem.study.safety import FEW, FEWER, LIP_SHARE, MANY
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
 
@@ -68,7 +68,8 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
     seen = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
     choices.append(_history(decision, method))
     choices.append(Choice("run.duration", described(STEP, scene.run.duration), f"a quick trial run saw {seen}", True))
-    choices.append(Choice("accuracy.target", large_percent(scene.accuracy.target), _asked(scene), _told_target(scene)))
+    asked = scene.accuracy
+    choices.append(Choice("accuracy.target", large_percent(asked.target), _asked(asked), _told_target(asked)))
     return tuple(choices)
 
 
@@ -78,15 +79,12 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
     count = decision.context.scene.run.duration / dt
     steps, known = f"{_count(count)} steps", _poles(decision, method, dt, count)
     if known is None:
-        return Choice(
-            "history",
-            "chosen once the seat is known",
-            f"{steps}; modal recursion if the seat has uncoupled modes",
-            False,
-        )
+        why = f"{steps}; modal recursion if the seat has uncoupled modes"
+        return Choice("history", "chosen once the seat is known", why, False)
     poles, why = known
     known_reed = decision.context.sensitivity.bench.striker
-    marched_by_reed = striker_poles(decision.context.scene, method, dt, count, known_reed)
+    scene = decision.context.scene
+    marched_by_reed = striker_poles(scene.reed, method.reed, dt, scene.run.duration, known_reed)
     reed = None if marched_by_reed is None else max(1, round(marched_by_reed))
     plan = history.choose([_stand_in(reed), _stand_in(poles)], 1, max(1, round(count)))
     if poles is not None and reed is None:
@@ -106,9 +104,10 @@ def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tu
     scene, surrogate = decision.context.scene, decision.context.surrogate
     convolved = scene.seat.is_convolved
     if decision.level not in ("rod", "closed form"):
-        elements = None if decision.level == "spring" else context.finite_elements(scene, method)
+        elements = None if decision.level == "spring" else decision.context.elements_of(method.seat)[0]
         return (None, COUPLED) if convolved else (round(0.0 if elements is None else elements.poles), "")
-    greens = surrogate.greens if surrogate.exact else closed_form(scene, method) if decision.level == "rod" else None
+    form = closed_form(scene.seat, method.seat) if decision.level == "rod" else None
+    greens = surrogate.greens if surrogate.exact else form
     if greens is None:
         return (None, COUPLED) if convolved else None
     return greens.marched_poles(dt, steps), "general method, because the seat has no uncoupled modes"
@@ -158,7 +157,7 @@ def _tolerance(decision: Decision, method: RunMethod) -> str:
 def _reduction(decision: Decision, method: RunMethod) -> str:
     if decision.level == "spring":
         return "one static solution" + (" for each segment of the lip" if method.seat.in_arcs else "")
-    model = context.finite_elements(decision.context.scene, method)
+    model, _ = decision.context.elements_of(method.seat)
     if model is None:
         return "chosen once the matrices are known"
     n = model.sizes.counts.dof
@@ -253,14 +252,13 @@ def _step(decision: Decision, method: RunMethod) -> str:
     return f"error estimated with {others} steps"
 
 
-def _asked(scene: Scene) -> str:
-    accuracy = scene.accuracy
+def _asked(accuracy: Accuracy) -> str:
     landing = "" if accuracy.landing == "run" else f" of the {accuracy.landing} landing"
     return f"of {' and '.join(map(_spoken, accuracy.measures))}{landing}"
 
 
-def _told_target(scene: Scene) -> bool:
-    return bool({"target", "level"} & scene.accuracy.model_fields_set)
+def _told_target(accuracy: Accuracy) -> bool:
+    return bool({"target", "level"} & accuracy.model_fields_set)
 
 
 def _count(value: float) -> str:

@@ -35,7 +35,7 @@ def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None
     Returns:
         ``None`` where the file states what is behind the source, or nothing is.
     """
-    if source in (touches.LIP, "patch") and chooses_one_port(plan.scene, plan.method):
+    if source in (touches.LIP, "patch") and chooses_one_port(plan.scene.contact, plan.method):
         return planner.plan_scene(plan.scene, machine, without=(*plan.without, validity.ONE_PORT))
     if source == "model" and plan.level in ("spring", "rod") and not plan.is_given(MODEL):
         return planner.plan_scene(plan.scene, machine, without=(*plan.without, plan.level))
@@ -50,7 +50,7 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
         for ladder in ladders()
         if ladder.source == source and plan.is_open(ladder.key) and (value := plan.method.value(ladder.key))
         if not (ladder.key == RINGS and plan.method.ports is not None)
-        if (finer := ladder.finer(value, factor, plan.scene)) is not None
+        if (finer := ladder.finer(value, factor, plan.scene.run, plan.scene.reed)) is not None
     }
     if values.get(REED_BAND, math.inf) < LEAST_WIDER * (plan.method.reed.bandwidth or 0.0):
         return None
@@ -92,7 +92,7 @@ def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan |
     more; ``None`` where the file states that, or it is more than can be."""
     division, measures = plan.method.seat.division, plan.scene.accuracy.judged
     more = {PORTS: Division(2 * division.arcs, division.rings)}
-    if division.arcs > 1 and not rings_refused(plan.scene):
+    if division.arcs > 1 and not rings_refused(plan.scene.seat, plan.scene.life):
         rings = next((number for number in ACROSS if number > division.rings), None)
         more |= {} if rings is None else {RINGS: Division(division.arcs, rings)}
 

@@ -190,9 +190,8 @@ class Bench:
 
     def divided(self, division: Division) -> Bench:
         """Return the bench with the lip of both bodies in fewer parts."""
-        striker = (
-            None if self.striker is None else parts_joined(self.striker, Division.from_greens(self.seat), division)
-        )
+        own = Division.from_greens(self.seat)
+        striker = None if self.striker is None else parts_joined(self.striker, own, division)
         return replace(self, seat=divided_less(self.seat, division), striker=striker)
 
     def affords(self, dt: float) -> bool:
@@ -284,6 +283,12 @@ class Bench:
             body = drives.on_its_base(self.scene.mount("stopper"), self.stopper)
             self._stoppers[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
         return (self._stoppers[dt],)
+
+
+def prepare_bench(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> Bench:
+    """Return the bench on which the pre-runs of a scene run: its striker, and the window of its contact."""
+    striker = surrogate_striker(scene, progress)
+    return Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)
 
 
 def advanced(body: Body, time: float) -> Body:

@@ -12,15 +12,15 @@ from impact.bodies.body import Body
 from impact.notices import Progress, silent
 from impact.runs.variations import SAFETY, times
 from seatfem.machine.resources import Machine
-from seatfem.structures.estimates.costs import SeatModel, coarse_of, seat_model
+from seatfem.structures.estimates.costs import SeatModel, count_elements
 from seatfem.structures.estimates.surrogate import Patch, Sizes, Surrogate
-from seatfem.structures.method import Applicability, Method
+from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.rings import REFERENCE_RINGS, Division, as_a_whole, left_by, share_left
 from seatfem.structures.store import Store
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given, stated_method
 from seatfem.study.prerun import lips
-from seatfem.study.prerun.bench import Bench, locate_contact_window, surrogate_striker
+from seatfem.study.prerun.bench import prepare_bench
 from seatfem.study.prerun.look import BANDS, coarse_method, coarse_seat, element_sizes, look_at, lowest_band
 from seatfem.study.prerun.sensitivity import Changes, Sensitivity
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
@@ -80,13 +80,13 @@ class PlanningContext:
         """
         store = Store.default() if store is None else store
         longest = LONGEST_LOOK[scene.seat.drawn is None or bool(scene.seat.files())] if look is None else look
-        surrogate = look_at(scene, surrogate, machine, store, longest)
+        stated = stated_method(scene)
+        surrogate = look_at(scene, stated.seat, surrogate, machine, store, longest)
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
-            stopper = Body(
-                scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens, scene.stopper.speed
-            )
+            behind = scene.stopper.body.surrogate(scene.run.duration, scene.reed.face)
+            stopper = Body(behind.greens, scene.stopper.speed)
         arcs = lips.choose_arc_count(scene, surrogate, stopper, progress)
         whole = surrogate
         looked_at, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
@@ -96,19 +96,27 @@ class PlanningContext:
             if arcs is not None and not is_given(scene, PORTS):
                 arcs = lips.choose_more_arcs(looked_at, whole, arcs, band.errors)
                 looked_at, surrogate = arcs.scene, arcs.surrogate
-        bench = _bench(looked_at, surrogate, stopper, progress)
+        bench = prepare_bench(looked_at, surrogate.greens, stopper, progress)
         simpler, one_port = lips.errors_of_simpler_models(bench), None
         if arcs is not None and band is not None and ONE_PORT not in without:
             one_port = lips.one_port_in_place(scene, arcs, simpler, band.errors)
         if one_port is not None:
             arcs, looked_at, surrogate = None, lips.with_parts(looked_at, Division(1, scene.contact.rings)), whole
-            bench = _bench(looked_at, surrogate, stopper, progress)
+            bench = prepare_bench(looked_at, surrogate.greens, stopper, progress)
         widest = math.inf if surrogate.band is None else surrogate.band
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=widest)
         method = stated_method(looked_at)
         return PlanningContext(
             scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, store, longest, without
         )
+
+    def elements_of(self, method: Method) -> tuple[SeatModel | None, SeatModel | None]:
+        """Return the sizes of the seat's finite elements and of the coarser ones behind its mesh error."""
+        return count_elements(self.scene.seat, method, self.scene.run.duration)
+
+    def coarse_seat(self, method: Method) -> Solved | None:
+        """Return the seat by a coarse method, within the time of a look; ``None`` where that takes longer."""
+        return coarse_seat(self.scene.seat, self.scene.run.duration, method, self.machine, self.store, self.look)
 
     @property
     def patch(self) -> Patch | None:
@@ -214,8 +222,8 @@ class PlanningContext:
             return None
         if self.sensitivity.worst(self._bound_of_rings(1)) <= least:
             return None
-        method = replace(coarse_method(self.scene, patch), rings=REFERENCE_RINGS)
-        seat = coarse_seat(self.scene, method, self.machine, self.store, self.look)
+        method = coarse_method(self.scene.seat, self.stated.seat, patch, self.scene.run.filter_width)
+        seat = self.coarse_seat(replace(method, rings=REFERENCE_RINGS))
         return None if seat is None else self.sensitivity.between(as_a_whole(seat.greens), seat.greens)
 
     @cached_property
@@ -225,19 +233,3 @@ class PlanningContext:
         numbers = (self.stated.seat.rings or 1,) if stated else RING_NUMBERS
         chosen = numbers if self.sensitivity.worst(self.of_rings(1)) > 0 else numbers[:1]
         return {rings: self.of_rings(rings) for rings in chosen}
-
-
-def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
-    """Return the size of the seat's finite elements; ``None`` for a closed form, and for matrices, not yet known."""
-    return None if method.seat.exact else seat_model(scene.seat, method.seat, scene.run.duration)
-
-
-def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
-    """Return the coarser elements behind the mesh error; ``None`` where no mesh is made for the run."""
-    return None if method.seat.exact else coarse_of(scene.seat, method.seat, scene.run.duration)
-
-
-def _bench(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Bench:
-    """Return the bench on which the pre-runs of a scene run."""
-    seat, striker = surrogate.greens, surrogate_striker(scene, progress)
-    return Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)

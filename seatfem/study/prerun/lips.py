@@ -10,6 +10,7 @@ from impact.greens.base import GreensFunction
 from impact.notices import Progress
 from impact.runs.variations import SAFETY, larger, safety, times, total
 from seatfem.structures.estimates.surrogate import Surrogate, on_its_patch
+from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.rings import (
     ACROSS,
@@ -25,10 +26,11 @@ from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
 from seatfem.study.method import PORTS, REED_BAND, RINGS, as_stated, is_given, stated_method, value_of
 from seatfem.study.prerun.bench import MOST as MOST_STEPS
-from seatfem.study.prerun.bench import Bench, locate_contact_window, relative_changes, surrogate_striker
+from seatfem.study.prerun.bench import Bench, prepare_bench, relative_changes, surrogate_striker
 from seatfem.study.prerun.sensitivity import COARSE, Changes, with_other_modes
 from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, MODES_SHARE, STIFFER
 from seatfem.study.scene import Scene
+from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.measures import all_measures
 
 MOST_ARCS: Final = 64  # arcs that are chosen without being asked for
@@ -69,8 +71,7 @@ def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, p
     most = most if stated else lip.whole(most)
     finest = with_parts(scene, division_to_compare(Division(most, scene.contact.rings)))
     seat = surrogate_in_arcs(finest, surrogate).greens
-    striker, division = surrogate_striker(finest, progress), Division.from_greens(seat)
-    bench = Bench(finest, seat, locate_contact_window(finest, seat, striker, stopper), striker, stopper)
+    bench, division = prepare_bench(finest, seat, stopper, progress), Division.from_greens(seat)
     dt = bench.affordable(scene.run.filter_width / COARSE)
     known: dict[int, Mapping[str, float]] = {}
 
@@ -110,7 +111,7 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
         return stated, {}
     division = Division(stated_method(scene).ports or 1, stated)
     arcs, errors = scene.geometry.arcs_behind_rings(division), dict[int, Changes]()
-    for rings in (stated,) if is_given(scene, RINGS) or rings_refused(scene) else ACROSS:
+    for rings in (stated,) if is_given(scene, RINGS) or rings_refused(scene.seat, scene.life) else ACROSS:
         finer, weight = arc_rings_to_compare(rings)
         if division.arcs * rings > MOST_CHOSEN and rings > ACROSS[1] and errors:
             break
@@ -166,11 +167,11 @@ def errors_of_simpler_models(bench: Bench) -> Mapping[str, Changes]:
     return largest
 
 
-def rings_refused(scene: Scene) -> str:
+def rings_refused(seat: Structure, life: LifeTable | None) -> str:
     """Return why the arcs of a lip are not divided across unless the file says so; "" where nothing is against it."""
-    if scene.life is not None and scene.life.contact_criterion:
+    if life is not None and life.contact_criterion:
         return "the life under a sphere's contact (life.contact_criterion) is computed without parts across the lip"
-    return "" if scene.seat.traits.has_rings else "the seat has no rings"
+    return "" if seat.traits.has_rings else "the seat has no rings"
 
 
 def several_needed(scene: Scene) -> str:
@@ -258,9 +259,7 @@ def choose_plate_bandwidth(
     for _ in range(LOOKS):
         band = stated_method(scene).reed.bandwidth
         assert band is not None
-        striker = surrogate_striker(scene, progress)
-        window = locate_contact_window(scene, seat, striker, stopper)
-        errors = _left(Bench(scene, seat, window, striker, stopper))
+        errors = _left(prepare_bench(scene, seat, stopper, progress))
         worst = max((errors[name] for name in scene.accuracy.judged), default=0.0)
         if stated or worst <= aim or band >= most * (1 - 1e-9):
             break
@@ -275,9 +274,8 @@ def _left(bench: Bench) -> Changes:
     dt = bench.affordable(bench.scene.run.filter_width / COARSE)
     own = bench.measures(dt=dt)
     errors: Changes = {}
-    for other, share in with_other_modes(
-        striker_of(bench.scene, greens=bench.striker), value_of(bench.scene, REED_BAND)
-    ):
+    striker = striker_of(bench.scene, greens=bench.striker)
+    for other, share in with_other_modes(striker, value_of(bench.scene, REED_BAND)):
         change = times(share, relative_changes(own, replace(bench, other=other).measures(dt=dt)))
         errors = larger(change, errors or change)
     return errors or dict.fromkeys(own, math.inf)  # no mode to leave out: nothing tells what the plate's bending does

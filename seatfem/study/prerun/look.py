@@ -5,13 +5,13 @@ from typing import Final
 
 from impact.runs.variations import NARROWER
 from seatfem.machine.resources import Machine
-from seatfem.structures.cache import Cache
+from seatfem.structures.cache import Cache, build
 from seatfem.structures.estimates.costs import seat_model, seat_seconds
 from seatfem.structures.estimates.surrogate import ERRORS, Patch, Sizes, Surrogate, sizes_for
+from seatfem.structures.kinds import Structure
 from seatfem.structures.method import AUTO, Method, Solved
 from seatfem.structures.store import Store
-from seatfem.study.impacts.contact import seat_of
-from seatfem.study.method import BAND, MODEL, SIZE, TOLERANCE, is_given, stated_method
+from seatfem.study.method import BAND, MODEL, SIZE, TOLERANCE, is_given
 from seatfem.study.scene import Scene
 
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
@@ -22,59 +22,68 @@ IMPOSSIBLE: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueE
 """What a seat that cannot be made ends with: the run tells of it, a plan is made by the surrogate."""
 
 
-def look_at(scene: Scene, surrogate: Surrogate, machine: Machine, store: Store, longest: float) -> Surrogate:
+def look_at(
+    scene: Scene, stated: Method, surrogate: Surrogate, machine: Machine, store: Store, longest: float
+) -> Surrogate:
     """Return the seat itself on a coarse mesh, as a whole, in place of its surrogate; the surrogate of a seat that is
     not reduced or exact, of which nothing is open, where the look is predicted to take over ``longest`` [s], and of one
     without modes, as with dashpots: what a narrower band leaves, neither a plan nor a run could tell on it.
 
     Over the band of its first resonance, or where that takes too long, over the one that the filter passes.
     """
-    if not leaves_open(scene) or surrogate.exact or surrogate.patch is None:
+    structure, run = scene.seat, scene.run
+    if not leaves_open(structure) or surrogate.exact or surrogate.patch is None:
         return surrogate
-    method = coarse_method(scene, surrogate.patch)
-    if (seat := coarse_seat(scene, method, machine, store, longest)) is None and not is_given(scene, BAND):
-        method = replace(method, bandwidth=next_band(BAND_PER_FILTER / scene.run.filter_width))
-        seat = coarse_seat(scene, method, machine, store, longest)
-    if seat is None:
-        return surrogate
-    if (modal := seat.greens.modal) is None or not len(modal.omega):
+    method = coarse_method(structure, stated, surrogate.patch, run.filter_width)
+    seat = coarse_seat(structure, run.duration, method, machine, store, longest)
+    if seat is None and not states(structure, BAND):
+        method = replace(method, bandwidth=next_band(BAND_PER_FILTER / run.filter_width))
+        seat = coarse_seat(structure, run.duration, method, machine, store, longest)
+    if seat is None or (modal := seat.greens.modal) is None or not len(modal.omega):
         return surrogate
     band = max(method.bandwidth or 0.0, float(modal.frequencies_hz.max()) / NARROWER)
     return replace(surrogate, greens=seat.greens, words=f"coarse mesh of the seat, {surrogate.words}", band=band)
 
 
-def coarse_seat(scene: Scene, method: Method, machine: Machine, store: Store, longest: float) -> Solved | None:
+def coarse_seat(
+    seat: Structure, duration: float, method: Method, machine: Machine, store: Store, longest: float
+) -> Solved | None:
     """Return the seat by a coarse method; ``None`` where that is predicted to take over ``longest`` [s], or cannot be
     made."""
-    model = seat_model(scene.seat, method, scene.run.duration)
+    model = seat_model(seat, method, duration)
     if model is None or sum(seat_seconds(model, machine).values()) > longest:
         return None
     try:
-        return seat_of(scene, Cache(None, store), method=method, mesh_error=False)
+        return build(seat, method, duration, Cache(None, store), mesh_error=False)
     except IMPOSSIBLE:
         return None
 
 
-def leaves_open(scene: Scene) -> bool:
+def leaves_open(seat: Structure) -> bool:
     """Return whether the file leaves the band, the level or the mesh of a reduced seat to the plan."""
-    keys = (BAND,) if scene.seat.drawn is None else (BAND, MODEL, SIZE)
-    return scene.seat.traits.is_reduced and not all(is_given(scene, key) for key in keys)
+    keys = (BAND,) if seat.drawn is None else (BAND, MODEL, SIZE)
+    return seat.traits.is_reduced and not all(states(seat, key) for key in keys)
 
 
-def coarse_method(scene: Scene, patch: Patch) -> Method:
-    """Return the coarsest method whose seat shows the waves that the filter passes, its face in one ring.
+def states(seat: Structure, key: str) -> bool:
+    """Return whether the file states a dotted ``key`` of the seat."""
+    return is_given(seat, key.removeprefix("seat."))
+
+
+def coarse_method(seat: Structure, stated: Method, patch: Patch, width: float) -> Method:
+    """Return the coarsest method whose seat shows the waves that a filter of a ``width`` [s] passes, its face in one
+    ring; keys that the file states are as in the ``stated`` one.
 
     The reduction that the file states is for the run: any other has the same g to within its tolerance.
     """
-    stated = stated_method(scene).seat
-    least = max(lowest_band(patch), BAND_PER_FILTER / scene.run.filter_width)
+    least = max(lowest_band(patch), BAND_PER_FILTER / width)
     band = next_band(least)
-    how = replace(stated, level=scene.seat.level(0.0).level, rings=1, lip=None, reduction=AUTO, max_vectors=None)
-    how = how if is_given(scene, BAND) else replace(how, bandwidth=band)
-    how = how if is_given(scene, TOLERANCE) else replace(how, tolerance=COARSE_TOLERANCE)
-    if scene.seat.drawn is None:
+    how = replace(stated, level=seat.level(0.0).level, rings=1, lip=None, reduction=AUTO, max_vectors=None)
+    how = how if states(seat, BAND) else replace(how, bandwidth=band)
+    how = how if states(seat, TOLERANCE) else replace(how, tolerance=COARSE_TOLERANCE)
+    if seat.drawn is None:
         return how
-    sizes = element_sizes(patch, stated, (how.bandwidth or band) if is_given(scene, BAND) else least, ERRORS[0])
+    sizes = element_sizes(patch, stated, (how.bandwidth or band) if states(seat, BAND) else least, ERRORS[0])
     return replace(how, size=sizes.size, contact_size=sizes.contact_size)
 
 

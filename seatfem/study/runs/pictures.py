@@ -93,11 +93,11 @@ def draw_run(
     return (*files, *copies), gaps
 
 
-def ahead(scene: Scene, method: RunMethod, seat: Solved, painter: rendering.Painter) -> None:
+def ahead(body: Structure, run: Run, method: RunMethod, seat: Solved, painter: rendering.Painter) -> None:
     """Draw the pictures that need the seat alone, while the run continues; none for a seat without bodies to draw."""
-    bodies = [picture for picture in _seat_pictures(scene.seat, scene.run.filter_width, seat) if picture[0] in BODIES]
+    bodies = [picture for picture in _seat_pictures(body, run.filter_width, seat) if picture[0] in BODIES]
     if bodies and not picture_library_gap():
-        painter.take([*bodies, _greens_picture(scene.run, method, seat)])
+        painter.take([*bodies, _greens_picture(run, method, seat)])
 
 
 def _greens_picture(run: Run, method: RunMethod, seat: Solved) -> rendering.Picture:

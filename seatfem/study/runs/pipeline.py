@@ -105,7 +105,7 @@ def run_scene(
     baseline: Baseline | None = None
     for latest in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if painter is not None:
-            runs.pictures.ahead(scene, latest.plan.method, latest.seat, painter)
+            runs.pictures.ahead(scene.seat, scene.run, latest.plan.method, latest.seat, painter)
         if baseline is None or baseline.beside is not latest.result:  # a round comes again where the next one failed
             baseline = baseline_of(latest, watch)
         gas_run = None if scene.gas is None else GasRun.from_run(scene.gas, latest.touches)

@@ -115,7 +115,7 @@ class Round:
         """Return the measures nobody asked for, of a seat that the plan took for a spring: its pre-runs, which know
         waves, did not look at them, and the budget's own look, where it is of first order, may miss most of what they
         do."""
-        if self.plan.level != "spring" or tells_waves(self.plan.scene, self.plan.method):
+        if self.plan.level != "spring" or tells_waves(self.plan.scene.seat, self.plan.method.seat):
             return ()
         looked_at = {*self.plan.scene.accuracy.judged, *self.plan.shares.get("model", {})}
         return tuple(name for name in self.left.values if name not in looked_at and not is_of_a_landing(name))

@@ -105,7 +105,7 @@ def begun(scene: Scene, start: Start, *, as_it_is: bool = False) -> Plan | None:
     if start.get("like") != _like(scene):
         return None
     plan = plan_from_json(scene, start["plan"], NOTE)
-    if plan is not None and plan.method.seat.static and not tells_waves(scene, plan.method) and not as_it_is:
+    if plan is not None and plan.method.seat.static and not tells_waves(scene.seat, plan.method.seat) and not as_it_is:
         return None
     return plan
 

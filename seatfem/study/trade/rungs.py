@@ -17,7 +17,9 @@ from impact.march.history import Engine
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.greens import reducers
-from seatfem.structures.rings import MOST_RINGS
+from seatfem.structures.rings import MOST_RINGS, Division
+from seatfem.study.impacts.contact import striker_of
+from seatfem.study.impacts.validity import BEAM, simpler_bodies
 from seatfem.study.ladders import march, patch, reduction, table
 from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.method import (
@@ -54,6 +56,12 @@ _QUICK: Final = (
     *("order 1", "reed modes 10", "2 steps per filter", "32 steps per filter"),
     *("one port", "beam", *(f"{ports} ports" for ports in patch.PORTS_IN_A_TRADE)),
 )
+
+
+def has_a_beam(scene: Scene) -> bool:
+    """Return whether a beam is known that could stand in place of the scene's plate."""
+    method = stated_method(scene).replaced({REED_BAND: reduction.OF_A_BEAM}).along(scene.geometry, 1)
+    return BEAM in dict(simpler_bodies(scene, striker_of(scene, method=method.reed), Division()))
 
 
 def centre_of(scene: Scene) -> RunMethod:
@@ -197,9 +205,10 @@ class Rungs:
         """Yield each key varied alone, the rest being the centre's; then reductions, and engines of the history."""
         centre = self.centre.replaced({RINGS: self.rings})
         for ladder in table.ladders():
-            for near in ladder.beside(self.scene, centre):
-                settings = settings_of(self.centre, near.values)
-                yield Point(near.name, self.family, near.varied, settings, in_place=near.in_place)
+            for near in ladder.beside(self.scene.run, self.scene.reed, centre):
+                if near.in_place != BEAM or has_a_beam(self.scene):
+                    settings = settings_of(self.centre, near.values)
+                    yield Point(near.name, self.family, near.varied, settings, in_place=near.in_place)
         if centre.seat.bandwidth is not None and (centre.ports or 1) == 1:  # arcs take modes alone
             yield from self._reductions()
         yield from self._engines()
