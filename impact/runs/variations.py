@@ -260,10 +260,9 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int =
     values, ways = np.linalg.eigh((1 - AT_ONCE) * flexible)
     kept = values > ROUND_OFF * values[-1]
     yielding = (ways[:, kept] * np.sqrt(values[kept])).T
-    ratios, parts = np.array([ratio]), np.ones(1)
-    if octaves:
-        ratios, parts = ratio * 2 ** (np.arange(octaves) + 0.5), 0.5 ** np.arange(octaves)
-    omega = np.repeat(ratios * (g.omega[last] or 2 * np.pi * band), len(yielding))
+    steps = np.arange(max(octaves, 1))
+    parts, highest = 0.5**steps, ratio * (g.omega[last] or 2 * np.pi * band)
+    omega = np.repeat(highest * 2.0 ** (steps + (0.5 if octaves else 0.0)), len(yielding))
     shapes = omega[:, None] * np.kron(np.sqrt(parts / parts.sum())[:, None], yielding)
     ringing = replace(
         g,
