@@ -538,7 +538,7 @@ class TestWithoutWaves:
     @staticmethod
     def looked_at(scene: Scene) -> Surrogate:
         surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-        return look.look_at(scene, surrogate, Machine(), Store.default(), longest=np.inf)
+        return look.look_at(scene, stated_method(scene).seat, surrogate, Machine(), Store.default(), longest=np.inf)
 
     @staticmethod
     def level_of(seen: PlanningContext) -> str:

@@ -64,7 +64,7 @@ def test_static_deflection_under_each_load(load: str, tmp_path: Path) -> None:
         "point": -0.2 * at(reed, 12e-3),
         "force": -0.2 * centre,
     }
-    K = reed.solved().model.K
+    K = reed.solved().plate.model.K
     exact = float(centre @ scipy.sparse.linalg.spsolve(K.tocsc(), push[load]))
     q, seen = still(scene)
     assert exact < -1e-6

@@ -75,7 +75,7 @@ def test_the_beam_has_the_plates_widths_and_starts_as_it_does(tmp_path: Path) ->
     assert greens.static_compliance()[0, 0] == pytest.approx(compliance, rel=1e-3)  # chords of a 64th
     assert greens.shapes[:, 0] @ beam.state.velocity == pytest.approx(-1.0, rel=1e-9)
     assert np.flatnonzero(beam.state.velocity).tolist() == [0]
-    assert greens.frequencies_hz[0] == pytest.approx(scene.reed.solved().modes.frequencies_hz[0], rel=0.01)
+    assert greens.frequencies_hz[0] == pytest.approx(scene.reed.solved().plate.modes.frequencies_hz[0], rel=0.01)
     assert outline.centre[0] == pytest.approx(centre, rel=1e-12)
 
 

@@ -293,19 +293,33 @@ def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
 def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, float]]:
     """Yield a plate of a ``band`` [Hz] with other modes than its own, and the share of what each changes that is left.
 
-    First without its highest modes, as `OF_MODES` says. These tell how the next ones go on if the modes that the
-    contact feels lie evenly. A contact in the middle of a disc, or all around a ring, feels few: then what lies beyond
-    the last mode tells, as one mode or over octaves, as `BEYOND` lists; where no mode can be left out, it
-    alone. A run's step hides a part of what rings fast (`HIDDEN`).
+    First without its highest modes, as `OF_MODES` says. These tell how the next ones go on if the contact feels many of
+    them (`MANY_FELT`). In the middle of a disc, or all around a ring, it feels few: then what lies beyond the last mode
+    tells, as one mode or over octaves, as `BEYOND` lists; where no mode can be left out, it alone. A run's step hides a
+    part of what rings fast (`HIDDEN`).
     """
     share_beyond = safety.ALONE
     for ratio, share in safety.OF_MODES:
         if (fewer := narrower(body, ratio)) is not None:
             share_beyond = safety.HIDDEN
             yield fewer, share
-    for ratio, octaves in safety.BEYOND:
+    for ratio, octaves in safety.BEYOND if modes_felt(body) < safety.MANY_FELT else ():
         if (ringing := ringing_on(body, ratio, band, octaves)) is not None:
             yield ringing, share_beyond
+
+
+def modes_felt(body: Body) -> float:
+    """Return how many of a body's highest modes its contacts feel, those down to the last ratio of `OF_MODES`.
+
+    The participation number (sum c)^2/sum c^2 of their compliances c = |shape|^2/omega^2: n of n alike, 1 of one that
+    yields more than all others.
+    """
+    g = body.greens.modal
+    if g is None or not np.any(g.omega):
+        return 0.0
+    top = g.omega > g.omega.max() / safety.OF_MODES[-1][0]
+    yields = np.sum((g.shapes[top] / g.omega[top, None]) ** 2, axis=1)
+    return float(yields.sum() ** 2 / np.sum(yields**2)) if np.any(yields) else 0.0
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
