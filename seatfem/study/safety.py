@@ -50,9 +50,10 @@ MUCH_SHORTER: Final = 8  # least ratio of a stated step to the shortest compared
 OF_MODES: Final = ((1.6, 0.65), (2.56, 0.3))
 """By ratio, the error of a plate's modes over what those above that part of the highest change: of second order (0.64
 and 0.18), and more of the second: the first alone was too small for three of 108 measures of seed 403."""
-MANY_FELT: Final = 4.0
+MANY_FELT: Final = 2.0
 """Modes above 1/2.56 of the highest that a contact feels, from which on these tell what those beyond do: the middle of
-a disc feels 1 to 2.2, a ring all around 1, a flapper's paddle 2.3, a strip's tip 6.5, a lip in arcs 13 to 28."""
+a disc feels 1.0 to 1.6 of narrow bands, a ring all around 1.0; a flapper's paddle 2.3, a strip's tip 6.5, a lip in arcs
+13 to 28. Of flappers no bar was too narrow without, and with what lies beyond they tripled."""
 BEYOND: Final = ((1.0, 0), (2.0, 0), (4.0, 0), (1.0, 4))
 """What may lie beyond a plate's last mode: one mode at these times its frequency, or over so many octaves from there.
 Of 180 numbers of free discs on springs from softer to a hundred times stiffer than they, bands of 40 to 400 kHz, the
