@@ -50,18 +50,18 @@ MUCH_SHORTER: Final = 8  # least ratio of a stated step to the shortest compared
 OF_MODES: Final = ((1.6, 0.65), (2.56, 0.3))
 """By ratio, the error of a plate's modes over what those above that part of the highest change: of second order (0.64
 and 0.18), and more of the second: the first alone was too small for three of 108 measures of seed 403."""
-MANY_FELT: Final = 2.0
-"""Modes above 1/2.56 of the highest that a contact feels, from which on these tell what those beyond do: the middle of
-a disc feels 1.0 to 1.6 of narrow bands, a ring all around 1.0; a flapper's paddle 2.3, a strip's tip 6.5, a lip in arcs
-13 to 28. Of flappers no bar was too narrow without, and with what lies beyond they tripled."""
-BEYOND: Final = ((1.0, 0), (2.0, 0), (4.0, 0), (1.0, 4))
-"""What may lie beyond a plate's last mode: one mode at these times its frequency, or over so many octaves from there.
-Of 180 numbers of free discs on springs from softer to a hundred times stiffer than they, bands of 40 to 400 kHz, the
-highest modes alone were too small for 36, with one mode beyond for 3, with octaves as well for 1: that mode two octaves
-on tells where the filter hides both nearer ones (6 mm, 40 kHz, 3 us, 5e9 N/m: 14 % off, bar 6 %)."""
+ONE_FELT, MANY_FELT = 2.0, 4.0
+"""Modes above 1/2.56 of the highest that a contact feels: below the first, as the middle of a disc and a ring all
+around (1.0 to 1.6), one is alone; from the second on, as a strip's tip (6.5) and a lip in arcs (13 to 28), they tell
+what those beyond do. A flapper's paddle feels 2.3."""
+BEYOND: Final = ((1.0, 0, MANY_FELT), (2.0, 0, MANY_FELT), (4.0, 0, ONE_FELT), (1.0, 4, MANY_FELT))
+"""What may lie beyond a plate's last mode, of a contact that feels fewer than so many: one mode at these times its
+frequency, or over so many octaves from there. Of 180 numbers of free discs on springs from softer to a hundred times
+stiffer than they, bands of 40 to 400 kHz, the highest modes alone were too small for 36, with one mode beyond for 3,
+with octaves for 1; one two octaves on tells where the filter hides the nearer ones (6 mm, 40 kHz, 3 us: 14 % off)."""
 HIDDEN: Final = 1.5
-"""Factor on what these change at the step of a run, which smears what rings faster: with 1, 8 of 186 bars of these
-discs were too narrow, by 1.45 at most."""
+"""Factor on what these change at the step of a run, which smears what rings faster, where one is alone: with 1, 8 of
+186 bars of these discs were too narrow, by 1.45 at most."""
 ALONE: Final = 2.0  # that factor where no mode can be left out, so that nothing else tells
 OPENING: Final = 0.1
 """Largest relative error of an opening that ends a group of contacts, or that does not, and ..."""

@@ -298,13 +298,13 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
     tells, as one mode or over octaves, as `BEYOND` lists; where no mode can be left out, it alone. A run's step hides a
     part of what rings fast (`HIDDEN`).
     """
-    share_beyond = safety.ALONE
+    felt, share_beyond = modes_felt(body), safety.ALONE
     for ratio, share in safety.OF_MODES:
         if (fewer := narrower(body, ratio)) is not None:
-            share_beyond = safety.HIDDEN
+            share_beyond = safety.HIDDEN if felt < safety.ONE_FELT else 1.0
             yield fewer, share
-    for ratio, octaves in safety.BEYOND if modes_felt(body) < safety.MANY_FELT else ():
-        if (ringing := ringing_on(body, ratio, band, octaves)) is not None:
+    for ratio, octaves, most in safety.BEYOND:
+        if felt < most and (ringing := ringing_on(body, ratio, band, octaves)) is not None:
             yield ringing, share_beyond
 
 
