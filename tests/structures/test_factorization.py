@@ -86,8 +86,8 @@ def evenly(length, cells):
     return np.linspace(0, length, cells + 1)
 
 
-def body(*sides, material=STEEL):
-    mesh = skfem.MeshTet.init_tensor(*sides)
+def body(*sides, material=STEEL, kind=skfem.MeshTet):
+    mesh = kind.from_mesh(skfem.MeshTet.init_tensor(*sides)) if kind is skfem.MeshTet2 else kind.init_tensor(*sides)
     top = sides[2][-1]
     named = {"contact": lambda x: x[2] > top * (1 - 1e-9), "fixed": lambda x: x[0] < 1e-12}
     mesh = mesh.with_boundaries(named)
@@ -99,6 +99,7 @@ def body(*sides, material=STEEL):
 BLOCK = (evenly(20e-3, 6), evenly(20e-3, 6), evenly(8e-3, 4))
 BODIES = [
     ("block", lambda: body(*BLOCK), 300e3, "plain"),
+    ("elements of ten nodes, as of gmsh", lambda: body(*BLOCK, kind=skfem.MeshTet2), 300e3, "plain"),
     ("PEEK on steel", lambda: body(*BLOCK, material={"lower": STEEL, "upper": PEEK}), 300e3, "plain"),
     ("PEEK on steel, slow", lambda: body(*BLOCK, material={"lower": STEEL, "upper": PEEK}), 10e3, "refined"),
     ("plate of 0.2 mm", lambda: body(evenly(20e-3, 10), evenly(20e-3, 10), evenly(0.2e-3, 1)), 300e3, "refined"),

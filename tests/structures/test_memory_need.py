@@ -1,6 +1,7 @@
 """Predicted memory against what a process of its own really takes, and the refusal."""
 
 import dataclasses
+import json
 import os
 import re
 import subprocess
@@ -45,6 +46,8 @@ def test_counts_are_those_of_the_matrices(shape, order):
     assert (counts.dof, counts.nnz, counts.mass_nnz) == (model.size, model.K.nnz, model.M.nnz)
 
 
+RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
+MATRICES = "K and M alone [GB]"
 PROGRAM = """
 import sys
 from pathlib import Path
@@ -81,9 +84,22 @@ def test_the_prediction_is_within_a_factor_of_a_process_of_its_own(shape, method
     threads = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "PYTHONPATH": str(folder)}
     command = [sys.executable, "-c", PROGRAM, shape, method, *map(str, cells)]
     done = subprocess.run(command, env={**os.environ, **threads}, capture_output=True, text=True, check=True)
-    need = memory_need(counts_of(block(shape, 2, cells)), single=method == "krylov")
+    need = memory_need(counts_of(block(shape, 2, cells)), "single" if method == "krylov" else "double")
     predicted = need.of_reduction(method)
     assert 1 / 1.5 < predicted / float(done.stdout) < 1.5
+
+
+def test_the_prediction_on_two_grids_is_within_a_third_of_the_processes_of_the_table():
+    """docs/performance.md: 74,000 to a million unknowns; Python and the mesh take 0.25 GB of each."""
+    table = json.loads((RESULTS / "speed_growth.json").read_text(encoding="utf-8"))
+    columns = {name: table["columns"].index(name) for name in ("unknowns", "solved by", "memory [GB]", MATRICES)}
+    rows = [{name: row[place] for name, place in columns.items()} for row in table["rows"]]
+    measured = [row for row in rows if row["solved by"] == "two grids" and int(row["unknowns"]) > 5e4]
+    assert len(measured) == 3
+    for row in measured:
+        entries = 1e9 * float(row[MATRICES]) / 12
+        need = memory_need(Counts(float(row["unknowns"]), 0.75 * entries, 0.25 * entries), "two grids")
+        assert 1 / 1.3 < (need.factorized / 1e9 + 0.25) / float(row["memory [GB]"]) < 1.3
 
 
 def test_the_refusal_names_need_memory_key_and_what_would_fit():

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 from seatfem.machine import libraries
 from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.sizes import (
+    COARSE_UNKNOWNS,
     KRYLOV_VECTORS,
     MATRIX_ENTRY,
     Sizes,
@@ -19,7 +20,7 @@ from seatfem.structures.estimates.sizes import (
 )
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import BEYOND, COARSENING, Method, allowed_error
+from seatfem.structures.method import BEYOND, COARSENING, ITERATED_FROM, Method, Solver, allowed_error
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.rings import rings_to_compare
 from seatfem.structures.shapes.profile import profile_of
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a tetrahedron
 SECTION_ENTRY: Final = 10.0  # of assembling an entry of a section's matrix, over that of a solid's
 SINGLE_FACTOR, SINGLE_SOLVE = 0.6, 0.62  # of the times in single precision, over those in double
+GRIDS_SOLVE: Final = 1.0  # times what a vector's other products take: a solve on two grids ...
+GRIDS_SETUP: Final = 5.0  # ... and what comes before, beside the factor of the coarse one
 SECTION_FACTOR: Final = 0.5  # of factor and solves of a section, over those of a solid
 FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3
 ROOM: Final = 32  # Krylov vectors at first; their number is doubled where it does not do
@@ -68,11 +71,10 @@ class Numbers:
 
 @dataclass(frozen=True)
 class SeatModel(Numbers):
-    """The same with what a reduction makes of it. ``vectors``: Krylov vectors, of one harmonic; ``single``: by factors
-    in single precision."""
+    """The same with what a reduction makes of it. ``vectors``: Krylov vectors, of one harmonic, by a ``solver``."""
 
     vectors: float = 0.0
-    single: bool = False
+    solver: Solver = "double"
 
     def stricter(self, ratio: float) -> SeatModel:
         """Return the aims with the tolerance of the reduction times ``ratio``."""
@@ -98,9 +100,14 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
         return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER
     n = numbers.sizes.counts.dof
-    rounded = allowed_error(n, method.tolerance) > 0 and libraries.has_pardiso()
-    single = rounded and not (method.distributed or numbers.hexahedra)
-    return SeatModel(**vars(numbers), vectors=min(vectors, n), single=single)
+    solver: Solver = "double"
+    if allowed_error(n, method.tolerance) > 0 and not (method.distributed or numbers.hexahedra):
+        solid = not numbers.section and method.order == 2
+        if solid and n >= ITERATED_FROM * rings:
+            solver = "two grids"
+        elif libraries.has_pardiso():
+            solver = "single"
+    return SeatModel(**vars(numbers), vectors=min(vectors, n), solver=solver)
 
 
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
@@ -178,12 +185,16 @@ def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> M
     """Return the times of mesh, assembly and reduction [s]; ``static``: a factorization alone."""
     counts, sizes = model.sizes.counts, model.sizes
     weight = SECTION_ELEMENT if model.section else (HEXAHEDRON if model.hexahedra else 1.0)
-    effort, single = SECTION_FACTOR if model.section else 1.0, model.single and not static
+    effort, solver = SECTION_FACTOR if model.section else 1.0, "double" if static else model.solver
     assembly = counts.nnz * rates.entry * (SECTION_ENTRY if model.section else 1.0)
     n, vectors = counts.dof, 1.0 if static else model.vectors
-    factor = rates.factor_start + effort * rates.factor * n**1.47 * (SINGLE_FACTOR if single else 1.0)
+    product, single = rates.product * counts.nnz, solver != "double"
+    factorized = n / COARSE_UNKNOWNS if solver == "two grids" else n
+    factor = rates.factor_start + effort * rates.factor * factorized**1.47 * (SINGLE_FACTOR if single else 1.0)
     solve = effort * rates.solve * n ** (4 / 3) * (SINGLE_SOLVE if single else 1.0)
-    vector = solve + rates.product * counts.nnz + rates.check + rates.inner * n * vectors
+    if solver == "two grids":
+        factor, solve = factor + GRIDS_SETUP * product, GRIDS_SOLVE * product
+    vector = solve + product + rates.check + rates.inner * n * vectors
     mesh = (rates.meshing_start if model.drawn else 0.0) + sizes.elements * weight * rates.element
     if model.runs == 1.0:
         return {"mesh": mesh, "assembly": assembly, "reduction": factor + vectors * vector}
@@ -204,5 +215,5 @@ def seat_memory(model: SeatModel) -> tuple[float, float]:
     """Return the bytes at the peak of the reduction, and those that stay: matrices, modes, mesh."""
     counts = model.sizes.counts
     room = ROOM * 2 ** max(0, math.ceil(math.log2(max(model.vectors, 1.0) / ROOM)))
-    peak = memory_need(counts, single=model.single).factorized + 8 * counts.dof * max(0.0, room - KRYLOV_VECTORS)
+    peak = memory_need(counts, model.solver).factorized + 8 * counts.dof * max(0.0, room - KRYLOV_VECTORS)
     return peak, MATRIX_ENTRY * (counts.nnz + counts.mass_nnz) + 8 * 60 * counts.dof

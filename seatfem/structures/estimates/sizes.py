@@ -25,7 +25,7 @@ from seatfem.structures.estimates.coarse import Tally, count_elements, size_at
 from seatfem.structures.estimates.surrogate import Patch
 from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec, graded, half_axis
-from seatfem.structures.method import AUTO, CHEAPEST_FIRST, AnyLevel, Level, Method
+from seatfem.structures.method import AUTO, CHEAPEST_FIRST, AnyLevel, Level, Method, Solver
 from seatfem.structures.shapes import Geometry, GeometryError
 from seatfem.structures.shapes.shape import Rectangle
 from seatfem.units import write_quantity
@@ -41,6 +41,8 @@ FACTOR_ENTRY: Final = 8.7  # bytes of an entry of the factor, its row numbers be
 MATRIX_ENTRY: Final = 12  # bytes of an entry of a sparse matrix
 ASSEMBLY_ENTRY: Final = 21  # bytes of an entry of K while K is made
 FACTORIZED_ENTRY: Final = 45  # the same while it is factorized: K, K + s^2 M, its upper triangle, PARDISO's own copy
+GRIDS_ENTRY: Final = 3.3  # bytes of a reduction on two grids, over those of K and M: single copies, the coarse space
+COARSE_UNKNOWNS: Final = 7.0  # unknowns of the fine grid over those of the coarse one
 KRYLOV_VECTORS: Final = 150  # 100 for one port, and the room they grow into
 LANCZOS_VECTORS: Final = 12
 _COUPLES: Final = {
@@ -114,12 +116,14 @@ def counts_from(
     return nodes, Counts(3 * nodes, 9 * couples, 3 * (nodes if shape == "hexahedron" else couples), compactness)
 
 
-def memory_need(counts: Counts, *, single: bool = False) -> MemoryNeed:
-    """Return the peaks [bytes] of assembly and reduction; ``single``: by factors in single precision."""
+def memory_need(counts: Counts, solver: Solver = "double") -> MemoryNeed:
+    """Return the peaks [bytes] of assembly and reduction, whose vectors a ``solver`` solves for."""
     mass, vector = MATRIX_ENTRY * counts.mass_nnz, 8 * counts.dof
-    fill = FILL * counts.compactness * counts.dof ** (4 / 3) * (0.5 if single else 1.0)
+    fill = FILL * counts.compactness * counts.dof ** (4 / 3) * (1.0 if solver == "double" else 0.5)
     assembly = ASSEMBLY_ENTRY * counts.nnz + mass
     factorized = FACTORIZED_ENTRY * counts.nnz + mass + FACTOR_ENTRY * fill + KRYLOV_VECTORS * vector
+    if solver == "two grids":
+        factorized = GRIDS_ENTRY * (MATRIX_ENTRY * counts.nnz + mass) + KRYLOV_VECTORS * vector
     return MemoryNeed(max(assembly, factorized), assembly + LANCZOS_VECTORS * vector)
 
 

@@ -210,7 +210,7 @@ def _linear_functions(dofs: DofMap) -> sparse.csr_array | None:
     mesh: Any = dofs.mesh
     if mesh is None or mesh.elem.refdom.__name__ != "RefTet":
         return None
-    corners, edges = mesh.p.shape[1], mesh.edges
+    corners, edges = int(mesh.nvertices), mesh.edges
     middles = corners + np.arange(edges.shape[1])
     if dofs.points.shape != (3, corners + len(middles)):
         return None

@@ -10,7 +10,7 @@ from impact.march import history
 from impact.quantities import percent
 from seatfem.structures.estimates.costs import ALL_MODES
 from seatfem.structures.estimates.surrogate import Sizes, per_wavelength
-from seatfem.structures.method import BEYOND
+from seatfem.structures.method import BEYOND, Solver
 from seatfem.structures.rings import arc_rings_to_compare
 from seatfem.study.impacts.validity import BEAM, ONE_PORT
 from seatfem.study.ladders.ladder import large_percent
@@ -42,6 +42,11 @@ from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
 
+OF_SOLVERS: Final[Mapping[Solver, str]] = {
+    "double": "",
+    "single": " of factors in single precision, projected in double",
+    "two grids": " by conjugate gradients on two grids, projected in double",
+}
 WORDS: Final = {ONE_PORT: "a single contact point", BEAM: "a beam model of the reed"}
 COUPLED: Final = (
     "general method, because the seat has no uncoupled modes: its damping couples them, or it was computed step by step"
@@ -170,7 +175,7 @@ def _reduction(decision: Decision, method: RunMethod) -> str:
     if method.seat.reduction == "auto" and n <= ALL_MODES:
         return f"about {_count(n)} unknowns: all modes"
     each = f" in each of {model.runs:.0f} harmonics" if model.runs > 1 else ""
-    of = "" if not model.single else " of factors in single precision, projected in double"
+    of = OF_SOLVERS[model.solver]
     return (
         f"about {_count(n)} unknowns, {model.vectors:.0f} Krylov vectors{each}{of} (Lanczos where the mass is diagonal)"
     )
