@@ -189,7 +189,7 @@ print(model.size, greens.origin["vectors"], *whole, *g)
 """A reduction in its own process: way and cells; unknowns, vectors, seconds of assembly, factor and solve, the last in
 products with K, seconds of the reduction, GB of the process, of K and M, and g."""
 WAYS: Final = ("double", "single", "two grids")
-SIZES: Final = ((12, WAYS, 2), (18, WAYS, 2), (24, WAYS, 1), (44, WAYS[2:], 1))  # cells, ways, runs of each
+SIZES: Final = ((18, WAYS, 2), (24, WAYS, 1), (44, WAYS[2:], 1))  # cells, ways, runs of each
 
 
 def growth_table() -> Table:

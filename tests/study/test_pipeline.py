@@ -96,9 +96,10 @@ def without_vtk(patch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def annular(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ran]:
-    """With the curves drawn."""
+    """With the curves drawn, and a store of its own: other files run this scene, too."""
     with pytest.MonkeyPatch.context() as patch:
         without_vtk(patch)
+        patch.setenv(VARIABLE, str(tmp_path_factory.mktemp("store")))
         yield run(ANNULAR, tmp_path_factory.mktemp("annular") / "out", pictures=True)
 
 
