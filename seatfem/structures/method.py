@@ -51,7 +51,7 @@ NAMES: Final[Mapping[Level, str]] = {
 
 
 Solver = Literal["double", "single", "two grids"]
-"""What solves for the vectors of a basis: a factor in double or in single precision, or conjugate gradients."""
+"""Vectors of a basis are solved for by a factor in double or in single precision, or by conjugate gradients."""
 SINGLE_FROM: Final = 20_000  # unknowns, from which on factors in single precision save more than they cost to judge
 ITERATED_FROM: Final = 100_000  # unknowns a port, from which on conjugate gradients take less than factor and solves
 _LOOSE: Final = 1e-3  # tolerance of g, from which on vectors of rounded solutions are as many as those of exact ones

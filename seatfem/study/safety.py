@@ -55,8 +55,8 @@ ONE_FELT, MANY_FELT = 2.0, 4.0
 around (1.0 to 1.6), one is alone; from the second on, as a strip's tip (6.5) and a lip in arcs (13 to 28), they tell
 what those beyond do. A flapper's paddle feels 2.3."""
 BEYOND: Final = ((1.0, 0, MANY_FELT), (2.0, 0, MANY_FELT), (4.0, 0, ONE_FELT), (1.0, 4, MANY_FELT))
-"""What may lie beyond a plate's last mode, of a contact that feels fewer than so many: one mode at these times its
-frequency, or over so many octaves from there. Of 180 numbers of free discs on springs from softer to a hundred times
+"""Beyond a plate's last mode, where a contact feels fewer than so many, one mode is tried at these times its frequency,
+or modes over so many octaves from there. Of 180 numbers of free discs on springs from softer to a hundred times
 stiffer than they, bands of 40 to 400 kHz, the highest modes alone were too small for 36, with one mode beyond for 3,
 with octaves for 1; one two octaves on tells where the filter hides the nearer ones (6 mm, 40 kHz, 3 us: 14 % off)."""
 HIDDEN: Final = 1.5

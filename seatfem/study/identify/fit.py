@@ -99,10 +99,8 @@ class Identified:
 
     def _of_the_step(self, name: str, fitted: Fitted, interval: Interval) -> Iterator[str]:
         if interval.of_step > STEPPED * _filled(interval) / 2:
-            width, unit = (
-                fitted.value(interval.high) - fitted.value(interval.low),
-                f" {fitted.unit}" * bool(fitted.unit),
-            )
+            width = fitted.value(interval.high) - fitted.value(interval.low)
+            unit = f" {fitted.unit}" if fitted.unit else ""
             part, step = width * interval.of_step / _filled(interval), min(self.model.steps.values())
             yield (
                 f"of the interval of {name} {in_digits(part, 2)}{unit} to either side may be the step's, "
