@@ -166,7 +166,7 @@ from seatfem.structures.method import Aims
 from seatfem.structures.reduction import krylov
 way, cells = sys.argv[1:]
 method.SINGLE_FROM = 10**9 if way == "double" else 0
-krylov.ITERATED_FROM = 0 if way == "two grids" else 10**9
+method.ITERATED_FROM = 0 if way == "two grids" else 10**9
 block(4)
 start = process_time()
 model = block(int(cells))
@@ -179,7 +179,7 @@ alone = sum(each.data.nbytes + each.indices.nbytes for each in (model.K, model.M
 load = model.port_matrix[:, 0]
 product = best(lambda: model.K @ load)
 start_of_basis = process_time()
-factor = krylov.Here(model, "auto", method.allowed_error(model.size, 0.01)).basis(aims.band, 100).factor
+factor = krylov.Here(model, "auto", 0.01).basis(aims.band, 100).factor
 made = process_time()
 solve = best(lambda: factor.solve(model.M @ load), 3)
 g = greens.filtered(np.linspace(0, aims.duration, 1000), aims.width).ravel()

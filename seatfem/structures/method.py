@@ -53,7 +53,7 @@ NAMES: Final[Mapping[Level, str]] = {
 Solver = Literal["double", "single", "two grids"]
 """Vectors of a basis are solved for by a factor in double or in single precision, or by conjugate gradients."""
 SINGLE_FROM: Final = 20_000  # unknowns, from which on factors in single precision save more than they cost to judge
-ITERATED_FROM: Final = 100_000  # unknowns a port, from which on conjugate gradients take less than factor and solves
+ITERATED_FROM: Final = 100_000  # unknowns a port of a cube, from which on conjugate gradients are faster than a factor
 _LOOSE: Final = 1e-3  # tolerance of g, from which on vectors of rounded solutions are as many as those of exact ones
 _OF_TOLERANCE: Final = 0.01  # that a vector may be off: what g misses by it is of second order
 
@@ -65,6 +65,24 @@ def allowed_error(size: float, tolerance: float) -> float:
     they miss is seen by the growth of the space. ``tolerance``: of g.
     """
     return _OF_TOLERANCE * tolerance if size >= SINGLE_FROM and tolerance >= _LOOSE else 0.0
+
+
+def compactness(elements: float, surface: float, *, cells: int = 6, faces: int = 12) -> float:
+    """Return how compact a body of ``elements`` with ``surface`` faces outside is: 1 for a cube, less for plates, bars.
+
+    The fill of a factor falls with it. ``cells``, ``faces``: elements, and faces on the surface, of a cell of a cube.
+    """
+    return min(1.0, float(faces * (elements / cells) ** (2 / 3)) / surface)
+
+
+def cheapest_solver(size: float, ports: float, compact: float, tolerance: float) -> Solver:
+    """Return what solves in the least time for the vectors of a solid with ``size`` unknowns and ``ports``.
+
+    ``compact``: its `compactness`; ``tolerance``: of g.
+    """
+    if not allowed_error(size, tolerance):
+        return "double"
+    return "two grids" if compact * size >= ITERATED_FROM * ports else "single"
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,8 @@ from typing import Any
 from impact.files.safe_files import write_whole
 from tests.frozen.recorded import FILE, HELP, ROOT, help_of_verbs, moved, numbers_of, scenes, versions
 
+ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
 
 def main(arguments: list[str]) -> int:
     """Return 1 where a number has moved."""
@@ -47,9 +49,9 @@ def main(arguments: list[str]) -> int:
 
 
 def _in_a_process(scene: Path) -> dict[str, Any]:
-    """Return the numbers of a scene, computed with an empty store; compiled code is found again."""
+    """Return the numbers of a scene, computed by one thread with an empty store; compiled code is used again."""
     with TemporaryDirectory() as store:
-        env = os.environ | {"SEATFEM_STORE": store}
+        env = os.environ | {"SEATFEM_STORE": store} | dict.fromkeys(ONE_THREAD, "1")
         command = [sys.executable, "-m", "tests.frozen", "--one", str(scene)]
         done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False)
     if done.returncode:

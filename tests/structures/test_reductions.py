@@ -123,7 +123,7 @@ def test_vectors_of_rounded_solutions_make_the_same_g(block, monkeypatch, dampin
     plain = Krylov().reduce(block, damping, replace(aims, backend="superlu")).greens
     assert SINGLE not in tighter.origin["factorization"]
     assert SINGLE not in plain.origin["factorization"]
-    monkeypatch.setattr("seatfem.structures.reduction.krylov.ITERATED_FROM", 0)
+    monkeypatch.setattr("seatfem.structures.method.ITERATED_FROM", 0)
     iterated = Krylov().reduce(block, damping, aims).greens
     assert iterated.origin["factorization"] == TWO_GRIDS
     assert true_error(iterated, block, damping, 4e5, 2e-5) <= 1.1 * iterated.error_estimate.reduction

@@ -20,7 +20,7 @@ from seatfem.structures.estimates.sizes import (
 )
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import BEYOND, COARSENING, ITERATED_FROM, Method, Solver, allowed_error
+from seatfem.structures.method import BEYOND, COARSENING, Method, Solver, cheapest_solver
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.rings import rings_to_compare
 from seatfem.structures.shapes.profile import profile_of
@@ -100,14 +100,17 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
         return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER
     n = numbers.sizes.counts.dof
-    solver: Solver = "double"
-    if allowed_error(n, method.tolerance) > 0 and not (method.distributed or numbers.hexahedra):
-        solid = not numbers.section and method.order == 2
-        if solid and n >= ITERATED_FROM * rings:
-            solver = "two grids"
-        elif libraries.has_pardiso():
-            solver = "single"
-    return SeatModel(**vars(numbers), vectors=min(vectors, n), solver=solver)
+    return SeatModel(**vars(numbers), vectors=min(vectors, n), solver=_solver(numbers, method, rings))
+
+
+def _solver(numbers: Numbers, method: Method, rings: int) -> Solver:
+    if method.distributed or numbers.hexahedra:
+        return "double"
+    counts = numbers.sizes.counts
+    solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)
+    if solver == "two grids" and not numbers.section and method.order == 2:
+        return solver
+    return "single" if solver != "double" and libraries.has_pardiso() else "double"
 
 
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:

@@ -25,7 +25,7 @@ from seatfem.structures.estimates.coarse import Tally, count_elements, size_at
 from seatfem.structures.estimates.surrogate import Patch
 from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec, graded, half_axis
-from seatfem.structures.method import AUTO, CHEAPEST_FIRST, AnyLevel, Level, Method, Solver
+from seatfem.structures.method import AUTO, CHEAPEST_FIRST, AnyLevel, Level, Method, Solver, compactness
 from seatfem.structures.shapes import Geometry, GeometryError
 from seatfem.structures.shapes.shape import Rectangle
 from seatfem.units import write_quantity
@@ -112,8 +112,8 @@ def counts_from(
         sum(a * b for a, b in zip(table[shape, order], parts, strict=True)) for table in (_NODES, _COUPLES)
     )
     cells, faces = _CUBE[shape]
-    compactness = min(1.0, faces * (parts[3] / cells) ** (2 / 3) / surface)
-    return nodes, Counts(3 * nodes, 9 * couples, 3 * (nodes if shape == "hexahedron" else couples), compactness)
+    compact = compactness(parts[3], surface, cells=cells, faces=faces)
+    return nodes, Counts(3 * nodes, 9 * couples, 3 * (nodes if shape == "hexahedron" else couples), compact)
 
 
 def memory_need(counts: Counts, solver: Solver = "double") -> MemoryNeed:

@@ -9,14 +9,14 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from impact.greens.base import ErrorEstimate
 from impact.notices import Progress, silent
 from seatfem.structures import reduction
-from seatfem.structures.method import ITERATED_FROM, Aims, allowed_error
+from seatfem.structures.method import Aims, allowed_error, cheapest_solver, compactness
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel
 from seatfem.structures.reduction import eigen_search, residual
 from seatfem.structures.reduction.factorization import Backend, Factorization, factorize, solve_on_two_grids
@@ -128,11 +128,11 @@ _LOOSER: Final = 10.0  # times what factors may leave: of 1 % asked for, g moved
 
 @dataclass(frozen=True)
 class Here:
-    """This process; `slepc.Ranks` answers the same. Solutions behind a basis may be ``allowed`` off."""
+    """This process; `slepc.Ranks` answers the same. ``tolerance``: of g; solutions behind a basis need less."""
 
     model: SecondOrderModel
     backend: Backend
-    allowed: float = 0.0
+    tolerance: float = 0.0
 
     def factorize(self, square: float, *, allowed: float = 0.0) -> Factorization:
         """Return the factorization of K + ``square`` M, positive definite; its solutions may be ``allowed`` off."""
@@ -141,11 +141,13 @@ class Here:
 
     def basis(self, shift: float, limit: int) -> KrylovBasis:
         """Return a basis that is empty but for the rigid motions, about -``shift``^2."""
-        model, factor = self.model, None
-        if self.allowed > 0 and self.backend == "auto" and model.size >= ITERATED_FROM * len(model.ports):
-            matrix = model.K + shift**2 * model.M
-            factor = solve_on_two_grids(matrix, model.dofs, _LOOSER * self.allowed)
-        factor = factor or self.factorize(shift**2, allowed=self.allowed)
+        model, factor, allowed = self.model, None, allowed_error(self.model.size, self.tolerance)
+        mesh: Any = None if model.dofs is None else model.dofs.mesh
+        if mesh is not None and self.backend == "auto":
+            compact = compactness(mesh.nelements, mesh.boundary_facets().size)
+            if cheapest_solver(model.size, len(model.ports), compact, self.tolerance) == "two grids":
+                factor = solve_on_two_grids(model.K + shift**2 * model.M, model.dofs, _LOOSER * allowed)
+        factor = factor or self.factorize(shift**2, allowed=allowed)
         return KrylovBasis(self.model, factor, shift, limit, eigen_search.rigid_shapes(self.model))
 
     def spectrum(self, progress: Progress) -> Spectrum | reduction.slepc.RanksSpectrum:
@@ -157,7 +159,7 @@ class Here:
 def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | reduction.slepc.Ranks]:
     """Yield what the aims ask for, while it is needed."""
     if not aims.distributed:
-        yield Here(model, aims.backend, allowed_error(model.size, aims.tolerance))
+        yield Here(model, aims.backend, aims.tolerance)
         return
     with reduction.slepc.on_ranks(model) as ranks:
         yield ranks
