@@ -1,7 +1,5 @@
 """Moving bases against closed forms: an oscillator that is shaken, a beam in resonance, a seat that comes up."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

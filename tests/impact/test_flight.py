@@ -71,8 +71,7 @@ def test_the_weight_is_carried_at_rest() -> None:
 
 
 @pytest.mark.parametrize(
-    ("ports", "stop"),
-    [(1, 3), (2, BLOCK - 1), (1, BLOCK), (2, BLOCK + 1), (1, 2 * BLOCK), (2, 2 * BLOCK + 77)],
+    ("ports", "stop"), [(1, 3), (2, BLOCK - 1), (1, BLOCK), (2, BLOCK + 1), (1, 2 * BLOCK), (2, 2 * BLOCK + 77)]
 )
 def test_split_marches_equal_single_ones(ports: int, stop: int) -> None:
     prepared = prepare(problem(ports, 2), 1e-2, 3 * BLOCK * 1e-2)

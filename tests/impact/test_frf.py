@@ -7,7 +7,7 @@ import pytest
 
 import impact
 from impact.bodies.time_series import TimeSeriesError
-from impact.measured.frf import FrequencyResponse, FrequencyResponseError, moves_away, read_frf, receptance
+from impact.measured.frf import FrequencyResponse, FrequencyResponseError, moves_away, read_frf
 
 BODY = impact.single_mode(frequency_hz=1e3, mass=0.01, damping_ratio=0.05)
 F = np.linspace(100.0, 3000.0, 30)
@@ -46,14 +46,6 @@ def test_quantities_and_units(tmp_path: Path, quantity: str, unit: str, order: i
         header = f"frequency [Hz],{quantity} magnitude [{unit}],{quantity} phase [{unit_of_angle}]"
         read = read_frf(write(tmp_path / "p.csv", header, F, np.abs(h), angle))
         assert read.receptance[:, 0, 0] == pytest.approx(G, rel=1e-9)
-
-
-def test_a_line_at_zero_hertz_is_left_out() -> None:
-    f = np.append(0.0, F)
-    read = receptance(f, np.append(0.0, G * W), "mobility")
-    assert read.frequency == pytest.approx(F)
-    with pytest.raises(FrequencyResponseError, match="kind 'compliance' is unknown"):
-        receptance(F, G, "compliance")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """How a difference between two runs grows from landing to landing, where it is known in closed form."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Landings: what begins one, what ends one, the quasi-static load, and how landings of two runs are paired."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -8,12 +8,7 @@ from scipy.linalg import eig
 
 import impact
 from impact.measured.amplitudes import Residues, made_passive
-from impact.measured.frf import (
-    FrequencyResponse,
-    FrequencyResponseError,
-    causality_defect,
-    receptance,
-)
+from impact.measured.frf import FrequencyResponse, FrequencyResponseError, causality_defect, receptance
 from impact.measured.pole_fit import fit_impulse_response, fit_poles, fit_response
 from impact.measured.vector_fitting import Poles, pole_passivity
 
@@ -116,17 +111,6 @@ def test_the_error_estimate_covers_the_error() -> None:
     assert np.mean(np.array(ratios) < 1.25) >= 0.8  # true error over its estimate
 
 
-def test_a_free_body_keeps_its_mass() -> None:
-    free = replace(
-        SEAT, omega=np.append(0.0, SEAT.omega), zeta=np.append(0.0, SEAT.zeta), shapes=np.vstack([[3.0], SEAT.shapes])
-    )
-    fit = fit_poles(measured(free, 0.01))
-    assert isinstance(fit, impact.ModalGreens)
-    assert np.isinf(fit.static_compliance()[0, 0])
-    assert impact.Body(fit).mass == pytest.approx(1 / 9, rel=0.005)
-    assert fit.frequencies_hz[1:] == pytest.approx(SEAT.frequencies_hz, rel=1e-3)
-
-
 def test_modes_above_the_band_count_as_compliance() -> None:
     many = impact.ModalGreens(
         2 * np.pi * np.linspace(1.1e3, 60e3, 40), np.full(40, 0.01), np.full((40, 1), 10.0), impact.Residual.none()
@@ -152,19 +136,6 @@ def test_modes_coupled_by_damping_need_complex_residues(dashpot: float, ports: i
     assert filtered_error(noisy, truth) < 0.005
     modal = fit_poles(measured(truth), form="modal")  # real modes cannot: the choice above was needed
     assert filtered_error(modal, truth) > 0.01
-
-
-def test_an_impulse_response_that_still_rings() -> None:
-    dt, n = 5e-6, 400  # 2 ms: the first mode is left with exp(-0.5) of its amplitude
-    truth = replace(SEAT, residual=impact.Residual.none())
-    sampled = impact.SampledGreens(truth.impulse_response(dt * np.arange(n)), dt)
-    fit = fit_impulse_response(sampled, highest=2e4)
-    assert fit.frequencies_hz == pytest.approx(truth.frequencies_hz, rel=1e-3)
-    assert fit.error_estimate.reduction is not None
-    assert fit.error_estimate.reduction < 0.01
-    t = np.linspace(0, 1e-2, 500)  # five times as long as the record
-    exact = truth.filtered(t, 1e-4)
-    assert fit.filtered(t, 1e-4) == pytest.approx(exact, abs=0.01 * np.abs(exact).max())
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -80,29 +80,6 @@ def test_contact_with_a_nonproportional_system_equals_a_direct_integration() -> 
     assert result.energy.residual < 1e-10
 
 
-def test_a_free_body_flies_as_its_modes_do() -> None:
-    free = impact.ModalGreens(
-        np.array([0.0, 3e4]), np.array([0.0, 0.02]), np.array([[3.0], [2.0]]), impact.Residual.none()
-    )
-    found, expected = (
-        impact.solve(
-            impact.ContactProblem(
-                impact.Body(greens, velocity=-1.0),
-                target=impact.Body(impact.spring(stiffness=1e7)),
-                law=impact.LinearSpring(stiffness=2e6),
-            ),
-            dt=DT,
-            duration=2e-3,
-        )
-        for greens in (impact.PoleGreens.from_modal(free), free)
-    )
-    assert found.striker_mass == pytest.approx(1 / 9)
-    assert found.force == pytest.approx(expected.force, abs=1e-9 * expected.force.max())
-    assert found.energy.residual < 1e-9
-    rebound = [float(np.ravel(impact.measures.rebound_velocity(result))[0]) for result in (found, expected)]
-    assert rebound[0] == pytest.approx(rebound[1], rel=1e-9)
-
-
 def test_real_mobility_is_that_of_the_transfer_function() -> None:
     w = np.array([10.0, 2e3, 4.4e3, 1e5])
     both = complex_modes(M, C, K, np.eye(2))

@@ -1,7 +1,5 @@
 """A squeeze film in the gap, against its first integral; its march, its energy, and where it ends up."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -127,35 +125,6 @@ def test_several_ports_that_share_a_film_are_one(law: impact.Law) -> None:
     size = found[0][0].max()
     np.testing.assert_allclose(found[1][0], found[0][0], atol=1e-8 * size)
     np.testing.assert_allclose(found[1][1], found[0][1], atol=1e-8 * size)
-
-
-def uneven(tilt: float, film: impact.SqueezeFilm | None) -> float:
-    """Impulse of a mass on a ring of 32 arcs of stiff springs, its gap tilted; momentum is the striker's alone."""
-    heights = 5.5e-3 * np.tan(tilt) * (1 + np.sin(2 * np.pi * (np.arange(32) + 0.5) / 32))
-    body = impact.Body(
-        ModalGreens(
-            np.array([2 * np.pi * 50e3]),
-            np.array([0.1]),
-            np.full((1, 32), 10.0),
-            Residual.spring(np.eye(32) / 1e8),
-            names(32),
-        )
-    )
-    contacts = [
-        impact.Contact(body, port=k, gap=GAP + float(h), film=None if film is None else film.part(1 / 32))
-        for k, h in enumerate(heights)
-    ]
-    problem = impact.ContactProblem(impact.rigid_mass(mass=MASS, velocity=-1.0), contacts=contacts)
-    return measures.total_impulse(impact.solve(problem, dt=100e-9, duration=100e-6))
-
-
-def test_a_tilt_opens_the_film() -> None:
-    """Flat, all arcs squeeze at once; over heights of 19 um (0.1 deg) one after the other, the film of the others far
-    open: a rigid face that does not turn, whose arcs close in the end, keeps a fifth of the effect."""
-    film = impact.SqueezeFilm.strip(**STRIP)
-    effects = [1 - uneven(tilt, film) / uneven(tilt, None) for tilt in np.radians([0.0, 0.03, 0.1])]
-    assert effects[0] > 0.1
-    assert effects[0] > 2 * effects[1] > 3 * effects[2] > 0
 
 
 def test_the_strip_is_that_of_stefan_and_reynolds() -> None:

@@ -1,7 +1,5 @@
 """Green's functions as state space and as arrays of receptance, and back."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import linalg

@@ -1,7 +1,5 @@
 """Long strides through flight: the forces of the march step by step, whatever flies, swings, relaxes, is preloaded."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Bodies kept for reports: what is read is what was written, to the steps stated; damage is told."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The drawing of a scene: outlines in numbers, labels in the picture, for all examples and every kind of body."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Surfaces whose triangles are wound alike, so that a section can tell their inside from their outside."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import skfem

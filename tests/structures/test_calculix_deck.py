@@ -1,7 +1,5 @@
 """Decks for CalculiX: the same mesh, loads and supports, by what ccx answers."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Outlines in DXF files: curves of every kind, units, and files that have none."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

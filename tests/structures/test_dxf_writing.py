@@ -1,7 +1,5 @@
 """Outlines written as DXF, read back: the same reed."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

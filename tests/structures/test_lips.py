@@ -1,7 +1,5 @@
 """Lips in arcs: their patches on a plate, how their ports are called, and a half-space under them."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -31,10 +31,7 @@ def tube(top: float) -> tuple[skfem.MeshHex, skfem.MeshQuad]:
     def radius(x: Array) -> Array:
         return np.hypot(x[0], x[1]) / np.cos(np.pi / AROUND)
 
-    named = {
-        "contact": lambda x: radius(x) < 1.02 * (1 + (top - 1) * x[2]),
-        "fixed": lambda x: radius(x) > 2.98,
-    }
+    named = {"contact": lambda x: radius(x) < 1.02 * (1 + (top - 1) * x[2]), "fixed": lambda x: radius(x) > 2.98}
     return solid.with_boundaries(named), flat.with_boundaries(inner)
 
 

@@ -1,7 +1,5 @@
 """Flappers with a slot in the neck or a hole in the paddle: outline, widths, mesh, frequencies."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -45,26 +43,12 @@ def test_the_mesh_has_its_holes(reed: Flapper) -> None:
     assert fine.modes.frequencies_hz[:4] == pytest.approx(coarse.modes.frequencies_hz[:4], rel=3e-3)
 
 
-def test_what_slot_and_hole_do() -> None:
-    """A hole at the far end takes more mass than stiffness from the first mode; a slot in the neck takes stiffness:
-    the beam of the same widths says by how much (tests/impact/test_stepped_beam.py)."""
-    plain, slotted, holed = (
-        plate_modes(Sheet(reed, STEEL, 20e3)).modes.frequencies_hz[0] for reed in (REED, SLOTTED, HOLED)
-    )
-    assert plain == pytest.approx(196.6, rel=1e-3)
-    assert slotted < 0.95 * plain
-    assert holed > 1.05 * plain
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"slot_width": 1e-3}, r"Flapper.slot_length = None: slot_width is given, a slot needs both"),
         ({"slot_length": 1e-3}, r"Flapper.slot_width = None: slot_length is given"),
-        (
-            {"slot_width": 5.4e-3, "slot_length": 8e-3},
-            r"Flapper.slot_width = 5.4 mm: must be < 5.4 mm \(neck",
-        ),
+        ({"slot_width": 5.4e-3, "slot_length": 8e-3}, r"Flapper.slot_width = 5.4 mm: must be < 5.4 mm \(neck"),
         ({"slot_width": 1e-3, "slot_length": 13e-3}, r"Flapper.slot_length = 13 mm: must be < 13 mm \(neck_length"),
         ({"slot_width": 1e-3, "slot_length": 1e-3}, r"Flapper.slot_length = 1 mm: must be > 1 mm \(slot_width"),
         ({"hole_diameter": 15.4e-3}, r"Flapper.hole_diameter = 15.4 mm: must be < 15.4 mm \(paddle_diameter"),

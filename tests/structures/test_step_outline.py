@@ -1,7 +1,5 @@
 """Outlines in STEP files: plane faces and thin plates, their holes and arcs, and files that hold something else."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys
