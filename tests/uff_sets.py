@@ -35,7 +35,7 @@ def mode_set(
     return dict(
         pyuff.prepare_55(
             **NAMES, **kind, **shape, n_data_per_node=3, node_nums=[7, 8, 9], load_case=1, mode_n=number,
-            freq=frequency, modal_m=mass, modal_damp_vis=damping, modal_damp_his=hysteretic,
+            freq=float(frequency), modal_m=float(mass), modal_damp_vis=float(damping), modal_damp_his=float(hysteretic),
         )
     )  # fmt: skip
 

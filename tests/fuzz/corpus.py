@@ -225,10 +225,7 @@ def _table(path: Path, head: str, rows: list[str]) -> None:
 
 def _modes() -> list[dict[str, Any]]:
     columns = zip(SEAT.frequencies_hz, SEAT.zeta, SEAT.shapes[:, 0], strict=True)
-    return [
-        mode_set(k + 1, float(f), float(zeta), np.zeros(3), np.array([z, 3.0, 0.0]))
-        for k, (f, zeta, z) in enumerate(columns)
-    ]
+    return [mode_set(k + 1, f, zeta, (0.0, 0.0, 0.0), (z, 3.0, 0.0)) for k, (f, zeta, z) in enumerate(columns)]
 
 
 def _meshes(folder: Path) -> Path:

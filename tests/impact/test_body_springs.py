@@ -33,12 +33,10 @@ def first_frequency(stiffness: float) -> float:
 
 def sprung_reed(n_modes: int, stiffness: float, damping_ratio: float = 0.0) -> SprungBody:
     reed = impact.cantilever_reed(**REED, n_modes=n_modes, damping_ratio=damping_ratio)
-    assert reed.greens.modal is not None
     return on_springs(reed, reed.greens.modal.shapes, stiffness)
 
 
 def omega_of(body: Body) -> np.ndarray:
-    assert body.greens.modal is not None
     return body.greens.modal.omega
 
 

@@ -63,26 +63,6 @@ def test_first_contact_of_waves() -> None:
     assert cs.first_contact_pressure(speed=1.0, impedance=1.0, impedance_2=3.0) == pytest.approx(0.75, rel=1e-14)
 
 
-def test_tip_step_moment_solves_the_beam_equation() -> None:
-    """m(x/sqrt(t)) obeys m_tt + m_xxxx = 0 (a = 1), vanishes at the tip, and its slope there is the tip's force."""
-    h, x, t = 0.02, 1.3, 0.7
-
-    def m(x: float, t: float) -> float:
-        return float(cs.tip_step_moment(x / math.sqrt(t)))
-
-    in_time = (m(x, t + h) - 2 * m(x, t) + m(x, t - h)) / h**2
-    in_space = (m(x + 2 * h, t) - 4 * m(x + h, t) + 6 * m(x, t) - 4 * m(x - h, t) + m(x - 2 * h, t)) / h**4
-    assert abs(in_time) > 0.1
-    assert in_time == pytest.approx(-in_space, rel=5e-3)  # second differences: O(h^2)
-    assert cs.tip_step_moment(0.0) == 0.0
-    force = float(cs.tip_step_force(t, speed=1.0, bending_stiffness=1.0, mass_per_length=1.0))
-    assert (m(1e-5, t) - m(0.0, t)) / 1e-5 == pytest.approx(force, rel=1e-8)
-    around = cs.tip_step_moment(cs.TIP_STEP_MAXIMUM + np.array([-1e-3, 0.0, 1e-3]))
-    assert around.argmax() == 1
-    eta = np.linspace(0, 20, 4001)
-    assert cs.tip_step_moment(eta).max() <= around[1]
-
-
 def test_tip_step_stress_of_a_section() -> None:
     """sigma = M y/I with M = v sqrt(EI rho A) m."""
     young, density, width, height, speed = 200e9, 7850.0, 0.01, 3e-4, 1.5

@@ -63,13 +63,6 @@ def deviation(prepared: Prepared) -> tuple[float, np.ndarray]:
     return float(np.abs(stepper.gap - replayed).max()), stepper.force
 
 
-def test_the_weight_is_carried_at_rest() -> None:
-    """A ball pressed on a damped seat ends at rest: the mean force is its weight."""
-    greens = ModalGreens(np.array([3.0]), np.array([0.5]), np.ones((1, 1)), Residual.relaxing(0.1, 5.0))
-    result = impact.solve(ContactProblem(ball(), Body(greens)), dt=2e-2, duration=400.0)
-    assert result.force[-100:] == pytest.approx(1.0, rel=1e-6)
-
-
 @pytest.mark.parametrize(
     ("ports", "stop"), [(1, 3), (2, BLOCK - 1), (1, BLOCK), (2, BLOCK + 1), (1, 2 * BLOCK), (2, 2 * BLOCK + 77)]
 )

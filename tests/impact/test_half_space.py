@@ -67,7 +67,6 @@ def test_step_weights_are_exact_short_and_passive() -> None:
     dt = patch.crossing_time / 50.5
     kernel = patch.step_kernel(dt, 200)
     assert kernel.modal is None
-    assert kernel.weights is not None
     weights = kernel.weights[0, 0]
     assert kernel.weights.shape == (1, 1, 200)
     np.testing.assert_allclose(np.cumsum(weights), patch.step_response(dt * np.arange(1, 201)), rtol=1e-13)

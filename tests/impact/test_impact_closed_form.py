@@ -27,7 +27,6 @@ def test_kernel_of_the_damped_rod_is_exact_at_its_step(zeta: float, dt: float) -
     """Modes that outlive a step, and a spring for the rest: the same weights as the closed form."""
     rod = impact.fixed_rod(**ROD, damping_ratio=zeta)
     kernel = rod.step_kernel(dt, 200)
-    assert kernel.modal is not None
     assert kernel.weights is None
     t = dt * np.arange(1, 201)
     exact, ours = np.diff(rod.step_response(t)), np.diff(kernel.modal.step_response(t))
@@ -42,7 +41,6 @@ def test_a_rod_is_marched_by_so_many_poles_at_most(kind: type[DampedFixedRod], z
     rod, most = kind(impedance=6.0, transit=1.0, damping_ratio=zeta), kind.most_poles[0]
     dt = 1e-3 * rod.lasting_modes(1e-3) / most  # the number of modes goes like 1/dt
     poles, weights = rod.step_kernel(1.01 * dt, 200), rod.step_kernel(0.99 * dt, 200)
-    assert poles.modal is not None
     assert 0.98 * most < len(poles.modal.omega) == rod.lasting_modes(1.01 * dt) <= most
     assert weights.modal is None
     assert weights.weights is not None

@@ -193,32 +193,12 @@ def rod_of_modes(n: int) -> Body:
     return Body(ModalGreens(omega, np.full(n, 0.01), np.full((n, 1), np.sqrt(2.0)), residual))
 
 
-@pytest.mark.parametrize(
-    "law",
-    [impact.LinearSpring(1.0), impact.LinearSpring(0.3), impact.Hertz(1.0), impact.HuntCrossley(1.0, damping=0.1)],
-)
-def test_the_default_rule_loses_no_impulse_at_the_advised_step(law: Law) -> None:
-    """A light mass on 5 modes, w_max h = 1/2: the passive rule loses up to 0.7 %, the default less than 0.1 %."""
-    problem = ContactProblem(impact.rigid_mass(mass=0.25, velocity=-1.0), rod_of_modes(5), law=law)
-    dt = 0.5 / (4.5 * np.pi)
-
-    def impulse(step: float, rule: str = "auto") -> float:
-        result = impact.solve(problem, dt=step, duration=6.0, rule=rule)
-        assert result.advice == ()
-        return impact.measures.impulse(result)
-
-    exact = impulse(dt / 64, "conserving")
-    assert impulse(dt) == pytest.approx(exact, rel=1e-3)
-    assert abs(impulse(dt / 2) / exact - 1) < 0.5 * abs(impulse(dt / 2, "passive") / exact - 1)
-
-
 def test_a_contact_stiffer_than_the_step_resolves_does_not_ring() -> None:
     """k W0 = 1e5: the conserving force swings from step to step, the default follows the rigid contact."""
 
     def force(law: Law, rule: str = "auto") -> Array:
         reed = impact.reed(REED, n_modes=8, release=impact.StaticShape(deflection=1e-3))
         seat = rod_of_modes(8).greens
-        assert isinstance(seat, ModalGreens)
         transit = 1e-6
         shapes, rates = seat.shapes / np.sqrt(5e7) / transit, seat.residual.rates / transit
         stiff = replace(

@@ -126,7 +126,6 @@ def test_a_checkpoint_of_another_problem_is_refused(tmp_path: Path) -> None:
         "history engine": impact.prepare(contacts(2), 0.01, 5.0, engine="fft"),
     }
     moved = contacts(2)
-    assert moved.striker.state is not None
     faster = impact.ModalState(moved.striker.state.displacement, 1.001 * moved.striker.state.velocity)
     others["free motion"] = impact.prepare(
         ContactProblem(Body(moved.striker.greens, state=faster), contacts=moved.contacts), 0.01, 5.0

@@ -81,7 +81,6 @@ def test_one_percent_noise(truth: impact.ModalGreens, seed: int) -> None:
     assert np.all(np.abs(fit.zeta - truth.zeta) < 5 * deviation / f)
     assert np.all(np.abs(np.abs(fit.shapes) / np.abs(truth.shapes) - 1) < 0.015)
     report = fit.provenance["fit"]
-    assert isinstance(report, dict)
     assert 0.008 < report["misfit_weighted_rms"] < 0.012  # the noise, no more and no less
     assert report["causality_defect"] < 0.001
     assert filtered_error(fit, truth) < fit.error_estimate.total < 0.01  # type: ignore[operator]
@@ -164,7 +163,6 @@ def test_a_violation_is_mended_by_little() -> None:
     bad = Residues(Poles(truth.poles, np.zeros(0)), turned, np.zeros((0, 2, 2)), nothing, nothing)
     assert not pole_passivity(bad.greens(("a", "b"))).passive
     mended = made_passive(bad, ("a", "b"), S, np.ones(len(S)))
-    assert mended is not None
     assert pole_passivity(mended.greens(("a", "b"))).passive
     change = np.linalg.norm(mended.pairs - turned) / np.linalg.norm(turned)
     assert 1e-4 < change < 0.1
@@ -231,7 +229,6 @@ def test_a_noisy_accelerance_gives_its_modes_and_its_static_compliance(seed: int
     fit = fit_response(accelerance(hammered(), 0.02, seed))
     found, report = fit.greens, fit.greens.provenance["fit"]
     assert isinstance(found, impact.ModalGreens)
-    assert isinstance(report, dict)
     assert found.frequencies_hz == pytest.approx([2.3e3, 6.1e3, 11.8e3], rel=1e-3)
     assert (report["free"], report["pole_pairs"], report["modes_beyond_band_hz"]) == (False, 3, [])
     static = [float(each.static_compliance()[0, 0]) / STATIC for each in (found, *fit.draws)]
@@ -248,7 +245,6 @@ def test_lines_that_no_mode_explains_are_named() -> None:
     odd = (response.frequency > 8.4e3) & (response.frequency < 9.0e3)
     values = np.where(odd[:, None, None], 1.3 * response.receptance, response.receptance)
     report = fit_poles(replace(response, receptance=values)).provenance["fit"]
-    assert isinstance(report, dict)
     low, high = report["unexplained_lines_hz"][0]
     assert report["misfit_over_noise_worst"] > 3
     assert 8.2e3 < low < high < 9.2e3

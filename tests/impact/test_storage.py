@@ -266,7 +266,6 @@ def test_a_killed_writer_leaves_no_half_file(sent: signal.Signals, tmp_path: Pat
     path.write_text("older")
     command = [sys.executable, "-c", WRITER, str(path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
-        assert process.stdout is not None
         assert process.stdout.readline() == "writing\n"
         start = time.monotonic()
         process.send_signal(sent)

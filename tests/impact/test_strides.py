@@ -49,7 +49,6 @@ def bouncing() -> tuple[ContactProblem, float, float]:
     """A ball under its weight, whose flight is laid ahead in blocks."""
     ball = impact.rigid_mass(mass=1e-4, velocity=-0.5)
     g = ball.greens.modal
-    assert g is not None
     weight = impact.Load(g.shapes[:, 0], lambda t: np.full(len(t), -0.05))
     return ContactProblem(replace(ball, loads=(weight,)), Body(SEAT), law=impact.Hertz(1e9), gap=1e-4), 2e-7, 12e-3
 

@@ -21,7 +21,6 @@ def test_triangles_are_wound_outward_however_they_were(share: float) -> None:
     triangles = np.concatenate([body.triangles, body.triangles + len(body.points)])
     over = np.random.default_rng(1).random(len(triangles)) < share
     wound = wound_outward(points, np.where(over[:, None], triangles[:, ::-1], triangles))
-    assert wound is not None
     assert (np.sort(wound, axis=1) == np.sort(triangles, axis=1)).all()
     assert _volume(points, wound) == pytest.approx(2 * np.prod(SIDES), rel=1e-9)
     first = wound[: len(body.triangles)]

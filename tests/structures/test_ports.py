@@ -37,7 +37,6 @@ def tube(top: float) -> tuple[skfem.MeshHex, skfem.MeshQuad]:
 
 def heights(model: SecondOrderModel) -> list[float]:
     """Mean height of each ring."""
-    assert model.dofs is not None
     found = []
     for port in model.ports.values():
         weight = np.linalg.norm(model.expand(port.vector), axis=0)

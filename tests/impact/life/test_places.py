@@ -18,15 +18,11 @@ WALK = 40e6 * np.cumsum(np.random.default_rng(7).standard_normal(400)) / 5
 
 def margin(history: np.ndarray, demand: Demand = DEMAND) -> float:
     life = judged([("root", history)], demand).life
-    assert life is not None
     return life.margin
 
 
 def test_a_block_taken_twice_has_half_the_life_and_time_no_direction() -> None:
     once, twice, back = (judged([("root", h)], DEMAND).life for h in (WALK, np.tile(WALK, 2), WALK[::-1]))
-    assert once is not None
-    assert twice is not None
-    assert back is not None
     assert twice.blocks == pytest.approx(once.blocks / 2, rel=1e-12)
     assert (back.blocks, back.margin) == pytest.approx((once.blocks, once.margin), rel=1e-12)
 
@@ -44,7 +40,6 @@ def test_the_worst_place_is_found_by_its_mean_too() -> None:
     wave = 100e6 * np.cos(np.linspace(0, 2 * np.pi, 101))
     found = judged([("pressed", wave - 300e6), ("pulled", wave + 300e6), ("even", 0.9 * wave)], DEMAND)
     assert found.at == "pulled"
-    assert found.life is not None
     assert found.life.margin == pytest.approx(1 / (0.1 / INVENTED.curve.stress(4.5e9, 0.999) * 1e9 + 300 / 1800))  # type: ignore[union-attr]
 
 
@@ -63,7 +58,6 @@ def test_tensors_are_judged_beside_and_only_where_a_criterion_is_stated() -> Non
 def test_nothing_to_judge() -> None:
     assert judged([], DEMAND).life is None
     at_rest = judged([("root", np.full(5, 3e6))], DEMAND)
-    assert at_rest.life is not None
     assert at_rest.life.margin == np.inf
     with pytest.raises(LifeError, match="root: stress of one axis needs a criterion of mean stress"):
         judged([("root", np.full(5, 3e6))], replace(DEMAND, judge=None))
