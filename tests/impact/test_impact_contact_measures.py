@@ -155,6 +155,9 @@ def test_a_side_that_cannot_be_told_is_not_guessed() -> None:
     for measure in (measures.total_impulse, measures.work):
         with pytest.raises(MeasureError, match="does not show whether it is a seat or a stopper"):
             measure(still)
+    steps = np.arange(6.0)
+    receding = replace(still, gap=steps, target_displacement=-steps)  # a seat that gives way, under a striker at rest
+    assert measures.total_impulse(receding) == pytest.approx(measures.impulse(receding))
 
 
 def test_spectrum_is_the_transform_of_the_stepwise_force() -> None:
@@ -168,6 +171,9 @@ def test_spectrum_is_the_transform_of_the_stepwise_force() -> None:
         phases = np.exp(-2j * np.pi * f * time)
         integral = np.sum(force * np.diff(phases)) / (-2j * np.pi * f)
         assert value == pytest.approx(abs(integral), rel=1e-10)
+    closer, finer = measures.spectrum(result, resolution=0.3 / (37 * DT))
+    assert np.diff(closer).max() == pytest.approx(1 / (124 * DT))  # 37/0.3 and up
+    assert (amplitude[0], finer[0]) == pytest.approx([measures.impulse(result)] * 2, rel=1e-13)
     for resolution in (0.0, -1.0, math.nan):
         with pytest.raises(MeasureError, match="must be positive"):
             measures.spectrum(result, resolution=resolution)

@@ -80,6 +80,14 @@ def test_advice_on_a_contact_that_the_end_cuts() -> None:
     assert not impact.solve(mass_on(rod), dt=1e-4, duration=0.03).advice
 
 
+@pytest.mark.parametrize(("velocity", "side", "away"), [(2.0, 1, True), (-2.0, 1, False), (-2.0, -1, True)])
+def test_a_striker_that_flies_away_is_told_the_sign_of_velocities(velocity: float, side: int, away: bool) -> None:
+    contact = impact.Contact(impact.spring(stiffness=1e6), gap=1e-6, side=side, law=impact.LinearSpring(1e6))
+    problem = ContactProblem(impact.rigid_mass(mass=1e-3, velocity=velocity), contacts=[contact])
+    advice = " ".join(map(str, impact.solve(problem, dt=1e-7, duration=5e-5).advice))
+    assert ("flies away" in advice) == (f"write velocity = {-velocity:g}" in advice) == away
+
+
 def test_units_do_not_matter() -> None:
     """SI against mm, t, s, N: stresses 1e-6, density 1e-12, lengths 1e3, masses 1e-3, times and forces unchanged."""
 

@@ -1,4 +1,4 @@
-"""S-N curves, mean stress, Miner's sum, life in blocks, margins, the rule of a closing speed. Strengths are invented."""
+"""S-N curves, mean stress, Miner's sum, lives in blocks, margins, rules of closing speeds. Strengths are invented."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Criteria of several axes: calibration, invariances, quadrature, closed forms, smallest spheres. Strengths are invented."""
+"""Criteria of several axes: calibration, invariances, quadrature, closed forms, spheres. Strengths are invented."""
 
 import numpy as np
 import pytest
