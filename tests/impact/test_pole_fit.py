@@ -137,6 +137,18 @@ def test_modes_coupled_by_damping_need_complex_residues(dashpot: float, ports: i
     assert filtered_error(modal, truth) > 0.01
 
 
+def test_an_impulse_response_that_still_rings() -> None:
+    dt, n = 5e-6, 400  # 2 ms: the first mode is left with exp(-0.5) of its amplitude
+    truth = replace(SEAT, residual=impact.Residual.none())
+    sampled = impact.SampledGreens(truth.impulse_response(dt * np.arange(n)), dt)
+    fit = fit_impulse_response(sampled, highest=2e4)
+    assert fit.frequencies_hz == pytest.approx(truth.frequencies_hz, rel=1e-3)
+    assert fit.error_estimate.reduction < 0.01
+    t = np.linspace(0, 1e-2, 500)  # five times as long as the record
+    exact = truth.filtered(t, 1e-4)
+    assert fit.filtered(t, 1e-4) == pytest.approx(exact, abs=0.01 * np.abs(exact).max())
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_hammer_test_with_noise(seed: int) -> None:
     dt, n = 1e-5, 2000
