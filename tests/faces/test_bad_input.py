@@ -1,6 +1,6 @@
 """Bad input as a user meets it: a scene, the program, one message that names file, key, value and remedy.
 
-Keys, units and ranges of scenes: test_scene. Groups of meshes: test_mesh_io. Matrices: test_assembly, test_reductions.
+Keys, units and ranges of scenes: test_scene. Groups of meshes: test_mesh_checks. Matrices: test_assembly.
 """
 
 import re
