@@ -129,7 +129,6 @@ def test_a_toy_seat_is_planned_meshed_and_struck(tmp_path: Path) -> None:
     summary = run_scene(scene, tmp_path / "out", pictures=False).summary
     assert summary["seat_kind"] == "toy_cup"
     column = scene.seat.column()
-    assert column is not None
     assert column.stiffness < summary["seat_static_stiffness_N_per_m"] < 2 * column.stiffness
     assert 1e-4 < summary["impulse_Ns"] < 2e-4  # thrown back, not faster than it came
     again = run_scene(scene, tmp_path / "again", pictures=False).summary

@@ -18,8 +18,9 @@ from seatfem.study.method import STEP, RunMethod, stated_method
 from seatfem.study.planning.deciding import Choices
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.context import PlanningContext
-from seatfem.study.scene import Run, Scene, load_scene
+from seatfem.study.scene import Run, Scene
 from seatfem.study.trade.rungs import Rungs
+from tests.gallery import load_text
 
 SCENE = """
 seat = { kind = "spring", stiffness = "20 N/um" }
@@ -45,9 +46,7 @@ class Toy(Ladder):
         for value, left in LEFT.items():
             errors = dict.fromkeys(context.sensitivity.base, left)
             yield replace(
-                option,
-                changes={**option.changes, self.key: errors},
-                seconds=option.seconds + PRICE * (value == "fine"),
+                option, changes={**option.changes, self.key: errors}, seconds=option.seconds + PRICE * (value == "fine")
             )
 
     def beside(self, run: Run, reed: object, centre: RunMethod) -> Iterator[Neighbour]:
@@ -56,9 +55,7 @@ class Toy(Ladder):
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Scene:
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE, encoding="utf-8")
-    return load_scene(path)
+    return load_text(tmp_path, SCENE)
 
 
 @pytest.fixture

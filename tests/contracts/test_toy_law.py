@@ -18,21 +18,11 @@ from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.laws import ContactLaw, laws
 
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "1 GN/m"
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[contact]
-law = {{ kind = "{kind}", stiffness = "1 N/um" }}
-[run]
-duration = "0.3 ms"
-filter_width = "10 us"
-time_step = "0.2 us"
-[accuracy]
-target = "30 %"
+seat = {{ kind = "spring", stiffness = "1 GN/m" }}
+reed = {{ kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }}
+contact = {{ law = {{ kind = "{kind}", stiffness = "1 N/um" }} }}
+run = {{ duration = "0.3 ms", filter_width = "10 us", time_step = "0.2 us" }}
+accuracy = {{ target = "30 %" }}
 """
 
 SOFT = """

@@ -15,19 +15,10 @@ from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.measures import ContactRecord, Measure, all_measures
 
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "1 N/um"
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[run]
-duration = "0.3 ms"
-filter_width = "10 us"
-[accuracy]
-target = "10 %"
-measures = ["toy_square"]
+seat = { kind = "spring", stiffness = "1 N/um" }
+reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
+run = { duration = "0.3 ms", filter_width = "10 us" }
+accuracy = { target = "10 %", measures = ["toy_square"] }
 """
 
 

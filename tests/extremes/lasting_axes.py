@@ -70,16 +70,10 @@ def seat_stress(speed: float) -> Finding:
     radius, height, mass, stiffness = 2e-3, 4e-3, 5e-3, 2e5
     omega = math.sqrt(stiffness / mass)
     seat: Table = {
-        "kind": "stopper",
-        "radius": si(radius, "m"),
-        "thickness": si(height, "m"),
-        "contact_radius": si(0.999 * radius, "m"),
-        "material": material(YOUNG, DENSITY, 0.0),
-        "damping_ratio": 0.05,
-        "mesh": {"size": "0.4 mm"},
-        "greens": {"bandwidth": "300 kHz"},
-        "model": "axisymmetric",
-    }
+        "kind": "stopper", "radius": si(radius, "m"), "thickness": si(height, "m"),
+        "contact_radius": si(0.999 * radius, "m"), "material": material(YOUNG, DENSITY, 0.0), "damping_ratio": 0.05,
+        "mesh": {"size": "0.4 mm"}, "greens": {"bandwidth": "300 kHz"}, "model": "axisymmetric",
+    }  # fmt: skip
     run = run_tables(
         seat=seat,
         reed={"kind": "rigid_mass", "mass": si(mass, "kg"), "velocity": si(-speed, "m/s")},

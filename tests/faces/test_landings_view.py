@@ -22,25 +22,12 @@ JUDGED = "landing_impulse_Ns, landing_filtered_peak_force_N"
 def landing(number: int, body: str = "seat", **numbers: object) -> dict[str, object]:
     """A landing of a suction valve, as summary.json lists it."""
     return {
-        "body": body,
-        "number": number,
-        "time_s": 9.0006e-3,
-        "place_deg": 348.75,
-        "place_m": 0.0335,
-        "closing_speed_m_per_s": 1.49,
-        "filtered_peak_force_N": 43.8,
-        "peak_time_s": 9.0056e-3,
-        "static_load_N": 3.1,
-        "excess_peak_force_N": 40.7,
-        "impulse_Ns": 230e-6,
-        "duration_s": 21e-6,
-        "restitution": 0.31,
-        "cut_off": False,
-        "error_bar_filtered_peak_force_N": 0.57,
-        "error_bar_impulse_Ns": 1.4e-6,
-        "error_bar_restitution": 0.22,
+        "body": body, "number": number, "time_s": 9.0006e-3, "place_deg": 348.75, "place_m": 0.0335,
+        "closing_speed_m_per_s": 1.49, "filtered_peak_force_N": 43.8, "peak_time_s": 9.0056e-3, "static_load_N": 3.1,
+        "excess_peak_force_N": 40.7, "impulse_Ns": 230e-6, "duration_s": 21e-6, "restitution": 0.31, "cut_off": False,
+        "error_bar_filtered_peak_force_N": 0.57, "error_bar_impulse_Ns": 1.4e-6, "error_bar_restitution": 0.22,
         "error_bar_duration_s": None,
-    } | numbers
+    } | numbers  # fmt: skip
 
 
 @pytest.fixture
@@ -58,37 +45,19 @@ def summary() -> dict[str, object]:
         if key not in skipped
     }
     return {
-        "landings": records,
-        "landing_status": "landed",
-        "landing_count": 2,
-        "landing_number": 1,
-        "accuracy_landing": "hardest",
-        **hardest,
-        "spring_landing_static_load_N": 3.1,
-        "spring_landing_filtered_peak_force_N": 35.4,
-        "spring_landing_impulse_Ns": 230.5e-6,
-        "reed_stress_before_landing_Pa": 180e6,
-        "accuracy_judged_keys": JUDGED,
-        "accuracy_measures": "impulse, filtered_peak",
-        "accuracy_target": 0.02,
-        "accuracy_met": True,
-        "filtered_peak_force_N": 72.821,
-        "error_bar_filtered_peak_force_N": 0.087,
-        "filter_width_s": 5e-6,
-        "impulse_Ns": 0.9,
-        "first_contact_s": 0.0,
-        "contact_count": 2,
-        "contact_count_raw": 7,
-        "pressed_on_time_s": 12.3e-3,
-        "pressed_on_largest_load_N": 72.0,
-        "gas_largest_lift_m": 1e-3,
-        "plan_run_duration": "20 ms",
-        "seat_kind": "annular",
-    }
+        "landings": records, "landing_status": "landed", "landing_count": 2, "landing_number": 1,
+        "accuracy_landing": "hardest", **hardest, "spring_landing_static_load_N": 3.1,
+        "spring_landing_filtered_peak_force_N": 35.4, "spring_landing_impulse_Ns": 230.5e-6,
+        "reed_stress_before_landing_Pa": 180e6, "accuracy_judged_keys": JUDGED,
+        "accuracy_measures": "impulse, filtered_peak", "accuracy_target": 0.02, "accuracy_met": True,
+        "filtered_peak_force_N": 72.821, "error_bar_filtered_peak_force_N": 0.087, "filter_width_s": 5e-6,
+        "impulse_Ns": 0.9, "first_contact_s": 0.0, "contact_count": 2, "contact_count_raw": 7,
+        "pressed_on_time_s": 12.3e-3, "pressed_on_largest_load_N": 72.0, "gas_largest_lift_m": 1e-3,
+        "plan_run_duration": "20 ms", "seat_kind": "annular",
+    }  # fmt: skip
 
 
 def lines_of(table: Table | None) -> list[str]:
-    assert table is not None
     console = Console(width=200, record=True, file=StringIO())
     console.print(table)
     return [" ".join(line.split()) for line in console.export_text().splitlines()]

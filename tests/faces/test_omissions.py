@@ -14,19 +14,10 @@ from seatfem.faces.report.page import report_page
 
 HOSTILE = "<script>document.title='taken'</script>"
 WHOLE = {
-    "impulse_Ns": 1.0,
-    "error_bar_impulse_Ns": 0.1,
-    "peak_seat_stress_Pa": 1e6,
-    "error_bar_peak_seat_stress_Pa": 1e4,
-    "peak_reed_stress_Pa": 1e8,
-    "error_bar_peak_reed_stress_Pa": 1e6,
-    "life_margin": 1.2,
-    "error_bar_life_margin": 0.1,
-    "contact_count": 2,
-    "accuracy_judged_keys": "impulse_Ns",
-    "accuracy_met": True,
-    "error_unknown": "",
-}
+    "impulse_Ns": 1.0, "error_bar_impulse_Ns": 0.1, "peak_seat_stress_Pa": 1e6, "error_bar_peak_seat_stress_Pa": 1e4,
+    "peak_reed_stress_Pa": 1e8, "error_bar_peak_reed_stress_Pa": 1e6, "life_margin": 1.2, "error_bar_life_margin": 0.1,
+    "contact_count": 2, "accuracy_judged_keys": "impulse_Ns", "accuracy_met": True, "error_unknown": "",
+}  # fmt: skip
 """Summary of a run that leaves nothing open."""
 
 

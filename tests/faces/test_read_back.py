@@ -58,7 +58,6 @@ def test_struck_faces_releases_and_strengths_are_told() -> None:
     assert of_cad["seat, face"].startswith("lip 34.2")
     assert "file kidney_seat.step (72 kB)" in of_cad["seat"]
     coarse = re.search(r"area about (\d+) mm\^2, narrowest width about", of_cad["seat, face"])
-    assert coarse is not None
     assert float(coarse[1]) % 10 ** (len(coarse[1]) - 2) == 0  # two digits: its triangles are coarse
 
 

@@ -15,34 +15,15 @@ from seatfem.study.safety import in_words
 ABSENT = ...  # of a key that is not there
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
 RUN: dict[str, object] = {
-    PEAK: 50.0,
-    "spring_" + PEAK: 40.0,
-    "error_bar_" + PEAK: 0.5,
-    IMPULSE: 1e-3,
-    "spring_" + IMPULSE: 1.0005e-3,
-    "error_bar_" + IMPULSE: 1e-6,
-    "filter_width_s": 2e-6,
-    "time_step_s": 25e-9,
-    "first_contact_s": 5e-4,
-    "spring_first_contact_s": 5e-4,
-    "contact_count": 2,
-    "spring_contact_count": 3,
-    "restitution": 0.85,
-    "spring_restitution": 0.87,
-    "max_seat_displacement_m": 1e-6,
-    "spring_max_seat_displacement_m": 2e-6,
-    "error_bar_max_seat_displacement_m": 1e-8,
-    "peak_force_N": 150.0,
-    "spring_peak_force_N": 70.0,
-    "energy_residual": 1e-12,
-    "accuracy_target": 0.02,
-    "accuracy_measures": "impulse, filtered_peak",
-    "accuracy_met": True,
-    "plan_seat_level": "axisymmetric",
-    "plan_given": "run.duration",
-    "seat_kind": "annular",
+    PEAK: 50.0, "spring_" + PEAK: 40.0, "error_bar_" + PEAK: 0.5, IMPULSE: 1e-3, "spring_" + IMPULSE: 1.0005e-3,
+    "error_bar_" + IMPULSE: 1e-6, "filter_width_s": 2e-6, "time_step_s": 25e-9, "first_contact_s": 5e-4,
+    "spring_first_contact_s": 5e-4, "contact_count": 2, "spring_contact_count": 3, "restitution": 0.85,
+    "spring_restitution": 0.87, "max_seat_displacement_m": 1e-6, "spring_max_seat_displacement_m": 2e-6,
+    "error_bar_max_seat_displacement_m": 1e-8, "peak_force_N": 150.0, "spring_peak_force_N": 70.0,
+    "energy_residual": 1e-12, "accuracy_target": 0.02, "accuracy_measures": "impulse, filtered_peak",
+    "accuracy_met": True, "plan_seat_level": "axisymmetric", "plan_given": "run.duration", "seat_kind": "annular",
     "error_unknown": "",
-}
+}  # fmt: skip
 
 
 def printed(**changed: object) -> list[str]:
@@ -133,10 +114,7 @@ def test_below_the_bars_a_spring_is_enough() -> None:
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        (
-            {"plan_seat_level": "spring", "accuracy_met": False},
-            "The plan replaced the seat by its static stiffness. Both",
-        ),
+        ({"plan_seat_level": "spring", "accuracy_met": False}, "The plan replaced the seat by its static stiffness."),
         (
             {"plan_seat_level": "spring", "accuracy_met": True},
             "The seat is so stiff that only its static stiffness matters. Both columns use it. The effect of waves",
@@ -179,7 +157,6 @@ def test_nothing_to_compare_where_seat_or_bar_is_missing() -> None:
     assert difference({**RUN, PEAK: 0.0}, PEAK) is None
     assert difference({**RUN, PEAK: None}, PEAK) is None
     exact = difference({**RUN, "error_bar_" + PEAK: 0.0}, PEAK)
-    assert exact is not None
     assert exact.bars == float("inf")
 
 
@@ -218,24 +195,14 @@ def test_gas_has_a_block_of_its_last_cycle() -> None:
 
 
 LIP: dict[str, object] = {
-    "ports": 64,
-    "spring_ports": 64,
-    "tilt_deg": 0.3,
-    "line_force_arc_m": 4.32e-3,
-    "line_force_width_s": 1e-6,
-    "line_force_peak_N_per_m": 8230.0,
-    "spring_line_force_peak_N_per_m": 9823.0,
-    "error_bar_line_force_peak_N_per_m": 1600.0,
-    "line_force_peak_at_deg": 270.0,
-    "spring_line_force_peak_at_deg": 264.375,
-    "line_impulse_peak_Ns_per_m": 0.0608,
-    "spring_line_impulse_peak_Ns_per_m": 0.0602,
-    "error_bar_line_impulse_peak_Ns_per_m": 0.0017,
-    "line_impulse_peak_at_deg": 101.25,
-    "spring_line_impulse_peak_at_deg": 101.25,
-    "first_touch_at_deg": 270.0,
+    "ports": 64, "spring_ports": 64, "tilt_deg": 0.3, "line_force_arc_m": 4.32e-3, "line_force_width_s": 1e-6,
+    "line_force_peak_N_per_m": 8230.0, "spring_line_force_peak_N_per_m": 9823.0,
+    "error_bar_line_force_peak_N_per_m": 1600.0, "line_force_peak_at_deg": 270.0,
+    "spring_line_force_peak_at_deg": 264.375, "line_impulse_peak_Ns_per_m": 0.0608,
+    "spring_line_impulse_peak_Ns_per_m": 0.0602, "error_bar_line_impulse_peak_Ns_per_m": 0.0017,
+    "line_impulse_peak_at_deg": 101.25, "spring_line_impulse_peak_at_deg": 101.25, "first_touch_at_deg": 270.0,
     "spring_first_touch_at_deg": 270.0,
-}
+}  # fmt: skip
 
 
 def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
@@ -294,17 +261,10 @@ def test_a_film_stands_beside_the_contact_without_it() -> None:
 
 
 LIFE: dict[str, object] = {
-    "life_margin": 1.35,
-    "spring_life_margin": 1.4,
-    "error_bar_life_margin": 0.05,
-    "life_cycles": 2.3e12,
-    "life_damage_per_cycle": 1 / 2.3e12,
-    "life_at": "reed, root, face away from the seat",
-    "life_design_cycles": 4.5e9,
-    "life_survival": 0.999,
-    "life_criterion": "goodman",
-    "life_strength_source": "invented",
-}
+    "life_margin": 1.35, "spring_life_margin": 1.4, "error_bar_life_margin": 0.05, "life_cycles": 2.3e12,
+    "life_damage_per_cycle": 1 / 2.3e12, "life_at": "reed, root, face away from the seat", "life_design_cycles": 4.5e9,
+    "life_survival": 0.999, "life_criterion": "goodman", "life_strength_source": "invented",
+}  # fmt: skip
 
 
 def test_the_life_of_the_reed() -> None:

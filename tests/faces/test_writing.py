@@ -27,16 +27,10 @@ from tests.fuzz.hdf5 import seal
 
 ROOT = Path(__file__).parents[2]
 BLOCK = """
-[seat]
-kind = "block"
-width = "8 mm"
-depth = "8 mm"
-thickness = "8 mm"
-patch_width = "4 mm"
-patch_depth = "4 mm"
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-mesh = { size = "4 mm", contact_size = "4 mm" }
-greens = { bandwidth = "100 kHz", tolerance = 0.05, method = "krylov" }
+seat = { kind = "block", width = "8 mm", depth = "8 mm", thickness = "8 mm", patch_width = "4 mm", \
+    patch_depth = "4 mm", material = { young = "200 GPa", density = "7850 kg/m^3" }, \
+    mesh = { size = "4 mm", contact_size = "4 mm" }, \
+    greens = { bandwidth = "100 kHz", tolerance = 0.05, method = "krylov" } }
 """
 BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
 SPRING = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'

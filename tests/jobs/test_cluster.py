@@ -32,19 +32,10 @@ from tests.study.test_studies import rows
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 pytest.importorskip("distributed")
 
-SCENE = """[seat]
-kind = "spring"
-stiffness = "1 N/um"
-[reed]
-kind = "greens"
-file = "../parts/mass.h5"
-velocity = "-1 m/s"
-[[base]]
-of = "seat"
-displacement = "shaken, twice.csv"
-[run]
-duration = "0.3 ms"
-"""
+SCENE = (
+    '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n[reed]\nkind = "greens"\nfile = "../parts/mass.h5"\n'
+    'velocity = "-1 m/s"\n[[base]]\nof = "seat"\ndisplacement = "shaken, twice.csv"\n[run]\nduration = "0.3 ms"\n'
+)
 STUDY = 'scene = "scene.toml"\ndesign = "monte_carlo"\nnumber = {}\n[vary]\nreed.velocity = {}\n'
 SPEEDS = '{ kind = "uniform", from = "-2 m/s", to = "-1 m/s" }'
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from seatfem.structures.rings import Division
-from seatfem.study.scene import Scene, SceneError, load_scene
-from tests.gallery import FLAPPER
+from seatfem.study.scene import Scene, SceneError
+from tests.gallery import FLAPPER, load_text
 
 SEAT = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\nmaterial = "steel"\n'
 LANDING = FLAPPER + 'greens = { bandwidth = "20 kHz" }\nrelease = { velocity = "-2 m/s" }\n'
@@ -21,12 +21,10 @@ FINE = 20_000  # points on each arc, against the program's 256
 
 
 def scene_of(folder: Path, curvature: str = "", contact: str = "", seat: str = SEAT) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(
+    return load_text(
+        folder,
         f'[seat]\n{seat}[reed]\n{LANDING}{curvature}\n[contact]\ngap = "1 um"\n{contact}\n[run]\nduration = "0.2 ms"\n',
-        encoding="utf-8",
     )
-    return load_scene(path)
 
 
 def openings(height: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:

@@ -25,15 +25,9 @@ MODES = ModalGreens(
     np.array([2e6, 5e6, 9e6]), np.full(3, 0.02), np.array([[20.0], [30.0], [25.0]]), Residual.exponential(2e-11, 1e-2)
 )
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "40 N/um"
-[reed]
-kind = "rigid_mass"
-mass = "0.1 g"
-velocity = "-1 m/s"
-[run]
-duration = "12 us"
+seat = { kind = "spring", stiffness = "40 N/um" }
+reed = { kind = "rigid_mass", mass = "0.1 g", velocity = "-1 m/s" }
+run = { duration = "12 us" }
 """
 
 

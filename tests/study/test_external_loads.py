@@ -142,10 +142,7 @@ def test_loads_need_no_other_motion(tmp_path: Path) -> None:
     ("rows", "words"),
     [
         ("0,0\n20,1\n10,1\n", "p.csv, line 4, column 1: angle 10 must exceed the one before, 20"),
-        (
-            "0,0\n60,20\n120,0\n",
-            "p.csv, line 4, column 1: no sample between 120 and 360 deg, 240 deg of the turn (limit 90",
-        ),
+        ("0,0\n60,20\n120,0\n", "line 4, column 1: no sample between 120 and 360 deg, 240 deg of the turn (limit 90"),
         ("0,0\n80,1\n180,0\n270,0\n", "p.csv, line 3, column 1: no sample between 80 and 180 deg, 100 deg of the turn"),
         ("0,0\n10,\n", "p.csv, line 3, column 2: '' must be a finite number"),
     ],

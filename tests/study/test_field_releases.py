@@ -11,8 +11,8 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import Lip
 from seatfem.structures.sheets import PlateModes, plate_modes
 from seatfem.study.impacts.contact import striker_of
-from seatfem.study.scene import Scene, SceneError, load_scene
-from tests.gallery import FLAPPER
+from seatfem.study.scene import Scene, SceneError
+from tests.gallery import FLAPPER, load_text
 
 REED = FLAPPER + 'greens = { bandwidth = "10 kHz" }\n'
 HEAD = "x [mm],y [mm],w [um],velocity [m/s]\n"
@@ -20,10 +20,8 @@ GRID = [(x, y) for x in np.linspace(-1, 32, 67) for y in np.linspace(-9, 9, 37)]
 
 
 def scene_of(folder: Path, release: str) -> Scene:
-    path = folder / "scene.toml"
     seat = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
-    path.write_text(f'{seat}[reed]\n{REED}release = {release}\n[run]\nduration = "1 ms"\n', encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, f'{seat}[reed]\n{REED}release = {release}\n[run]\nduration = "1 ms"\n')
 
 
 def modes_of(scene: Scene) -> PlateModes:

@@ -24,14 +24,7 @@ from seatfem.study.scene.files import check_files
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT / "meshes"
-REST = """\
-[reed]
-kind = "rigid_mass"
-mass = "5 g"
-velocity = "-2 m/s"
-[run]
-duration = "0.1 ms"
-"""
+REST = '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n[run]\nduration = "0.1 ms"\n'
 CAD = '[seat]\nkind = "cad"\nfile = "{}"\nmaterial = "steel"\n'
 MESH = f'[seat]\nkind = "mesh"\nfile = "{MESHES / "annular_seat.msh"}"\nmaterial = "steel"\n'
 COARSE = MeshSpec(8e-3, order=1, curved=False)
@@ -197,18 +190,10 @@ def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -
     """From its faces: lands 1 mm wide, on a plate that bends between its rim; not a patch as wide as the reed."""
     drawn = Plate.model_validate(
         {
-            "kind": "plate",
-            "ports": 6,
-            "port_radius": "3 mm",
-            "pitch": "10 mm",
-            "margin": "5 mm",
-            "thickness": "6 mm",
-            "land_width": "1 mm",
-            "clamp_width": "2 mm",
-            "material": "steel",
-            "struck": 1,
+            "kind": "plate", "ports": 6, "port_radius": "3 mm", "pitch": "10 mm", "margin": "5 mm", "thickness": "6 mm",
+            "land_width": "1 mm", "clamp_width": "2 mm", "material": "steel", "struck": 1,
         }
-    ).patch()
+    ).patch()  # fmt: skip
     seat = CAD.format(MESHES / "valve_plate.step") + "contact = { number = 11 }\n"
     scene = load_scene(written(tmp_path, seat))
     found = scene.seat.patch()

@@ -72,11 +72,9 @@ def test_sobol_blocks_and_bands_without_them(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(one, "_carried_out", carried_out)
     study = """design = "{}"
 number = 64
-[vary]
-contact.gap = {{ kind = "uniform", from = "0 mm", to = "1 mm" }}
-reed.mass = {{ kind = "uniform", from = "1 g", to = "2 g" }}
-[outputs]
-measures = ["landing_impulse_Ns"]
+vary = {{ contact.gap = {{ kind = "uniform", from = "0 mm", to = "1 mm" }}, \
+    reed.mass = {{ kind = "uniform", from = "1 g", to = "2 g" }} }}
+outputs = {{ measures = ["landing_impulse_Ns"] }}
 """
     drawn = run_study(load_study(study_file(tmp_path, study.format("latin_hypercube"))), tmp_path / "drawn")
     [band] = effects.tolerance_bands(drawn)

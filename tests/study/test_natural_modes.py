@@ -19,7 +19,7 @@ from seatfem.structures.reduction.modes import solve_modes
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs import pictures
 from seatfem.study.runs.pipeline import write_modes
-from seatfem.study.scene import load_scene
+from tests.gallery import load_text
 from tests.known_answers.grids import section
 
 RUN = '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n[run]\nduration = "1 ms"\n'
@@ -35,8 +35,7 @@ BAR = (
 
 
 def seat_of(text, tmp_path):
-    (tmp_path / "scene.toml").write_text(text + RUN, encoding="utf-8")
-    return load_scene(tmp_path / "scene.toml")
+    return load_text(tmp_path, text + RUN)
 
 
 def found(text, tmp_path, count=None, up_to_hz=None):

@@ -32,7 +32,6 @@ def plate_of(scene: Scene) -> tuple[Flapper, Array, Array]:
 
 def at(reed: Flapper, x: float) -> Array:
     plate = reed.solved().plate
-    assert plate.model.dofs is not None
     return average(plate.mesh, Patch(np.array([[x, 0.0]]), np.ones(1)))[0][plate.model.dofs.free]
 
 
@@ -92,10 +91,7 @@ def test_loads_of_the_scene_are_those_of_the_reed(own: str, load: str, tmp_path:
     [
         ('pressure = "1 mbar"\npressure_radius = "9 mm"\n', "reed.pressure_radius: 9 mm must be at most what the"),
         ('gravity = "9 m/s^2"\npressure_radius = "5 mm"\n', "reed.pressure_radius: there is no pressure"),
-        (
-            'point_force = { value = "1 N", at = "40 mm" }\n',
-            "reed.point_force.at: 40 mm must lie on the reed, which ends at 30.4",
-        ),
+        ('point_force = { value = "1 N", at = "40 mm" }\n', "reed.point_force.at: 40 mm must lie on the reed, which"),
         ('release = { deflection = "1 mm", velocity = "-1 m/s" }\n', "reed.release.velocity: deflection is given too"),
         ('release = { velocity = "-1 m/s", shape = "force" }\n', "reed.release.shape: the shape is that of the mode"),
         ('[[load]]\nforce = "1 N"\nat = "40 mm"\n', "load.0.at: 40 mm must lie on the reed, which ends at 30.4"),

@@ -17,25 +17,13 @@ from tests.gallery import load_text
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
-SCENE = """\
-title = "test"
-[seat]
-kind = "annular"
-bore_radius = "4 mm"
-lip_width = "1 mm"
-material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
-
-[reed]
-kind = "cantilever"
-length = "25.4 mm"
-width = "10 mm"
-thickness = "0.305 mm"
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-release = { tip_deflection = "1 mm" }
-
-[run]
-duration = "3 ms"
-"""
+SCENE = (
+    'title = "test"\n[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\n'
+    'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n\n[reed]\nkind = "cantilever"\n'
+    'length = "25.4 mm"\nwidth = "10 mm"\nthickness = "0.305 mm"\n'
+    'material = { young = "200 GPa", density = "7850 kg/m^3" }\nrelease = { tip_deflection = "1 mm" }\n\n[run]\n'
+    'duration = "3 ms"\n'
+)
 ROD = 'kind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "3 mm"\n'
 
 Load = Callable[[str], Scene]
@@ -316,18 +304,10 @@ x = "\\"]"
 """
     lines = key_lines(text)
     expected = {
-        ("a",): 1,
-        ("b", "c"): 2,
-        ("quoted key", "d"): 3,
-        ("list",): 6,
-        ("list", 1, "e"): 7,
-        ("list", 1, "f", 1): 7,
-        ("t", "u"): 9,
-        ("t", "u", "g", "h", "i"): 10,
-        ("t", "u", "g", "j"): 10,
-        ("many", 0, "x"): 13,
+        ("a",): 1, ("b", "c"): 2, ("quoted key", "d"): 3, ("list",): 6, ("list", 1, "e"): 7, ("list", 1, "f", 1): 7,
+        ("t", "u"): 9, ("t", "u", "g", "h", "i"): 10, ("t", "u", "g", "j"): 10, ("many", 0, "x"): 13,
         ("many", 1, "x"): 15,
-    }
+    }  # fmt: skip
     assert {path: lines.get(path) for path in expected} == expected
     assert _paths(tomllib.loads(text)) <= lines.keys()
 

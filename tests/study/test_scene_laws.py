@@ -10,18 +10,10 @@ from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.scene import SceneError
 from tests.gallery import load_text
 
-SCENE = """\
-[seat]
-kind = "spring"
-stiffness = "1e15 N/m"
-[reed]
-kind = "rigid_mass"
-mass = "5 g"
-velocity = "-2 m/s"
-{law}
-[run]
-duration = "1 ms"
-"""
+SCENE = (
+    '[seat]\nkind = "spring"\nstiffness = "1e15 N/m"\n[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n'
+    '{law}\n[run]\nduration = "1 ms"\n'
+)
 SEAT = impact.spring(stiffness=1e15)
 
 

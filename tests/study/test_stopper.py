@@ -72,7 +72,6 @@ def test_a_mass_between_two_springs(tmp_path: Path) -> None:
     """
     scene = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
     coarse, fine = bounced(scene, 1e-7), bounced(scene, 5e-8)
-    assert coarse.stopper is not None
     momentum, peak = 2 * MASS_KG * SPEED, SPEED * math.sqrt(4e6 * MASS_KG)
     exact = {
         "seat impulse": (lambda run: measures.impulse(run.seat), 2 * momentum, 1e-4),
@@ -114,7 +113,6 @@ def test_a_scene_is_the_problem_built_by_hand(tmp_path: Path) -> None:
     byhand = impact.solve(impact.ContactProblem(reed, contacts=contacts), dt=2e-7, duration=2e-3)
     assert byhand.force[:, 1].max() > 1.0
     for column, one in enumerate((touches.seat, touches.stopper)):
-        assert one is not None
         for name in ("force", "gap", "striker_displacement", "target_displacement"):
             theirs = getattr(byhand, name)[:, column]
             np.testing.assert_allclose(getattr(one, name), theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
@@ -204,7 +202,6 @@ def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
     outcome = run_scene(scene, tmp_path / "out", pictures=False)
     assert any(note in words for words in outcome.messages)
     stated = bounced(scene_of(tmp_path, SEAT + MASS + STOPPER + RUN), 1e-7).stopper
-    assert stated is not None
     assert outcome.summary["stopper_impulse_Ns"] == pytest.approx(measures.impulse(stated), rel=1e-12)
     for key in ("stopper_impulse_Ns", "stopper_filtered_peak_force_N"):
         assert 0 < outcome.summary[f"error_bar_{key}"] < 0.05 * outcome.summary[key]  # type: ignore[operator]
@@ -314,16 +311,8 @@ REFUSED = [
     ("", STOPPER.replace('"0.2 mm"', '"-0.2 mm"'), "stopper.gap: '-0.2 mm' must be >= 0"),
     ("", STOPPER + 'lift = "0.3 mm"\n', "stopper.lift: gap is given too; keep one of the two"),
     ("", STOPPER.replace('gap = "0.2', 'lift = "0.0'), "stopper.lift: 0 mm: the reed could not leave its seat"),
-    (
-        "",
-        STOPPER.replace('gap = "0.2 mm"', 'lift = "0.09 mm"'),
-        "stopper.lift: 0.09 mm is less than contact.gap = 0.1 mm: the undeformed reed",
-    ),
-    (
-        REED + '[contact]\ngap = "0.1 mm"\n',
-        ABOVE.replace("gap", "lift"),
-        "stopper.lift: with contact.gap = 0.1 mm the closed reed is bent",
-    ),
+    ("", STOPPER.replace('gap = "0.2 mm"', 'lift = "0.09 mm"'), "stopper.lift: 0.09 mm is less than contact.gap ="),
+    (REED + '[contact]\ngap = "0.1 mm"\n', ABOVE.replace("gap", "lift"), "stopper.lift: with contact.gap = 0.1 mm"),
     (
         REED + '[contact]\ngap = "0.1 mm"\n',
         ABOVE.replace('gap = "0.8 mm"', 'lift = "1.05 mm"').replace('at = "18 mm"\n', ""),

@@ -33,36 +33,18 @@ from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-BALL = """[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[run]
-duration = "0.2 ms"
+BALL = """reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
+run = { duration = "0.2 ms" }
 """
-SPRING = f'[seat]\nkind = "spring"\nstiffness = "1 N/um"\n{BALL}'
-PAPERS_REED = """[reed]
-kind = "cantilever"
-length = "25 mm"
-n_modes = 3
-release = { tip_deflection = "0.5 mm" }
-[run]
-duration = "1 ms"
-[accuracy]
-target = "10 %"
+SPRING = f'seat = {{ kind = "spring", stiffness = "1 N/um" }}\n{BALL}'
+PAPERS_REED = """reed = { kind = "cantilever", length = "25 mm", n_modes = 3, release = { tip_deflection = "0.5 mm" } }
+run = { duration = "1 ms" }
+accuracy = { target = "10 %" }
 """
-MESHED = f"""[seat]
-kind = "annular"
-bore_radius = "4 mm"
-lip_width = "1 mm"
-lip_height = "0.5 mm"
-outer_radius = "12 mm"
-thickness = "8 mm"
-material = {{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }}
-damping_ratio = 0.1
-fixed = "underside"
-{BALL}[accuracy]
-target = "10 %"
+MESHED = f"""seat = {{ kind = "annular", bore_radius = "4 mm", lip_width = "1 mm", lip_height = "0.5 mm", \
+    outer_radius = "12 mm", thickness = "8 mm", damping_ratio = 0.1, fixed = "underside", \
+    material = {{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }} }}
+{BALL}accuracy = {{ target = "10 %" }}
 """
 DRAWN = """design = "monte_carlo"
 number = {}

@@ -42,24 +42,14 @@ accuracy = { target = "2 %", measures = ["impulse", "filtered_peak", "contact_du
 """
 
 TILTED = f"""
-[seat]
-kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-model = "spring"
-material = "steel"
-mesh = {{ size = "2.5 mm", contact_size = "0.5 mm" }}
+seat = {{ kind = "annular", bore_radius = "5 mm", lip_width = "1 mm", model = "spring", material = "steel", \
+    mesh = {{ size = "2.5 mm", contact_size = "0.5 mm" }} }}
+contact = {{ tilt = "0.3 deg", ports = 8 }}
+run = {{ duration = "0.1 ms", time_step = "0.1 us" }}
+accuracy = {{ measures = ["impulse", "line_force"] }}
 [reed]
 {FLAPPER}greens = {{ bandwidth = "40 kHz" }}
 release = {{ velocity = "-2 m/s" }}
-[contact]
-tilt = "0.3 deg"
-ports = 8
-[run]
-duration = "0.1 ms"
-time_step = "0.1 us"
-[accuracy]
-measures = ["impulse", "line_force"]
 """
 
 

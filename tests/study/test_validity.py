@@ -21,20 +21,11 @@ from seatfem.study.scene import Scene, load_scene
 from tests.gallery import load_text
 
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "40 N/um"
-[reed]
-kind = "cantilever"
-length = "{length} mm"
-width = "10 mm"
-thickness = "{thickness} mm"
-material = {{ young = "200 GPa", density = "7850 kg/m^3" }}
-n_modes = 12
-release = {{ tip_deflection = "{deflection} mm" }}
-[run]
-duration = "1 ms"
-filter_width = "2 us"
+seat = {{ kind = "spring", stiffness = "40 N/um" }}
+reed = {{ kind = "cantilever", length = "{length} mm", width = "10 mm", thickness = "{thickness} mm", \
+    material = {{ young = "200 GPa", density = "7850 kg/m^3" }}, n_modes = 12, \
+    release = {{ tip_deflection = "{deflection} mm" }} }}
+run = {{ duration = "1 ms", filter_width = "2 us" }}
 """
 
 
@@ -105,25 +96,11 @@ def test_a_filter_beyond_the_measured_band_is_told(tmp_path: Path) -> None:
 
 
 ANNULAR = """
-[seat]
-kind = "annular"
-bore_radius = "2 mm"
-lip_width = "1 mm"
-outer_radius = "12 mm"
-thickness = "8 mm"
-model = "spring"
-material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
-damping_ratio = 0.02
-[reed]
-kind = "rigid_mass"
-mass = "2 g"
-velocity = "-1 m/s"
-[run]
-duration = "0.1 ms"
-filter_width = "20 us"
-[accuracy]
-target = 0.1
-measures = ["impulse"]
+seat = { kind = "annular", bore_radius = "2 mm", lip_width = "1 mm", outer_radius = "12 mm", thickness = "8 mm", \
+    model = "spring", material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }, damping_ratio = 0.02 }
+reed = { kind = "rigid_mass", mass = "2 g", velocity = "-1 m/s" }
+run = { duration = "0.1 ms", filter_width = "20 us" }
+accuracy = { target = 0.1, measures = ["impulse"] }
 """
 
 
