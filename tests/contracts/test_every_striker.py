@@ -10,15 +10,12 @@ import pytest
 
 import impact
 from impact.bodies.reeds import reed
-from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.structure import kind_of
 from seatfem.study.impacts import contact
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene
 from tests.fuzz import corpus
 from tests.gallery import load_text
+from tests.steps import ModelError, Scene, plan_scene, run_scene
 
 pytestmark = pytest.mark.slow
 

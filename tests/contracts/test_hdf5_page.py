@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 import impact
-from impact.greens.base import GreensFunction
-from impact.greens.modal import ModalGreens, Residual
 from impact.storage.hdf5 import save_checkpoint
 from seatfem.pictures.frames import Frames
 from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.study.runs.stress_spots import History, Spot, Spots, write_spots
+from tests.steps import GreensFunction, ModalGreens, Residual
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "hdf5.md").read_text(encoding="utf-8")

@@ -13,18 +13,13 @@ from pydantic import Field
 
 import impact
 from impact.bodies.body import Body, ModalState
-from impact.greens.base import GreensFunction
-from impact.greens.modal import ModalGreens, Residual
 from seatfem.fields import Length, Mass, Stiffness
-from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.structures.kinds.turned import Turned
 from seatfem.structures.shapes import Turning
 from seatfem.structures.shapes.profile import Profile, polygon
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError, load_scene
+from tests.steps import GreensFunction, ModalGreens, Residual, SceneError, kinds_of, load_scene, plan_scene, run_scene
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,8 @@ from pydantic import Field
 
 from impact.march.laws import Law, compiled_law
 from seatfem.fields import Stiffness
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.laws import ContactLaw, laws
+from tests.steps import SceneError, load_scene, plan_scene, run_scene
 
 SCENE = """
 seat = {{ kind = "spring", stiffness = "1 GN/m" }}

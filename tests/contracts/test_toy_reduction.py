@@ -8,17 +8,16 @@ import pytest
 from scipy import linalg
 
 import seatfem
-from impact.greens.base import ErrorEstimate
 from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError, SecondOrderModel
 from seatfem.structures.reduction import greens as registry
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
 from seatfem.structures.reduction.residual import truncate
-from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene.problems import SceneError
 from tests.gallery import load_text
 from tests.rod_model import rod_model
+from tests.steps import ErrorEstimate, run_scene
 
 SCENE = """
 seat = { kind = "annular", model = "axisymmetric", bore_radius = "4 mm", lip_width = "2 mm", lip_edge_radius = "0 mm", \

@@ -11,15 +11,13 @@ import numpy as np
 import pytest
 
 import impact
-from impact.greens.base import GreensFunction
 from impact.greens.sampled import SampledGreens
-from impact.storage.hdf5 import save_greens
-from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import check_length
 from seatfem.study.runs import rounds
 from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.scene.keys import scene_template
 from tests.gallery import load_text
+from tests.steps import BAD_INPUT, GreensFunction, run_command, save_greens
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'

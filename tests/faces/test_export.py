@@ -15,9 +15,6 @@ from scipy import io, linalg
 
 import impact
 from impact.greens.base import Array
-from impact.greens.modal import ModalGreens, Residual
-from impact.storage.hdf5 import load_greens, load_results
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.pictures.cell_grid import skin_of
 from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import load_moving, save_moving
@@ -27,6 +24,7 @@ from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uf
 from seatfem.structures.materials import Material
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
+from tests.steps import BAD_INPUT, DONE, ModalGreens, Residual, load_greens, load_results, run_command
 
 SCENE = (
     '[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\nmaterial = "steel"\ndamping_ratio = 0.05\n'

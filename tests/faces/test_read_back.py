@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.cli import DONE, run_command
 from seatfem.faces.plan_view import plan_json, read_back
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.steps import DONE, Scene, SceneError, load_scene, plan_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

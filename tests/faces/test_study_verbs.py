@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.study.sweep import outcome as one
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.study import Design, Optimise, Outputs, Study
 from seatfem.study.sweep.variations import Variation, kinds_below
+from tests.steps import BAD_INPUT, DONE, FAILED, Outcome, run_command
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]

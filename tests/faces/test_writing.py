@@ -15,15 +15,12 @@ import impact
 from impact.files.hdf5_structure import USER_BLOCK, seal_of
 from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
 from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
-from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.machine.code import NOT_NUMERICS, hash_of
 from seatfem.structures import store
 from seatfem.structures.cache import Cache, CacheWarning, key_of
 from seatfem.structures.store import Store, StoreError, content_key
-from seatfem.study.impacts.contact import seat_of
-from seatfem.study.method import stated_method
-from seatfem.study.scene import Scene, load_scene
 from tests.fuzz.hdf5 import seal
+from tests.steps import BAD_INPUT, DONE, FAILED, Scene, load_scene, run_command, seat_of, stated_method
 
 ROOT = Path(__file__).parents[2]
 BLOCK = """

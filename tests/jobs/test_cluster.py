@@ -17,16 +17,14 @@ from seatfem.jobs import cluster
 from seatfem.jobs.cluster import ClusterError, Parcel, cluster_crew, threads_of
 from seatfem.jobs.desk import Lost, Program
 from seatfem.study.safety import Effort
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError
-from seatfem.study.sweep.study import load_study
-from seatfem.study.sweep.sweep import run_study
 from seatfem.study.trade.point import COSTS, Point, carry_out
 from seatfem.study.trade.trade import run_points
 from tests.extremes import battery
 from tests.extremes import carry_out as cells_here
 from tests.extremes.runner import run_battery
 from tests.jobs.crowd import Crowd
+from tests.steps import Outcome, load_study, run_study
 from tests.study.test_studies import rows
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")

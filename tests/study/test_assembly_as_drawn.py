@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.study.scene import Scene, SceneError, load_scene
-from seatfem.study.scene.files import check_files
 from tests.gallery import summary_of
+from tests.steps import Scene, SceneError, check_files, load_scene
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cad_assembly.toml"
 GAP, ROOT = 20e-6, -22e-3  # of meshes/valve_plate_assembly.py

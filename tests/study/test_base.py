@@ -8,13 +8,10 @@ import pytest
 import impact
 from impact.after.result import ImpactResult
 from impact.bodies.time_series import TimeSeriesError
-from impact.greens.base import GreensFunctionError
 from seatfem.study.impacts.contact import problem_of, record_of, seat_of, striker_of
 from seatfem.study.impacts.drives import check_base
-from seatfem.study.impacts.touches import values_of_record
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene
 from tests.gallery import load_text, refusal
+from tests.steps import GreensFunctionError, Scene, run_scene, values_of_record
 
 REED = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 12\ndamping_ratio = 0.01\n'
 SPRING = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'

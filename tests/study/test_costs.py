@@ -10,7 +10,6 @@ from time import process_time
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import DONE, run_command
 from seatfem.machine import calibration
 from seatfem.machine.libraries import has_pardiso
 from seatfem.machine.resources import Machine, MachineError, calibration_file
@@ -25,7 +24,7 @@ from seatfem.structures.reduction import modal
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stopper, ValvePlate
 from seatfem.study.method import MODEL, stated_method
 from seatfem.study.planning.costs import predict_cost
-from seatfem.study.scene import load_scene
+from tests.steps import DONE, load_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MESHES = EXAMPLES.parent / "meshes"

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.rings import Division
-from seatfem.study.scene import Scene, SceneError
 from tests.gallery import FLAPPER, load_text
+from tests.steps import Division, Scene, SceneError
 
 SEAT = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\nmaterial = "steel"\n'
 LANDING = FLAPPER + 'greens = { bandwidth = "20 kHz" }\nrelease = { velocity = "-2 m/s" }\n'

@@ -8,9 +8,8 @@ import pytest
 
 import impact
 from impact.after.result import ImpactResult
-from seatfem.study.impacts.contact import problem_of, striker_of
-from seatfem.study.scene import Scene, SceneError
 from tests.gallery import load_text, refusal
+from tests.steps import Scene, SceneError, problem_of, striker_of
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "1 mm"\n'

@@ -10,20 +10,14 @@ import pytest
 
 from impact.after.histories import best_plane
 from impact.pictures.lip_plots import plot_lip
-from seatfem.structures.errors import ModelError
 from seatfem.structures.lands import FaceLip
-from seatfem.structures.lip import Lip
-from seatfem.structures.rings import Division
-from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, seat_of, solved_striker, striker_of
 from seatfem.study.impacts.touches import measured
 from seatfem.study.method import as_stated, stated_method
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.context import PER_ARC
-from seatfem.study.scene import Scene, SceneError
-from seatfem.study.scene.files import check_files
 from seatfem.study.scene.lips import closed_line
 from tests.gallery import FLAPPER, load_text
+from tests.steps import Division, Lip, ModelError, Scene, SceneError, check_files, error_budget, plan_scene
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'

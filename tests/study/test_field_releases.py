@@ -7,12 +7,9 @@ import pytest
 
 import impact
 import seatfem
-from seatfem.structures.errors import ModelError
-from seatfem.structures.lip import Lip
 from seatfem.structures.sheets import PlateModes, plate_modes
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.scene import Scene, SceneError
 from tests.gallery import FLAPPER, load_text
+from tests.steps import Lip, ModelError, Scene, SceneError, striker_of
 
 REED = FLAPPER + 'greens = { bandwidth = "10 kHz" }\n'
 HEAD = "x [mm],y [mm],w [um],velocity [m/s]\n"

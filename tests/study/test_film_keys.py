@@ -9,14 +9,9 @@ import pytest
 import impact
 from impact import measures
 from seatfem.faces.verdict import simpler, verdict
-from seatfem.structures.method import bed
-from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import problem_of, run_contacts, striker_of
-from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.summary import summarise
-from seatfem.study.scene import Scene
 from tests.gallery import FLAPPER, LIP, load_text, refusal
+from tests.steps import Division, Scene, Touches, bed, problem_of, run_contacts, run_scene, striker_of
 
 AIR = 'film = { viscosity = "18 uPa s", floor = "1 um" }'
 LANDING = f"""

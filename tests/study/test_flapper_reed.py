@@ -5,15 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.cache import build, key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.structures.sheets import Sheet, SolvedSheet
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.scene import Scene, SceneError
 from tests.gallery import FLAPPER, load_text, summary_of
+from tests.steps import Scene, SceneError, Stopwatch, striker_of
 
 COARSE = 'greens = { bandwidth = "30 kHz" }\n'
 SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'

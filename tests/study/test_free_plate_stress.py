@@ -6,15 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.notices import silent
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.fields.recovery import largest
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.lives import again
 from seatfem.study.runs.reed_stress import plate_field, plate_pushes, struck_in
-from seatfem.study.runs.round import Round
-from seatfem.study.runs.rounds import rounds
 from tests.gallery import load_text
+from tests.steps import Round, Stopwatch, plan_scene, rounds, silent
 
 SCENE = """
 seat = {{ kind = "annular", bore_radius = "14.5 mm", lip_width = "1 mm", lip_edge_radius = "0 mm", \

@@ -21,10 +21,8 @@ from seatfem.study.impacts.contact import (
     striker_of,
 )
 from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of, lift_of
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene
 from tests.gallery import load_text, refusal
+from tests.steps import Scene, plan_scene, run_scene
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "50 N/um"\n'
 REED = (

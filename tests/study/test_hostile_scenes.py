@@ -6,11 +6,10 @@ import time
 
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.study.scene import SceneError
 from seatfem.units import UnitError, parse_fraction, parse_quantity
 from tests.bounded import GIB, assert_refused, run_bounded
 from tests.gallery import load_text
+from tests.steps import BAD_INPUT, SceneError, run_command
 
 SCENE = (
     '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'

@@ -5,12 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.study.identify import intervals
 from seatfem.study.identify.fit import IdentifyError, identify
 from seatfem.study.identify.record import load_identification
 from seatfem.study.identify.shots import Model
-from seatfem.study.scene import SceneError
+from tests.steps import BAD_INPUT, DONE, SceneError, run_command
 from tests.study.identification_truth import NOISE, RECORD, SCENE, TRUE, noise, true_record, write_files
 
 DRAWS = 20

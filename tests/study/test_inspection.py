@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.structures.estimates.costs import seat_model
 from seatfem.structures.formats import mesh_files
 from seatfem.structures.inspection import cad
@@ -16,11 +15,8 @@ from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, CylinderFace, NumberedFace
-from seatfem.structures.store import Store
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import rounds_ahead
-from seatfem.study.scene import SceneError, load_scene
-from seatfem.study.scene.files import check_files
+from tests.steps import BAD_INPUT, DONE, SceneError, Store, check_files, load_scene, plan_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT / "meshes"

@@ -10,10 +10,9 @@ import pytest
 
 from impact.after.landings import Landing
 from seatfem import results
-from seatfem.faces.cli import run_command
 from seatfem.faces.verdict import horizon
 from seatfem.study.runs.horizon import ensemble_keys
-from seatfem.study.scene import SceneError, load_scene
+from tests.steps import SceneError, load_scene, run_command
 
 SCENE = (
     '\nseat = {{ kind = "spring", stiffness = "100 kN/m" }}\n'

@@ -8,16 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import DONE, FAILED, run_command
 from seatfem.study.impacts.landings import needs_landing
 from seatfem.study.sweep import effects
 from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.optimum import run_optimum
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import StudyError
-from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import StudyTable
+from tests.steps import DONE, FAILED, Outcome, load_study, run_command
 from tests.study.crew_at_hand import answer_here
 from tests.study.test_studies import study_file
 

@@ -7,11 +7,8 @@ from typing import Any
 
 import pytest
 
-from seatfem.faces.cli import run_command
 from seatfem.results import result_of, words_of
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.runs.rounds import Limits
-from seatfem.study.scene import load_scene
+from tests.steps import Limits, load_scene, run_command, run_scene
 
 SEAT = """
 seat = { kind = "rod", young = "206 GPa", density = "7850 kg/m^3", length = "30 mm", area = "20 mm^2", \

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.method import LevelError, Solved
-from seatfem.study.impacts.contact import seat_of
-from seatfem.study.scene import load_scene
 from tests.gallery import load_text
+from tests.steps import LevelError, Solved, load_scene, seat_of
 
 REST = (
     '\nmaterial = { young = "200 GPa", density = "7850 kg/m^3" }\ndamping_ratio = 0.1\n[reed]\nkind = "rigid_mass"\n'

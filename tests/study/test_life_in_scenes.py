@@ -12,11 +12,9 @@ import impact
 from impact.exact.contact_stress import hertz_circular, hertz_impact
 from impact.life.strength import basquin
 from seatfem.faces.verdict import lasting as in_words
-from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.impacts.life import beam_histories, block_from, lasting, life_keys
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene, SceneError, load_scene
 from tests.gallery import load_text, refusal
+from tests.steps import Scene, SceneError, load_scene, run_contacts, run_scene, striker_of
 
 STRENGTH = """source = "invented for tests"
 ultimate = "1800 MPa"

@@ -15,9 +15,8 @@ from seatfem.structures.fields.recovery import histories, hottest, largest, mise
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.lives import Stressed
 from seatfem.study.runs.reed_stress import plate_field
-from seatfem.study.runs.round import Round
-from seatfem.study.scene import SceneError
 from tests.gallery import BAR, load_text
+from tests.steps import Round, SceneError
 
 CURVE = basquin(400e6, 1e7, 12.0)
 STRENGTH = 'source = "invented for tests"\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\nlimit_cycles = 1e7\n'

@@ -14,20 +14,13 @@ import pytest
 
 import impact
 from impact.after.histories import largest_average
-from impact.notices import silent
 from impact.storage.hdf5 import restore_checkpoint, save_checkpoint
-from seatfem.machine.resources import Stopwatch
-from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division, as_a_whole, divided_less
-from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import problem_of, run_contacts, seat_of, striker_of
 from seatfem.study.impacts.touches import measured
 from seatfem.study.ladders.level import method_beside
-from seatfem.study.method import stated_method
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.rounds import rounds
-from seatfem.study.scene import Scene
 from tests.gallery import FLAPPER, load_text
+from tests.steps import Scene, Solved, Stopwatch, error_budget, plan_scene, rounds, silent, stated_method
 
 SEAT = (
     'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\n'

@@ -17,12 +17,9 @@ from seatfem.pictures import rendering
 from seatfem.pictures.frame_pictures import animate_frames
 from seatfem.pictures.frames import LANDING, landing_frames
 from seatfem.pictures.moving import load_moving
-from seatfem.structures.lip import Lip
-from seatfem.structures.method import Solved, bed
-from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import run_contacts, solved_striker, striker_of
 from seatfem.study.runs.stress_wave import by_arc, landing_of, lip_pictures
 from tests.gallery import FLAPPER, LIP, load_text
+from tests.steps import Division, Lip, Solved, bed, run_contacts, solved_striker, striker_of
 
 ARCS, RADIUS = 8, 5.5e-3
 SCENE = (

@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from seatfem.pictures.stress_plot import plot_margins
-from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs.pipeline import margin_curve
-from seatfem.study.scene import SceneError, load_scene
+from tests.steps import RunError, SceneError, load_scene
 
 KEY = "reed.release.velocity"
 SCENE = """

@@ -8,13 +8,11 @@ import pytest
 from rich.console import Console
 
 import impact
-from impact.greens.base import GreensFunction
 from impact.notices import Advice
 from seatfem.faces.tables import result_table
 from seatfem.study.impacts.validity import fit_of, validity_advice
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene, SceneError, load_scene
 from tests.gallery import load_text
+from tests.steps import GreensFunction, Scene, SceneError, load_scene, run_scene
 
 F = np.arange(40.0, 12e3, 20.0)
 S = 2j * np.pi * F

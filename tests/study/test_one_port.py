@@ -7,21 +7,14 @@ from pathlib import Path
 import pytest
 
 import impact
-from impact.notices import silent
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.rings import Division, divided_less
 from seatfem.study.impacts.contact import problem_of, record_of, solved_striker, striker_of
-from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import PORTS, chooses_one_port, stated_method
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.refining import refine
-from seatfem.study.runs.round import Round
-from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.safety import LIP_SHARE, ONE_PORT_BAR
 from tests.gallery import FLAPPER, load_text
+from tests.steps import Limits, Plan, Round, Stopwatch, plan_scene, refine, rounds, silent, values_of_record
 
 SCENE = f"""
 seat = {{ kind = "annular", bore_radius = "5 mm", lip_width = "1 mm", lip_edge_radius = "0 mm", material = "steel", \

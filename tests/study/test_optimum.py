@@ -11,9 +11,8 @@ from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.best import Optimum
 from seatfem.study.sweep.cases import PILOTS
 from seatfem.study.sweep.optimum import run_optimum
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError
-from seatfem.study.sweep.study import load_study
+from tests.steps import Outcome, load_study
 from tests.study.crew_at_hand import answer_here
 from tests.study.test_studies import MESHED, study_file
 

@@ -6,11 +6,9 @@ from pathlib import Path
 import pytest
 
 from seatfem.jobs.desk import FILES
-from seatfem.structures.cache import key_of
-from seatfem.structures.method import Method
-from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.parcel import by_content, packed
 from tests.gallery import load_text
+from tests.steps import Method, Scene, SceneError, key_of, load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MESH = '[seat]\nkind = "mesh"\nfile = "{}"\ncontact = "lip"\nmaterial = "steel"\ndamping_ratio = 0.01\n'

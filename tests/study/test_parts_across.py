@@ -14,15 +14,11 @@ from impact.runs.variations import safety
 from seatfem.structures.rings import Division, arc_rings_to_compare, ring_borders
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length, problem_of, record_of, seat_of, striker_of
-from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.patch import of_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.refining import refine
-from seatfem.study.scene import Scene
 from tests.gallery import load_text
+from tests.steps import Plan, Scene, plan_scene, refine, values_of_record
 
 SHEET = """
 seat = { kind = "annular", bore_radius = "3.5 mm", lip_width = "0.8 mm", lip_edge_radius = "0 mm", model = "spring", \

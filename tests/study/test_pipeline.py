@@ -15,17 +15,15 @@ import pytest
 import impact
 from impact import measures
 from impact.notices import Progress, silent
-from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import main
 from seatfem.pictures import plots
 from seatfem.structures.cache import CacheWarning
 from seatfem.structures.store import VARIABLE
 from seatfem.study.impacts.contact import fallback_step, striker_of
-from seatfem.study.impacts.touches import SOURCES
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
 from seatfem.study.runs.stress_spots import load_histories
-from seatfem.study.scene import load_scene
+from tests.steps import SOURCES, load_greens, load_results, load_scene
 
 REED = (
     '\n[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nwidth = "10 mm"\nthickness = "0.305 mm"\n'

@@ -13,29 +13,21 @@ import pytest
 
 import impact
 from impact.greens.modal import ModalGreens, Residual
-from impact.runs.variations import SAFETY
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
-from seatfem.machine.resources import Machine
 from seatfem.structures import cache
-from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Sizes, Surrogate, mesh_error, sizes_for
-from seatfem.structures.method import LevelError
-from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import RunError, problem_of, record_of, seat_of, striker_of
 from seatfem.study.impacts.touches import SOURCES, values_of_record
 from seatfem.study.ladders.level import changes_on, without_waves
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
 from seatfem.study.planning.deciding import Choices, Decision
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.refining import refine
 from seatfem.study.prerun import lips, look
 from seatfem.study.prerun.bench import Bench, advanced, locate_contact_window
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.look import BANDS, coarse_method
 from seatfem.study.prerun.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE, MUCH_SHORTER, SIMPLER
-from seatfem.study.scene import Scene
+from tests.steps import SAFETY, LevelError, Machine, ModelError, Plan, Scene, Store, plan_scene, refine
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
 ANNULAR = f"""

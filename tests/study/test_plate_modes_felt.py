@@ -7,12 +7,11 @@ import numpy as np
 from impact import Body, ContactProblem, solve, spring
 from impact.after.measures import filtered_peak_force
 from impact.bodies.body import ModalState
-from impact.greens.modal import ModalGreens, Residual
 from impact.runs.variations import ringing_on
-from seatfem.study.impacts.contact import striker_of
 from seatfem.study.prerun.sensitivity import with_other_modes
 from seatfem.study.safety import OF_MODES
 from tests.gallery import load_text
+from tests.steps import ModalGreens, Residual, striker_of
 
 HIGHEST = 2e6  # rad/s, of a mode that the contact does not feel, as one with waves around a ring
 REST = 3e-11  # m/N above

@@ -15,14 +15,13 @@ from impact.notices import Progress
 from seatfem.structures.elements.mindlin import average
 from seatfem.structures.fields.recovery import histories, von_mises
 from seatfem.structures.fields.sites import plate_nodes, plate_stress
-from seatfem.structures.lip import Lip
 from seatfem.structures.sheets import PlateModes
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, plate_field, plate_pushes
-from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.runs.stresses import stresses
 from tests.gallery import load_text
+from tests.steps import Lip, Round
 
 SEAT = """
 seat = { kind = "annular", bore_radius = "1 mm", lip_width = "1 mm", outer_radius = "4 mm", thickness = "4 mm", \

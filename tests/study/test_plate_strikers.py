@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem.structures.cache import key_of
-from seatfem.study.impacts.contact import RunError, striker_of
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene
 from tests.gallery import FLAPPER, load_text, refusal, summary_of
+from tests.steps import RunError, Scene, key_of, run_scene, striker_of
 
 RING = 'kind = "ring_plate"\nouter_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "0.5 mm"\n'
 DISC = 'kind = "disc"\ndiameter = "20 mm"\nthickness = "0.5 mm"\n'

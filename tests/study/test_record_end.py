@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 
 import impact
-from impact.runs.variations import Budget
-from seatfem.structures.method import Solved
-from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.record_end import CLOCK
-from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.method import stated_method
 from tests.gallery import load_text
+from tests.steps import Budget, Solved, error_budget, run_contacts, stated_method, striker_of
 
 STIFFNESS, MASS, SPEED = 40e6, 1e-4, 1.0
 WAY = 30e-6  # from spring to spring [m]

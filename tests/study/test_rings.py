@@ -10,7 +10,6 @@ import pytest
 import impact
 from impact import measures
 from impact.after.result import as_one
-from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
@@ -21,10 +20,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
-from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError, load_scene
+from tests.steps import ModalGreens, Residual, SceneError, load_scene, plan_scene, run_contacts, run_scene, striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)
 

@@ -8,12 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Annular, Cantilever
-from seatfem.study.method import stated_method
-from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.problems import key_lines
 from tests.gallery import load_text
+from tests.steps import Scene, SceneError, key_of, load_scene, stated_method
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.finite_elements import draw, matrices, supports_of
 from seatfem.structures.formats.mesh_files import read_mesh
@@ -16,8 +15,8 @@ from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar, GeometryError, Region
-from seatfem.study.scene import Scene, SceneError
 from tests.gallery import load_text
+from tests.steps import BAD_INPUT, Scene, SceneError, run_command
 
 MESHES = Path(__file__).parents[2] / "meshes"
 SCENE = (

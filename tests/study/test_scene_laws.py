@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.scene import SceneError
 from tests.gallery import load_text
+from tests.steps import SceneError, run_contacts, striker_of
 
 SCENE = (
     '[seat]\nkind = "spring"\nstiffness = "1e15 N/m"\n[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n'

@@ -7,17 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.notices import silent
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.fields.recovery import von_mises
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pipeline
-from seatfem.study.runs.rounds import rounds
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys, stress_pictures
 from seatfem.study.runs.stress_spots import load_histories
-from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
 from tests.gallery import BAR
+from tests.steps import Stopwatch, load_scene, plan_scene, rounds, silent
 
 AREA, MASS, SPEED, STIFFNESS = 2e-3 * 3e-3, 1e-3, 0.5, 1e5
 MIDDLE = '["0 mm", "0 mm", "5 mm"]'

@@ -5,11 +5,8 @@ from pathlib import Path
 import pytest
 
 import impact
-from seatfem.structures.method import bed
-from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import problem_of, striker_of
-from seatfem.study.scene import Scene, SceneError
 from tests.gallery import FLAPPER, LIP, load_text
+from tests.steps import Division, Scene, SceneError, bed, problem_of, striker_of
 
 
 def problem(folder: Path, deflection: str, contact: str, more: str = "") -> tuple[Scene, impact.ContactProblem]:

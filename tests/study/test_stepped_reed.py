@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.scene import Scene
 from tests.gallery import load_text, refusal, summary_of
+from tests.steps import Scene, striker_of
 
 KEYS = 'kind = "{}"\n{}\nthickness = "0.3 mm"\nn_modes = 10\nrelease = {{ tip_deflection = "0.2 mm" }}\n'
 UNIFORM = 'widths = [["0 mm", "8 mm"], ["20 mm", "8 mm"]]'

@@ -10,22 +10,16 @@ import pytest
 
 import impact
 from impact import measures
-from impact.greens.base import ErrorEstimate
 from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
 from seatfem.faces.plan_view import plan_json
-from seatfem.structures.kinds import kinds_of
-from seatfem.structures.method import Solved
-from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import problem_of, record_of, run_contacts, stopper_of, striker_of
 from seatfem.study.impacts.touches import Touches, stopper_values, values_of_record
-from seatfem.study.method import stated_method
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.bench import Bench, Window, locate_contact_window, window_of
-from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.contact import Stopper
 from tests.gallery import load_text
+from tests.steps import ErrorEstimate, Solved, error_budget, kinds_of, plan_scene, run_scene, stated_method
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "0.1 mm"\n'

@@ -9,20 +9,13 @@ import pytest
 import impact
 from impact import measures
 from impact.march.motion import modal_coordinates
-from impact.runs.variations import SAFETY
-from seatfem.structures.errors import ModelError
-from seatfem.structures.lip import Lip
-from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division, as_a_whole
-from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import problem_of, run_contacts, solved_striker, stopper_of, striker_of
 from seatfem.study.impacts.touches import Touches, on_the_ports, stopper_values
-from seatfem.study.method import stated_method
-from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError
-from seatfem.study.scene.files import check_files
 from seatfem.study.scene.lips import STOPPER
 from tests.gallery import load_text, refusal
+from tests.steps import SAFETY, Lip, ModelError, Solved, check_files, error_budget, run_scene, stated_method
 
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
 SEAT = 'kind = "spring"\nstiffness = "50 N/um"\n'

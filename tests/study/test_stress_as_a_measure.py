@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from seatfem.fields import KeyProblem
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError
 from tests.gallery import load_text
+from tests.steps import SceneError, plan_scene, run_scene
 
 RING = """
 seat = { kind = "annular", bore_radius = "14.5 mm", lip_width = "1 mm", lip_edge_radius = "0 mm", \

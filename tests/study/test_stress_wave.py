@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impact.notices import silent
 from impact.pictures.drawing import PictureError
-from seatfem.machine.resources import Stopwatch
 from seatfem.pictures.cell_grid import skin_of
 from seatfem.pictures.frame_pictures import plot_margin_map
 from seatfem.pictures.frames import wave_frames
@@ -17,16 +15,15 @@ from seatfem.pictures.moving import load_moving
 from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import elements_of, solid_stress
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import afterwards
 from seatfem.study.runs.afterwards import margin_pictures, margins
 from seatfem.study.runs.lives import Stressed
-from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import seat_stress
 from seatfem.study.runs.stress_wave import after_touch, reed_wave, seat_wave, wave_pictures
 from seatfem.study.scene.problems import SceneError
 from tests.gallery import FLAPPER, load_text
+from tests.steps import Limits, Stopwatch, plan_scene, rounds, silent
 
 STRENGTH = (
     'source = "invented for tests"\nultimate = "1800 MPa"\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\n'

@@ -17,18 +17,13 @@ import pytest
 import seatfem
 from impact.files.safe_files import OutputError
 from seatfem.jobs.folders import JournalError, claimed
-from seatfem.structures.errors import ModelError
-from seatfem.study.planning.plan import Plan
-from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.safety import Effort
-from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep import sweep
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
-from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
+from tests.steps import ModelError, Outcome, Plan, Scene, SceneError, load_scene, load_study, run_scene
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]

@@ -6,11 +6,9 @@ from pathlib import Path
 import pytest
 
 from seatfem.fields import kind_of
-from seatfem.structures.kinds import kinds_of
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.keys import scene_template
 from tests.gallery import load_text
+from tests.steps import Scene, SceneError, kinds_of, plan_scene
 
 NAMES = [kind_of(kind) for kind in kinds_of() if kind.__module__.startswith("seatfem.")]
 

@@ -15,19 +15,16 @@ import pytest
 from impact import measures
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.jobs.desk import Ask
-from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_models
 from seatfem.study.ladders.ladder import RATIO
-from seatfem.study.method import stated_method
-from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.sweep.effects import pareto_front
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.trade import trade
 from seatfem.study.trade.point import ALL_OPEN, Point, carry_out
 from seatfem.study.trade.report import in_words, summary_of
 from seatfem.study.trade.rungs import BY_HAND, Rungs, centre_of
 from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, run_points
 from tests.gallery import FLAPPER
+from tests.steps import Outcome, SceneError, load_scene, seat_of, stated_method, striker_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")

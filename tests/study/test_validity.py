@@ -7,18 +7,13 @@ import numpy as np
 import pytest
 
 import impact
-from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.structures.method import Solved
-from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, striker_of
-from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
-from seatfem.study.method import stated_method
-from seatfem.study.scene import Scene, load_scene
 from tests.gallery import load_text
+from tests.steps import GreensFunction, Scene, Solved, Touches, error_budget, load_scene, stated_method
 
 SCENE = """
 seat = {{ kind = "spring", stiffness = "40 N/um" }}

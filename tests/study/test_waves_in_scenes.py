@@ -7,9 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError
 from tests.gallery import load_text
+from tests.steps import SceneError, run_scene
 
 ROD = """kind = "rod"
 young = "200 GPa"
