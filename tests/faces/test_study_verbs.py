@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.study import Design, Optimise, Outputs, Study
 from seatfem.study.sweep.variations import Variation, kinds_below
-from tests.steps import BAD_INPUT, DONE, FAILED, Outcome, run_command
-from tests.study.crew_at_hand import answer_here
+from tests.steps import BAD_INPUT, DONE, FAILED, run_command
+from tests.study.crew_at_hand import amount, answer_by, answer_here
 
 ROOT = Path(__file__).parents[2]
 SCENE = """seat = { kind = "spring", stiffness = "1 N/um" }
@@ -24,18 +23,13 @@ Told = pytest.CaptureFixture[str]
 def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Three scenes, whose runs are answered at once; the one of 3 g fails."""
 
-    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
+    def answer(changed: dict[str, object]) -> dict[str, object]:
         if changed["reed.mass"] == "3 g":
             raise RuntimeError("[uff] failed\x1b[2J")
-        return Outcome(
-            "done",
-            "",
-            0.0,
-            {"landing_impulse_Ns": float(str(changed["reed.mass"])[0]), "landing_filtered_peak_force_N": 2.0},
-        )
+        return {"landing_impulse_Ns": amount(changed["reed.mass"]), "landing_filtered_peak_force_N": 2.0}
 
     answer_here(monkeypatch)
-    monkeypatch.setattr(one, "_carried_out", carried_out)
+    answer_by(monkeypatch, answer)
     monkeypatch.chdir(tmp_path)
     return written(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]')
 
@@ -115,12 +109,8 @@ def test_scenes_that_failed_are_tried_again_where_that_is_asked_for(
 ) -> None:
     assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
     tried: list[object] = []
-
-    def mended(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
-        tried.append(changed["reed.mass"])
-        return Outcome("done", "", 0.0, {"landing_impulse_Ns": 3.0, "landing_filtered_peak_force_N": 2.0})
-
-    monkeypatch.setattr(one, "_carried_out", mended)
+    mended = {"landing_impulse_Ns": 3.0, "landing_filtered_peak_force_N": 2.0}
+    answer_by(monkeypatch, lambda changed: tried.append(changed["reed.mass"]) or mended)
     assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
     assert tried == []
     assert run_command(["sweep", "gaps.toml", "--quiet", "--retry"]) == DONE
@@ -166,13 +156,12 @@ SOUGHT = '[vary]\nreed.mass = { from = "1 g", to = "2.9 g" }\n[optimise]\n'
 def test_an_optimum_is_found_and_told(
     study: Path, tmp_path: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
-        mass = float(str(changed["reed.mass"]).split()[0])
-        if 2.2 < mass < 2.6:
+    def answer(changed: dict[str, object]) -> dict[str, object]:
+        if 2.2 < (mass := amount(changed["reed.mass"])) < 2.6:
             raise RuntimeError("[uff] failed\x1b[2J")
-        return Outcome("done", "", 0.0, {"impulse_Ns": mass, "error_bar_impulse_Ns": 0.01})
+        return {"impulse_Ns": mass, "error_bar_impulse_Ns": 0.01}
 
-    monkeypatch.setattr(one, "_carried_out", carried_out)
+    answer_by(monkeypatch, answer)
     written(tmp_path, SOUGHT + 'maximise = "impulse_Ns"\nsubject_to = ["impulse_Ns <= 2"]\nmost = 20')
     assert run_command(["optimise", "gaps.toml", "--rounds", "2", "--limit", "60"]) == DONE
     out, err = capsys.readouterr()

@@ -43,9 +43,6 @@ def cad(name: str) -> str:
     return f'kind = "cad"\nfile = "{MESHES / name}.step"\n{STEEL}'
 
 
-# What is struck
-
-
 def test_a_face_is_divided_where_the_scene_says_so(tmp_path: Path) -> None:
     """Scenes that say nothing of a lip are struck as before: with the reed's own contact."""
     assert scene_of(tmp_path, SLOT, "").geometry.lip() is None
@@ -73,9 +70,6 @@ def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tup
     if axis in (0.0, 90.0):
         assert mean - GAP == pytest.approx(rise * (3.5e-3 if axis == 0.0 else 6e-3), rel=2e-3)
     assert gaps.min() >= GAP + 0.99 * rise * 0.5e-3  # the straight side that lies lowest, on its centre line
-
-
-# Landings
 
 
 def test_a_pitched_landing_around_a_slot_is_its_mirror_image(tmp_path: Path) -> None:
@@ -164,9 +158,6 @@ def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
     plan = plan_scene(scene)
     assert plan.method.seat.level in ("3d", "spring")
     assert as_stated(plan.scene, plan.method).geometry.lip() == plan.method.seat.lip
-
-
-# What is refused
 
 
 @pytest.mark.parametrize(

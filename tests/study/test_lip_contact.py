@@ -91,18 +91,12 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     return Bench(tmp_path_factory.mktemp("lip"))
 
 
-# Symmetry
-
-
 @pytest.mark.parametrize("tilt", [PITCH, BACK, FLAT])
 def test_what_lands_in_pitch_lands_alike_on_both_sides(bench: Bench, tilt: tuple[str, str]) -> None:
     """Of a mirrored mesh, modes that are even or odd, and a residual without cancellation: round-off, times 1e3 by the
     contacts. A mesh that is not mirrored leaves 1e-3, Lanczos' modes alone 1e-5."""
     force = bench.land(32, tilt).force
     assert np.abs(force - force[:, ::-1]).max() < 1e-9 * force.max()
-
-
-# Openings
 
 
 @pytest.mark.parametrize(("axis", "lowest"), [(0.0, 270.0), (90.0, 0.0), (30.0, 300.0)])
@@ -139,9 +133,6 @@ def test_waviness_is_linear_between_its_angles(tmp_path: Path) -> None:
     )
 
 
-# Statics
-
-
 def test_all_arcs_under_one_load_are_the_whole_lip(bench: Bench) -> None:
     """Both bodies: the plate's rules at 192 and at 96 points of the lip differ by 1e-9."""
     many, one = bench.problem(32), bench.problem(1)
@@ -166,9 +157,6 @@ def test_a_rigid_face_on_an_even_lip_is_one_contact(bench: Bench, ports: int) ->
     several, one = (result.force for result in found)
     assert one.max() > 0
     np.testing.assert_allclose(several, np.repeat(one[:, None] / ports, ports, 1), atol=1e-9 * one.max())
-
-
-# Landings
 
 
 def test_landings_of_the_reference(bench: Bench) -> None:
@@ -207,9 +195,6 @@ def test_peaks_converge_with_the_second_power_of_the_arcs(bench: Bench) -> None:
     assert left(16, bench.impulse) / left(64, bench.impulse) > 3.5
 
 
-# What becomes of a run
-
-
 def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:
     problem, result = bench.problem(32, ROLL), bench.land(32, ROLL)
     impact.save_results(tmp_path / "result.h5", {"wave": result}, {})
@@ -240,9 +225,6 @@ def test_a_lip_in_rings_and_arcs(bench: Bench) -> None:
     plain = bench.land(16, ROLL).force[:1001].sum()
     assert by_rings.seat.force.sum() == pytest.approx(plain, rel=0.02)
     assert by_rings.seat.energy.residual < 1e-9
-
-
-# Error bars
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from impact.greens.modal import ModalGreens, Residual
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.structures import cache
 from seatfem.structures.estimates.surrogate import Sizes, Surrogate, mesh_error, sizes_for
-from seatfem.study.impacts.contact import RunError, problem_of, record_of, seat_of, striker_of
+from seatfem.study.impacts.contact import problem_of, record_of, seat_of, striker_of
 from seatfem.study.impacts.touches import SOURCES, values_of_record
 from seatfem.study.ladders.level import changes_on, without_waves
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
@@ -27,7 +27,7 @@ from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.look import BANDS, coarse_method
 from seatfem.study.prerun.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE, MUCH_SHORTER, SIMPLER
-from tests.steps import SAFETY, LevelError, Machine, ModelError, Plan, Scene, Store, plan_scene, refine
+from tests.steps import SAFETY, Machine, ModelError, Plan, Scene, Store, plan_scene, refine
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
 ANNULAR = f"""
@@ -636,20 +636,6 @@ class TestMeshSizes:
         assert wide.size < sizes_for(patch, 500e3, 0.05).size
 
 
-class TestErrors:
-    def test_a_level_that_does_not_apply(self) -> None:
-        with pytest.raises(LevelError, match=r"seat\.model = 'axisymmetric' does not apply"):
-            plan_scene(scene_of(PLATE, REED, seat__model="axisymmetric"))
-
-    def test_a_step_that_cannot_resolve_the_filter(self) -> None:
-        with pytest.raises(RunError, match=r"run\.time_step"):
-            plan_scene(scene_of(SPRING, REED, run__time_step="0.9 us"))
-
-    def test_more_steps_than_can_be_stored(self) -> None:
-        with pytest.raises(RunError, match=r"run\.duration = 1 s takes .* steps"):
-            plan_scene(scene_of(SPRING, REED, run={"duration": "1 s", "filter_width": "20 ns"}))
-
-
 class TestCommand:
     def test_plan_prints_choices_cost_and_error(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         file = tmp_path / "scene.toml"
@@ -671,9 +657,3 @@ class TestCommand:
         file = tmp_path / "scene.toml"
         file.write_text(PLATE + REED.replace("duration", 'time_step = "0.9 us", duration'))
         assert run_command(["plan", str(file)]) == BAD_INPUT
-
-
-def test_scenes_without_finite_elements_have_plans_too() -> None:
-    plan = plan_scene(scene_of(SPRING, REED))
-    assert plan.level == "closed form"
-    assert {choice.key for choice in plan.choices if not choice.given} >= {"run.time_step", "reed.n_modes"}

@@ -57,9 +57,6 @@ def small(tmp_path: Path) -> Path:
     return path
 
 
-# --- front ---
-
-
 def test_front_against_its_definition():
     """On a coarse grid, so that ties abound: on the front is whatever nothing beats, once for equal points."""
     rng = np.random.default_rng(7)
@@ -79,9 +76,6 @@ def test_excess_is_one_on_the_front_and_the_ratio_beyond_it():
     assert cost_excess(5.0, 0.1, costs, errors) == 2.5
     assert cost_excess(3.0, 0.05, costs, errors) == 1.0  # more accurate than all
     assert math.isnan(cost_excess(math.nan, 0.1, costs, errors))
-
-
-# --- ladder ---
 
 
 @pytest.mark.parametrize("name", DRAWN + CLOSED)
@@ -205,9 +199,6 @@ def test_the_reference_is_finer_than_every_rung(name: str):
         assert back.seat.greens.bandwidth == pytest.approx(reference.seat.greens.bandwidth / RATIO)
 
 
-# --- settings ---
-
-
 def test_settings_are_stated_and_taken_out(small: Path):
     sizes = {"seat.mesh.size": "2 mm", "seat.greens.bandwidth": "300 kHz", "run.time_step": "50 ns"}
     scene = load_scene(EXAMPLES / "flapper_on_annular_seat.toml", sizes)
@@ -219,9 +210,6 @@ def test_settings_are_stated_and_taken_out(small: Path):
     assert "bandwidth" not in free.seat.greens.model_fields_set
     with pytest.raises(SceneError, match=r"run\.time_step"):
         load_scene(small, {"run.time_step": "1 mm"})
-
-
-# --- points and journal ---
 
 
 def run_point(scene: Path, point: Point, limit: float) -> Outcome:
@@ -335,9 +323,6 @@ def test_what_is_predicted_to_take_far_too_long_is_not_tried(small: Path, monkey
     found = run_points(small, points, small.parent / "trade.jsonl", time_limit=10)
     assert [found[p.name].state for p in points] == ["done", "stopped"]
     assert "25 s predicted" in found["long"].message
-
-
-# --- the trade ---
 
 
 def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floor: float = 1e-3) -> Trade:
