@@ -160,15 +160,10 @@ def sheet(slenderness: float) -> Finding:
     corners = [(0.0, -width / 2), (length, -width / 2), (length, width / 2), (0.0, width / 2)]
     outline = [[si(x, "m"), si(y, "m")] for x, y in corners]
     reed: Table = {
-        "kind": "sheet",
-        "outline": outline,
-        "clamped": [outline[0], outline[3]],
-        "contact_at": [si(arm, "m"), "0 m"],
-        "thickness": si(thickness, "m"),
-        "material": material(YOUNG, DENSITY, 0.0),
-        "release": {"deflection": si(bent, "m")},
-        "greens": {"bandwidth": "20 kHz"},
-    }
+        "kind": "sheet", "outline": outline, "clamped": [outline[0], outline[3]], "contact_at": [si(arm, "m"), "0 m"],
+        "thickness": si(thickness, "m"), "material": material(YOUNG, DENSITY, 0.0),
+        "release": {"deflection": si(bent, "m")}, "greens": {"bandwidth": "20 kHz"},
+    }  # fmt: skip
     first = 1.8751040687**2 / length**2 * thickness * math.sqrt(YOUNG / 12 / DENSITY) / (2 * math.pi)
     run = run_tables(
         seat={"kind": "spring", "stiffness": "1e5 N/m"},

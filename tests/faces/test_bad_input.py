@@ -125,13 +125,11 @@ def test_a_newer_greens_function(tmp_path: Path, capsys: pytest.CaptureFixture[s
     ("greens", "message"),
     [
         (impact.free_rod(**ROD), "the seat has no static stiffness (it is free to move"),
-        (
-            SampledGreens(np.array([1.0, 0.5, 0.0]), 1e-5, static=np.array([[1e-8]])),
-            "g is known up to 20 us only: shorten the run to ",
-        ),
+        (SampledGreens(np.array([1.0, 0.5, 0.0]), 1e-5, static=np.array([[1e-8]])),
+         "g is known up to 20 us only: shorten the run to "),
         (SampledGreens(np.linspace(1.0, 0.0, 100), 1e-5), "the static compliance is unknown: give static="),
     ],
-)
+)  # fmt: skip
 def test_a_greens_function_that_is_no_seat(
     greens: GreensFunction, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -115,24 +115,20 @@ def test_below_the_bars_a_spring_is_enough() -> None:
     ("changed", "words"),
     [
         ({"plan_seat_level": "spring", "accuracy_met": False}, "The plan replaced the seat by its static stiffness."),
-        (
-            {"plan_seat_level": "spring", "accuracy_met": True},
-            "The seat is so stiff that only its static stiffness matters. Both columns use it. The effect of waves",
-        ),
+        ({"plan_seat_level": "spring", "accuracy_met": True},
+         "The seat is so stiff that only its static stiffness matters. Both columns use it. The effect of waves"),
         (
             {"plan_seat_level": "spring", "ports": 32},
             "The seat is so stiff that only its static stiffness matters. Both columns use it; the baseline has no "
             "coupling between the segments of the lip.",
         ),
-        (
-            {"plan_seat_level": "spring", "ports": 32, "plan_given": "seat.model"},
-            'seat.model = "spring": the seat is its static stiffness alone, as in the baseline; the baseline has no',
-        ),
+        ({"plan_seat_level": "spring", "ports": 32, "plan_given": "seat.model"},
+         'seat.model = "spring": the seat is its static stiffness alone, as in the baseline; the baseline has no'),
         ({"plan_seat_level": "spring", "plan_given": "seat.model, run.duration"}, 'seat.model = "spring"'),
         ({"seat_kind": "spring"}, "The seat is a spring: it is its own baseline."),
         ({"first_contact_s": None}, "No contact within run.duration"),
     ],
-)
+)  # fmt: skip
 def test_seat_and_spring_alike_by_choice_is_said(changed: dict[str, object], words: str) -> None:
     assert verdict({**RUN, **changed}).startswith(words)
 

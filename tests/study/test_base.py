@@ -103,12 +103,10 @@ def test_a_record_shorter_than_the_run_is_refused(tmp_path: Path) -> None:
         (SPRING + REED + base("seat") + 'velocity = "velocity.csv"\n', "base.0.velocity: displacement and velocity"),
         (SPRING + REED + '[[base]]\nof = "seat"\n', "base.0.displacement: nothing says how it moves: give exactly one"),
         (SPRING + REED + base("seat").replace("nt.csv", "nt.txt"), "base.0.displacement: no such file"),
-        (
-            SPRING + REED + '[[base]]\nof = "seat"\ndisplacement = { file = "displacement.csv" }\n',
-            "base.0.displacement: {'file': 'displacement.csv'} is no path of a file; write the path alone, in quotes",
-        ),
+        (SPRING + REED + '[[base]]\nof = "seat"\ndisplacement = { file = "displacement.csv" }\n',
+         "base.0.displacement: {'file': 'displacement.csv'} is no path of a file; write the path alone, in quotes"),
         (SPRING + REED + base("seat") + 'columns = { force = "F" }\n', "columns and units know time and displacement"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:
     assert words in refusal(scene_of, tmp_path, text)

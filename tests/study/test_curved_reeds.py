@@ -107,16 +107,12 @@ HEIGHTS = 'curvature = { heights = [["0 mm", "0 um"], ["20 mm", "9 um"]] }'
         ("curvature = {}", "", SEAT, "reed.curvature.heights: give exactly one of heights, file and deflection"),
         (HEIGHTS.replace("0 mm", "30 mm", 1), "", SEAT, "reed.curvature.heights: x must increase"),
         (BOWED.replace("deflection", 'file = "no.csv", deflection'), "", SEAT, "no such file"),
-        (
-            'curvature = { heights = [["0 mm", "0 um"], ["40 mm", "9 um"]], shape = "mode" }',
-            "",
-            SEAT,
-            "only a deflection",
-        ),
+        ('curvature = { heights = [["0 mm", "0 um"], ["40 mm", "9 um"]], shape = "mode" }', "", SEAT,
+         "only a deflection"),
         (BOWED, "ports = 1", SEAT, "contact.ports: a single contact point has only a mean gap"),
         (BOWED, "", SPRING, "reed.curvature: a seat of kind 'spring'"),
     ],
-)
+)  # fmt: skip
 def test_keys_that_do_not_fit(tmp_path: Path, keys: str, contact: str, seat: str, message: str) -> None:
     with pytest.raises(SceneError, match=message):
         scene_of(tmp_path, keys, contact, seat)

@@ -63,12 +63,10 @@ def test_a_smooth_field_moves_the_contact_as_it_says(tmp_path: Path) -> None:
     ("rows", "message"),
     [
         ("x [mm],y [mm],w [um]\n0,0,1\n9,0,1\n9,9,1\n", r"its points do not surround \("),
-        (
-            HEAD + "".join(f"{x},{y},0,{(-1) ** k}\n" for k, (x, y) in enumerate(GRID)),
-            "leave .* of the square of velocity",
-        ),
+        (HEAD + "".join(f"{x},{y},0,{(-1) ** k}\n" for k, (x, y) in enumerate(GRID)),
+         "leave .* of the square of velocity"),
     ],
-)
+)  # fmt: skip
 def test_fields_that_do_not_serve(tmp_path: Path, rows: str, message: str) -> None:
     scene = of_field(tmp_path, rows)
     with pytest.raises(ModelError, match=f"reed.release.field = .*field.csv: .*{message}"):

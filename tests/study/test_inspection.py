@@ -83,14 +83,11 @@ def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest
         ('kind = "frf"\nfile = "seat.csv"', "3: seat.file", "Hz"),
         ('kind = "greens"\nfile = "seat.csv"', "3: seat.file", "seat.csv"),
         ('kind = "modes"\nfile = "seat.csv"\nnode = 1\ndirection = "+z"', "3: seat.file", "seat.csv"),
-        (
-            'kind = "matrices"\nstiffness = "seat.csv"\nmass = "seat.csv"\ncontact = "seat.csv"',
-            "4: seat.mass",
-            "cannot be read",
-        ),
+        ('kind = "matrices"\nstiffness = "seat.csv"\nmass = "seat.csv"\ncontact = "seat.csv"', "4: seat.mass",
+         "cannot be read"),
         (f'kind = "cad"\nmaterial = "steel"\nfile = "{MESHES / "README.md"}"', "", "unknown CAD format"),
     ],
-)
+)  # fmt: skip
 def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
     (tmp_path / "seat.csv").write_text("a,b\n1,2\n", encoding="utf-8")
     found = told(tmp_path, f"[seat]\n{seat}\n", capsys)

@@ -170,31 +170,20 @@ def test_nobody_asked(tmp_path: Path) -> None:
         (ASKED + 'source = "x"\n', STRENGTH, "life.source: there is no impact_speed_limit"),
         (ASKED, STRENGTH + 'colour = "red"\n', "strength.toml:4: colour: unknown key"),
         (ASKED + 'multiaxial = "crossland"\n', LIMITS.format(300) + STRENGTH, "life.multiaxial: a body of kind 'canti"),
-        (
-            ASKED + 'multiaxial = "papadopoulos"\n',
-            LIMITS.format(450) + STRENGTH,
-            "life.multiaxial: torsion_limit/bending_limit = 0.9: papadopoulos holds above 0.5774 and up to 0.8",
-        ),
-        (
-            ASKED + 'multiaxial = "dang_van"\n',
-            LIMITS.format(240) + STRENGTH,
-            "life.multiaxial: torsion_limit/bending_limit = 0.48: dang_van holds above 0.5 and up to 1",
-        ),
+        (ASKED + 'multiaxial = "papadopoulos"\n', LIMITS.format(450) + STRENGTH,
+         "life.multiaxial: torsion_limit/bending_limit = 0.9: papadopoulos holds above 0.5774 and up to 0.8"),
+        (ASKED + 'multiaxial = "dang_van"\n', LIMITS.format(240) + STRENGTH,
+         "life.multiaxial: torsion_limit/bending_limit = 0.48: dang_van holds above 0.5 and up to 1"),
         (ASKED + 'block = "last cycle"\n', STRENGTH, "life.block: no load of one rpm repeats"),
         (ASKED + 'contact_criterion = "crossland"\n', STRENGTH, "life.contact_modulus: required key is missing"),
-        (
-            ASKED + 'contact_criterion = "crossland"\ncontact_modulus = "110 GPa"\n',
-            STRENGTH,
-            "life.contact_criterion: crossland needs torsion_limit, bending_limit of the material",
-        ),
-        (
-            ASKED + 'contact_criterion = "crossland"\ncontact_modulus = "110 GPa"\n',
-            'torsion_limit = "310 MPa"\nbending_limit = "500 MPa"\n' + STRENGTH,
-            "life.contact_criterion: the stress below a contact is known of a law of Hertz",
-        ),
+        (ASKED + 'contact_criterion = "crossland"\ncontact_modulus = "110 GPa"\n', STRENGTH,
+         "life.contact_criterion: crossland needs torsion_limit, bending_limit of the material"),
+        (ASKED + 'contact_criterion = "crossland"\ncontact_modulus = "110 GPa"\n',
+         'torsion_limit = "310 MPa"\nbending_limit = "500 MPa"\n' + STRENGTH,
+         "life.contact_criterion: the stress below a contact is known of a law of Hertz"),
         (ASKED.replace("strength.toml", "none.toml"), STRENGTH, "life.strength: no such file"),
     ],
-)
+)  # fmt: skip
 def test_refused(tmp_path: Path, life: str, strength: str, said: str) -> None:
     """With the scene's file and line, before anything is computed."""
     told = refusal(scene_of, tmp_path, life, strength=strength)

@@ -146,11 +146,8 @@ def test_margin_over_lift_is_that_of_runs_with_another_stopper(tmp_path: Path) -
     [
         (THROWN, 'curves = { tilt = ["0 deg", "1 deg"] }\n', r"life.curves.tilt: 0 deg: contact is not along a lip"),
         (THROWN, 'curves = { lift = ["1 mm", "2 mm"] }\n', r"life.curves.lift: 1 mm: the scene has no \[stopper\]"),
-        (
-            REED + 'release = { deflection = "1 mm" }\n',
-            'curves = { speed = ["1 m/s", "2 m/s"] }\n',
-            "life.curves.speed: 1 m/s: the reed does not start with a velocity",
-        ),
+        (REED + 'release = { deflection = "1 mm" }\n', 'curves = { speed = ["1 m/s", "2 m/s"] }\n',
+         "life.curves.speed: 1 m/s: the reed does not start with a velocity"),
         (
             REED
             + 'release = { deflection = "1 mm" }\n[stopper]\nkind = "spring"\nstiffness = "1 N/um"\ngap = "2 mm"\n',
@@ -161,7 +158,7 @@ def test_margin_over_lift_is_that_of_runs_with_another_stopper(tmp_path: Path) -
         (THROWN, "curves = {}\n", "life.curves.speed: no curve is asked for"),
         (THROWN, 'seat_strength = "strength.toml"\n', r"life.seat_strength: .*add the table \[stress\]"),
     ],
-)
+)  # fmt: skip
 def test_refused(tmp_path: Path, scene: str, life: str, said: str) -> None:
     with pytest.raises(SceneError, match=r"scene\.toml:\d+: " + said):
         run(tmp_path, SPRING + scene + "\n" + RUN.format(1) + LIFE + life)

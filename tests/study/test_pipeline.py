@@ -354,13 +354,10 @@ def assert_whole(folder: Path) -> None:
     [
         ("reduction", 1.0, set()),
         ("stepping", 1.0, {"seat.h5", "seat_coarser.h5"}),
-        (
-            "pictures",
-            0.0,
-            {"seat.h5", "seat_coarser.h5", "result.h5", "summary.json", "landings.csv", "force.png", *OF_STRESS},
-        ),
+        ("pictures", 0.0,
+         {"seat.h5", "seat_coarser.h5", "result.h5", "summary.json", "landings.csv", "force.png", *OF_STRESS}),
     ],
-)
+)  # fmt: skip
 def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         run(BAR, tmp_path / "out", Stop(stage, at), pictures=True)

@@ -84,12 +84,8 @@ def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
         (FLAPPER, SLOT.replace('"2 mm"', '"6 mm"'), "reed.slot_width", "must be < 5.4 mm (neck_width"),
         (FLAPPER, 'hole_diameter = "16 mm"\n', "reed.hole_diameter", "must be < 15.4 mm (paddle_diameter"),
         (FLAPPER, HOLE + 'contact_radius = "3.2 mm"\n', "reed.contact_radius", "it must begin beyond the hole, 3 mm"),
-        (
-            SHEET,
-            'outline = [["0 mm", "0 mm"], ["9 mm", "9 mm"], ["9 mm", "0 mm"], ["0 mm", "9 mm"]]\n',
-            "reed.outline",
-            "edges 1 and 3",
-        ),
+        (SHEET, 'outline = [["0 mm", "0 mm"], ["9 mm", "9 mm"], ["9 mm", "0 mm"], ["0 mm", "9 mm"]]\n', "reed.outline",
+         "edges 1 and 3"),
         (SHEET, 'clamped = [["0 mm", "-4 mm"], ["1 mm", "0 mm"]]\n', "reed.clamped", "(0.001, 0) m: this point must"),
         (SHEET, "clamped = { normal = [1, 0] }\n", "reed.clamped.offset", "give normal and offset together"),
         (SHEET, 'clamped = { normal = [1, 0], offset = "30 mm" }\n', "reed.clamped", "the line must cut the sheet"),
@@ -98,7 +94,7 @@ def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
         (SHEET, 'thickness = "7 mm"\n', "reed.thickness", "its narrowest part: a sheet is thinner"),
         (DISC, 'deflection = "1 mm"\n', "reed.deflection", "give it a velocity"),
     ],
-)
+)  # fmt: skip
 def test_keys_that_do_not_fit(tmp_path: Path, plate: str, change: str, key: str, message: str) -> None:
     motion = LANDING if plate in (FLAPPER, SHEET) else FLIGHT if "deflection" not in change else ""
     name = change.partition(" ")[0]

@@ -79,22 +79,16 @@ def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> No
         (('"8 m/s"', '"-8 m/s"'), "impact_velocity: '-8 m/s' must be positive"),
         (("slope = 12", "slope = 0.08"), "curve.slope: 0.08"),
         (("slope = 12", ""), "missing: slope"),
-        (
-            ("slope = 12", 'slope = 12\npoints = [["500 MPa", 1e5], ["400 MPa", 1e6]]'),
-            "by a knee and slopes or by points",
-        ),
+        (("slope = 12", 'slope = 12\npoints = [["500 MPa", 1e5], ["400 MPa", 1e6]]'),
+         "by a knee and slopes or by points"),
         (("slope = 12", "slope = 12\nsecond_slope = 9\nendurance_limit = true"), "leaves no second slope"),
         (('survival = "90 %"', "survival = 1"), "curve.survival"),
-        (
-            ('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5], ["420 MPa", 1e6]]'),
-            "curve.points: S-N points rise: from 4e+08 Pa at 100000 cycles to 4.2e+08 Pa at",
-        ),
-        (
-            ('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5]]'),
-            "two points or more",
-        ),
+        (('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5], ["420 MPa", 1e6]]'),
+         "curve.points: S-N points rise: from 4e+08 Pa at 100000 cycles to 4.2e+08 Pa at"),
+        (('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5]]'),
+         "two points or more"),
     ],
-)
+)  # fmt: skip
 def test_what_is_refused(tmp_path: Path, changed: tuple[str, str], told: str) -> None:
     text = WHOLE.replace(*changed)
     assert text != WHOLE
