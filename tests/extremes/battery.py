@@ -28,13 +28,8 @@ PROVIDERS: tuple[Callable[[], tuple[Cell, ...]], ...] = (
     together_cells,
 )  # fmt: skip
 OF_SCENE_FILES: tuple[Callable[[], tuple[Cell, ...]], ...] = (
-    scene_file_cells,
-    plate_cells,
-    lip_cells,
-    moved_cells,
-    lasting_cells,
-    mixed_cells,
-)
+    scene_file_cells, plate_cells, lip_cells, moved_cells, lasting_cells, mixed_cells,
+)  # fmt: skip
 """The same of cells that run whole scene files."""
 
 

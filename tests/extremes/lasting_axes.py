@@ -156,13 +156,9 @@ def compressed(clearance: float = 0.05, *, rpm: float = 3000.0, stroke: float = 
     way = stroke * rod
     dead = clearance * math.pi / 4 * bore**2 * way
     gas: Table = {
-        "bore": si(bore, "m"),
-        "stroke": si(way, "m"),
-        "rod": si(rod, "m"),
-        "clearance": si(dead, "m^3"),
-        "angle": "180 deg",
-        "rpm": rpm,
-    }
+        "bore": si(bore, "m"), "stroke": si(way, "m"), "rod": si(rod, "m"), "clearance": si(dead, "m^3"),
+        "angle": "180 deg", "rpm": rpm,
+    }  # fmt: skip
     run = _valve(gas, 30 / rpm, 0.0, preload=True)
     ratio = 1 + 1 / clearance
     return judge(

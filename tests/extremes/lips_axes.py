@@ -134,14 +134,10 @@ def landing(watched: float = WATCHED, **contact: object) -> str:
         "mesh": {"size": "1.5 mm", "contact_size": "0.6 mm"},
     }  # fmt: skip
     reed: Table = {
-        "kind": "ring_plate",
-        "outer_diameter": si(2 * OUTER, "m"),
-        "inner_diameter": si(2 * INNER, "m"),
-        "thickness": si(THICKNESS, "m"),
-        "material": material(YOUNG, DENSITY, POISSON),
-        "velocity": si(-SPEED, "m/s"),
+        "kind": "ring_plate", "outer_diameter": si(2 * OUTER, "m"), "inner_diameter": si(2 * INNER, "m"),
+        "thickness": si(THICKNESS, "m"), "material": material(YOUNG, DENSITY, POISSON), "velocity": si(-SPEED, "m/s"),
         "greens": {"bandwidth": "50 kHz"},
-    }
+    }  # fmt: skip
     law = {"kind": "spring", "stiffness": si(LAW, "N/m")}
     return scene_text(
         seat=seat,

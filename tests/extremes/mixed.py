@@ -126,12 +126,9 @@ class Mix:
         """Of the scene."""
         size = float(self.levels["size"])
         tables: dict[str, Table | list[Table] | None] = {
-            "seat": self._seat(),
-            "reed": self._reed(),
-            "contact": self._contact(),
-            "run": run_table(DURATION * size, WIDTH * size),
-            "accuracy": {"target": self.levels["target"]},
-        }
+            "seat": self._seat(), "reed": self._reed(), "contact": self._contact(),
+            "run": run_table(DURATION * size, WIDTH * size), "accuracy": {"target": self.levels["target"]},
+        }  # fmt: skip
         spring = {"soft": {"stiffness": "1 N/mm"}, "pressed": {"stiffness": "10 N/mm", "preload": "5 N"}}
         load: Mapping[str, Table] = {
             "gravity": {"gravity": "-1000 m/s^2"},

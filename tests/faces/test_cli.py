@@ -419,12 +419,8 @@ def test_a_stage_counts_its_time_once_and_goes_on_when_it_starts_again() -> None
     for stage, done in [("mesh", 0.0), ("solve", 0.0), ("mesh", 1.0), ("mesh", 1.0), ("mesh", 0.5), ("mesh", 1.7)]:
         clock(stage, done)
     assert shown == [
-        ("mesh", 0.0, 0.0),
-        ("solve", 0.0, 0.0),
-        ("mesh", 1.0, 2.5),
-        ("mesh", 0.5, 2.5),
-        ("mesh", 1.0, 4.5),
-    ]
+        ("mesh", 0.0, 0.0), ("solve", 0.0, 0.0), ("mesh", 1.0, 2.5), ("mesh", 0.5, 2.5), ("mesh", 1.0, 4.5),
+    ]  # fmt: skip
 
 
 def test_bars_on_a_terminal() -> None:

@@ -176,14 +176,11 @@ def test_modes_for_paraview(modes: tuple[Path, Array, Array], tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--to", "vtp"], "none of csv, uff, vtk, calculix, reduced, dxf"),
-        (["--to", "csv"], "no summ"),
-        (["--to", "reduced"], "holds no seat.h5"),
-        (["--to", "calculix"], "keeps no scene.toml"),
-        (["--to", "vtk"], "holds no motion"),
-        (["--to", "uff"], "holds no seat.h5"),
+        (["--to", "vtp"], "none of csv, uff, vtk, calculix, reduced, dxf"), (["--to", "csv"], "no summ"),
+        (["--to", "reduced"], "holds no seat.h5"), (["--to", "calculix"], "keeps no scene.toml"),
+        (["--to", "vtk"], "holds no motion"), (["--to", "uff"], "holds no seat.h5"),
     ],
-)
+)  # fmt: skip
 def test_bad_input(
     tmp_path: Path, arguments: list[str], message: str, capfd: pytest.CaptureFixture[str], folder: Path
 ) -> None:

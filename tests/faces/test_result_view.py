@@ -159,12 +159,9 @@ def test_nothing_to_compare_where_seat_or_bar_is_missing() -> None:
 def test_a_stopper_has_a_block_of_its_own() -> None:
     """Below the rows of the seat, without bars; its raw peak stands with what depends on the step."""
     stopper = {
-        "filtered_peak_force_N": 20.0,
-        "impulse_Ns": 2e-3,
-        "first_contact_s": 1.4e-3,
-        "contact_count": 1,
+        "filtered_peak_force_N": 20.0, "impulse_Ns": 2e-3, "first_contact_s": 1.4e-3, "contact_count": 1,
         "peak_force_N": 33.0,
-    }
+    }  # fmt: skip
     found = {f"{spring}stopper_{key}": value for spring in ("", "spring_") for key, value in stopper.items()}
     lines = printed(**found)
     first = lines.index("at the stopper")
@@ -207,14 +204,10 @@ def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
     first = lines.index("along the lip")
     assert first > next(k for k, line in enumerate(lines) if line.startswith("seat displacement"))
     assert lines[first + 1 : first + 8] == [
-        "force per length 8.2 ± 1.6 kN/m 9.8 kN/m +19 % 1 19 %, missed",
-        "where 270 deg 264.4 deg",
-        "impulse per length 60.8 ± 1.7 mN s/m 60.2 mN s/m -0.99 % 0.35",
-        "where 101.2 deg 101.2 deg",
-        "first touch 270 deg 270 deg",
-        "lip segments 64 64",
-        "tilt 0.3 deg",
-    ]
+        "force per length 8.2 ± 1.6 kN/m 9.8 kN/m +19 % 1 19 %, missed", "where 270 deg 264.4 deg",
+        "impulse per length 60.8 ± 1.7 mN s/m 60.2 mN s/m -0.99 % 0.35", "where 101.2 deg 101.2 deg",
+        "first touch 270 deg 270 deg", "lip segments 64 64", "tilt 0.3 deg",
+    ]  # fmt: skip
     assert "per length: mean over 4.32 mm of the lip, the force over 1 us, too" in lines
     text = " ".join(lines)
     assert "angles: 0 deg is the x axis, along the reed to its tip; anticlockwise, seen from the reed" in text
@@ -238,13 +231,9 @@ def test_what_simpler_models_would_say_is_one_line() -> None:
 
 def test_a_film_stands_beside_the_contact_without_it() -> None:
     film: dict[str, object] = {
-        "film_force_peak_N": 220.7,
-        "stiction_force_peak_N": 3.456,
-        "film_loss_J": 344.2e-6,
-        "spring_film_force_peak_N": 233.3,
-        "without_film_" + PEAK: 357.6,
-        "without_film_" + IMPULSE: 1.532e-3,
-    }
+        "film_force_peak_N": 220.7, "stiction_force_peak_N": 3.456, "film_loss_J": 344.2e-6,
+        "spring_film_force_peak_N": 233.3, "without_film_" + PEAK: 357.6, "without_film_" + IMPULSE: 1.532e-3,
+    }  # fmt: skip
     told = printed(**film)
     assert "film in the gap" in told
     assert row("largest force", **film) == "largest force 220.7 N 233.3 N"

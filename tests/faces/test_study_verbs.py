@@ -50,12 +50,8 @@ def test_a_study_is_run_and_told(study: Path, capsys: Told) -> None:
     assert "wrote gaps-sweep/study.csv" in out
     assert "3 scenes: about " in err
     assert sorted(path.name for path in Path("gaps-sweep").iterdir()) == [
-        "main_effects.csv",
-        "main_effects.png",
-        "study.csv",
-        "study.jsonl",
-        "study.parquet",
-    ]
+        "main_effects.csv", "main_effects.png", "study.csv", "study.jsonl", "study.parquet",
+    ]  # fmt: skip
     assert run_command(["sweep", "gaps.toml", "--quiet", "--no-pictures", "-o", "there"]) == FAILED
     assert not any(capsys.readouterr())
     assert sorted(path.name for path in Path("there").iterdir()) == [

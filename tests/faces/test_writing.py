@@ -342,13 +342,9 @@ def test_a_writer_that_is_stopped_leaves_the_old_file(name: str, tmp_path: Path)
 def test_no_writer_goes_round_whole_file() -> None:
     """What a user finds on the disk is written by `files.atomic`; the exceptions are private folders and journals."""
     allowed = {
-        "impact/files/safe_files.py",
-        "seatfem/jobs/folders.py",
-        "seatfem/jobs/processes.py",
-        "seatfem/jobs/remote.py",
-        "seatfem/structures/reduction/slepc.py",
-        "seatfem/study/trade/trade.py",
-    }
+        "impact/files/safe_files.py", "seatfem/jobs/folders.py", "seatfem/jobs/processes.py", "seatfem/jobs/remote.py",
+        "seatfem/structures/reduction/slepc.py", "seatfem/study/trade/trade.py",
+    }  # fmt: skip
     allowed |= {
         "seatfem/structures/mesh/_gmsh_worker.py",
         "seatfem/structures/formats/_meshio_worker.py",

@@ -51,13 +51,9 @@ def test_every_wrong_selector_is_told_at_its_line(verb, tmp_path, capsys):
     )
     found = told(tmp_path, seat, capsys, verb)
     assert [line.split(":")[1:3] for line in found] == [
-        ["5", " seat.contact"],
-        ["6", " seat.fixed"],
-        ["7", " seat.groups.bores"],
-        ["8", " seat.regions.ring"],
-        ["9", " seat.materials.core"],
-        ["10", " seat.supports.0.on"],
-    ]
+        ["5", " seat.contact"], ["6", " seat.fixed"], ["7", " seat.groups.bores"], ["8", " seat.regions.ring"],
+        ["9", " seat.materials.core"], ["10", " seat.supports.0.on"],
+    ]  # fmt: skip
     assert "number 77" in found[0]
     assert "6 separate faces match" in found[2]
     assert "seatfem faces valve_plate.step" in found[0]

@@ -426,14 +426,8 @@ def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text(SPRING, encoding="utf-8")
     crash = "import os; from seatfem.study.runs import pictures; pictures.plot_motion = lambda *a, **b: os._exit(139)"
     command = [
-        sys.executable,
-        "-c",
-        f"{crash}; from seatfem.faces.cli import main; main()",
-        "run",
-        "s.toml",
-        "-o",
-        "out",
-    ]
+        sys.executable, "-c", f"{crash}; from seatfem.faces.cli import main; main()", "run", "s.toml", "-o", "out",
+    ]  # fmt: skip
     assert told(command, tmp_path).returncode == 139
     left = {path.name for path in (tmp_path / "out").iterdir()}
     assert left == {"summary.json", "landings.csv", "result.h5", "seat.h5", "force.png", *OF_STRESS}

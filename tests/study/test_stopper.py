@@ -322,7 +322,7 @@ def test_what_is_wrong_is_named(reed: str, stopper: str, words: str, tmp_path: P
         ('release = { tip_deflection = "1 mm" }', "18 mm", 0.5753559),  # x^2 (3 L - x)/(2 L^3)
         ('release = { tip_deflection = "1 mm" }', "25.4 mm", 1.0),
         ('release = { mode = 1, deflection = "1 mm" }', "25.4 mm", 1.0),
-        ('release = { mode = 2, deflection = "-1 mm" }', "12.7 mm", 0.713),  # of mode 2 in the middle: 0.7137 of the tip
+        ('release = { mode = 2, deflection = "-1 mm" }', "12.7 mm", 0.713),  # in the middle: 0.7137 of the tip
     ],
 )  # fmt: skip
 def test_a_reed_that_starts_inside_the_stopper_is_refused(release: str, at: str, limit: float, tmp_path: Path) -> None:
