@@ -10,14 +10,12 @@ import pytest
 
 import impact
 from impact.bodies.reeds import reed
-from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.structure import kind_of
 from seatfem.study.impacts import contact
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene, load_scene
 from tests.fuzz import corpus
+from tests.gallery import load_text
+from tests.steps import ModelError, Scene, plan_scene, run_scene
 
 pytestmark = pytest.mark.slow
 
@@ -74,8 +72,7 @@ def scene_of(kind: str, folder: Path) -> Scene:
         f'[seat]\nkind = "spring"\nstiffness = "20 N/um"\n[reed]\nkind = "{kind}"\n{STRIKERS[kind]}'
         '[contact]\ngap = "0.2 um"\n[run]\nduration = "1 ms"\nfilter_width = "20 us"\n[accuracy]\ntarget = "20 %"\n'
     )
-    (folder / "scene.toml").write_text(text, encoding="utf-8")
-    return load_scene(folder / "scene.toml")
+    return load_text(folder, text)
 
 
 def write_files(folder: Path) -> None:

@@ -26,12 +26,9 @@ OF_PICTURES = ("write_surface", "load_matrix", "read_columns")
 """Parts of `write_moving`, `read_matrices` and of the fields of a scene."""
 BY_VERB = {"write_receptance_uff": "uff", "write_modes_uff": "uff", "write_moving": "vtk", "write_reduced": "reduced"}
 SOURCES = (
-    "seatfem/structures/formats",
-    "seatfem/pictures/moving.py",
-    "impact/measured",
-    "impact/storage",
+    "seatfem/structures/formats", "seatfem/pictures/moving.py", "impact/measured", "impact/storage",
     "impact/bodies/time_series.py",
-)
+)  # fmt: skip
 
 
 def test_every_test_of_the_table_is_there() -> None:

@@ -18,17 +18,12 @@ from scipy.integrate import solve_ivp
 
 import seatfem
 from impact import measures
-from impact.storage.hdf5 import load_results
-from seatfem.faces.cli import run_command
 from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.prerun import bench as prerun
 from seatfem.study.runs import rounds
-from seatfem.study.scene import Scene, load_scene
-from seatfem.study.sweep.study import load_study
-from seatfem.study.sweep.sweep import run_study
 from tests.gallery import summary_of
+from tests.steps import Scene, load_results, load_scene, load_study, run_command, run_study, seat_of, striker_of
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]

@@ -10,7 +10,6 @@ from time import process_time
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import DONE, run_command
 from seatfem.machine import calibration
 from seatfem.machine.libraries import has_pardiso
 from seatfem.machine.resources import Machine, MachineError, calibration_file
@@ -25,23 +24,17 @@ from seatfem.structures.reduction import modal
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stopper, ValvePlate
 from seatfem.study.method import MODEL, stated_method
 from seatfem.study.planning.costs import predict_cost
-from seatfem.study.scene import load_scene
+from tests.steps import DONE, load_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MESHES = EXAMPLES.parent / "meshes"
 SPEC = MeshSpec(size=2e-3, contact_size=0.7e-3)
 COARSE = MeshSpec(size=5e-3, contact_size=2e-3)
 BODIES = [
-    (AnnularSeat(), 4),
-    (AnnularSeat(lip_height=0.0, lip_edge_radius=0.0), 4),
-    (ConicalSeat(), 4),
-    (Stopper(), 4),
-    (Stopper(dome_radius=30e-3), 4),
-    (ValvePlate(ports=4, thickness=3e-3), 8),
-    (ValvePlate(ports=3, layout="row"), 4),
-    (Bar(30e-3, 5e-3, 5e-3), 4),
-    (Block(20e-3, 20e-3, 8e-3, 3e-3, 3e-3), 4),
-]
+    (AnnularSeat(), 4), (AnnularSeat(lip_height=0.0, lip_edge_radius=0.0), 4), (ConicalSeat(), 4), (Stopper(), 4),
+    (Stopper(dome_radius=30e-3), 4), (ValvePlate(ports=4, thickness=3e-3), 8), (ValvePlate(ports=3, layout="row"), 4),
+    (Bar(30e-3, 5e-3, 5e-3), 4), (Block(20e-3, 20e-3, 8e-3, 3e-3, 3e-3), 4),
+]  # fmt: skip
 NAMES = ["annular", "flat", "conical", "stopper", "dome", "plate", "row", "bar", "block"]
 
 

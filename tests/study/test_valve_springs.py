@@ -13,9 +13,8 @@ from seatfem.study.impacts.contact import problem_of, run_contacts, stress_of, s
 from seatfem.study.impacts.drives import valve_spring_keys
 from seatfem.study.impacts.layout import layout_of
 from seatfem.study.prerun.sensitivity import with_other_modes
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene
 from tests.gallery import load_text, refusal
+from tests.steps import Scene, run_scene
 
 STIFF = '[seat]\nkind = "spring"\nstiffness = "100 N/um"\n'
 RING = (
