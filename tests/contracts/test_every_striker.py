@@ -10,12 +10,15 @@ import pytest
 
 import impact
 from impact.bodies.reeds import reed
+from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.structure import kind_of
 from seatfem.study.impacts import contact
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, load_scene
 from tests.fuzz import corpus
-from tests.gallery import load_text
-from tests.steps import ModelError, Scene, plan_scene, run_scene
+from tests.uff_sets import unit_set, write_sets
 
 pytestmark = pytest.mark.slow
 
@@ -72,7 +75,8 @@ def scene_of(kind: str, folder: Path) -> Scene:
         f'[seat]\nkind = "spring"\nstiffness = "20 N/um"\n[reed]\nkind = "{kind}"\n{STRIKERS[kind]}'
         '[contact]\ngap = "0.2 um"\n[run]\nduration = "1 ms"\nfilter_width = "20 us"\n[accuracy]\ntarget = "20 %"\n'
     )
-    return load_text(folder, text)
+    (folder / "scene.toml").write_text(text, encoding="utf-8")
+    return load_scene(folder / "scene.toml")
 
 
 def write_files(folder: Path) -> None:
@@ -88,7 +92,7 @@ def write_files(folder: Path) -> None:
     head = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
     (folder / "frf.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
     impact.save_greens(reed(impact.Cantilever(200e9, 7850.0, 20e-3, 10e-3, 1e-3), n_modes=8).greens, folder / "reed.h5")
-    corpus._universal(folder / "modes.uff", corpus._units(), *corpus._modes())
+    write_sets(folder / "modes.uff", unit_set(), *corpus._modes())
 
 
 def test_every_kind_that_may_strike_is_here() -> None:

@@ -8,6 +8,7 @@ import pytest
 import scipy.linalg
 import skfem
 
+from impact.exact.closed_form import fixed_rod
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError
@@ -16,6 +17,7 @@ from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.lanczos import Lanczos
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.residual import truncate
+from tests.rod_model import rod_model
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}
 BOUNDARIES = {
@@ -44,6 +46,22 @@ def every_mode(model, damping):
     p = len(model.ports)
     zeta = damping.ratios(omega)
     return truncate(omega, zeta, shapes.T @ model.port_matrix, np.inf, np.zeros((p, p)), model, damping)
+
+
+@pytest.mark.parametrize("elements", [16, 32])
+def test_the_rod_of_line_elements_follows_the_closed_form(elements):
+    # of 32 unknowns too: the window asks for 157 steps, and orthogonality is lost long before there are 32
+    steel = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
+    bandwidth, duration = 2e5, 3e-5
+    t = np.linspace(0, duration, 301)
+    model, aims = rod_model(**steel, elements=elements), {"bandwidth": bandwidth, "duration": duration}
+    greens = greens_function(model, **aims, tolerance=2e-3, method="lanczos")
+    exact, stated = fixed_rod(**steel).filtered(t, 1 / bandwidth), greens.error_estimate.reduction
+    krylov = greens_function(model, **aims, tolerance=1e-4, method="krylov").filtered(t, 1 / bandwidth)
+    found, largest = greens.filtered(t, 1 / bandwidth), np.abs(exact).max()
+    assert np.abs(found - krylov).max() < (stated + 1e-4) * largest
+    elements_leave = 2e-4 if elements == 32 else 3e-3  # fourth order
+    assert np.abs(found - exact).max() < (stated + elements_leave) * largest  # three per cent in E are 1.5 % of g
 
 
 @pytest.mark.parametrize("ratio", [0.0, 0.02, 0.3])

@@ -89,6 +89,14 @@ def closed(mesh) -> bool:
     return len(np.unique(named)) == len(named) and not np.any(in_plane)
 
 
+@pytest.mark.parametrize(("curved", "order"), [(True, 4.0), (False, 2.0)])
+def test_convergence_to_the_circle(curved, order):
+    # Sectors of 60 and 30 degrees: area of quadratic arcs O(h^4), of chords O(h^2).
+    specs = [MeshSpec(4e-3, curved=curved, shape="hex", layers=layers) for layers in (8, 16)]
+    errors = [abs(q.volume / q.cad_volume - 1) for q in (make_mesh(SHARP, spec).quality for spec in specs)]
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
+
+
 def test_extruded_layers_grow_from_the_contact():
     mesh = make_mesh(BLOCK, MeshSpec(2e-3, 0.5e-3, shape="hex")).mesh
     heights = np.unique(np.round(mesh.p[2, mesh.t], 12))

@@ -6,10 +6,16 @@ import scipy.linalg
 import scipy.sparse.linalg
 
 from impact.beams.timoshenko import TimoshenkoCantilever
-from seatfem.structures.elements.mindlin import PlateMesh, Unknown, assemble_plate, average, everywhere
+from seatfem.structures.elements.mindlin import (
+    PlateMesh,
+    Unknown,
+    assemble_plate,
+    average,
+    everywhere,
+)
 from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
-from seatfem.structures.model import Array, ModelError, SecondOrderModel
+from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction.modes import solve_modes
 from tests.plate_model import Warp, grid
 
@@ -97,7 +103,9 @@ def test_rigid_motions_and_masses() -> None:
     """w = 1, x, y have no energy; their inertia is that of the plate, rho h^3/12 of its rotation included."""
     h, mesh = 0.05, grid((3, 3), (1.0, 1.0), bulged)
     model = assemble_plate(mesh, STEEL, h)
+    assert model.dofs is not None
     rigid = model.dofs.rigid
+    assert rigid is not None
     assert np.abs(model.K @ rigid).max() < 1e-9 * abs(model.K).max()
     inertia = rigid.T @ model.M @ rigid
     assert inertia[0, 0] == pytest.approx(STEEL.density * h * 1.0, rel=1e-9)
@@ -113,6 +121,19 @@ def test_a_strip_without_contraction_is_a_timoshenko_beam() -> None:
     held: dict[str, tuple[Unknown, ...]] = {"top": ("a_y",), "bottom": ("a_y",)}  # no twist
     model = assemble_plate(grid((24, 1), (0.1, 0.002)), material, 0.01, clamped="left", held=held)
     assert solve_modes(model, 4).omega == pytest.approx(beam.frequencies(4), rel=2e-4)
+
+
+def test_static_deflection_under_pressure() -> None:
+    """Mean deflection of a strip under unit force, uniform: L^3/(20 E I) + L/(3 kappa G A), nu = 0."""
+    length, width, h = 0.1, 0.02, 0.02
+    mesh = grid((8, 2), (length, width))
+    model = assemble_plate(mesh, Material(206e9, 0.0, 7800.0), h, clamped="left")
+    b = everywhere(mesh)[model.dofs.free]
+    found = b @ scipy.sparse.linalg.spsolve(model.K.tocsc(), b)
+    inertia, section = width * h**3 / 12, width * h
+    exact = length**3 / (20 * 206e9 * inertia) + length / (3 * 5 / 6 * 103e9 * section)
+    assert found == pytest.approx(exact, rel=1e-3)
+    assert exact - length**3 / (20 * 206e9 * inertia) > 0.03 * exact  # the shear counts
 
 
 def constant_curvature(mesh: PlateMesh) -> Array:
@@ -169,6 +190,7 @@ def test_a_uniform_load_bends_a_strip_as_a_beam(load: str) -> None:
     material = Material(206e9, 0.0, 7800.0)
     mesh = grid((20, 2), (length, width))
     model = assemble_plate(mesh, material, thickness, clamped="left")
+    assert isinstance(model.dofs, DofMap)
     mean = everywhere(mesh)[model.dofs.free]
     force = 100.0 * mesh.area if load == "pressure" else 9.81 * material.density * thickness * mesh.area
     beam = force / length * length**4 / (8 * material.young * width * thickness**3 / 12)
@@ -179,6 +201,7 @@ def test_a_uniform_load_bends_a_strip_as_a_beam(load: str) -> None:
     assert force * np.sum(seen[:, 0] * seen[:, 1] / modes.omega**2) == pytest.approx(beam, rel=1e-3)
     if load == "gravity":  # the weight by the consistent mass: the same, but for what the clamped nodes carry
         fallen = assemble_plate(mesh, material, thickness)
+        assert isinstance(fallen.dofs, DofMap)
         np.testing.assert_allclose(
             fallen.M @ fallen.dofs.rigid[:, 0], material.density * thickness * mesh.area * everywhere(mesh), atol=1e-18
         )

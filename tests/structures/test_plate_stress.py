@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
+from impact.bodies.body import Body, ModalState
+from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate
 from seatfem.structures.fields.corners import sharp_nodes
+from seatfem.structures.fields.recovery import StressField, at_time, largest, von_mises
 from seatfem.structures.fields.sites import plate_nodes, plate_points, plate_stress
 from seatfem.structures.lip import Patch
 from seatfem.structures.materials import Material
@@ -79,6 +83,34 @@ def test_pure_bending_is_exact() -> None:
 def test_points_off_the_plate_are_refused() -> None:
     with pytest.raises(ModelError, match=r"stress\.points"):
         plate_points(strip(2, 1), np.array([(2 * LENGTH, 0.0)]))
+
+
+def test_the_first_mode_of_a_strip_bears_root_3_rho_c_v_at_its_clamp() -> None:
+    """Of tip velocity v, at a quarter of its period; it goes on under a force that hardly presses."""
+    beam = Material(200e9, 0.0, 7850.0)
+    mesh = strip(12, 1)
+    tip = Patch(np.array([(LENGTH, WIDTH / 2)]), np.ones(1))
+    model = assemble_plate(mesh, beam, THICKNESS, clamped="fixed", ports={"tip": tip})
+    squares, modes = eigh(model.K.toarray(), model.M.toarray(), subset_by_index=[0, 4])
+    omega, shapes = np.sqrt(squares), modes.T @ model.port_matrix
+    sites = plate_points(mesh, np.array([(0.0, 0.5 * WIDTH), (0.5 * LENGTH, 0.5 * WIDTH)]))
+    functional = plate_stress(mesh, beam, THICKNESS, model, sites)
+    rest = np.linalg.solve(model.K.toarray(), model.port_matrix)
+    static, modal = ((functional @ each).reshape(2, 6, -1) for each in (rest, modes))
+    greens = ModalGreens(omega, np.zeros(5), shapes, Residual.none(1), ("tip",))
+    speed, dt = 1.5, 2 * np.pi / omega[-1] / 50
+    start = ModalState(np.zeros(5), np.array([speed / shapes[0, 0], 0, 0, 0, 0]))
+    field = StressField(sites.points, static, modal, Body(greens, state=start))
+    quarter = np.pi / 2 / omega[0]
+    force = np.zeros(int(1.5 * quarter / dt))
+    force[int(1.2 * quarter / dt) :] = 1e-6
+    found = largest(field, force, dt)
+    exact = np.sqrt(3 * 200e9 * 7850) * speed
+    assert found.initial.von_mises[0] == pytest.approx(exact, rel=0.01)
+    assert found.initial.von_mises_time[0] == pytest.approx(quarter, rel=0.01)
+    assert found.after_contact.von_mises[0] == pytest.approx(exact * np.cos(0.2 * np.pi / 2), rel=0.02)
+    at_once = at_time(field, force, dt, int(quarter / dt))
+    assert von_mises(at_once)[0] == pytest.approx(exact, rel=0.01)
 
 
 def test_reentrant_corners_of_an_outline_are_found() -> None:

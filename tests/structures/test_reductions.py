@@ -131,6 +131,24 @@ def test_vectors_of_rounded_solutions_make_the_same_g(block, monkeypatch, dampin
     assert 0 < np.abs(one - other).max() <= 0.1 * tolerance * np.abs(one).max()
 
 
+@pytest.mark.parametrize("damping", [Damping(), Damping(0.05)])
+def test_modal_error_is_below_its_estimate(block, damping):
+    found = Modal().reduce(block, damping, Aims(1e5, 5e-5, 2e-2))
+    greens, modes = found.greens, found.modes
+    stated = greens.error_estimate.reduction
+    error = true_error(greens, block, damping, 1e5, 5e-5)
+    assert error <= stated <= 2e-2
+    assert stated <= 10 * error
+    assert modes.frequencies_hz[-1] < 6e5
+
+
+@pytest.mark.parametrize("zeta", [0.1, 1.0, 3.0])
+def test_first_velocity_of_a_damped_rod_is_the_sum_over_its_modes(zeta):
+    w = np.geomspace(1e-4, 1e5, 400001)  # their integral at t = 1
+    integral = np.trapezoid(impact.greens.oscillator.impulse_response(1.0, w, zeta) * w, np.log(w))
+    assert Damping(zeta).first_velocity() == pytest.approx(2 / np.pi * integral, rel=1e-3)
+
+
 def test_an_unknown_impedance_gives_a_bare_spring(rod):
     bare = SecondOrderModel(rod.M, None, rod.K, {"contact": rod.port_matrix[:, 0]})
     assert residual(np.array([[2e-9]]), bare, Damping()).compliance[0, 0] == 2e-9
@@ -231,6 +249,14 @@ def test_an_indefinite_stiffness_is_refused(rod):
         solve_modes(indefinite, 3)
     with pytest.raises(ModelError, match="K is indefinite"):
         Transient().reduce(indefinite, indefinite.damping, Aims(1e6, 1e-5, 1e-2))
+
+
+def test_time_stepping_takes_a_free_body():
+    free = rod_model(**ROD, elements=100, fixed_end=False)
+    greens = Transient().reduce(free, free.damping, Aims(1e5, 2e-5, 1e-2)).greens
+    assert greens.static is None
+    with pytest.raises(impact.GreensFunctionError, match="static compliance is unknown"):
+        greens.static_compliance()
 
 
 WIDTH, SPAN, SHORT = 1 / 4e5, 4e-5, 5e-6

@@ -5,16 +5,17 @@ from typing import Any
 import numpy as np
 import pytest
 import skfem
+from scipy.sparse.linalg import splu
 
 from impact.greens.base import Array
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.fields.corners import near, peak_mesh_error, singular_points
-from seatfem.structures.fields.recovery import StressField, histories, recover
+from seatfem.structures.fields.recovery import StressField, histories, largest, principal, recover, von_mises
 from seatfem.structures.fields.sites import at_points, on_surface
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.structures.materials import Material, Orthotropic
-from seatfem.structures.model import ModelError
+from seatfem.structures.model import ModelError, SecondOrderModel
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 WOOD = Orthotropic(
@@ -47,7 +48,11 @@ def section(rows: int, columns: int, length: float, radii: Any, kind: Any = skfe
     """Between r = radii(z)[0] and radii(z)[1], curved elements; z = 0 "fixed", z = length "contact"."""
     straight = skfem.MeshQuad.init_tensor(np.linspace(0, 1, columns + 1), np.linspace(0, length, rows + 1))
     mesh = (straight if kind is skfem.MeshQuad2 else straight.to_meshtri()).with_boundaries(
-        {"fixed": lambda x: x[1] < 1e-9, "contact": lambda x: x[1] > length - 1e-9, "inner": lambda x: x[0] < 1e-9}
+        {
+            "fixed": lambda x: x[1] < 1e-9,
+            "contact": lambda x: x[1] > length - 1e-9,
+            "inner": lambda x: x[0] < 1e-9,
+        }
     )
     curved = kind.from_mesh(mesh)
     inner, outer = radii(curved.doflocs[1])
@@ -110,6 +115,54 @@ def test_a_rod_under_a_pulse_has_the_stress_of_its_waves_with_exact_delays() -> 
         errors.append(np.linalg.norm(stress - exact, axis=1) / np.linalg.norm(exact, axis=1))
     assert errors[1].max() < 0.01
     assert errors[1].max() < errors[0].max() / 3
+
+
+def filleted(z: Array) -> tuple[Array, Array]:
+    """A seat: bore of 1 mm, 4 mm outside, a lip of 1 mm width and a fillet of 1 mm between them."""
+    foot, fillet = 2e-3, 1e-3
+    lift = np.clip(z - foot, 0.0, fillet)
+    wide = 3e-3 - np.sqrt(np.maximum(fillet**2 - (fillet - lift) ** 2, 0.0)) * 2
+    return np.full_like(z, 1e-3), 1e-3 + np.where(z < foot, 3e-3, wide)
+
+
+def newmark(model: SecondOrderModel, force: Array, dt: float) -> Array:
+    """(n, steps + 1) by the rule of constant average acceleration."""
+    M, K, b = model.M, model.K, model.port_matrix[:, 0]
+    solver = splu((M * (4 / dt**2) + K).tocsc())
+    u = v = np.zeros(model.size)
+    a, found = np.zeros(model.size), np.zeros((len(force), model.size))
+    for m in range(1, len(force)):
+        new = solver.solve(b * force[m] + M @ (4 / dt**2 * u + 4 / dt * v + a))
+        a, v, u = 4 / dt**2 * (new - u) - 4 / dt * v - a, 2 / dt * (new - u) - v, new
+        found[m] = u
+    return found.T
+
+
+def test_a_filleted_seat_under_a_pulse_follows_a_time_integration() -> None:
+    width, duration = 1 / 0.3e6, 12e-6
+    dt = width / 100
+    mesh = section(24, 8, 4e-3, filleted)
+    model = assemble_axisymmetric(mesh, STEEL)
+    made = elements_of(mesh)
+    points = np.array([(1.999e-3, 3e-3), (1.5e-3, 3.99e-3), (1e-3, 2e-3)])
+    functional = solid_stress(made, STEEL, model, at_points(made, points))
+    steps = round(duration / dt)
+
+    def pulse(t: Array) -> Array:
+        return np.where((t > 0) & (t < 2 * width), np.sin(np.pi * t / (2 * width)) ** 2, 0.0)
+
+    field = recover(model, functional, points, bandwidth=0.3e6, dt=dt)
+    force = pulse(dt * (np.arange(steps + 1) - 0.5))
+    found = histories(field, force, dt)
+    half = dt / 2
+    exact = (functional @ newmark(model, pulse(half * np.arange(2 * steps + 1)), half)).reshape(3, 6, -1)[:, :, ::2]
+    scale = np.abs(exact).max(axis=(1, 2))
+    assert (np.abs(found - exact).max(axis=(1, 2)) < 0.01 * scale).all()
+    peak = largest(field, force, dt).after_contact
+    at_once = np.moveaxis(found, 1, 2)
+    np.testing.assert_allclose(peak.von_mises, von_mises(at_once).max(axis=1), rtol=5e-3)
+    np.testing.assert_allclose(peak.principal, principal(at_once)[..., 2].max(axis=1), rtol=5e-3)
+    assert (peak.von_mises_time > 0).all()
 
 
 def test_what_is_refused() -> None:

@@ -1,0 +1,32 @@
+"""The estimate of what is still to come, on errors that are known."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from seatfem.structures.reduction.reducer import History
+
+SIZES = [*range(10, 90, 10), *(int(80 * 1.125**k) for k in range(1, 14))]
+WAVE = np.sin(np.linspace(0, 30, 400))
+
+
+def estimates(error: Callable[[int], float], *, sized: bool) -> tuple[np.ndarray, np.ndarray]:
+    """(what is stated, what is true) at each check of a response that is off by ``error`` of the number of vectors."""
+    history, stated, true = History(1e-3), [], []
+    exact = np.cos(np.linspace(0, 9, 400))
+    for n in SIZES:
+        response = exact + error(n) * WAVE
+        stated.append(history.add(response, n if sized else None))
+        true.append(np.abs(response - exact).max() / np.abs(response).max())
+    return np.array(stated), np.array(true)
+
+
+@pytest.mark.parametrize("order", [2.0, 3.0, 6.0])
+def test_slow_algebraic_convergence_is_stated_within_a_factor_of_five(order: float) -> None:
+    """Undamped seats: e ~ n^-2, stated less than twice; n^-6 is stated from the last changes."""
+    stated, true = estimates(lambda n: 0.1 * (10 / n) ** order, sized=True)
+    known = np.isfinite(stated)
+    assert known.sum() >= len(SIZES) - 3
+    assert np.all(true[known] <= stated[known])
+    assert np.all(stated[8:] <= 5 * true[8:])

@@ -1,0 +1,84 @@
+"""Manufactured solutions of three-dimensional elasticity: optimal orders on straight and curved elements.
+
+Displacements of the exact solution on one face, its tractions on all others, f inside. Elements of order p are to
+converge like h^(p+1) in L2 and h^p in energy (Ciarlet, The Finite Element Method for Elliptic Problems, ch. 3; curved
+isoparametric elements: ch. 4). Observed between n and 2n the orders lie within 0.15 of these, as the next term is
+of order h relative to the first, for second-order elements, whose meshes are coarser, within 0.25.
+"""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+import skfem
+from numpy.typing import NDArray
+
+from seatfem.structures.model import Material
+from tests.known_answers.manufactured import RelativeErrors, Waves, relative_errors
+
+Array = NDArray[np.float64]
+MATERIAL = Material(1.0, 0.3, 1.0)
+WAVES = Waves(
+    np.array([[1.0, -0.5, 0.7], [0.3, 0.8, -0.4]]),
+    np.array([[1.5, 0.7, -1.1], [-0.8, 1.9, 1.2]]),
+    np.array([0.4, 1.3]),
+)
+ELEMENTS = {
+    ("tetrahedra", 1): (skfem.ElementTetP1, (4, 8, 16)),
+    ("tetrahedra", 2): (skfem.ElementTetP2, (2, 4, 8)),
+    ("hexahedra", 1): (skfem.ElementHex1, (4, 8, 16)),
+    ("hexahedra", 2): (skfem.ElementHex2, (2, 4, 8)),
+}
+
+
+def bulge(x: Array) -> Array:
+    """The unit cube with all faces curved."""
+    bump = 0.12 * np.sin(math.pi * x)
+    return x + np.stack([bump[1] * (0.5 + x[2]), bump[2] * (0.5 + x[0]), bump[0] * (0.5 + x[1])])
+
+
+def cube(shape: str, n: int, curved: bool) -> skfem.Mesh:
+    axis = np.linspace(0.0, 1.0, n + 1)
+    kind = skfem.MeshTet if shape == "tetrahedra" else skfem.MeshHex
+    mesh = kind.init_tensor(axis, axis, axis)
+    boundaries = {"held": mesh.facets_satisfying(lambda x: x[0] < 1e-9, boundaries_only=True)}
+    boundaries["loaded"] = np.setdiff1d(mesh.boundary_facets(), boundaries["held"])
+    if curved:
+        second = skfem.MeshTet2 if shape == "tetrahedra" else skfem.MeshHex2
+        fine = second.from_mesh(mesh)
+        return second(bulge(fine.doflocs), fine.t, _boundaries=boundaries)
+    return mesh.with_boundaries(boundaries)
+
+
+def errors(shape: str, order: int, n: int, curved: bool, material: Material = MATERIAL) -> RelativeErrors:
+    """``material`` is the one assembled."""
+    element = ELEMENTS[shape, order][0]()
+    return relative_errors(cube(shape, n, curved), element, order, WAVES, MATERIAL, assembled=material)
+
+
+@cache
+def orders(shape: str, order: int, curved: bool) -> tuple[float, float]:
+    _, middle, fine = ELEMENTS[shape, order][1]
+    coarse, finer = errors(shape, order, middle, curved), errors(shape, order, fine, curved)
+    return math.log2(coarse.displacement / finer.displacement), math.log2(coarse.energy / finer.energy)
+
+
+@pytest.mark.parametrize(
+    ("shape", "order", "curved"),
+    [(shape, order, False) for shape, order in ELEMENTS] + [(shape, 2, True) for shape in ("tetrahedra", "hexahedra")],
+)
+def test_orders_are_optimal(shape: str, order: int, curved: bool) -> None:
+    of_displacement, of_energy = orders(shape, order, curved)
+    slack = 0.15 if order == 1 else 0.25
+    assert of_displacement == pytest.approx(order + 1, abs=slack)
+    assert of_energy == pytest.approx(order, abs=slack)
+
+
+@pytest.mark.parametrize("wrong", [Material(1.03, 0.3, 1.0), Material(1.0, 0.309, 1.0)], ids=["young", "poisson"])
+def test_a_wrong_constant_does_not_converge(wrong: Material) -> None:
+    """3 % off in a constant leaves an error of that size, whatever the mesh."""
+    right = errors("hexahedra", 2, 4, False)
+    off = errors("hexahedra", 2, 4, False, wrong)
+    assert off.displacement > 0.005
+    assert off.displacement > 10 * right.displacement
