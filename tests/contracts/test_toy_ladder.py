@@ -11,7 +11,7 @@ import pytest
 from impact.runs.variations import SAFETY, Budget, Terms
 from seatfem.machine.resources import Machine
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import run_contacts, seat_of, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
 from seatfem.study.ladders.table import DECLARED
 from seatfem.study.method import STEP, RunMethod, stated_method
@@ -20,6 +20,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.scene import Run, Scene, load_scene
 from seatfem.study.trade.rungs import Rungs
+from tests.as_stated import seat_of, striker_of
 
 SCENE = """
 seat = { kind = "spring", stiffness = "20 N/um" }

@@ -20,9 +20,9 @@ from seatfem.machine.code import NOT_NUMERICS, hash_of
 from seatfem.structures import store
 from seatfem.structures.cache import Cache, CacheWarning, key_of
 from seatfem.structures.store import Store, StoreError, content_key
-from seatfem.study.impacts.contact import seat_of
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
+from tests.as_stated import seat_of
 from tests.fuzz.hdf5 import seal
 
 ROOT = Path(__file__).parents[2]

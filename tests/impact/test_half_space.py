@@ -10,12 +10,7 @@ from scipy.special import j1
 import impact
 from impact import Body, ContactProblem, GreensFunctionError, ModalGreens, Residual
 from impact.exact.disk_response import DiskResponse, PointLoad, point_step_response, rayleigh_speed
-from impact.exact.half_space import (
-    HalfSpacePatch,
-    disk_compliance,
-    half_space_patch,
-    without_patch,
-)
+from impact.exact.half_space import HalfSpacePatch, disk_compliance, half_space_patch, without_patch
 from impact.greens.sums import SumGreens, merged
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0, "radius": 1e-3}

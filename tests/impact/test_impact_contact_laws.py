@@ -185,11 +185,7 @@ def test_conserving_rule_keeps_the_energy_of_a_reed_on_modes(law: Law) -> None:
 
 @pytest.mark.parametrize(
     "law",
-    [
-        impact.Signorini(),
-        compiled_law(lambda pen, start, dt: pen),
-        PlainLaw(lambda pen, start, dt: pen),
-    ],
+    [impact.Signorini(), compiled_law(lambda pen, start, dt: pen), PlainLaw(lambda pen, start, dt: pen)],
 )
 def test_laws_without_a_potential_refuse_the_conserving_rule(law: Law) -> None:
     for problem in (mass_on(law), two_seats(impact.Hertz(stiffness=1.0), law)):

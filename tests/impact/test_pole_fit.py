@@ -8,12 +8,7 @@ from scipy.linalg import eig
 
 import impact
 from impact.measured.amplitudes import Residues, made_passive
-from impact.measured.frf import (
-    FrequencyResponse,
-    FrequencyResponseError,
-    causality_defect,
-    receptance,
-)
+from impact.measured.frf import FrequencyResponse, FrequencyResponseError, causality_defect, receptance
 from impact.measured.pole_fit import fit_impulse_response, fit_poles, fit_response
 from impact.measured.vector_fitting import Poles, pole_passivity
 

@@ -37,10 +37,7 @@ def meridian() -> skfem.MeshQuad:
     """The lip is the innermost third of the upper side."""
     mesh = skfem.MeshQuad.init_tensor(np.linspace(INNER, 7e-3, 4), np.linspace(0, HEIGHT, 5))
     return mesh.with_boundaries(
-        {
-            "contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < OUTER),
-            "fixed": lambda x: np.isclose(x[1], 0.0),
-        }
+        {"contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < OUTER), "fixed": lambda x: np.isclose(x[1], 0.0)}
     )
 
 

@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.natural_modes import Wanted, modes_of
-from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene
+from tests.as_stated import striker_of
 from tests.gallery import load_text
 
 YOUNG, POISSON, DENSITY, RADIUS, FACET = 200e9, 0.3, 7850.0, 5e-3, 0.6e-3

@@ -9,11 +9,12 @@ import impact
 from impact.after.result import ImpactResult
 from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import GreensFunctionError
-from seatfem.study.impacts.contact import problem_of, record_of, seat_of, striker_of
-from seatfem.study.impacts.drives import check_base
+from seatfem.study.impacts.bodies import check_base, problem_of
+from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene
+from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text, refusal
 
 REED = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 12\ndamping_ratio = 0.01\n'

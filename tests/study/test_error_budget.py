@@ -13,12 +13,13 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.runs.variations import SAFETY, Budget, narrowed
 from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget, with_jumps
-from seatfem.study.impacts.contact import run_contacts, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import stated_method
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
+from tests.as_stated import striker_of
 from tests.gallery import load_text
 
 MODES = ModalGreens(

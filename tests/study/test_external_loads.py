@@ -8,8 +8,9 @@ import pytest
 
 import impact
 from impact.after.result import ImpactResult
-from seatfem.study.impacts.contact import problem_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.scene import Scene, SceneError
+from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'

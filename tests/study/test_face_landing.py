@@ -15,7 +15,7 @@ from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
 from seatfem.structures.rings import Division
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import run_contacts, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
 from seatfem.study.method import as_stated, stated_method
 from seatfem.study.planning.planner import plan_scene
@@ -23,6 +23,7 @@ from seatfem.study.prerun.context import PER_ARC
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.lips import closed_line
+from tests.as_stated import seat_of, solved_striker, striker_of
 from tests.gallery import FLAPPER
 
 MESHES = Path(__file__).parents[2] / "meshes"
@@ -123,7 +124,7 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
     found = []
     for seat, sizes in ((annular, ("2 mm", "0.3 mm")), (cad("annular_seat"), ("3 mm", "0.5 mm"))):
         scene = scene_of(tmp_path, seat + band.format(*sizes), 'ports = 16\ntilt = "0.3 deg"\n')
-        solved = seat_of(scene, method=stated_method(scene).seat)
+        solved = seat_of(scene)
         touches = run_contacts(scene, striker_of(scene), solved.greens, 1e-7)
         found.append((scene, solved, touches, measured(touches, scene.run.filter_width)))
     (_, known, _, right), (scene, solved, touches, values) = found

@@ -10,8 +10,8 @@ import seatfem
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import Lip
 from seatfem.structures.sheets import PlateModes, plate_modes
-from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.as_stated import striker_of
 from tests.gallery import FLAPPER
 
 REED = FLAPPER + 'greens = { bandwidth = "10 kHz" }\n'

@@ -11,11 +11,13 @@ from impact import measures
 from seatfem.faces.verdict import simpler, verdict
 from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import problem_of, run_contacts, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.summary import summarise
 from seatfem.study.scene import Scene
+from tests.as_stated import striker_of
 from tests.gallery import FLAPPER, LIP, load_text, refusal
 
 AIR = 'film = { viscosity = "18 uPa s", floor = "1 um" }'

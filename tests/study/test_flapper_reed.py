@@ -11,8 +11,8 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.structures.sheets import Sheet, SolvedSheet
-from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.as_stated import striker_of
 from tests.gallery import FLAPPER, load_text, summary_of
 
 COARSE = 'greens = { bandwidth = "30 kHz" }\n'

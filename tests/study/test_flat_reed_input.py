@@ -53,12 +53,7 @@ STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
         (FLAPPER.replace("0.3 mm", "7 mm"), GAP, "", ("reed.thickness", "7 mm", "6 mm", "neck_width", "cad")),
         (THICK, GAP, "", ("reed.thickness", "5 mm", "0.39", "limit 0.33", "to 217 kHz", "'cad' or 'mesh'")),
         (SHEET, GAP, "", ("reed.outline", "crosses", "edges 1 and 3")),
-        (
-            FLAPPER,
-            GAP,
-            STOPPER + 'lift = "-1 mm"',
-            ("stopper.lift", "-1 mm", "could not leave", "more than 0 mm"),
-        ),
+        (FLAPPER, GAP, STOPPER + 'lift = "-1 mm"', ("stopper.lift", "-1 mm", "could not leave", "more than 0 mm")),
         (FLAPPER, 'gap = "-1 um"\ntilt = "0.3 deg"', "", ("contact.gap", "-1 um", "must be >= 0")),
         (FLAPPER, GAP + "ports = 2048\nrings = 4", "", ("contact.ports", "2048", "4096", "take fewer")),
     ],

@@ -10,20 +10,13 @@ import pytest
 import impact
 from impact.after.result import ImpactResult
 from impact.gas.compressor import Compressor, Prescribed
-from seatfem.study.impacts.contact import (
-    RunError,
-    check_step,
-    fallback_step,
-    problem_of,
-    run_contacts,
-    seat_of,
-    stress_of,
-    striker_of,
-)
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import RunError, check_step, fallback_step, run_contacts, stress_of
 from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of, lift_of
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene
+from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text, refusal
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "50 N/um"\n'

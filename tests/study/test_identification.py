@@ -155,10 +155,7 @@ def test_the_verb_writes_numbers_and_a_picture(record, tmp_path, capsys):
 
 
 WRONG = {
-    "an unknown key": (
-        ("contact.law.closure = {", "contact.law.closur = {"),
-        "record.toml:9: fit.contact.law.closur",
-    ),
+    "an unknown key": (("contact.law.closure = {", "contact.law.closur = {"), "record.toml:9: fit.contact.law.closur"),
     "bounds inverted": (('from = "2 um", to = "40 um"', 'from = "40 um", to = "2 um"'), "must be above from = 40"),
     "start outside": (('start = "15 um"', 'start = "50 um"'), "50 lies outside of from = 2, to = 40"),
     "no bounds": (("start = 0.9, from = 0.2, to = 1.0", "start = 0.9"), "contact.law.recovery"),

@@ -7,8 +7,9 @@ import impact
 from impact.files.csv_table import write_csv
 from seatfem.structures.cache import Cache
 from seatfem.study.identify.fit import identify
-from seatfem.study.impacts.contact import problem_of, seat_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.scene import load_scene
+from tests.as_stated import seat_of, striker_of
 from tests.study.identification_truth import noise
 
 SCENE = """

@@ -9,8 +9,8 @@ import pytest
 
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import LevelError, Solved
-from seatfem.study.impacts.contact import seat_of
 from seatfem.study.scene import load_scene
+from tests.as_stated import seat_of
 from tests.gallery import load_text
 
 REST = """

@@ -12,10 +12,11 @@ import impact
 from impact.exact.contact_stress import hertz_circular, hertz_impact
 from impact.life.strength import basquin
 from seatfem.faces.verdict import lasting as in_words
-from seatfem.study.impacts.contact import run_contacts, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.life import beam_histories, block_from, lasting, life_keys
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
 
 STRENGTH = """source = "invented for tests"

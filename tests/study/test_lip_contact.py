@@ -20,13 +20,15 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division, as_a_whole, divided_less
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import problem_of, run_contacts, seat_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
 from seatfem.study.ladders.level import method_beside
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, load_scene
+from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER
 
 SEAT = """kind = "annular"
@@ -68,7 +70,7 @@ class Bench:
     def seat(self, scene: Scene, *, mesh_error: bool = False) -> Solved:
         key = scene.contact.ports or 0, mesh_error
         if key not in self.seats:
-            self.seats[key] = seat_of(scene, method=stated_method(scene).seat, mesh_error=mesh_error)
+            self.seats[key] = seat_of(scene, mesh_error=mesh_error)
         return self.seats[key]
 
     def problem(self, ports: int, tilt: tuple[str, str] = FLAT) -> impact.ContactProblem:
@@ -244,7 +246,7 @@ def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:
 def test_a_lip_in_rings_and_arcs(bench: Bench) -> None:
     """Two rings of 16 arcs: the reed's ports follow, the sums are those of the undivided width to what that leaves."""
     scene = scene_of(bench.folder, keys(16, ROLL, "rings = 2\n"), duration="0.1 ms")
-    seat, striker = seat_of(scene, method=stated_method(scene).seat, mesh_error=False).greens, striker_of(scene)
+    seat, striker = seat_of(scene, mesh_error=False).greens, striker_of(scene)
     assert seat.ports == Division(16, 2).names
     assert striker.greens.ports[1:] == seat.ports
     by_rings = run_contacts(scene, striker, seat, DT)
@@ -313,7 +315,7 @@ def test_where_no_more_arcs_can_be_half_as_many_tell(
     """A third of what half as many change: of second order, too."""
     monkeypatch.setattr("seatfem.structures.rings.MOST_CHOSEN", 16)
     scene = scene_of(tmp_path, keys(16, ROLL), duration="0.1 ms")
-    seat = seat_of(scene, method=stated_method(scene).seat)
+    seat = seat_of(scene)
     assert seat.in_rings is not None
     assert Division.from_greens(seat.in_rings) == Division(16)
     touches = run_contacts(scene, striker_of(scene), seat.greens, DT)

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from seatfem.structures.errors import ModelError
-from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene
+from tests.as_stated import striker_of
 from tests.gallery import FLAPPER, LIP, load_text, mass, refusal, spring
 
 REED = FLAPPER + 'greens = { bandwidth = "20 kHz" }\nrelease = { velocity = "-2 m/s" }\n'

@@ -20,9 +20,10 @@ from seatfem.pictures.moving import load_moving
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import Solved, bed
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import run_contacts, solved_striker, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.runs.stress_wave import by_arc, landing_of, lip_pictures
 from seatfem.study.scene import load_scene
+from tests.as_stated import solved_striker, striker_of
 from tests.gallery import FLAPPER, LIP
 
 ARCS, RADIUS = 8, 5.5e-3

@@ -11,7 +11,8 @@ from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.rings import Division, divided_less
-from seatfem.study.impacts.contact import problem_of, record_of, solved_striker, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import PORTS, chooses_one_port, stated_method
@@ -22,6 +23,7 @@ from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.safety import LIP_SHARE, ONE_PORT_BAR
 from seatfem.study.scene import load_scene
+from tests.as_stated import solved_striker, striker_of
 from tests.gallery import FLAPPER
 
 SCENE = f"""[seat]

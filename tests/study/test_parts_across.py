@@ -13,7 +13,8 @@ import impact
 from impact.runs.variations import safety
 from seatfem.structures.rings import Division, arc_rings_to_compare, ring_borders
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.contact import RunError, check_length, problem_of, record_of, seat_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import RunError, check_length, record_of
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.patch import of_rings_across
@@ -22,6 +23,7 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
 from seatfem.study.scene import Scene, load_scene
+from tests.as_stated import seat_of, striker_of
 
 SHEET = """
 [seat]

@@ -21,7 +21,8 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Sizes, Surrogate, mesh_error, sizes_for
 from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
-from seatfem.study.impacts.contact import RunError, problem_of, record_of, seat_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import RunError, record_of
 from seatfem.study.impacts.touches import SOURCES, values_of_record
 from seatfem.study.ladders.level import changes_on, without_waves
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
@@ -36,6 +37,7 @@ from seatfem.study.prerun.look import BANDS, coarse_method
 from seatfem.study.prerun.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE, MUCH_SHORTER, SIMPLER
 from seatfem.study.scene import Scene
+from tests.as_stated import seat_of, striker_of
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
 ANNULAR = f"""
@@ -538,7 +540,7 @@ class TestWithoutWaves:
     @staticmethod
     def looked_at(scene: Scene) -> Surrogate:
         surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-        return look.look_at(scene, stated_method(scene).seat, surrogate, Machine(), Store.default(), longest=np.inf)
+        return look.look_at(scene, stated_method(scene), surrogate, Machine(), Store.default(), longest=np.inf)
 
     @staticmethod
     def level_of(seen: PlanningContext) -> str:
@@ -564,7 +566,7 @@ class TestWithoutWaves:
         """Of a mesh twice as fine and a band twice as wide, within the doubt that plans have."""
         seen = self.seen(CONE)
         patch = seen.surrogate.patch
-        method = coarse_method(seen.scene.seat, seen.stated.seat, patch, seen.scene.run.filter_width)
+        method = coarse_method(seen.scene.seat, seen.stated, patch, seen.scene.run.filter_width)
         twice = replace(
             method, size=method.size / 2, contact_size=method.contact_size / 2, bandwidth=2 * method.bandwidth
         )
@@ -599,14 +601,14 @@ class TestWithoutWaves:
         """A narrower band is left out of complex poles by no pre-run, nor by the error budget."""
         dashpots = {"kind": "dashpot", "on": "contact", "normal": "1e7 N*s/m^3"}
         scene = scene_of(ANNULAR, REED, seat__supports=[dashpots])
-        stated, patch = stated_method(scene).seat, self.looked_at(scene).patch
+        stated, patch = stated_method(scene), self.looked_at(scene).patch
         assert seat_of(scene, method=coarse_method(scene.seat, stated, patch, 1e-6)).greens.modal is None
         assert self.looked_at(scene).band is None
 
     def test_a_lip_in_arcs_lies_on_the_seat_that_was_looked_at(self) -> None:
         scene = scene_of(ANNULAR, FLAPPER, contact={"ports": 8, "tilt": "0.1 deg"})
         seat = self.looked_at(scene)
-        along = lips.surrogate_in_arcs(scene, seat)
+        along = lips.surrogate_in_arcs(stated_method(scene), seat)
         assert len(along.greens.ports) > 1
         assert along.band == seat.band is not None
 

@@ -10,8 +10,8 @@ from impact.greens.base import Array
 from seatfem.structures.elements.mindlin import average, everywhere
 from seatfem.structures.kinds.plates import Flapper
 from seatfem.structures.lip import Lip, Patch
-from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene
+from tests.as_stated import striker_of
 from tests.gallery import FLAPPER, load_text, refusal, spring
 
 REED = FLAPPER + 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\ngreens = { bandwidth = "10 kHz" }\n'

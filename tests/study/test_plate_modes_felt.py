@@ -9,10 +9,10 @@ from impact.after.measures import filtered_peak_force
 from impact.bodies.body import ModalState
 from impact.greens.modal import ModalGreens, Residual
 from impact.runs.variations import ringing_on
-from seatfem.study.impacts.contact import striker_of
 from seatfem.study.prerun.sensitivity import with_other_modes
 from seatfem.study.safety import OF_MODES
 from seatfem.study.scene import load_scene
+from tests.as_stated import striker_of
 
 HIGHEST = 2e6  # rad/s, of a mode that the contact does not feel, as one with waves around a ring
 REST = 3e-11  # m/N above

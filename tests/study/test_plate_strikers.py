@@ -8,9 +8,10 @@ import pytest
 
 import impact
 from seatfem.structures.cache import key_of
-from seatfem.study.impacts.contact import RunError, striker_of
+from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene
+from tests.as_stated import striker_of
 from tests.gallery import FLAPPER, load_text, refusal, summary_of
 
 RING = 'kind = "ring_plate"\nouter_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "0.5 mm"\n'

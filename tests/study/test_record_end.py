@@ -10,8 +10,9 @@ from impact.runs.variations import Budget
 from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.record_end import CLOCK
-from seatfem.study.impacts.contact import run_contacts, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.method import stated_method
+from tests.as_stated import striker_of
 from tests.gallery import load_text
 
 STIFFNESS, MASS, SPEED = 40e6, 1e-4, 1.0

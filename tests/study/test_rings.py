@@ -19,18 +19,13 @@ from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.rings import (
-    face_compliance,
-    left_by,
-    ring_borders,
-    ring_names,
-    ring_shares,
-)
+from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
-from seatfem.study.impacts.contact import run_contacts, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
+from tests.as_stated import striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)
 

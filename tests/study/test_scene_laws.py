@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem.study.impacts.contact import run_contacts, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.scene import SceneError
+from tests.as_stated import striker_of
 from tests.gallery import load_text
 
 SCENE = """\

@@ -11,10 +11,10 @@ from impact import measures
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.validity import simpler_models
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
+from tests.as_stated import striker_of
 from tests.gallery import FLAPPER, load_text
 
 STIFFNESS, DT, RADIUS, TILT = 2e8, 5e-8, 5.5e-3, math.radians(0.3)

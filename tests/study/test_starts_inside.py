@@ -7,8 +7,9 @@ import pytest
 import impact
 from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import problem_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.as_stated import striker_of
 from tests.gallery import FLAPPER, LIP
 
 

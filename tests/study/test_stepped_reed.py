@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene, load_scene
+from tests.as_stated import striker_of
 from tests.gallery import refusal, summary_of
 
 KEYS = """kind = "{}"

@@ -17,7 +17,8 @@ from seatfem.faces.plan_view import plan_json
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import problem_of, record_of, run_contacts, stopper_of, striker_of
+from seatfem.study.impacts.bodies import problem_of, stopper_of
+from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.touches import Touches, stopper_values, values_of_record
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
@@ -25,6 +26,7 @@ from seatfem.study.prerun.bench import Bench, Window, locate_contact_window, win
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.contact import Stopper
+from tests.as_stated import striker_of
 from tests.gallery import load_text
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'

@@ -15,13 +15,15 @@ from seatfem.structures.lip import Lip
 from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import problem_of, run_contacts, solved_striker, stopper_of, striker_of
+from seatfem.study.impacts.bodies import problem_of, stopper_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches, on_the_ports, stopper_values
 from seatfem.study.method import stated_method
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.lips import STOPPER
+from tests.as_stated import solved_striker, striker_of
 from tests.gallery import refusal
 
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'

@@ -15,7 +15,6 @@ import pytest
 from impact import measures
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.jobs.desk import Ask
-from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_models
 from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.method import stated_method
@@ -27,6 +26,7 @@ from seatfem.study.trade.point import ALL_OPEN, Point, carry_out
 from seatfem.study.trade.report import in_words, summary_of
 from seatfem.study.trade.rungs import BY_HAND, Rungs, centre_of
 from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, run_points
+from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -13,11 +13,12 @@ from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import RunError, check_step, run_contacts, striker_of
+from seatfem.study.impacts.contact import RunError, check_step, run_contacts
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
+from tests.as_stated import striker_of
 from tests.gallery import load_text
 
 SCENE = """
