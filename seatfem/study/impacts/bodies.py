@@ -240,10 +240,11 @@ def on_its_springs(springs: Sequence[drives.ValveSpring], gap: float, reed: Stru
         )
     shapes, stiffness, loads = [], [], list(body.loads)
     for spring in springs:
+        force = constant(-spring.force_on_undeformed(gap))
         columns = reed.pushed_at(body, spring.places if spring.at is None else spring.at, by="springs")
         shapes.append(columns)
         stiffness.append(np.full(columns.shape[1], spring.stiffness / columns.shape[1]))
-        loads.append(Load(columns.mean(axis=1), constant(-spring.force_on_undeformed(gap))))
+        loads.append(Load(columns.mean(axis=1), force))
     held = on_springs(replace(body, loads=tuple(loads)), np.concatenate(shapes, axis=1), np.concatenate(stiffness))
     if not math.isinf(held.mass):
         raise GreensFunctionError(

@@ -221,15 +221,11 @@ class Bench:
         problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
         prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
         stepper = _marched(prepared)
-        values = values_of(
-            contact.blow_of_march(
-                self.scene,
-                stepper,
-                self._landings(stepper),
-                displacement=any_needs_displacement(wanted),
-                stress=self._look(dt) if any_needs_stress(wanted) else None,
-            )
-        )
+        displacement = any_needs_displacement(wanted)
+        stress = self._look(dt) if any_needs_stress(wanted) else None
+        landings = self._landings(stepper)
+        record = contact.blow_of_march(self.scene, stepper, landings, displacement=displacement, stress=stress)
+        values = values_of(record)
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *wanted}]
         prefixes = {HARDEST, PREFIXES[landing]}
         never = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
