@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import impact
 from impact.runs.variations import Values
+from seatfem.structures.cache import build
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.drawn import Drawn
@@ -17,15 +18,8 @@ from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import FEWEST_ARCS, MOST_RINGS, Division
-from seatfem.study.impacts.contact import (
-    problem_of,
-    record_of,
-    run_contacts,
-    seat_of,
-    solved_striker,
-    stress_of,
-    striker_of,
-)
+from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
+from seatfem.study.impacts.contact import record_of, run_contacts, stress_of
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import values_of_record
@@ -186,8 +180,8 @@ def run_reference(scene: Scene, method: RunMethod, by: Finer = FINEST, landings:
     """
     finer, how = finer_in_every_key(scene, method, by)
     assert how.time_step is not None
-    seat = seat_of(finer, method=how.seat, mesh_error=False)
-    reed = solved_striker(finer, method=how.reed, mesh_error=False)
+    seat = build(finer.seat, how.seat, finer.run.duration, mesh_error=False)
+    reed = solve_body("reed", finer.reed, how.reed, finer.run.duration, mesh_error=False)
     striker = striker_of(finer, how.reed.n_modes, None if reed is None else reed.greens)
     problem = problem_of(finer, striker, impact.Body(seat.greens))
     like = None if landings is None else replace(landings, static=None)  # type: ignore[arg-type]

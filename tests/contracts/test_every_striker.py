@@ -13,7 +13,7 @@ from impact.bodies.reeds import reed
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.structure import kind_of
-from seatfem.study.impacts import contact
+from seatfem.study.impacts import bodies
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
@@ -135,8 +135,8 @@ def test_what_is_wrong_with_a_striker_is_told_in_its_table(
     def wrong(*given: object, **more: object) -> None:
         raise ModelError(f"seat.{key} is wrong")
 
-    monkeypatch.setattr(contact, "build", wrong)
+    monkeypatch.setattr(bodies, "build", wrong)
     monkeypatch.setattr(type(scene.reed), "body", wrong)
-    contact._solved.cache_clear()
+    bodies._solved.cache_clear()
     with pytest.raises(ModelError, match=rf"^reed.{key} is wrong"):
-        contact.striker_of(scene)
+        bodies.striker_of(scene)

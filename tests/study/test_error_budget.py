@@ -13,6 +13,7 @@ from seatfem.study.accuracy.error_budget import error_budget, with_jumps
 from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
+from tests.as_stated import striker_of
 from tests.gallery import load_text
 from tests.steps import ErrorEstimate, ModalGreens, Residual, Scene, Solved, Touches, stated_method
 

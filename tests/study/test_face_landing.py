@@ -104,7 +104,7 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
     found = []
     for seat, sizes in ((annular, ("2 mm", "0.3 mm")), (cad("annular_seat"), ("3 mm", "0.5 mm"))):
         scene = scene_of(tmp_path, seat + band.format(*sizes), 'ports = 16\ntilt = "0.3 deg"\n')
-        solved = seat_of(scene, method=stated_method(scene).seat)
+        solved = seat_of(scene)
         touches = run_contacts(scene, striker_of(scene), solved.greens, 1e-7)
         found.append((scene, solved, touches, measured(touches, scene.run.filter_width)))
     (_, known, _, right), (scene, solved, touches, values) = found

@@ -56,7 +56,7 @@ class Bench:
     def seat(self, scene: Scene, *, mesh_error: bool = False) -> Solved:
         key = scene.contact.ports or 0, mesh_error
         if key not in self.seats:
-            self.seats[key] = seat_of(scene, method=stated_method(scene).seat, mesh_error=mesh_error)
+            self.seats[key] = seat_of(scene, mesh_error=mesh_error)
         return self.seats[key]
 
     def problem(self, ports: int, tilt: tuple[str, str] = FLAT) -> impact.ContactProblem:
@@ -217,7 +217,7 @@ def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:
 def test_a_lip_in_rings_and_arcs(bench: Bench) -> None:
     """Two rings of 16 arcs: the reed's ports follow, the sums are those of the undivided width to what that leaves."""
     scene = scene_of(bench.folder, keys(16, ROLL, "rings = 2\n"), duration="0.1 ms")
-    seat, striker = seat_of(scene, method=stated_method(scene).seat, mesh_error=False).greens, striker_of(scene)
+    seat, striker = seat_of(scene, mesh_error=False).greens, striker_of(scene)
     assert seat.ports == Division(16, 2).names
     assert striker.greens.ports[1:] == seat.ports
     by_rings = run_contacts(scene, striker, seat, DT)

@@ -461,7 +461,7 @@ class TestWithoutWaves:
     @staticmethod
     def looked_at(scene: Scene) -> Surrogate:
         surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-        return look.look_at(scene, stated_method(scene).seat, surrogate, Machine(), Store.default(), longest=np.inf)
+        return look.look_at(scene, stated_method(scene), surrogate, Machine(), Store.default(), longest=np.inf)
 
     @staticmethod
     def level_of(seen: PlanningContext) -> str:
@@ -487,7 +487,7 @@ class TestWithoutWaves:
         """Of a mesh twice as fine and a band twice as wide, within the doubt that plans have."""
         seen = self.seen(CONE)
         patch = seen.surrogate.patch
-        method = coarse_method(seen.scene.seat, seen.stated.seat, patch, seen.scene.run.filter_width)
+        method = coarse_method(seen.scene.seat, seen.stated, patch, seen.scene.run.filter_width)
         twice = replace(
             method, size=method.size / 2, contact_size=method.contact_size / 2, bandwidth=2 * method.bandwidth
         )
@@ -522,14 +522,14 @@ class TestWithoutWaves:
         """A narrower band is left out of complex poles by no pre-run, nor by the error budget."""
         dashpots = {"kind": "dashpot", "on": "contact", "normal": "1e7 N*s/m^3"}
         scene = scene_of(ANNULAR, REED, seat__supports=[dashpots])
-        stated, patch = stated_method(scene).seat, self.looked_at(scene).patch
+        stated, patch = stated_method(scene), self.looked_at(scene).patch
         assert seat_of(scene, method=coarse_method(scene.seat, stated, patch, 1e-6)).greens.modal is None
         assert self.looked_at(scene).band is None
 
     def test_a_lip_in_arcs_lies_on_the_seat_that_was_looked_at(self) -> None:
         scene = scene_of(ANNULAR, FLAPPER, contact={"ports": 8, "tilt": "0.1 deg"})
         seat = self.looked_at(scene)
-        along = lips.surrogate_in_arcs(scene, seat)
+        along = lips.surrogate_in_arcs(stated_method(scene), seat)
         assert len(along.greens.ports) > 1
         assert along.band == seat.band is not None
 

@@ -12,10 +12,13 @@ from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import ErrorEstimate
 from seatfem.structures.kinds.structure import in_words_of
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import RunError, check_step, problem_of, solved_striker, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.method import stated_method
 from seatfem.study.prerun.bench import Bench, surrogate_striker
 from seatfem.study.scene import Scene, SceneError
+from seatfem.study.scene.problems import in_words_of
+from tests.as_stated import solved_striker, striker_of
 from tests.gallery import load_text, refusal, summary_of
 from tests.steps import LevelError, Stopwatch, key_of, kinds_of, plan_scene, refine, rounds, run_scene, silent
 
@@ -263,7 +266,7 @@ def test_a_part_that_nothing_holds_is_thrown(tmp_path: Path) -> None:
     )
     text = f'kind = "cad"\nfile = "{block}"\nmaterial = "steel"\n{more}'
     scene = scene_of(tmp_path, text, seat=SPRING.replace("20 N/um", "1 N/um"))
-    guess = surrogate_striker(scene)
+    guess = surrogate_striker(scene.reed, stated_method(scene).reed, scene.run.duration, scene.seat.face)
     plan = plan_scene(scene)
     assert not any("no contact" in note for note in plan.notes)
     solved = solved_striker(scene)

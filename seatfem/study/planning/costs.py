@@ -10,10 +10,11 @@ from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import SeatModel, count_elements, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method
-from seatfem.study.impacts.contact import CONTACT_BYTES, fallback_step, striker_of
+from seatfem.study.impacts.bodies import striker_of
+from seatfem.study.impacts.contact import CONTACT_BYTES, fallback_step
 from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.ladders.level import method_beside
-from seatfem.study.method import RunMethod
+from seatfem.study.method import RunMethod, stated_method
 from seatfem.study.planning.plan import Cost
 from seatfem.study.prerun import bench
 from seatfem.study.scene import Scene
@@ -195,14 +196,17 @@ class ContactModel:
 
 def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> ContactModel:
     """Return the size of the contact's march; ``seat``: its finite elements, as far as they have waves."""
-    closed = closed_form(scene.seat, method.seat)
-    dt = method.time_step or _step(scene, method, seat, closed)
+    closed, known = closed_form(scene.seat, method.seat), None
+    if scene.reed.traits.is_solved:
+        stated = stated_method(scene).reed
+        known = bench.surrogate_striker(scene.reed, stated, scene.run.duration, scene.seat.face)
+    dt = method.time_step or _step(scene, method, known, seat, closed)
     steps = max(1.0, scene.run.duration / dt)
     if seat is not None:
         model = ContactModel(steps, seat.poles, 1.0, seat.poles, BUDGET_RUNS)
     else:
         model = contact_model(steps, dt, closed)
-    return with_striker(model, scene.reed, method, dt, scene.run.duration, bench.surrogate_striker(scene))
+    return with_striker(model, scene.reed, method, dt, scene.run.duration, known)
 
 
 def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> ContactModel:
@@ -232,8 +236,14 @@ def _weights(steps: float) -> float:
     return WEIGHTS * math.log2(steps + 2)
 
 
-def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: GreensFunction | None) -> float:
-    reed = striker_of(scene, method.reed.n_modes, bench.surrogate_striker(scene)).greens
+def _step(
+    scene: Scene,
+    method: RunMethod,
+    known: GreensFunction | None,
+    seat: SeatModel | None,
+    closed: GreensFunction | None,
+) -> float:
+    reed = striker_of(scene, method.reed.n_modes, known).greens
     elements = striker_elements(scene.reed, method.reed, scene.run.duration)
     dt = fallback_step(scene.run, scene.gas, reed, reed if closed is None else closed)
     for model, how in ((seat, method.seat), (None if elements is None else elements[0], method.reed)):

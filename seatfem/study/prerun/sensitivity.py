@@ -20,7 +20,7 @@ from impact.bodies.body import Body
 from impact.runs.variations import NARROWER, Values, larger, left_by_step, narrowed, narrower, ringing_on, times
 from seatfem.structures.method import at_once, bed
 from seatfem.structures.rings import Division, face_compliance
-from seatfem.study import method, safety
+from seatfem.study import safety
 from seatfem.study.prerun.bench import Bench, relative_changes
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
@@ -77,15 +77,15 @@ class Sensitivity:
     @property
     def n_modes(self) -> int | None:
         """Return the number of reed modes of the pre-runs that compare seats; ``None`` for a rigid mass."""
-        if not method.has_key(self.bench.scene, method.MODES):
+        if self.bench.scene.reed.slender is None:
             return None
         return self.reed_modes if self._stated_modes is None else min(self.reed_modes, self._stated_modes)
 
     @property
     def _stated_modes(self) -> int | None:
         """Return the number of modes of the reed, where the file states it."""
-        scene = self.bench.scene
-        return int(method.value_of(scene, method.MODES)) if method.is_given(scene, method.MODES) else None
+        beam = self.bench.scene.reed.slender
+        return None if beam is None or "n_modes" not in beam.model_fields_set else beam.n_modes
 
     @cached_property
     def step_modes(self) -> int | None:

@@ -26,7 +26,8 @@ from seatfem.structures import fields, method, rings
 from seatfem.structures.estimates.surrogate import Column
 from seatfem.study import runs
 from seatfem.study.impacts import gas, gauges, validity
-from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, strains_of, stress_in_run
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import RunError, record_of, run_contacts, strains_of, stress_in_run
 from seatfem.study.impacts.life import LifeResult, block_from, life_notes
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.planning.plan import Plan

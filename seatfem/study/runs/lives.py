@@ -24,6 +24,7 @@ from impact.quantities import finite_or_none, in_time
 from seatfem.pictures import rendering, stress_plot
 from seatfem.structures.fields.recovery import StressField, hottest, mises_range, tensor_histories
 from seatfem.study.impacts import contact
+from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.life import (
     STRESS,
     Histories,
@@ -275,7 +276,7 @@ def again(done: Round, name: str, value: float) -> Round:
     """
     scene = done.plan.scene.with_geometry(varied(done.plan.scene.geometry, name, value))
     reed = None if done.reed is None else done.reed.greens
-    striker = contact.striker_of(scene, done.plan.method.reed.n_modes, reed)
+    striker = striker_of(scene, done.plan.method.reed.n_modes, reed)
     touches = contact.run_contacts(scene, striker, done.seat.greens, done.result.dt)
     stress = contact.stress_in_run(scene.geometry, striker, touches, coarsely=True)
     return replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches, stress=stress)

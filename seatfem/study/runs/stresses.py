@@ -21,7 +21,8 @@ from impact.runs.variations import Values, budget_of, changes, times
 from seatfem.structures.fields.recovery import Largest, largest
 from seatfem.structures.rings import Division
 from seatfem.study.accuracy.error_budget import sources_of
-from seatfem.study.impacts.contact import marched, problem_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.plate_stress import Forces, pushes_of
 from seatfem.study.impacts.touches import force_of, stress_since
 from seatfem.study.ladders.ladder import ComputedRun
