@@ -16,7 +16,8 @@ from seatfem.structures.method import LevelError, Method, Solved, bed
 from seatfem.structures.rings import Division
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import RunError, problem_of, run_contacts, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import RunError, run_contacts
 from seatfem.study.impacts.touches import SOURCES, Touches, values_of_record
 from seatfem.study.method import stated_method
 from seatfem.study.planning.plan import Plan
@@ -30,3 +31,4 @@ from seatfem.study.scene.files import check_files
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
+from tests.as_stated import seat_of, solved_striker, striker_of

@@ -18,12 +18,13 @@ from scipy.integrate import solve_ivp
 
 import seatfem
 from impact import measures
+from seatfem.structures.cache import build
 from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.prerun import bench as prerun
 from seatfem.study.runs import rounds
 from tests.gallery import summary_of
-from tests.steps import Scene, load_results, load_scene, load_study, run_command, run_study, seat_of, striker_of
+from tests.steps import Scene, load_results, load_scene, load_study, run_command, run_study, striker_of
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]

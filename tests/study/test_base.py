@@ -8,8 +8,9 @@ import pytest
 import impact
 from impact.after.result import ImpactResult
 from impact.bodies.time_series import TimeSeriesError
-from seatfem.study.impacts.contact import problem_of, record_of, seat_of, striker_of
-from seatfem.study.impacts.drives import check_base
+from seatfem.study.impacts.bodies import check_base, problem_of
+from seatfem.study.impacts.contact import record_of
+from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text, refusal
 from tests.steps import GreensFunctionError, Scene, run_scene, values_of_record
 

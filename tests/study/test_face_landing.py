@@ -11,11 +11,12 @@ import pytest
 from impact.after.histories import best_plane
 from impact.pictures.lip_plots import plot_lip
 from seatfem.structures.lands import FaceLip
-from seatfem.study.impacts.contact import run_contacts, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
 from seatfem.study.method import as_stated, stated_method
 from seatfem.study.prerun.context import PER_ARC
 from seatfem.study.scene.lips import closed_line
+from tests.as_stated import seat_of, solved_striker, striker_of
 from tests.gallery import FLAPPER, load_text
 from tests.steps import Division, Lip, ModelError, Scene, SceneError, check_files, error_budget, plan_scene
 

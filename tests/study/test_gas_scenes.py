@@ -13,6 +13,7 @@ from impact.gas.compressor import Compressor, Prescribed
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_step, fallback_step, run_contacts, stress_of
 from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of, lift_of
+from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text, refusal
 from tests.steps import Scene, plan_scene, run_scene
 

@@ -16,9 +16,11 @@ import impact
 from impact.after.histories import largest_average
 from impact.storage.hdf5 import restore_checkpoint, save_checkpoint
 from seatfem.structures.rings import Division, as_a_whole, divided_less
-from seatfem.study.impacts.contact import problem_of, run_contacts, seat_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
 from seatfem.study.ladders.level import method_beside
+from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER, load_text
 from tests.steps import Scene, Solved, Stopwatch, error_budget, plan_scene, rounds, silent, stated_method
 

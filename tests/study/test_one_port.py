@@ -9,10 +9,12 @@ import pytest
 import impact
 from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.rings import Division, divided_less
-from seatfem.study.impacts.contact import problem_of, record_of, solved_striker, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import PORTS, chooses_one_port, stated_method
 from seatfem.study.safety import LIP_SHARE, ONE_PORT_BAR
+from tests.as_stated import solved_striker, striker_of
 from tests.gallery import FLAPPER, load_text
 from tests.steps import Limits, Plan, Round, Stopwatch, plan_scene, refine, rounds, silent, values_of_record
 

@@ -13,10 +13,12 @@ import impact
 from impact.runs.variations import safety
 from seatfem.structures.rings import Division, arc_rings_to_compare, ring_borders
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.contact import RunError, check_length, problem_of, record_of, seat_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import RunError, check_length, record_of
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.patch import of_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
+from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text
 from tests.steps import Plan, Scene, plan_scene, refine, values_of_record
 

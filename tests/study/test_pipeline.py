@@ -19,10 +19,11 @@ from seatfem.faces.cli import main
 from seatfem.pictures import plots
 from seatfem.structures.cache import CacheWarning
 from seatfem.structures.store import VARIABLE
-from seatfem.study.impacts.contact import fallback_step, striker_of
+from seatfem.study.impacts.contact import fallback_step
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
 from seatfem.study.runs.stress_spots import load_histories
+from tests.as_stated import striker_of
 from tests.steps import SOURCES, load_greens, load_results, load_scene
 
 REED = (

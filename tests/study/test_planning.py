@@ -16,7 +16,8 @@ from impact.greens.modal import ModalGreens, Residual
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.structures import cache
 from seatfem.structures.estimates.surrogate import Sizes, Surrogate, mesh_error, sizes_for
-from seatfem.study.impacts.contact import problem_of, record_of, seat_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.touches import SOURCES, values_of_record
 from seatfem.study.ladders.level import changes_on, without_waves
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
@@ -27,6 +28,7 @@ from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.look import BANDS, coarse_method
 from seatfem.study.prerun.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE, MUCH_SHORTER, SIMPLER
+from tests.as_stated import seat_of, striker_of
 from tests.steps import SAFETY, Machine, ModelError, Plan, Scene, Store, plan_scene, refine
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'

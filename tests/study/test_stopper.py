@@ -13,11 +13,13 @@ from impact import measures
 from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
 from seatfem.faces.plan_view import plan_json
-from seatfem.study.impacts.contact import problem_of, record_of, run_contacts, stopper_of, striker_of
+from seatfem.study.impacts.bodies import problem_of, stopper_of
+from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.touches import Touches, stopper_values, values_of_record
 from seatfem.study.prerun.bench import Bench, Window, locate_contact_window, window_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.contact import Stopper
+from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
 from tests.steps import ErrorEstimate, Solved, error_budget, kinds_of, plan_scene, run_scene, stated_method
 

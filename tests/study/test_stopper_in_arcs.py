@@ -10,10 +10,12 @@ import impact
 from impact import measures
 from impact.march.motion import modal_coordinates
 from seatfem.structures.rings import Division, as_a_whole
-from seatfem.study.impacts.contact import problem_of, run_contacts, solved_striker, stopper_of, striker_of
+from seatfem.study.impacts.bodies import problem_of, stopper_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches, on_the_ports, stopper_values
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import STOPPER
+from tests.as_stated import solved_striker, striker_of
 from tests.gallery import load_text, refusal
 from tests.steps import SAFETY, Lip, ModelError, Solved, check_files, error_budget, run_scene, stated_method
 

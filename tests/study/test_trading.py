@@ -23,7 +23,6 @@ from seatfem.study.trade.point import ALL_OPEN, Point, carry_out
 from seatfem.study.trade.report import in_words, summary_of
 from seatfem.study.trade.rungs import BY_HAND, Rungs, centre_of
 from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, run_points
-from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER
 from tests.steps import Outcome, SceneError, load_scene, seat_of, stated_method, striker_of
 

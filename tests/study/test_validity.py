@@ -10,8 +10,9 @@ import impact
 from impact.greens.modal import ModalGreens, Residual
 from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.study.impacts.contact import RunError, check_step, run_contacts, striker_of
+from seatfem.study.impacts.contact import RunError, check_step, run_contacts
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
+from tests.as_stated import striker_of
 from tests.gallery import load_text
 from tests.steps import GreensFunction, Scene, Solved, Touches, error_budget, load_scene, stated_method
 

@@ -14,6 +14,7 @@ from seatfem.study.impacts.contact import run_contacts, stress_of
 from seatfem.study.impacts.gauges import valve_spring_keys
 from seatfem.study.impacts.layout import layout_of
 from seatfem.study.prerun.sensitivity import with_other_modes
+from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
 from tests.steps import Scene, run_scene
 
