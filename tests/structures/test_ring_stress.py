@@ -13,8 +13,8 @@ from impact.life.multiaxial import deviators
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.fields import recovery
-from seatfem.structures.fields.peaks import largest, principal, von_mises
-from seatfem.structures.fields.recovery import Response, at_time, field_of, histories, mises_range, recover
+from seatfem.structures.fields.peaks import largest, mises_range, principal, von_mises
+from seatfem.structures.fields.recovery import Response, at_time, histories, recover
 from seatfem.structures.fields.sites import at_points
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, felt, solid_stress
 from seatfem.structures.materials import Material
@@ -125,8 +125,10 @@ def test_many_ports_answer_by_modes_as_few_by_krylov_vectors(monkeypatch: pytest
     found = []
     for most in (8, 0):
         monkeypatch.setattr(recovery, "MOST_PORTS", most)
-        answers = Response.from_model(model, bandwidth=2 * BAND, dt=STEP, damping_ratio=ZETA)
-        found += [histories(field_of(answers, functional, POINTS, fewer=k), PULSE, STEP) for k in (False, True)]
+        answers = Response.from_model(model, bandwidth=2 * BAND, damping_ratio=ZETA)
+        found += [
+            histories(answers.stress(functional, POINTS).field(STEP, fewer=k), PULSE, STEP) for k in (False, True)
+        ]
     krylov, _, modes, fewer = found
     assert 3 < answers.vectors.shape[1] < 40
     off, more = (np.abs(each - krylov).max() / np.abs(krylov).max() for each in (modes, fewer))

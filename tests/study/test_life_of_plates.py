@@ -11,7 +11,8 @@ import pytest
 from impact.life.places import margin_error
 from impact.life.strength import basquin
 from seatfem.faces.verdict import lasting as in_words
-from seatfem.structures.fields.recovery import histories, hottest, largest, mises_range, von_mises
+from seatfem.structures.fields.peaks import hottest, largest, mises_range, von_mises
+from seatfem.structures.fields.recovery import histories
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.lives import Stressed
 from seatfem.study.runs.reed_stress import plate_field

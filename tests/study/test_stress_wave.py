@@ -14,7 +14,7 @@ from seatfem.pictures.frames import wave_frames
 from seatfem.pictures.moving import load_moving
 from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
-from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, solid_stress
 from seatfem.study.runs import afterwards
 from seatfem.study.runs.afterwards import margin_pictures, margins
 from seatfem.study.runs.lives import Stressed
@@ -73,9 +73,8 @@ def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> No
     steps = range(140, 1600, 140)
     exact = np.moveaxis(histories(field, force, dt)[:, :, list(steps)], 2, 0)
     np.testing.assert_allclose(in_frames(field, force, dt, steps), exact, atol=1e-9 * np.abs(exact).max())
-    moved = response_in_frames(
-        Response.from_model(stress.model, dt=dt, bandwidth=100e3, damping_ratio=0.05), force, dt, steps
-    )
+    response = Response.from_model(stress.model, bandwidth=100e3, damping_ratio=0.05)
+    moved = response_in_frames(response, force, dt, steps)
     found = np.moveaxis((functional @ moved.T).reshape(3, 6, -1), 2, 0)
     np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
 
@@ -242,7 +241,13 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
     some = some[first]
     angles = np.arctan2(wave.points[some, 1], wave.points[some, 0])
     sites = at_nodes(elements_of(stress.mesh), nodes)
-    ((field, _),) = stress.drawn.fields(done.result.dt, [(sites, angles[:, None])], stress.waves)
+    parts = [
+        Harmonic(
+            n, response.stress(stress.drawn.stress_of(model, sites, n), sites.points).field(done.result.dt), mixing
+        )
+        for n, model, response, mixing in stress.drawn.harmonics(stress.waves)
+    ]
+    field = RingField(sites.points, angles[:, None], tuple(parts))
     exact = von_mises(np.moveaxis(histories(field, force_by_port(done, done.touches), done.result.dt), 1, 2))
     now = np.round(wave.time / done.result.dt).astype(int)
     assert exact.max() > 0

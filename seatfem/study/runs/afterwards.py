@@ -84,7 +84,7 @@ def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: 
     Raises:
         LifeError: as `impact.life.places.judged`.
     """
-    ranges = fields.recovery.mises_range(field, force, dt, since=since)
+    ranges = fields.peaks.mises_range(field, force, dt, since=since)
     near = np.flatnonzero(ranges >= SHARE * ranges.max())
     factors = np.full(len(ranges), np.nan)
     for number, history in zip(near, fields.recovery.tensor_histories(field.at(near), force, dt), strict=True):

@@ -22,7 +22,8 @@ from impact.life.places import margin_error
 from impact.notices import Progress, Tell, silent
 from impact.quantities import finite_or_none, in_time
 from seatfem.pictures import rendering, stress_plot
-from seatfem.structures.fields.recovery import StressField, hottest, mises_range, tensor_histories
+from seatfem.structures.fields.peaks import hottest, mises_range
+from seatfem.structures.fields.recovery import StressField, tensor_histories
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.life import (
