@@ -22,6 +22,7 @@ POINTS_PER_WAVE = 8  # points along the reed per shortest wave retained, among w
 ROUND_OFF = 1e-12  # relative round-off of sums over modes
 SAME = 1e-9  # largest relative difference between the shape of a load and that of forces on ports that counts as none
 _BLOCK = 1024  # instants whose stresses are held at once
+_FEW = 16  # of so many instants one is looked at first, after which most others are known to be below it
 
 
 At = float | tuple[float, ...] | None
@@ -150,12 +151,18 @@ def reed_stress(
         numbers = spans.of_times(times)
         for span in np.unique(numbers):
             least = (1 - ROUND_OFF) * peaks[span].value
-            near = np.flatnonzero((bound > least) & (numbers == span))
+            near = np.flatnonzero(numbers == span)
+            for every in (_FEW, 1):
+                near = near[bound[near] > least]
+                some = near[::every]
+                if not len(some):
+                    break
+                unit, off = bound[some].max(), doubt * bound[some]
+                about = unit * np.abs((part[some] * (reach / unit)).astype(np.float32) @ shapes).max(axis=1)
+                least = max(least, float((about - off).max()))
             if not len(near):
                 continue
-            unit, off = bound[near].max(), doubt * bound[near]
-            about = unit * np.abs((part[near] * (reach / unit)).astype(np.float32) @ shapes).max(axis=1)
-            near = near[about + off >= max(least, float((about - off).max()))]
+            near = some[about + off >= least]
             stress = np.abs(part[near] @ fields)
             if stress.max(initial=0.0) > peaks[span].value:
                 row, column = np.unravel_index(int(stress.argmax()), stress.shape)

@@ -124,13 +124,17 @@ def save_results(
     """Write results by name (one HDF5 group each) and what they are about (JSON); the file is whole or absent."""
     with written(path, "result") as file:
         file.attrs["about"] = json.dumps(dict(about), default=str)
+        stored: dict[int, tuple[base.Array, Any]] = {}  # what results share, as their time, is stored once and linked
         for name, result in results.items():
             group = file.create_group(name)
             histories = {key: getattr(result, key) for key in (*_SERIES, "film")}
             histories |= {f"energy/{key}": getattr(result.energy, key) for key in (*_LEDGER, "film_loss")}
             for key, history in histories.items():
-                if history is not None:
-                    group.create_dataset(key, data=history, compression="gzip", shuffle=True)
+                if id(history) in stored:
+                    group[key] = stored[id(history)][1]
+                elif history is not None:
+                    dataset = group.create_dataset(key, data=history, compression="gzip", shuffle=True)
+                    stored[id(history)] = history, dataset
             for key in _NUMBERS:
                 group.attrs[key] = getattr(result, key)
             group.attrs["engine"] = result.engine

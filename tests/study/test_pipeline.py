@@ -16,12 +16,16 @@ import impact
 from impact import measures
 from impact.notices import Progress, silent
 from seatfem.faces.cli import main
+from seatfem.machine.resources import Stopwatch
 from seatfem.pictures import plots
 from seatfem.structures.cache import CacheWarning
 from seatfem.structures.store import VARIABLE
-from seatfem.study.impacts.contact import fallback_step
+from seatfem.study.impacts.contact import fallback_step, run_contacts
+from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pictures, pipeline
+from seatfem.study.runs.afterwards import baseline_of
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
+from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.runs.stress_spots import load_histories
 from tests.as_stated import striker_of
 from tests.steps import SOURCES, load_greens, load_results, load_scene
@@ -135,6 +139,18 @@ def test_spring_baseline_has_the_static_stiffness_of_the_seat(annular: Ran) -> N
     spring = load_results(annular.folder / "result.h5")["spring"]
     deflection = -spring.force / annular.summary["seat_static_stiffness_N_per_m"]
     np.testing.assert_allclose(spring.target_displacement, deflection, rtol=1e-9, atol=1e-18)
+
+
+def test_a_seat_computed_as_its_spring_is_its_own_baseline(tmp_path: Path) -> None:
+    """Its run is not repeated; marched again, on a spring of that stiffness, it is the same but for round-off."""
+    path = tmp_path / "scene.toml"
+    path.write_text(ANNULAR.replace('"axisymmetric"', '"spring"'), encoding="utf-8")
+    plan = plan_scene(load_scene(path))
+    *_, done = rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(rounds=1))
+    baseline = baseline_of(done, Stopwatch())
+    assert baseline.touches is done.touches
+    again = run_contacts(plan.scene, done.striker, impact.spring(stiffness=baseline.stiffness), done.result.dt)
+    np.testing.assert_allclose(baseline.result.force, again.seat.force, rtol=1e-9, atol=1e-9 * again.seat.force.max())
 
 
 def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
