@@ -69,6 +69,23 @@ def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, p
     lip = scene.geometry.lip(most)
     assert lip is not None
     most = most if stated else lip.whole(most)
+    few = most if stated else min(most, lip.whole(2 * FEWEST_ARCS))
+    chosen, arcs, bench, dt = _fewest_arcs(scene, surrogate, stopper, few, progress)
+    if few < most and chosen == few:  # not the fewest that there may be: more are looked at, too
+        chosen, arcs, bench, dt = _fewest_arcs(scene, surrogate, stopper, most, progress)
+    rings, across = _rings_across(with_parts(scene, Division(chosen, scene.contact.rings)), surrogate, bench, dt)
+    divided = with_parts(scene, Division(chosen, rings))
+    return Arcs(divided, surrogate_in_arcs(divided, surrogate), arcs, across)
+
+
+def _fewest_arcs(
+    scene: Scene, surrogate: Surrogate, stopper: Body | None, most: int, progress: Progress
+) -> tuple[int, Changes, Bench, float]:
+    """Return the fewest arcs up to ``most`` that the accuracy asks for, or the file states, with what they leave, and
+    the bench and step [s] that tell it: with twice the most, whose many parts are what such a look takes its time for.
+    """
+    stated, lip = is_given(scene, PORTS), scene.geometry.lip(most)
+    assert lip is not None
     finest = with_parts(scene, division_to_compare(Division(most, scene.contact.rings)))
     seat = surrogate_in_arcs(finest, surrogate).greens
     bench, division = prepare_bench(finest, seat, stopper, progress), Division.from_greens(seat)
@@ -94,10 +111,7 @@ def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, p
         if any(safety(name) * errors[name] > aim for name in scene.accuracy.judged):
             break
         chosen //= 2
-    arcs = left_by(chosen)
-    rings, across = _rings_across(with_parts(scene, Division(chosen, scene.contact.rings)), surrogate, bench, dt)
-    divided = with_parts(scene, Division(chosen, rings))
-    return Arcs(divided, surrogate_in_arcs(divided, surrogate), arcs, across)
+    return chosen, left_by(chosen), bench, dt
 
 
 def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -> tuple[int, Changes]:
