@@ -108,9 +108,8 @@ def require_positive(spec: object, *fields: str) -> None:
 def require_below(spec: object, name: str, limit: float, meaning: str, *, inclusive: bool = False) -> None:
     """Raise `GeometryError` unless the field is below ``limit`` (metres), which ``meaning`` explains."""
     value = getattr(spec, name)
-    is_below, sign = (value <= limit, "<=") if inclusive else (value < limit, "<")
-    if not is_below:
-        raise _refusal(spec, name, f"{sign} {write_quantity(limit, 'length')} ({meaning})")
+    if not (value <= limit if inclusive else value < limit):
+        raise _refusal(spec, name, f"{'<=' if inclusive else '<'} {write_quantity(limit, 'length')} ({meaning})")
 
 
 def require_above(spec: object, name: str, limit: float, meaning: str) -> None:

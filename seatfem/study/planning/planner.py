@@ -29,7 +29,7 @@ from seatfem.study.scene.measures import in_words
 
 __all__ = ["plan_scene"]
 
-RUNGS: Final = 5  # seats that much finer than needed are not looked for, a decade in band: each is a key to form
+RUNGS: Final = 10  # seats that much finer than needed are not looked for: each is a key to form
 
 
 def plan_scene(

@@ -58,34 +58,21 @@ class Arcs:
         return total(self.errors, self.across) if self.across else self.errors
 
 
-def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Arcs | None:
-    """Return the lip in as many arcs as the accuracy asks for, or the file states; ``None``: it is struck as a
-    whole."""
+def choose_arc_count(
+    scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress, upto: int = 2 * FEWEST_ARCS
+) -> Arcs | None:
+    """Return the lip in as many arcs as the accuracy asks for, or the file states; ``None``: it is struck as a whole.
+
+    ``upto``: most that are looked at first, with twice as many beside; where these are not too many, up to `MOST_ARCS`.
+    """
     usual = stated_method(scene).ports
     if usual is None or usual == 1 or surrogate.exact or surrogate.patch is None:
         return None
     stated = is_given(scene, PORTS)
-    most = usual if stated else min(MOST_ARCS, MOST_CHOSEN // scene.contact.rings)
+    most = usual if stated else min(upto, MOST_CHOSEN // scene.contact.rings)
     lip = scene.geometry.lip(most)
     assert lip is not None
     most = most if stated else lip.whole(most)
-    few = most if stated else min(most, lip.whole(2 * FEWEST_ARCS))
-    chosen, arcs, bench, dt = _fewest_arcs(scene, surrogate, stopper, few, progress)
-    if few < most and chosen == few:  # not the fewest that there may be: more are looked at, too
-        chosen, arcs, bench, dt = _fewest_arcs(scene, surrogate, stopper, most, progress)
-    rings, across = _rings_across(with_parts(scene, Division(chosen, scene.contact.rings)), surrogate, bench, dt)
-    divided = with_parts(scene, Division(chosen, rings))
-    return Arcs(divided, surrogate_in_arcs(divided, surrogate), arcs, across)
-
-
-def _fewest_arcs(
-    scene: Scene, surrogate: Surrogate, stopper: Body | None, most: int, progress: Progress
-) -> tuple[int, Changes, Bench, float]:
-    """Return the fewest arcs up to ``most`` that the accuracy asks for, or the file states, with what they leave, and
-    the bench and step [s] that tell it: with twice the most, whose many parts are what such a look takes its time for.
-    """
-    stated, lip = is_given(scene, PORTS), scene.geometry.lip(most)
-    assert lip is not None
     finest = with_parts(scene, division_to_compare(Division(most, scene.contact.rings)))
     seat = surrogate_in_arcs(finest, surrogate).greens
     bench, division = prepare_bench(finest, seat, stopper, progress), Division.from_greens(seat)
@@ -111,7 +98,12 @@ def _fewest_arcs(
         if any(safety(name) * errors[name] > aim for name in scene.accuracy.judged):
             break
         chosen //= 2
-    return chosen, left_by(chosen), bench, dt
+    if chosen == most and upto < MOST_ARCS and not stated:
+        return choose_arc_count(scene, surrogate, stopper, progress, MOST_ARCS)
+    arcs = left_by(chosen)
+    rings, across = _rings_across(with_parts(scene, Division(chosen, scene.contact.rings)), surrogate, bench, dt)
+    divided = with_parts(scene, Division(chosen, rings))
+    return Arcs(divided, surrogate_in_arcs(divided, surrogate), arcs, across)
 
 
 def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -> tuple[int, Changes]:
@@ -137,8 +129,7 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
         errors[rings] = times(weight, relative_changes(few, many))
         if all(safety(name) * errors[rings][name] <= ACROSS_SHARE * accuracy.target for name in accuracy.judged):
             break
-    chosen = max(errors)
-    return chosen, errors[chosen]
+    return max(errors.items())
 
 
 def choose_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
