@@ -62,17 +62,23 @@ class Arcs:
 
 
 def choose_arc_count(
-    scene: Scene, method: RunMethod, surrogate: Surrogate, stopper: Body | None, progress: Progress
+    scene: Scene,
+    method: RunMethod,
+    surrogate: Surrogate,
+    stopper: Body | None,
+    progress: Progress,
+    upto: int = 2 * FEWEST_ARCS,
 ) -> Arcs | None:
     """Return the lip in as many arcs as the accuracy asks for, or the file states; ``None``: it is struck as a whole.
 
-    ``method``: as the file states it.
+    ``method``: as the file states it; ``upto``: most that are looked at first, with twice as many beside; where these
+    are not too many, up to `MOST_ARCS`.
     """
     usual = method.ports
     if usual is None or usual == 1 or surrogate.exact or surrogate.patch is None:
         return None
     stated = PORTS in method.given
-    most = usual if stated else min(MOST_ARCS, MOST_CHOSEN // scene.contact.rings)
+    most = usual if stated else min(upto, MOST_CHOSEN // scene.contact.rings)
     lip = scene.geometry.lip(most)
     assert lip is not None
     most = most if stated else lip.whole(most)
@@ -102,6 +108,8 @@ def choose_arc_count(
         if any(safety(name) * errors[name] > aim for name in scene.accuracy.judged):
             break
         chosen //= 2
+    if chosen == most and upto < MOST_ARCS and not stated:
+        return choose_arc_count(scene, method, surrogate, stopper, progress, MOST_ARCS)
     arcs = left_by(chosen)
     few = method.along(scene.geometry, chosen, scene.contact.rings)
     rings, across = _rings_across(bench, few, surrogate, dt)
@@ -134,8 +142,7 @@ def _rings_across(bench: Bench, method: RunMethod, surrogate: Surrogate, dt: flo
         errors[rings] = times(weight, relative_changes(few, many))
         if all(safety(name) * errors[rings][name] <= ACROSS_SHARE * accuracy.target for name in accuracy.judged):
             break
-    chosen = max(errors)
-    return chosen, errors[chosen]
+    return max(errors.items())
 
 
 def choose_more_arcs(scene: Scene, method: RunMethod, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:

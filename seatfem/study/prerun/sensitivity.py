@@ -221,11 +221,9 @@ class Sensitivity:
     @cached_property
     def of_g(self) -> Changes:
         """Return the relative change of each measure per relative change of g."""
-        runs = [
-            relative_changes(self.base, self._with(self.bench.seat.scaled(factor)))
-            for factor in (1 - safety.OFF, 1 + safety.OFF)
-        ]
-        return {name: change / safety.OFF for name, change in larger(*runs).items()}
+        less, more = (self._with(self.bench.seat.scaled(factor)) for factor in (1 - safety.OFF, 1 + safety.OFF))
+        changes = larger(relative_changes(self.base, less), relative_changes(self.base, more))
+        return times(1 / safety.OFF, changes)
 
     @cached_property
     def spring(self) -> Changes:
@@ -233,11 +231,9 @@ class Sensitivity:
 
         What it changes of a contact's duration is no less than a step.
         """
-        if Division.from_greens(self.bench.seat).arcs > 1:
-            changes = relative_changes(self.base, self._with(at_once(self.bench.seat)))
-        else:
-            changes = self._spring_of(1.0)
-        return self.known_to(self.step, changes)
+        if Division.from_greens(self.bench.seat).arcs == 1:
+            return self.known_to(self.step, self._spring_of(1.0))
+        return self.known_to(self.step, relative_changes(self.base, self._with(at_once(self.bench.seat))))
 
     def known_to(self, dt: float, changes: Changes) -> Changes:
         """Return ``changes`` with those of a contact's duration no less than a step of ``dt`` [s].
@@ -257,10 +253,9 @@ class Sensitivity:
         compliance = face_compliance(self.bench.seat)
         if not (math.isfinite(compliance) and compliance > 0):
             return dict.fromkeys(self.base, math.inf)
-        division = Division.from_greens(self.bench.seat)
-        if division.arcs > 1:
-            return relative_changes(self.base, self._with(bed(division, factor / compliance)))
-        return relative_changes(self.base, self._with(impact.spring(stiffness=factor / compliance)))
+        division, stiffness = Division.from_greens(self.bench.seat), factor / compliance
+        spring = bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
+        return relative_changes(self.base, self._with(spring))
 
     def between(self, one: impact.GreensFunction, other: impact.GreensFunction) -> Changes:
         """Return what one seat in place of another changes."""
