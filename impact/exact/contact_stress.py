@@ -51,7 +51,7 @@ class HertzImpact:
 
 @dataclass(frozen=True)
 class ShearMaximum:
-    """Largest shear stress on the axis over the pressure, and its depth over the half-width."""
+    """Largest shear stress on the axis and its depth, relative to the pressure and the half-width."""
 
     stress: float
     depth: float
@@ -80,7 +80,7 @@ def hertz_circular(*, force: float, reduced_modulus: float, radius: float) -> He
 
 
 def hertz_line(*, force_per_length: float, reduced_modulus: float, radius: float) -> HertzContact:
-    """Return the contact of cylinders: b = sqrt(4 N' R/(pi E*)), p0 = 2 N'/(pi b), N' [N/m] (Johnson 4.43)."""
+    """Return the contact of cylinders: b = sqrt(4 N' R/(pi E*)), p0 = 2 N'/(pi b), N' [N/m]. Johnson 4.43, 4.45."""
     _positive(force_per_length=force_per_length, reduced_modulus=reduced_modulus, radius=radius)
     b = math.sqrt(4 * force_per_length * radius / (math.pi * reduced_modulus))
     return HertzContact(b, 2 * force_per_length / (math.pi * b), math.nan)
@@ -134,7 +134,8 @@ def disk_axis_stress(depth: ArrayLike, *, poisson: float) -> tuple[Array, Array]
 
 
 def circular_shear_maximum(*, poisson: float) -> ShearMaximum:
-    """Return the largest |sigma_z - sigma_r|/2 under a circular Hertz contact, over p0, at z/a: 0.310, 0.481."""
+    """Return the largest |sigma_z - sigma_r|/2 under a circular Hertz contact, over p0, at z/a: 0.310, 0.481 for
+    nu = 0.3."""
     return _shear_maximum(lambda z: circular_axis_stress(z, poisson=poisson))
 
 

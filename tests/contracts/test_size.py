@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tests.contracts.test_imports import FILES, statements
 
-MOST_LINES, MOST_FILES, MOST_LOCAL_IMPORTS = 75_195, 356, 55
+MOST_LINES, MOST_FILES, MOST_LOCAL_IMPORTS = 75_197, 356, 55
 MOST_OF_A_SCENE = 59  # functions that take a whole scene
 
 

@@ -283,8 +283,9 @@ def recover(
     """Return the stress of a body by one static solution a port and a space of its own.
 
     Args:
-        functional, points: as of `Response.stress`.
-        dt: as of `StressSpace.field`.
+        functional: C of its unknowns, which multiplies columns of them: (6 P, n).
+        points: (P, d) of them.
+        dt: step of the force [s].
         model, bandwidth, damping_ratio, vectors: as of `Response.from_model`, which gives the errors.
     """
     response = Response.from_model(model, bandwidth=bandwidth, damping_ratio=damping_ratio, vectors=vectors)
