@@ -261,7 +261,14 @@ def export(
     /,
     *,
     to: Annotated[
-        str, Parameter(help="; ".join(f"{name}: {each.words}" for name, each in exchange.FORMATS.items()) + ".")
+        str,
+        Parameter(
+            help="; ".join(
+                f"{name}{' (of a scene, too)' * each.takes_scenes}: {each.words}"
+                for name, each in exchange.FORMATS.items()
+            )
+            + "."
+        ),
     ],
     output: Output = None,
     common: Common = COMMON,
@@ -271,7 +278,7 @@ def export(
     Parameters
     ----------
     source:
-        The folder of a run (seatfem run -o) or of modes; of some formats a scene (TOML), too.
+        The folder of a run (seatfem run -o) or of modes; a scene (TOML), too, where that is said.
     output:
         Folder for the files [default: that of the run; of a scene its name + "-" + the format].
     """

@@ -175,7 +175,7 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(tmp_pa
 
 
 def test_the_step_is_checked_before_anything_expensive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rounds, "seat_of", lambda *given: pytest.fail("the seat was computed"))
+    monkeypatch.setattr(rounds, "build", lambda *given: pytest.fail("the seat was computed"))
     with pytest.raises(RunError, match=r"at most 9.5 us"):
         run_scene(
             load_text(tmp_path, SPRING + REED + RUN + 'time_step = "10 us"\nfilter_width = "19 us"'), tmp_path / "out"

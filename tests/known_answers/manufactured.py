@@ -62,10 +62,11 @@ PLANE = Waves(
 
 @dataclass(frozen=True)
 class RelativeErrors:
-    """Norms in L2 of the errors of displacement and stress over those of the solution."""
+    """Norms of the errors over those of the solution: L2 of displacement and of stress, energy."""
 
     displacement: float
     stress: float
+    energy: float
 
 
 def stress(gradients: Array, material: Material) -> Array:
@@ -109,11 +110,16 @@ def relative_errors(
     def norm(density: Array) -> float:
         return math.sqrt(float(np.sum(density * inside.dx)))
 
+    def energy(g: Array) -> float:
+        return norm(np.sum(stress(g, material) * g, axis=(0, 1)))
+
     def force(g: Array) -> float:
         return norm(np.sum(stress(g, material) ** 2, axis=(0, 1)))
 
     exact, size = waves.gradient(x), norm(np.sum(waves.displacement(x) ** 2, axis=0))
-    return RelativeErrors(norm(np.sum(off**2, axis=0)) / size, force(slope) / force(exact))
+    return RelativeErrors(
+        norm(np.sum(off**2, axis=0)) / size, force(slope) / force(exact), energy(slope) / energy(exact)
+    )
 
 
 def _loads(mesh: Any, element: Any, order: int, waves: Waves, material: Material) -> Array:
