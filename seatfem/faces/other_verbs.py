@@ -264,7 +264,7 @@ def export(
         str,
         Parameter(
             help="; ".join(
-                f"{name}{' (of a scene, too)' * each.takes_scenes}: {each.words}"
+                f"{name}: {each.words}{' (of a scene, too)' * each.takes_scenes}"
                 for name, each in exchange.FORMATS.items()
             )
             + "."
