@@ -145,7 +145,8 @@ def line_shear_maximum() -> ShearMaximum:
 
 
 def disk_shear_maximum(*, poisson: float) -> ShearMaximum:
-    """Return the largest |sigma_z - sigma_r|/2 on the axis of a uniform disk, over p, at z/a: 0.333, 0.637."""
+    """Return the largest |sigma_z - sigma_r|/2 on the axis of a uniform disk, over p, at z/a: 0.333, 0.637 for
+    nu = 0.3."""
     return _shear_maximum(lambda z: disk_axis_stress(z, poisson=poisson))
 
 

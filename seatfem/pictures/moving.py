@@ -40,7 +40,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "reed_stress_wave.h5": "frames = 24 in [stress], and a reed of plate elements",
     "landing.h5": "a reed of plate elements that lands on a lip in segments",
 }
-"""How a user makes each file of `KEPT`."""
+"""The words that tell a user how each file of `KEPT` is made."""
 
 
 def save_moving(frames: Frames, path: str | os.PathLike[str]) -> None:

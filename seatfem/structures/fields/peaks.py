@@ -191,13 +191,13 @@ def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Arr
     for numbers, part in blocks_of_times(field, force, dt, stride):
         if not len(later := part[numbers >= since // stride]):
             continue
-        later, _, kept = thinned(later, numbers.astype(np.float64), strongest, size)
-        if not kept.size:  # next to no stress
+        later, _, fields = thinned(later, numbers.astype(np.float64), strongest, size)
+        if not fields.size:  # next to no stress
             low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
             continue
         values = np.ascontiguousarray(later.T)
         for first in range(0, len(places), _AT_ONCE):
-            for stress in field.stress(places[first : first + _AT_ONCE], values, kept):
+            for stress in field.stress(places[first : first + _AT_ONCE], values, fields):
                 widen(stress, low[first : first + len(stress)], high[first : first + len(stress)])
                 first += len(stress)
         size = float((high - low).max(initial=0.0))

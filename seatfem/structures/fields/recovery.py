@@ -64,15 +64,15 @@ class Pairs:
         Of a ``resting`` body without any the slowest follows its forces at once. Raises `ModelError` for other bodies
         without any.
         """
-        kept = self.omega * dt < math.pi
-        if stiff := not kept.any():
+        slow = self.omega * dt < math.pi
+        if stiff := not slow.any():
             if not resting:
                 raise ModelError(
                     f"dt = {write_quantity(dt, 'time')}: no mode of the body is slower than pi/dt; shorten the step"
                 )
-            kept[0] = True
-        zeta = np.maximum(self.zeta[kept], 1.0) if stiff else self.zeta[kept]
-        return Pairs(self.omega[kept], zeta, self.shapes[kept], self.coefficients[:, kept])
+            slow[0] = True
+        zeta = np.maximum(self.zeta[slow], 1.0) if stiff else self.zeta[slow]
+        return Pairs(self.omega[slow], zeta, self.shapes[slow], self.coefficients[:, slow])
 
 
 @dataclass(frozen=True)
@@ -163,16 +163,13 @@ def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coe
 
 @dataclass(frozen=True)
 class StressSpace:
-    """Stress at P points of a body that responds, before the step of its forces is known: all that is stored of it.
+    """Stress at P points of a body that responds, whatever the step of its forces.
 
     Attributes:
         points: (P, d) where [m].
         static: (P, 6, p) of a force at rest on each port [Pa/N].
         spanned: (P, 6, k) of each vector of the response [Pa/(m sqrt(kg))].
         pairs, fewer, ports, resting: of the response.
-
-    Raises:
-        ModelError: arrays that do not fit together.
     """
 
     points: Array
@@ -183,22 +180,7 @@ class StressSpace:
     ports: tuple[str, ...]
     resting: bool = False
 
-    def __post_init__(self) -> None:
-        count, (vectors, ports) = len(self.points), (self.spanned.shape[-1], len(self.ports))
-        shapes = [self.points.shape[:-1] == (count,), self.static.shape == (count, 6, ports)]
-        shapes += [self.spanned.shape == (count, 6, vectors)]
-        for pairs in (self.pairs, self.fewer):
-            modes = pairs.omega.shape
-            shapes += [
-                len(modes) == 1 and modes[0] > 0,
-                pairs.zeta.shape == modes,
-                pairs.shapes.shape == (*modes, ports),
-            ]
-            shapes += [pairs.coefficients.shape[1:] == modes, len(pairs.coefficients) <= vectors]
-        if not all(shapes):
-            raise ModelError("points, vectors, modes and ports of a stress do not fit together: compute it again")
-
-    def at(self, which: NDArray[np.bool_]) -> StressSpace:
+    def at_points(self, which: NDArray[np.bool_]) -> StressSpace:
         """Return the stress at some of its points (P,)."""
         return replace(self, points=self.points[which], static=self.static[which], spanned=self.spanned[which])
 

@@ -202,16 +202,16 @@ class MeshStress:
         """
         if not asked.surface:
             return self
-        kept = self.to_edge >= asked.distance * (1 - 1e-9)
+        counted = self.to_edge >= asked.distance * (1 - 1e-9)
         if not asked.struck:
-            kept &= self.to_struck >= max(asked.distance, ON_IT) * (1 - 1e-9)
-        if not kept.any():
+            counted &= self.to_struck >= max(asked.distance, ON_IT) * (1 - 1e-9)
+        if not counted.any():
             raise ModelError(
                 f"stress: the whole surface is within stress.distance = {1e3 * asked.distance:g} mm of excluded "
                 "edges and faces; make it smaller, refine seat.mesh.size, or set stress.struck = true"
             )
-        where = tuple(space.at(kept) for space in self.where)
-        return replace(self, where=where, to_edge=self.to_edge[kept], to_struck=self.to_struck[kept])
+        where = tuple(space.at_points(counted) for space in self.where)
+        return replace(self, where=where, to_edge=self.to_edge[counted], to_struck=self.to_struck[counted])
 
     def field(
         self, asked: StressTable, waves: Waves | None, dt: float, *, named: bool = False, fewer: bool = False
