@@ -60,8 +60,8 @@ BY_USER: Final = (BEAM_REED, FILM, GAS)
 FINER: Final = (
     Finer(band=1.6, stricter=2.0, step=2.0),
     Finer(mesh=1.6, band=1.6, stricter=2.0, step=2.0),
-    Finer(mesh=1.6, band=1.6, stricter=2.0, step=2.0, reduction="modes"),
-    Finer(mesh=1.25, band=1.25, stricter=1.5, step=2.0),
+    Finer(mesh=1.6, band=1.6, stricter=2.0, plates=2.5, step=2.0, reduction="modes"),
+    Finer(mesh=1.25, band=1.25, stricter=1.5, plates=1.6, step=2.0),
 )
 """From the finest on; every key is finer in each of them."""
 RATIOS: Final = (1.4, 2.0, 2.8, 4.0)  # between numbers of modes and bands that are looked at below the chosen one
