@@ -9,6 +9,7 @@ from impact.greens.base import GreensFunction
 from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import SeatModel, count_elements, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.kinds import Structure
+from seatfem.structures.lip import Lip
 from seatfem.structures.method import Method
 from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.contact import CONTACT_BYTES, fallback_step
@@ -29,18 +30,24 @@ GAS_BARS: Final = 0.6  # s
 PLACES: Final = 400  # of a plate that take a plain search of every step and mode for the largest stress as long
 LIFE_OF_BEAM: Final = 0.2  # s
 SITES: Final = 40  # the same of a seat, for each square root of its surface's elements
+HARMONIC: Final = 0.16  # s of stress for each wave around a lip in arcs, whose elements make it known: two meshes
+FIRST_BLOCK: Final = 1024  # instants at which the stress is had everywhere, before little is larger than what was seen
+EVERYWHERE: Final = 2.7e-5  # s of each of these, of each wave, for each square root of the section's outline elements
+LATER: Final = 0.08  # the same of a later instant, over that
+A_LOOK: Final = 1.2e-6  # s for an error bar of each instant and wave
+LOOKS: Final = 18  # such error bars
 SHEETS_OF_PLATE: Final = 4  # pictures of curves more, with its motion
 SHEETS_OF_LIFE: Final = 6
 SHEETS_OF_STRESS: Final = 12  # histories, hot spots, and the frames of the wave
 
 
 def further_seconds(
-    scene: Scene, seat: SeatModel | None, steps: float, modes: float, contact: float, rates: Machine
+    scene: Scene, method: RunMethod, seat: SeatModel | None, steps: float, modes: float, contact: float, rates: Machine
 ) -> Mapping[str, float]:
     """Return the seconds by stage, as the run's stopwatch names them; those of shared stages come on top.
 
     Args:
-        scene: what is asked.
+        scene, method: what is asked, and how it is computed.
         seat: its finite elements; ``None`` of closed forms.
         steps: of the run.
         modes: of the reed.
@@ -59,7 +66,14 @@ def further_seconds(
         parts["gas bars"] = slower * GAS_BARS
     everywhere = PLACES * rates.stress * steps * modes if plate else slower * LIFE_OF_BEAM
     if scene.stress is not None and seat is not None:
-        parts["seat stress"] = rates.stress * SITES * seat.sizes.surface**0.5 * steps * seat.poles
+        side = seat.sizes.surface**0.5
+        parts["seat stress"] = rates.stress * SITES * side * steps * seat.poles
+        if isinstance(lip := method.seat.lip, Lip) and method.seat.in_arcs and seat.section:
+            across = lip.width / (method.seat.rings or 1)
+            waves = math.pi * lip.radius / min(across, method.seat.contact_size or across)
+            first = min(steps, FIRST_BLOCK)
+            looks = EVERYWHERE * side * (first + LATER * (steps - first)) + A_LOOK * LOOKS * steps
+            parts["seat stress"] += slower * waves * (HARMONIC + looks)
         pictures += SHEETS_OF_STRESS
     if plate and scene.needs_stress:
         parts["reed stress"] = everywhere / 2
@@ -125,7 +139,7 @@ def predict_cost(
     parts["error budget"] += _waves_beside(scene.seat, method.seat, duration, rates)
     views = 0.0 if seat is None or seat.runs != 1.0 else _views(seat, rates, modes=not static)
     parts["pictures"] = SHEETS * rates.sheet + views
-    further = further_seconds(scene, seat, contact.steps, contact.reed, parts["contact"], rates)
+    further = further_seconds(scene, method, seat, contact.steps, contact.reed, parts["contact"], rates)
     parts |= {stage: parts.get(stage, 0.0) + seconds for stage, seconds in further.items()}
     memory = max(_memory(seat, contact.memory), _memory(reed[0] if reed else None, contact.memory))
     if (plate := scene.reed.thin_plate) is not None:
