@@ -7,7 +7,6 @@ in a reference; a way in which bodies are computed that is in no table here fail
 from collections.abc import Mapping
 from typing import Any, Final
 
-from seatfem.structures.rings import MOST_RINGS
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders import level, march, mesh, patch, reduction
@@ -15,19 +14,16 @@ from seatfem.study.ladders.ladder import Ladder
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
-    FIELDS,
     MODEL,
     MODES,
     ORDER,
     PORTS,
-    REDUCTION,
     REED_BAND,
     RINGS,
     SEAT_MODES,
     SIZE,
     STEP,
     TOLERANCE,
-    RunMethod,
 )
 
 DECLARED: list[Ladder] = [
@@ -95,16 +91,3 @@ def source_of(key: str) -> Source:
 def described(key: str, value: Any) -> str:
     """Return a key's value with its unit."""
     return str(value) if (ladder := ladder_of(key)) is None else ladder.describe(value)
-
-
-def not_finer(method: RunMethod, reference: RunMethod) -> tuple[str, ...]:
-    """Return the keys of a ``method`` that a ``reference`` for it has no finer value of; models and element orders must
-    be the same at least."""
-    same, coarse = (MODEL, ORDER, REDUCTION), []
-    for key in FIELDS:
-        value, other, ladder = method.value(key), reference.value(key), ladder_of(key)
-        if key in same or value is None or other is None or ladder is None or (key == RINGS and value == MOST_RINGS):
-            continue
-        if other >= value if ladder.falls else other <= value:
-            coarse.append(key)
-    return tuple(coarse)
