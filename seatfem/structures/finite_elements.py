@@ -233,7 +233,7 @@ def _solved(
         return _along(body, mesh, method, duration, watch, progress)
     if level == "harmonics":
         return _around(body, mesh, method, duration, watch, progress)
-    check_elastic(body, mesh, level, method.reduction, distributed=method.distributed)
+    check_elastic(body, mesh, level, method)
     with watch("assembly"):
         lip = method.lip if method.in_arcs and isinstance(method.lip, FaceLip) else None
         model = matrices(body, mesh, level, progress, rings=method.rings or 1, lip=lip)

@@ -128,7 +128,7 @@ def modes_of(body: Structure, wanted: Wanted, watch: Stopwatch, progress: Progre
         if isinstance(mesh, plane_meshes.MeridianMesh):
             with watch("modes"):
                 return _around(elastic, mesh, wanted, progress)
-        sizes.check_elastic(elastic, mesh, "3d", elastic.greens.method)
+        sizes.check_elastic(elastic, mesh, "3d", Method(reduction="modes"))
         with watch("assembly"):
             model = finite_elements.matrices(elastic, mesh, "3d", progress)
     if model is None:

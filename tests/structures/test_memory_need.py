@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,20 @@ from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.estimates import sizes as needs
-from seatfem.structures.estimates.sizes import Counts, MemoryNeedError, check_memory, counts_of, memory_need
+from seatfem.structures.estimates.sizes import (
+    Counts,
+    MemoryNeedError,
+    check_elastic,
+    check_memory,
+    counts_of,
+    memory_need,
+    solver_of,
+)
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.checks import MeshQuality
 from seatfem.structures.mesh.meshing import MeshProvenance, SeatMesh
+from seatfem.structures.method import Method
+from tests.steps import load_scene
 
 QUALITY = MeshQuality(**{field.name: 0 for field in dataclasses.fields(MeshQuality)})
 CUBE = Counts(dof=3e5, nnz=2.5e7, mass_nnz=8e6)
@@ -47,6 +58,7 @@ def test_counts_are_those_of_the_matrices(shape, order):
 
 
 RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 MATRICES = "K and M alone [GB]"
 PROGRAM = """
 import sys
@@ -111,6 +123,27 @@ def test_the_refusal_names_need_memory_key_and_what_would_fit():
     with pytest.raises(MemoryNeedError):
         check_memory(CUBE.scaled((0.9 * size) ** -3), available=1e9)
     assert check_memory(CUBE, available=1.01 * need.factorized) == need
+
+
+def test_a_seat_is_refused_by_the_memory_of_what_solves_for_it(monkeypatch):
+    """Iterations on two grids need a fraction of a factor: large seats were refused although they fit."""
+    how = Method(reduction="auto", tolerance=0.01)
+    assert solver_of(CUBE, how) == "two grids"
+    for other in (replace(how, reduction="modes"), replace(how, order=1)):
+        assert solver_of(CUBE, other) == solver_of(CUBE, how, solid=False) != "two grids"
+    assert solver_of(CUBE, replace(how, tolerance=1e-6)) == solver_of(CUBE, replace(how, backend="slepc")) == "double"
+    grids, double = (memory_need(CUBE, solver).factorized for solver in ("two grids", "double"))
+    assert grids < 0.6 * double
+    check_memory(CUBE, solver="two grids", available=1.01 * grids)
+    with pytest.raises(MemoryNeedError, match="unknowns need"):
+        check_memory(CUBE, solver="two grids", available=0.99 * grids)
+    seat = block("tet", 2, (3, 3, 3))
+    monkeypatch.setattr(needs, "counts_of", lambda mesh: CUBE)
+    monkeypatch.setattr(needs, "available_memory", lambda: (grids + double) / 2)
+    body = load_scene(EXAMPLES / "mass_on_bar.toml").seat
+    check_elastic(body, seat, "3d", how)
+    with pytest.raises(MemoryNeedError, match=r"seat\.mesh\.size: 3e\+05 unknowns"):
+        check_elastic(body, seat, "3d", replace(how, tolerance=1e-6))
 
 
 def test_hexahedra_may_do_without_a_factorization():

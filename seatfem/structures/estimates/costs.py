@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from seatfem.machine import libraries
 from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.sizes import (
     COARSE_UNKNOWNS,
@@ -17,10 +16,11 @@ from seatfem.structures.estimates.sizes import (
     Sizes,
     counts_of,
     memory_need,
+    solver_of,
 )
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import BEYOND, COARSENING, Method, Solver, cheapest_solver
+from seatfem.structures.method import BEYOND, COARSENING, Method, Solver
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.rings import rings_to_compare
 from seatfem.structures.shapes.profile import profile_of
@@ -98,18 +98,9 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
     if numbers.kept is not None and not numbers.section:  # a mode, or a part's statics, takes about what a vector does
         return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER
-    n = numbers.sizes.counts.dof
-    return SeatModel(**vars(numbers), vectors=min(vectors, n), solver=_solver(numbers, method, rings))
-
-
-def _solver(numbers: Numbers, method: Method, rings: int) -> Solver:
-    if method.distributed or numbers.hexahedra:
-        return "double"
-    counts = numbers.sizes.counts
-    solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)
-    if solver == "two grids" and not numbers.section and method.order == 2:
-        return solver
-    return "single" if solver != "double" and libraries.has_pardiso() else "double"
+    n, solid = numbers.sizes.counts.dof, not (numbers.section or numbers.hexahedra)
+    solver = "double" if numbers.hexahedra else solver_of(numbers.sizes.counts, method, rings, solid=solid)
+    return SeatModel(**vars(numbers), vectors=min(vectors, n), solver=solver)
 
 
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:

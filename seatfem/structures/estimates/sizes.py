@@ -19,13 +19,23 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
+from seatfem.machine import libraries
 from seatfem.machine.resources import available_memory
 from seatfem.structures import reduction
 from seatfem.structures.estimates.coarse import Tally, count_elements, size_at
 from seatfem.structures.estimates.surrogate import Patch
 from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec, graded, half_axis
-from seatfem.structures.method import AUTO, CHEAPEST_FIRST, AnyLevel, Level, Method, Solver, compactness
+from seatfem.structures.method import (
+    AUTO,
+    CHEAPEST_FIRST,
+    AnyLevel,
+    Level,
+    Method,
+    Solver,
+    cheapest_solver,
+    compactness,
+)
 from seatfem.structures.shapes import Geometry, GeometryError
 from seatfem.structures.shapes.shape import Rectangle
 from seatfem.units import write_quantity
@@ -127,10 +137,21 @@ def memory_need(counts: Counts, solver: Solver = "double") -> MemoryNeed:
     return MemoryNeed(max(assembly, factorized), assembly + LANCZOS_VECTORS * vector)
 
 
+def solver_of(counts: Counts, method: Method, rings: float = 1, *, solid: bool = True) -> Solver:
+    """Return what solves for the vectors of a reduction; ``solid``: whether on tetrahedra, which two grids ask for."""
+    if method.distributed:
+        return "double"
+    solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)
+    if solver == "two grids" and solid and method.order == 2 and method.reduction in (AUTO, "krylov"):
+        return solver
+    return "single" if solver != "double" and libraries.has_pardiso() else "double"
+
+
 def check_memory(
     counts: Counts,
     *,
     method: str = "auto",
+    solver: Solver = "double",
     size: float | None = None,
     levels: Sequence[AnyLevel] = (),
     available: float | None = None,
@@ -141,6 +162,7 @@ def check_memory(
     Args:
         counts: of the model.
         method: of the reduction.
+        solver: of its vectors.
         size: [m] of the elements, for the advice.
         levels: cheaper models that describe the seat, for the advice.
         available: [bytes]; default: what the system says. A system that says nothing is trusted.
@@ -149,34 +171,35 @@ def check_memory(
     Raises:
         MemoryNeedError: the need is above what is available.
     """
-    need = memory_need(counts)
+    need = memory_need(counts, solver)
     least = need.of_reduction(method, distributed=distributed)
     memory = available_memory() if available is None else available
     if least <= memory:
         return need
     raise MemoryNeedError(
         f"seat.mesh.size: {counts.dof:.3g} unknowns need about {least / GB:.2g} GB of memory, {memory / GB:.2g} GB are "
-        f"available; {', or '.join(_advice(counts, method, size, levels, memory))}"
+        f"available; {', or '.join(_advice(counts, method, solver, size, levels, memory))}"
     )
 
 
-def check_elastic(
-    body: structure.Structure, mesh: SeatMesh | MeridianMesh, level: Level, method: str, *, distributed: bool = False
-) -> None:
-    """Raise `MemoryNeedError` if a body on this mesh does not fit; half sections always do.
-
-    ``method``: of the reduction, ``distributed`` over PETSc's ranks.
-    """
+def check_elastic(body: structure.Structure, mesh: SeatMesh | MeridianMesh, level: Level, method: Method) -> None:
+    """Raise `MemoryNeedError` if a body on this mesh does not fit; half sections always do."""
     if level in ("axisymmetric", "harmonics"):
         return
     cheaper = CHEAPEST_FIRST[: CHEAPEST_FIRST.index(level)]
     levels = [option.level for option in body.levels() if option.applies and option.level in cheaper]
     size: Any = mesh.provenance.spec.get("size")
-    check_memory(counts_of(cast("SeatMesh", mesh)), method=method, size=size, levels=levels, distributed=distributed)
+    counts, rings = counts_of(solid := cast("SeatMesh", mesh)), method.rings or 1
+    solver = solver_of(counts, method, rings, solid=solid.shape == "tetrahedron")
+    check_memory(
+        counts, method=method.reduction, solver=solver, size=size, levels=levels, distributed=method.distributed
+    )
 
 
-def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[AnyLevel], there: float) -> list[str]:
-    share = _share(counts, method, there)
+def _advice(
+    counts: Counts, method: str, solver: Solver, size: float | None, levels: Sequence[AnyLevel], there: float
+) -> list[str]:
+    share = _share(counts, method, solver, there)
     coarser = (
         f"make the mesh coarser, about {share * counts.dof:.2g} unknowns fit"
         if size is None
@@ -198,12 +221,12 @@ def _factorizes(method: str) -> bool:
     return reduction.greens.named(method).factorizes
 
 
-def _share(counts: Counts, method: str, there: float) -> float:
+def _share(counts: Counts, method: str, solver: Solver, there: float) -> float:
     """Return which part of the unknowns fits into 90 % of the memory, by bisection."""
     low, high = 0.0, 1.0
     for _ in range(40):
         middle = (low + high) / 2
-        need = memory_need(counts.scaled(middle))
+        need = memory_need(counts.scaled(middle), solver)
         fits = need.of_reduction(method) <= 0.9 * there
         low, high = (middle, high) if fits else (low, middle)
     return max(low, 1e-12)
@@ -332,7 +355,8 @@ def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method
     """
     how = body.stated() if method is None else method
     sizes = body.rough_sizes(spec, level)
-    need = memory_need(sizes.counts)
+    solid = level not in ("axisymmetric", "harmonics") and spec.shape == "tet"
+    need = memory_need(sizes.counts, solver_of(sizes.counts, how, how.rings or 1, solid=solid))
     least, available = need.of_reduction(how.reduction, distributed=how.distributed), available_memory()
     if least <= MARGIN * available and sizes.elements <= MARGIN * MOST_ELEMENTS:
         return
