@@ -1,12 +1,12 @@
 """Do the error bars cover the true errors? Whole scenes over all of the scene language, finer in every key.
 
-    python benchmarks/coverage_of_scenes.py [--seed N] [--scenes N] [--first N] [--short] [--file CSV]
+    python benchmarks/coverage_of_scenes.py [--seed N] [--scenes N] [--first N] [--file CSV]
     python benchmarks/coverage_of_scenes.py --summary | --document
 
 appends rows to results/coverage_of_scenes.csv as scenes end, one for each measure, or one that says why a scene has
-none; scenes that are in the file are not run again; ``--short`` runs twenty scenes. ``--summary`` tells what the file
-holds and runs nothing, ``--document`` writes its table into docs/coverage.md, too, and counts by kind into the package
-(`checked_scenes`). The reference of a run is `finer_scenes.finest_reference`: finer in every key.
+none; scenes that are in the file are not run again. ``--summary`` tells what the file holds and runs nothing,
+``--document`` writes its table into docs/coverage.md, too, and counts by kind into the package (`checked_scenes`). The
+reference of a run is `finer_scenes.finest_reference`: finer in every key.
 """
 
 from __future__ import annotations
@@ -17,17 +17,18 @@ import os
 import re
 import signal
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, TypeVar
+from unittest.mock import patch
 
 from checked_scenes import write_checked_scenes
 from drawn_scenes import DrawnScene, draw_scene
-from finer_scenes import REFUSALS, NoReference, Reference, finer_round, finest_reference, largest_stresses
+from finer_scenes import REFUSALS, NoReference, Reference, describe, finer_round, finest_reference, largest_stresses
 from scenes_summary import document, summary
-from table import append_rows, read_rows, spent
+from table import RESULTS, append_rows, read_rows, spent
 
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
@@ -36,12 +37,11 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from seatfem.study.scene import load_scene
 
-SEED, SCENES, SHORT = 61203, 150, 20
-Work = Callable[["Row", Path], Iterator["Row"]]
-FILE: Final = Path(__file__).parent / "results" / "coverage_of_scenes.csv"
+SEED, SCENES = 61203, 150
+FILE: Final = RESULTS / "coverage_of_scenes.csv"
 PAGE: Final = Path(__file__).parents[1] / "docs" / "coverage.md"
 RUN_SECONDS: Final = 120.0  # for the rounds of a run, as of ``--max-time``
-LONGEST = 75  # s of processor time for a scene and its reference
+LONGEST = 75.0  # s of processor time for a scene and its reference
 DEAR, LESS_FINE = 20.0, 2  # s of it that a run has taken, from which on references begin with this rung
 LEFT_OUT: Final = re.compile(r"first_landing_|seat \d+ (filtered|impulse|duration|restitution)|\w+ ([1-9]|\d\d) ")
 """What is no row of its own unless asked for: values of the first landing on the seat that are measures, and those of
@@ -50,20 +50,11 @@ ROUND_OFF: Final = 1e-9  # relative: what a true error may be without any source
 
 
 @dataclass(frozen=True)
-class Row:
-    """One measure of a scene, or why a scene has none.
+class Head:
+    """A scene as it was drawn, and how it ended.
 
-    Attributes:
-        seed, index, seat, reed, about, stated: of the scene, as it was drawn.
-        outcome: "judged", "no landing", "never opened", "refused", "no reference", "stopped" or "failed"; with the
-            ``reason``; of a judged one, why no further round followed.
-        status: of the landings of the run.
-        level, target, met, rounds, rung: of the run, and which of the references was computed.
-        measure: by name.
-        asked: "measures" of [accuracy], "table" of its own, or "" where nobody asked for it.
-        value, bar, true: SI; ``bar`` is nan where it is not known.
-        inside: whether the true error is within the bar; "" where that is not known.
-        seconds: of processor time, of the scene and its reference.
+    ``outcome``: "judged", "no landing", "never opened", "no value", "refused", "no reference", "stopped" or "failed",
+    with the ``reason``; of a judged one it may be why no further round followed.
     """
 
     seed: int
@@ -74,6 +65,25 @@ class Row:
     stated: bool
     outcome: str
     reason: str = ""
+
+
+Ended = TypeVar("Ended", bound=Head)
+
+
+@dataclass(frozen=True)
+class Row(Head):
+    """One measure of a scene, or why a scene has none.
+
+    Attributes:
+        status: of the landings of the run.
+        level, target, met, rounds, rung: of the run, and which of the references was computed.
+        measure: by name.
+        asked: "measures" of [accuracy], "table" of its own, or "" where nobody asked for it.
+        value, bar, true: SI; ``bar`` is nan where it is not known.
+        inside: whether the true error is within the bar; "" where that is not known.
+        seconds: of processor time, of the scene and its reference.
+    """
+
     status: str = ""
     level: str = ""
     target: float = math.nan
@@ -97,17 +107,17 @@ def judge(index: int, seed: int, longest: float = LONGEST) -> list[Row]:
     """Return the rows of one scene: run as planned, and compared with its reference."""
     drawn = draw_scene(index, seed)
     head = Row(seed, index, drawn.seat, drawn.reed, drawn.about, drawn.stated, "judged")
-    return carry_out(head, lambda head, folder: _judged(head, drawn, folder), longest)
+    return carry_out(head, lambda folder: _judged(head, drawn, folder), longest)
 
 
-def carry_out(head: Row, work: Work, longest: float) -> list[Row]:
+def carry_out(head: Ended, work: Callable[[Path], Iterable[Ended]], longest: float) -> list[Ended]:
     """Return the rows that ``work`` yields within seconds of processor time, or one that says why there are none."""
     start = spent()
     try:
-        with limited(longest), stored() as folder:
-            rows = list(work(head, folder))
+        with stored() as folder, limited(longest):
+            rows = list(work(folder))
     except TooLong:
-        rows = [replace(head, outcome="stopped", reason=f"it or its reference takes more than {longest:g} s")]
+        rows = [replace(head, outcome="stopped", reason=f"more than {longest:g} s of processor time")]
     except NoReference as problem:
         rows = [replace(head, outcome="no reference", reason=str(problem))]
     except REFUSALS as problem:
@@ -115,11 +125,6 @@ def carry_out(head: Row, work: Work, longest: float) -> list[Row]:
     except Exception as problem:  # what is no refusal in words is a defect, and a row of the table
         rows = [replace(head, outcome="failed", reason=describe(problem))]
     return [replace(row, seconds=spent() - start) for row in rows]
-
-
-def describe(problem: Exception) -> str:
-    """Return a problem on one line."""
-    return f"{type(problem).__name__}: {problem}".replace("\n", "; ")
 
 
 def _judged(head: Row, drawn: DrawnScene, folder: Path) -> Iterator[Row]:
@@ -162,15 +167,8 @@ def _stresses(done: Round, reference: Reference) -> Mapping[str, tuple[float, fl
 @contextmanager
 def stored() -> Iterator[Path]:
     """A folder for one scene, and in it a store of its own."""
-    before = os.environ.get(VARIABLE)
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ[VARIABLE] = f"{folder}/store"
-        try:
-            yield Path(folder)
-        finally:
-            os.environ.pop(VARIABLE)
-            if before is not None:
-                os.environ[VARIABLE] = before
+    with tempfile.TemporaryDirectory() as folder, patch.dict(os.environ, {VARIABLE: f"{folder}/store"}):
+        yield Path(folder)
 
 
 @contextmanager
@@ -203,20 +201,21 @@ def line(rows: Sequence[Row]) -> str:
     return f"{head}{tail}{', '.join(parts)}; {one.seconds:.0f} s"
 
 
-def main(given: Sequence[str] | None = None) -> None:
-    """Run what is missing of a seed, and tell what the table holds."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
-    parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--scenes", type=int, default=SCENES)
-    parser.add_argument("--longest", type=float, default=LONGEST, help="seconds of processor time for a scene")
-    parser.add_argument("--file", type=Path, default=FILE)
-    parser.add_argument("--short", action="store_true", help=f"the first {SHORT} scenes")
+def parser_of(seed: int, scenes: int, file: Path) -> argparse.ArgumentParser:
+    """Return what scripts are asked on drawn scenes: which ones, how long each, the table and whether it is shown."""
+    parser = argparse.ArgumentParser()
+    defaults: dict[str, Any] = {"seed": seed, "first": 0, "scenes": scenes, "longest": LONGEST, "file": file}
+    for name, default in defaults.items():
+        parser.add_argument(f"--{name}", type=type(default), default=default)
     parser.add_argument("--summary", action="store_true", help="run nothing")
-    parser.add_argument("--document", action="store_true", help="run nothing, write the table into docs/coverage.md")
-    asked = parser.parse_args(given)
-    count = 0 if asked.summary or asked.document else min(asked.scenes, SHORT) if asked.short else asked.scenes
-    indices = range(asked.first, asked.first + count)
+    parser.add_argument("--document", action="store_true", help="run nothing, write the page, too")
+    return parser
+
+
+def main() -> None:
+    """Run what is missing of a seed, and tell what the table holds."""
+    asked = parser_of(SEED, SCENES, FILE).parse_args()
+    indices = range(asked.first, asked.first + (0 if asked.summary or asked.document else asked.scenes))
     rows = cover(asked.file, asked.seed, indices, lambda index: judge(index, asked.seed, asked.longest))
     print(summary(rows))  # noqa: T201
     if asked.document:

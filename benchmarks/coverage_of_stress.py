@@ -113,7 +113,7 @@ def judge(index: int, seed: int = SEED) -> list[Row]:
     tables = tomllib.loads(text)
     seat, reed = tables["seat"]["kind"], tables["reed"]["kind"]
     head = Row(seed, index, seat, reed, "", stated=seat in SOLIDS, outcome="judged")
-    return carry_out(head, lambda head, folder: _judged(head, text, folder), LONGEST)
+    return carry_out(head, lambda folder: _judged(head, text, folder), LONGEST)
 
 
 def _judged(head: Row, text: str, folder: Path) -> Iterator[Row]:

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from functools import partial
+from typing import Any, Final
 
 import numpy as np
-from finer_scenes import MOST_PORTS, REFUSALS, Finer, NoReference, finer_in_every_key
+from finer_scenes import MOST_PORTS, REFUSALS, Finer, Reference, find_finest, finer_in_every_key, measure, reference_of
 
-import impact
 from impact.bodies.body import Body, Load
 from impact.gas.compressor import Compressor, drop, gas_history
 from impact.greens.base import Array, GreensFunction
@@ -22,14 +22,13 @@ from impact.runs.variations import Values, narrower
 from seatfem.machine.resources import Machine
 from seatfem.structures.cache import build
 from seatfem.structures.estimates.costs import count_elements, seat_seconds
+from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import Method, at_once, spring_of
 from seatfem.structures.rings import ACROSS, FEWEST_ARCS, Division, divided_less, parts_joined
-from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
-from seatfem.study.impacts.contact import record_of
+from seatfem.study.impacts.bodies import problem_of, striker_of
 from seatfem.study.impacts.gas import gas_of
 from seatfem.study.impacts.landings import Landings
-from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_bodies
 from seatfem.study.method import MODEL, MODES, PORTS, REED_BAND, RINGS, STEP, RunMethod, as_stated, is_given
 from seatfem.study.planning.plan import Plan
@@ -53,8 +52,12 @@ DECISIONS: Final = (
     *(WAVES, WAVES_OF_PARTS, ROD, WHOLE_BODY, ONE_POINT, SEGMENTS, ACROSS_LIP, REED_MODES, PLATE_BAND, TIME_STEP),
     *(BEAM_REED, FILM, GAS),
 )
-LADDERS: Final = (SEGMENTS, ACROSS_LIP, REED_MODES, PLATE_BAND, TIME_STEP)
-"""Decisions among many values: the plan says that one is enough, and that the next cheaper one is not."""
+LADDERS: Final = {
+    SEGMENTS: (PORTS, 1), ACROSS_LIP: (RINGS, 1), REED_MODES: (MODES, 1), PLATE_BAND: (REED_BAND, 1e3),
+    TIME_STEP: (STEP, 1e-9),
+}  # fmt: skip
+"""Decisions among many values, with the key and the unit in which options state it: the plan says that one is enough,
+and that the next cheaper one is not."""
 BY_USER: Final = (BEAM_REED, FILM, GAS)
 """What the scene states; the plan says of a beam alone whether it would be enough."""
 FINER: Final = (
@@ -71,55 +74,38 @@ LONGER: Final = (2, 4, 8)  # steps over the chosen one
 SOLID_SECONDS: Final = 4.0  # predicted, up to which all of a seat is computed that the plan takes a part of
 
 
-@dataclass(frozen=True)
-class Truth:
-    """The same impact, finer than its plans and its run in every key.
+class Truth(Reference):
+    """The same impact, finer than its plans and its run in every key; seat and striker are in as many parts."""
 
-    Attributes:
-        scene, method: with everything finer.
-        seat: Green's function of the struck body.
-        striker: in as many parts as the seat.
-        landings: of the run, each of which is looked for.
-        values: the measures.
-        rung: of `FINER`.
-    """
-
-    scene: Scene
-    method: RunMethod
-    seat: GreensFunction
-    striker: Body
-    landings: Landings | None
-    values: Values
-    rung: int
+    @property
+    def greens(self) -> GreensFunction:
+        """Of the struck body."""
+        return self.seat.greens
 
     @property
     def division(self) -> Division:
         """Of the struck face into parts."""
-        return Division.from_greens(self.seat)
-
-    def with_other(
-        self,
-        *,
-        seat: GreensFunction | None = None,
-        striker: Body | None = None,
-        scene: Scene | None = None,
-        step: float | None = None,
-    ) -> Values:
-        """Return the measures with something else in place of what is given, all else as it is."""
-        where = scene or self.scene
-        problem = problem_of(where, striker or self.striker, Body(seat or self.seat))
-        return _measured(where, problem, step or self.step, self.landings)
-
-    def in_parts(self, division: Division) -> Values:
-        """Return the measures with the contact face of both bodies in fewer parts."""
-        striker = replace(self.striker, greens=parts_joined(self.striker.greens, self.division, division))
-        return self.with_other(seat=divided_less(self.seat, division), striker=striker)
+        return Division.from_greens(self.greens)
 
     @property
     def step(self) -> float:
         """Of time [s]."""
         assert self.method.time_step is not None
         return self.method.time_step
+
+    def with_other(
+        self, *, seat: GreensFunction | None = None, striker: Body | None = None, scene: Scene | None = None,
+        step: float | None = None,
+    ) -> Values:  # fmt: skip
+        """Return the measures with something else in place of what is given, all else as it is."""
+        where = scene or self.scene
+        problem = problem_of(where, striker or self.striker, Body(seat or self.greens))
+        return measure(where, problem, step or self.step, self.landings)
+
+    def in_parts(self, division: Division) -> Values:
+        """Return the measures with the contact face of both bodies in fewer parts."""
+        striker = replace(self.striker, greens=parts_joined(self.striker.greens, self.division, division))
+        return self.with_other(seat=divided_less(self.greens, division), striker=striker)
 
     def change(self, values: Values) -> tuple[float, str]:
         """Return the largest relative change of the measures asked for, and the name of that measure."""
@@ -129,53 +115,32 @@ class Truth:
         return changes[name], name
 
 
-def find_truth(scene: Scene, methods: Sequence[RunMethod], landings: Landings | None, first: int) -> Truth:
-    """Return the finest of `FINER`, from the ``first`` on, that can be computed.
+def find_truth(scene: Scene, methods: Sequence[RunMethod], landings: Landings, first: int) -> tuple[int, Truth]:
+    """Return the finest of `FINER`, from the ``first`` on, that can be computed, and its number.
 
     ``methods``: of plans and of the run, none of which is as fine in any key.
     """
-    problem: Exception | None = None
-    for rung, by in enumerate(FINER[first:], first):
-        try:
-            return _truth(scene, finest_of(methods), landings, by, rung)
-        except REFUSALS as refusal:
-            problem = refusal
-    raise NoReference(f"{type(problem).__name__}: {problem}".replace("\n", "; "))
+    method = finest_of(methods)
+    return find_finest(FINER, first, lambda by: _truth(scene, method, landings, by))
 
 
 def finest_of(methods: Sequence[RunMethod]) -> RunMethod:
     """Return a method with the finest value of each key; statics and rods give way to waves."""
     first = max(methods, key=lambda method: method.seat.level not in ("spring", "rod"))
-    seats, reeds = [method.seat for method in methods], [method.reed for method in methods]
-    seat = replace(
-        first.seat,
-        bandwidth=_largest(seat.bandwidth for seat in seats),
-        tolerance=min(seat.tolerance for seat in seats),
-        size=_smallest(seat.size for seat in seats),
-        contact_size=_smallest(seat.contact_size for seat in seats),
-        n_modes=_whole(_largest(seat.n_modes for seat in seats)),
-    )
-    reed = replace(
-        first.reed,
-        bandwidth=_largest(reed.bandwidth for reed in reeds),
-        n_modes=_whole(_largest(reed.n_modes for reed in reeds)),
-    )
-    return replace(first, seat=seat, reed=reed, time_step=_smallest(method.time_step for method in methods))
+    for_reed = {"bandwidth": max, "n_modes": max}
+    for_seat = {**for_reed, "tolerance": min, "size": min, "contact_size": min}
+    seat = _with_finest(first.seat, [method.seat for method in methods], for_seat)
+    reed = _with_finest(first.reed, [method.reed for method in methods], for_reed)
+    return replace(_with_finest(first, methods, {"time_step": min}), seat=seat, reed=reed)
 
 
-def _largest(values: Iterator[float | None]) -> float | None:
-    return max((value for value in values if value is not None), default=None)
+def _with_finest(first: Any, others: Sequence[Any], choices: Mapping[str, Callable[..., Any]]) -> Any:
+    """Return the first with the largest or the smallest value of each key among those that the others state."""
+    stated = {key: [value for each in others if (value := getattr(each, key)) is not None] for key in choices}
+    return replace(first, **{key: choose(stated[key], default=None) for key, choose in choices.items()})
 
 
-def _smallest(values: Iterator[float | None]) -> float | None:
-    return min((value for value in values if value is not None), default=None)
-
-
-def _whole(value: float | None) -> int | None:
-    return None if value is None else round(value)
-
-
-def _truth(scene: Scene, method: RunMethod, landings: Landings | None, by: Finer, rung: int) -> Truth:
+def _truth(scene: Scene, method: RunMethod, landings: Landings, by: Finer) -> Truth:
     finer, how = finer_in_every_key(scene, method, replace(by, divides=False))
     if method.ports is not None:
         division = _finer_division(scene, method)
@@ -183,14 +148,7 @@ def _truth(scene: Scene, method: RunMethod, landings: Landings | None, by: Finer
     elif scene.seat.elastic is not None:
         rings = method.seat.rings or 1
         how = replace(how, seat=replace(how.seat, rings=2 * rings if rings in RING_NUMBERS[1:] else max(8, 2 * rings)))
-    finer = as_stated(finer, how)
-    seat = build(finer.seat, how.seat, finer.run.duration, mesh_error=False).greens
-    reed = solve_body("reed", finer.reed, how.reed, finer.run.duration, mesh_error=False)
-    striker = striker_of(finer, how.reed.n_modes, None if reed is None else reed.greens)
-    assert how.time_step is not None
-    like = None if landings is None else replace(landings, static=None)  # type: ignore[arg-type]
-    values = _measured(finer, problem_of(finer, striker, Body(seat)), how.time_step, like)
-    return Truth(finer, how, seat, striker, like, values, rung)
+    return Truth(**vars(reference_of(as_stated(finer, how), how, landings)))
 
 
 def _finer_division(scene: Scene, method: RunMethod) -> Division:
@@ -200,10 +158,6 @@ def _finer_division(scene: Scene, method: RunMethod) -> Division:
         more = 3 * rings if rings == 1 else 2 * rings
         rings = more if arcs * more <= MOST_PORTS else rings
     return Division(arcs, rings)
-
-
-def _measured(scene: Scene, problem: impact.ContactProblem, step: float, landings: Landings | None) -> Values:
-    return values_of_record(record_of(scene, problem, step, like=landings), landings)
 
 
 @dataclass(frozen=True)
@@ -257,22 +211,19 @@ def _reason(plan: Plan, key: str) -> str:
 
 
 def _of_waves(plan: Plan, truth: Truth) -> Iterator[Question]:
-    if truth.seat.highest_rate == 0:  # a spring already
+    if truth.greens.highest_rate == 0:  # a spring already
         return
-    parts = truth.division.arcs > 1
+    in_arcs, seat = truth.division.arcs > 1, truth.greens
     by_plan = plan.scene.seat.drawn is not None and not is_given(plan.scene, MODEL)
-    option = Option("spring", lambda: truth.with_other(seat=_statics(truth.seat)), {MODEL: "spring"} if by_plan else {})
-    reason, static = _reason(plan, MODEL), plan.level == "spring"
-    said = "would be enough" in reason
-    decision = WAVES_OF_PARTS if parts else WAVES
-    yield Question(decision, by_plan, option if static else None, () if static else (option,), said, reason)
+    static = at_once(seat) if in_arcs else spring_of(seat.static_compliance(), 0.0, seat.ports, {})
+    option = Option("spring", lambda: truth.with_other(seat=static), {MODEL: "spring"} if by_plan else {})
+    question = _either(WAVES_OF_PARTS if in_arcs else WAVES, option, plan.level == "spring", _reason(plan, MODEL))
+    yield replace(question, by_plan=by_plan, said_enough="would be enough" in question.reason)
 
 
-def _statics(seat: GreensFunction) -> GreensFunction:
-    """What a run takes that leaves out waves."""
-    if Division.from_greens(seat).arcs > 1:
-        return at_once(seat)
-    return spring_of(seat.static_compliance(), 0.0, seat.ports, {})
+def _either(decision: str, option: Option, taken: bool, reason: str) -> Question:
+    """Return a decision between the option and something dearer."""
+    return Question(decision, True, option if taken else None, () if taken else (option,), False, reason)
 
 
 def _of_the_level(plan: Plan, truth: Truth) -> Iterator[Question]:
@@ -281,54 +232,49 @@ def _of_the_level(plan: Plan, truth: Truth) -> Iterator[Question]:
         return
     form = seat.closed_form()
     if form is not None and any(level.level == "rod" and level.applies for level in seat.levels()):
-        rod, taken = Option("rod", lambda: truth.with_other(seat=form), {MODEL: "rod"}), plan.level == "rod"
-        yield Question(ROD, True, rod if taken else None, () if taken else (rod,), False, _reason(plan, MODEL))
-    if how.level in ("axisymmetric", "sector") and not how.in_arcs and _can_be_whole(truth):
-        whole = replace(how, level="3d")
+        rod = Option("rod", lambda: truth.with_other(seat=form), {MODEL: "rod"})
+        yield _either(ROD, rod, plan.level == "rod", _reason(plan, MODEL))
+    body = truth.scene.seat, replace(how, level="3d"), truth.scene.run.duration
+    if how.level in ("axisymmetric", "sector") and not how.in_arcs and _is_soon_computed(*body):
         # the truth has the cheaper option here: what all of the body changes is the same number
-        option = Option(how.level, lambda: truth.with_other(seat=_solved(truth, whole)), {})
-        yield Question(WHOLE_BODY, True, option, (), False, _reason(plan, MODEL))
+        option = Option(how.level, lambda: truth.with_other(seat=build(*body, mesh_error=False).greens), {})
+        yield _either(WHOLE_BODY, option, True, _reason(plan, MODEL))
 
 
-def _can_be_whole(truth: Truth) -> bool:
-    """Whether all of the body is predicted to be computed soon."""
-    whole = replace(truth.method, seat=replace(truth.method.seat, level="3d"))
+def _is_soon_computed(seat: Structure, method: Method, duration: float) -> bool:
+    """Whether it is predicted to take less than `SOLID_SECONDS`."""
     try:
-        model, _ = count_elements(truth.scene.seat, whole.seat, truth.scene.run.duration)
+        model, _ = count_elements(seat, method, duration)
     except REFUSALS:
         return False
     return model is not None and sum(seat_seconds(model, Machine()).values()) <= SOLID_SECONDS
-
-
-def _solved(truth: Truth, method: Method) -> GreensFunction:
-    return build(truth.scene.seat, method, truth.scene.run.duration, mesh_error=False).greens
 
 
 def _of_parts(plan: Plan, truth: Truth) -> Iterator[Question]:
     scene, ports, there = plan.scene, plan.method.ports, truth.division
     rings = plan.method.seat.rings or 1
     if ports is not None and not is_given(scene, PORTS) and there.arcs > 1:
-        one = _one_point(truth)
-        if one is not None and not asks_for_segments(_reason(plan, PORTS)):
-            said = ports == 1
-            yield Question(ONE_POINT, True, one if said else None, () if said else (one,), False, _reason(plan, PORTS))
+        one, reason = _one_point(truth), _reason(plan, PORTS)
+        # a line force or a stress under the lip, which no single contact point has
+        needs_segments = "asked for" in reason or "needs lip segments" in reason
+        if one is not None and not needs_segments:
+            yield _either(ONE_POINT, one, ports == 1, reason)
         if ports > 1:
-            yield _ladder(SEGMENTS, [_in_segments(truth, number) for number in _halves(ports)], _reason(plan, PORTS))
-    if (
-        scene.seat.elastic is None
-        or is_given(scene, RINGS)
-        or ports == 1
-        or there.rings % rings
-        or there.rings <= rings
-    ):
+            options = [
+                Option(f"{number} segments", partial(truth.in_parts, Division(number, there.rings)), {PORTS: number})
+                for number in _halves(ports)
+            ]
+            yield _ladder(SEGMENTS, options, reason)
+    if scene.seat.elastic is None or is_given(scene, RINGS) or ports == 1:
         return
-    numbers = [number for number in (RING_NUMBERS if ports is None else ACROSS)[::-1] if number <= rings]
-    yield _ladder(ACROSS_LIP, [_across(truth, number) for number in numbers], _reason(plan, RINGS))
-
-
-def asks_for_segments(reason: str) -> bool:
-    """Whether the scene asks for something that no single contact point has, a line force or a stress under the lip."""
-    return "asked for" in reason or "needs lip segments" in reason
+    if there.rings % rings or there.rings <= rings:
+        return
+    options = [
+        Option(f"{number} parts", partial(truth.in_parts, Division(there.arcs, number)), {RINGS: number})
+        for number in (RING_NUMBERS if ports is None else ACROSS)[::-1]
+        if number <= rings
+    ]
+    yield _ladder(ACROSS_LIP, options, _reason(plan, RINGS))
 
 
 def _one_point(truth: Truth) -> Option | None:
@@ -336,7 +282,7 @@ def _one_point(truth: Truth) -> Option | None:
     body = bodies.get(ONE_PORT) or (truth.striker if len(truth.striker.greens.ports) == 1 else None)
     if body is None:
         return None
-    whole = divided_less(truth.seat, Division())
+    whole = divided_less(truth.greens, Division())
     return Option("one point", lambda: truth.with_other(seat=whole, striker=body), {PORTS: 1})
 
 
@@ -349,16 +295,6 @@ def _halves(number: int) -> Iterator[int]:
         number //= 2
 
 
-def _in_segments(truth: Truth, number: int) -> Option:
-    division = Division(number, truth.division.rings)
-    return Option(f"{number} segments", lambda: truth.in_parts(division), {PORTS: number})
-
-
-def _across(truth: Truth, rings: int) -> Option:
-    division = Division(truth.division.arcs, rings)
-    return Option(f"{rings} parts", lambda: truth.in_parts(division), {RINGS: rings})
-
-
 def _ladder(decision: str, options: Sequence[Option], reason: str) -> Question:
     """The first is the chosen one."""
     return Question(decision, True, options[0], tuple(options[1:]), False, reason)
@@ -369,7 +305,8 @@ def _of_the_reed(plan: Plan, truth: Truth) -> Iterator[Question]:
     if reed.n_modes is not None and not is_given(scene, MODES):
         below = [round(reed.n_modes / ratio) for ratio in RATIOS]
         numbers = [reed.n_modes, *(number for number in below if number >= FEWEST_MODES)]
-        yield _ladder(REED_MODES, [_with_modes(truth, number) for number in numbers], _reason(plan, MODES))
+        options = [Option(f"{each} modes", partial(_in_modes, truth, each), {MODES: each}) for each in numbers]
+        yield _ladder(REED_MODES, options, _reason(plan, MODES))
     if scene.reed.thin_plate is not None and reed.bandwidth is not None and not is_given(scene, REED_BAND):
         bands = [reed.bandwidth, *(reed.bandwidth / ratio for ratio in RATIOS)]
         options = [option for band in bands if (option := _in_a_band(truth, band)) is not None]
@@ -377,11 +314,8 @@ def _of_the_reed(plan: Plan, truth: Truth) -> Iterator[Question]:
             yield _ladder(PLATE_BAND, options, _reason(plan, REED_BAND))
 
 
-def _with_modes(truth: Truth, number: int) -> Option:
-    def measure() -> Values:
-        return truth.with_other(striker=striker_of(truth.scene, number))
-
-    return Option(f"{number} modes", measure, {MODES: number})
+def _in_modes(truth: Truth, number: int) -> Values:
+    return truth.with_other(striker=striker_of(truth.scene, number))
 
 
 def _in_a_band(truth: Truth, band: float) -> Option | None:
@@ -398,16 +332,13 @@ def _of_the_step(plan: Plan, truth: Truth) -> Iterator[Question]:
     if step is None or is_given(plan.scene, STEP):
         return
     steps = [step, *(factor * step for factor in LONGER if 2 * factor * step <= plan.scene.run.filter_width)]
-    yield _ladder(TIME_STEP, [_with_step(truth, each) for each in steps], _reason(plan, STEP))
-
-
-def _with_step(truth: Truth, step: float) -> Option:
-    return Option(f"{1e9 * step:.3g} ns", lambda: truth.with_other(step=step), {STEP: step})
+    options = [Option(f"{1e9 * each:.3g} ns", partial(truth.with_other, step=each), {STEP: each}) for each in steps]
+    yield _ladder(TIME_STEP, options, _reason(plan, STEP))
 
 
 def _of_the_user(plan: Plan, truth: Truth) -> Iterator[Question]:
     if truth.division.arcs > 1 and BEAM in (bodies := dict(simpler_bodies(truth.scene, truth.striker, truth.division))):
-        whole = divided_less(truth.seat, Division())
+        whole = divided_less(truth.greens, Division())
         beam = Option("beam", lambda: truth.with_other(seat=whole, striker=bodies[BEAM]), {})
         said = any("a beam model of the reed would be enough" in note for note in plan.notes)
         yield Question(BEAM_REED, False, None, (beam,), said)

@@ -5,7 +5,7 @@
     python benchmarks/decisions.py --prices | --summary | --document
 
 appends a line for each scene to results/decisions.jsonl; scenes that are in it are not run again, and ``--seconds``
-begins no further scene after so long. ``--short`` judges at least `SHORT` decisions of fixed scenes anew, in at most a
+begins no further scene after so long. ``--short`` judges at least 20 decisions of fixed scenes anew, in at most a
 quarter of an hour, and ends with 1 where the planner was wrong in courage. ``--prices`` measures prices above what is
 allowed anew and judges nothing. ``--document`` writes results/decisions.csv and the tables of docs/decisions.md.
 
@@ -15,53 +15,38 @@ the plan's option was not enough. Wrong caution: a cheaper one was, at the price
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
-from coverage_of_scenes import TooLong, describe, limited, stored
-from decision_options import (
-    ACROSS_LIP,
-    DECISIONS,
-    ONE_POINT,
-    PLATE_BAND,
-    REED_MODES,
-    SEGMENTS,
-    TIME_STEP,
-    Option,
-    Question,
-    Truth,
-    find_truth,
-    questions,
-)
+from coverage_of_scenes import LONGEST, Head, TooLong, carry_out, limited, parser_of, stored
+from decision_options import DECISIONS, LADDERS, ONE_POINT, Question, Truth, find_truth, questions
 from decisions_page import costs_more, document, is_caution, is_courage, price, summary
 from drawn_scenes import DrawnScene, draw_scene
-from finer_scenes import REFUSALS, NoReference
+from finer_scenes import REFUSALS
 from fronts import Front, front_of
-from table import forget, spent
+from table import RESULTS, forget, spent
 
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.method import MODEL, MODES, PORTS, REED_BAND, RINGS, STEP, RunMethod
+from seatfem.study.method import MODEL, PORTS, RINGS, RunMethod
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from seatfem.study.scene import Scene, load_scene
 
-SEED, SCENES, SHORT = 90210, 200, 20
+SEED, SCENES = 90210, 200
 SHORT_SCENES: Final[tuple[int, ...]] = (2, 7, 14, 15, 19, 20, 43)
 WARM: Final = (7,)  # scenes that begin a run and are not kept
-FILE: Final = Path(__file__).parent / "results" / "decisions.jsonl"
+FILE: Final = RESULTS / "decisions.jsonl"
 PAGE: Final = Path(__file__).parents[1] / "docs" / "decisions.md"
-LONGEST = 75.0  # s of processor time for a scene
 RUN_SECONDS: Final = 30.0  # for the rounds of a run
 QUICK = 1.0  # s of it that a run has taken, up to which its truth is the finest
 FRONTS: Final = 12  # of so many scenes one has its front measured
@@ -99,13 +84,10 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class Record:
+class Record(Head):
     """One scene.
 
     Attributes:
-        seed, index, seat, reed, about, stated: of the scene, as it was drawn.
-        outcome: "judged", "no landing", "never opened", "no value", "refused", "no reference", "stopped" or "failed".
-        reason: of what is not judged.
         level, target, measures, rounds, rung: of plan, run and truth.
         promised: whether the plan predicts that the target is met; met: whether the run says that it is.
         planning_seconds, run_seconds: of processor time, of the plan alone, and with all rounds and their error bars.
@@ -114,14 +96,6 @@ class Record:
         front: the plan against a grid of options, where that was measured.
     """
 
-    seed: int
-    index: int
-    seat: str
-    reed: str
-    about: str
-    stated: bool
-    outcome: str
-    reason: str = ""
     level: str = ""
     target: float = math.nan
     measures: tuple[str, ...] = ()
@@ -148,7 +122,7 @@ class _Carried:
     last: Round
     first_seconds: float
     all_seconds: float
-    planning: float = field(default=0.0)
+    planning: float
 
     @cached_property
     def again_seconds(self) -> float:
@@ -157,44 +131,26 @@ class _Carried:
 
 
 def judge(
-    drawn: DrawnScene,
-    index: int,
-    seed: int,
-    longest: float = LONGEST,
-    *,
-    front: bool = False,
+    drawn: DrawnScene, index: int, seed: int, longest: float = LONGEST, *, front: bool = False,
     only: Sequence[str] = DECISIONS,
-) -> Record:
+) -> Record:  # fmt: skip
     """Return what a plan decides of one scene, and what is true; ``only`` of these decisions."""
-    start = spent()
     head = Record(seed, index, drawn.seat, drawn.reed, drawn.about, drawn.stated, "judged")
-    with stored() as folder:
-        try:
-            with limited(longest):
-                found, truth, carried = _judged(head, load_scene(drawn.write(folder)), folder, only)
-            if front and truth is not None:
-                found = replace(found, front=_front(carried, truth))
-        except TooLong:
-            found = replace(head, outcome="stopped", reason=f"more than {longest:g} s of processor time")
-        except NoReference as problem:
-            found = replace(head, outcome="no reference", reason=str(problem))
-        except REFUSALS as problem:
-            found = replace(head, outcome="refused", reason=describe(problem))
-        except Exception as problem:  # what is no refusal in words is a defect, told in the table
-            found = replace(head, outcome="failed", reason=describe(problem))
-    return replace(found, seconds=spent() - start)
+    [record] = carry_out(head, lambda folder: [_judged(head, drawn, folder, only, front)], longest)
+    return record
 
 
 def _front(carried: _Carried, truth: Truth) -> Front | None:
-    """Return the plan against a grid of options; ``None`` where that takes too long, or none of them is enough."""
+    """Return the plan against a grid of options, in a time of its own; ``None`` where that is not enough."""
     try:
-        with limited(FRONT_SECONDS), stored() as folder:
+        with stored() as folder, limited(FRONT_SECONDS):
             return front_of(carried.plan, truth, carried.all_seconds, folder)
     except TooLong:
         return None
 
 
-def _judged(head: Record, scene: Scene, folder: Path, only: Sequence[str]) -> tuple[Record, Truth | None, _Carried]:
+def _judged(head: Record, drawn: DrawnScene, folder: Path, only: Sequence[str], front: bool) -> Record:
+    scene = load_scene(drawn.write(folder))
     carried = _carry_out(scene, folder)
     plan, last = carried.plan, carried.last
     head = replace(
@@ -210,16 +166,16 @@ def _judged(head: Record, scene: Scene, folder: Path, only: Sequence[str]) -> tu
     )
     if not last.landed or last.touches.landings is None:
         status = "no landing" if last.touches.landings is None else last.touches.landings.status
-        return replace(head, outcome=status, reason="there is nothing to judge"), None, carried
+        return replace(head, outcome=status, reason="there is nothing to judge")
     if not last.judged:
-        return replace(head, outcome="no value", reason="no measure that is asked for has a value"), None, carried
+        return replace(head, outcome="no value", reason="no measure that is asked for has a value")
     methods = [replace(last.plan.method, time_step=last.result.dt), plan.method, *_with_waves(plan)]
-    truth = find_truth(scene, methods, last.touches.landings, 0 if carried.all_seconds <= QUICK else 1)
+    rung, truth = find_truth(scene, methods, last.touches.landings, 0 if carried.all_seconds <= QUICK else 1)
     asked = (question for question in questions(plan, truth) if question.decision in only)
     decisions = tuple(_answer(question, truth, carried) for question in asked)
     if last.number > 1:
         decisions = tuple(_at_the_end(each, list(questions(last.plan, truth)), truth) for each in decisions)
-    return replace(head, rung=truth.rung, decisions=decisions), truth, carried
+    return replace(head, rung=rung, decisions=decisions, front=_front(carried, truth) if front else None)
 
 
 def _at_the_end(judged: Judged, after: Sequence[Question], truth: Truth) -> Judged:
@@ -257,40 +213,29 @@ def _carry_out(scene: Scene, folder: Path) -> _Carried:
 def _answer(question: Question, truth: Truth, carried: _Carried) -> Judged:
     target, chosen = truth.scene.accuracy.target, question.chosen
     change, measure = (0.0, "") if chosen is None else truth.change(chosen.measure())
-    found: Option | None = None
-    cheaper, cheaper_change, enough = "", math.nan, False
+    statement = question.decision, question.by_plan, question.said_enough, question.reason
+    name, settings = "" if chosen is None else chosen.name, {}
+    judged = Judged(*statement, name, change, measure, "", math.nan, False)
     for option in question.cheaper:
-        there, which = truth.change(option.measure())
-        measure = measure or which
-        if there > target:
-            if found is None:
-                cheaper, cheaper_change = option.name, there
+        change, measure = truth.change(option.measure())
+        enough = change <= target
+        if enough or not judged.cheaper:
+            answer = {"cheaper": option.name, "cheaper_change": change, "enough": enough}
+            judged = replace(judged, measure=judged.measure or measure, **answer)
+        if not enough:
             break
-        found, cheaper, cheaper_change, enough = option, option.name, there, True
-    judged = Judged(
-        question.decision,
-        question.by_plan,
-        question.said_enough,
-        question.reason,
-        "" if chosen is None else chosen.name,
-        change,
-        measure,
-        cheaper,
-        cheaper_change,
-        enough,
-    )
-    if found is None or not found.settings:
-        return judged
-    seconds, cheaper_seconds = _prices(carried, *next(iter(found.settings.items())))
-    return replace(judged, seconds=seconds, cheaper_seconds=cheaper_seconds)
+        settings = option.settings
+    for key, value in settings.items():
+        judged = _priced(judged, carried, key, value)
+    return judged
 
 
-def _prices(carried: _Carried, key: str, value: Any) -> tuple[float, float]:
-    """Return the seconds of plan and first round as chosen, and with another value of a key."""
+def _priced(judged: Judged, carried: _Carried, key: str, value: Any) -> Judged:
+    """Return a decision with the seconds of plan and first round as chosen, and with another value of a key."""
     if key == MODEL or (key == PORTS and value == 1):
-        return carried.first_seconds, _seconds_planned(key, value, carried)
-    cheaper = _round_seconds(carried, _with_setting(carried.plan, key, value))
-    return carried.planning + carried.again_seconds, carried.planning + cheaper
+        return replace(judged, seconds=carried.first_seconds, cheaper_seconds=_seconds_planned(key, value, carried))
+    cheaper = carried.planning + _round_seconds(carried, _with_setting(carried.plan, key, value))
+    return replace(judged, seconds=carried.planning + carried.again_seconds, cheaper_seconds=cheaper)
 
 
 def price_again(record: Record) -> Record:
@@ -300,25 +245,16 @@ def price_again(record: Record) -> Record:
         return record
     with stored() as folder:
         carried = _carry_out(load_scene(draw_scene(record.index, record.seed).write(folder)), folder)
-        anew = {each: _prices(carried, *_setting(each)) for each in dear}
-    decisions = tuple(
-        replace(each, seconds=anew[each][0], cheaper_seconds=anew[each][1]) if each in anew else each
-        for each in record.decisions
-    )
-    return replace(record, decisions=decisions)
+        anew = {each: _priced(each, carried, *_setting(each)) for each in dear}
+    return replace(record, decisions=tuple(anew.get(each, each) for each in record.decisions))
 
 
 def _setting(judged: Judged) -> tuple[str, Any]:
     """Return the key and value of a cheaper option, of which the record has the name."""
-    keys = {ONE_POINT: PORTS, SEGMENTS: PORTS, ACROSS_LIP: RINGS, REED_MODES: MODES}
-    units = {TIME_STEP: (STEP, 1e-9), PLATE_BAND: (REED_BAND, 1e3)}
-    number = judged.cheaper.partition(" ")[0]
-    if judged.decision in units:
-        key, unit = units[judged.decision]
-        return key, unit * float(number)
-    if judged.decision in keys:
-        return keys[judged.decision], 1 if judged.decision == ONE_POINT else int(number)
-    return MODEL, judged.cheaper
+    if judged.decision in LADDERS:
+        key, unit = LADDERS[judged.decision]
+        return key, unit * type(unit)(judged.cheaper.partition(" ")[0])
+    return (PORTS, 1) if judged.decision == ONE_POINT else (MODEL, judged.cheaper)
 
 
 def _seconds_planned(key: str, value: Any, carried: _Carried) -> float:
@@ -390,14 +326,7 @@ def line(record: Record) -> str:
     return f"{head}target {record.target:.2g}, rung {record.rung}: {'; '.join(parts)}{tail}; {record.seconds:.0f} s"
 
 
-def run(
-    seed: int,
-    indices: Sequence[int],
-    path: Path | None,
-    seconds: float,
-    longest: float,
-    only: Sequence[str] = DECISIONS,
-) -> list[Record]:
+def run(seed: int, indices: Sequence[int], path: Path | None, seconds: float, longest: float) -> list[Record]:
     """Judge the scenes that are not on file, and return them."""
     there = set() if path is None else {(record.seed, record.index) for record in read_records(path)}
     begun, found = time.perf_counter(), list[Record]()
@@ -409,7 +338,7 @@ def run(
         if (seed, index) in there:
             continue
         front = path is not None and index % FRONTS == 0
-        record = judge(draw_scene(index, seed), index, seed, longest, front=front, only=only)
+        record = judge(draw_scene(index, seed), index, seed, longest, front=front)
         found.append(record)
         if path is not None:
             with path.open("a", encoding="utf-8") as file:
@@ -418,21 +347,13 @@ def run(
     return found
 
 
-def main(given: Sequence[str] | None = None) -> int:
+def main() -> int:
     """Run what is missing of a seed, and tell what the file holds."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
-    parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--scenes", type=int, default=SCENES)
+    parser = parser_of(SEED, SCENES, FILE)
     parser.add_argument("--seconds", type=float, default=math.inf, help="after which no further scene is begun")
-    parser.add_argument("--longest", type=float, default=LONGEST, help="seconds of processor time for a scene")
-    parser.add_argument("--skip", nargs="*", choices=DECISIONS, default=(), help="decisions that are not judged")
-    parser.add_argument("--file", type=Path, default=FILE)
-    parser.add_argument("--short", action="store_true", help=f"at least {SHORT} decisions of fixed scenes, not kept")
+    parser.add_argument("--short", action="store_true", help="at least 20 decisions of fixed scenes, not kept")
     parser.add_argument("--prices", action="store_true", help="measure those above what is allowed anew, judge nothing")
-    parser.add_argument("--summary", action="store_true", help="run nothing")
-    parser.add_argument("--document", action="store_true", help="run nothing, write the table and docs/decisions.md")
-    asked = parser.parse_args(given)
+    asked = parser.parse_args()
     if asked.short:
         records = run(SEED, SHORT_SCENES, None, asked.seconds, asked.longest)
         print(summary(records))  # noqa: T201
@@ -443,8 +364,7 @@ def main(given: Sequence[str] | None = None) -> int:
         asked.file.write_text("".join(lines), encoding="utf-8")
     elif not (asked.summary or asked.document):
         indices = range(asked.first, asked.first + asked.scenes)
-        only = [decision for decision in DECISIONS if decision not in asked.skip]
-        run(asked.seed, indices, asked.file, asked.seconds, asked.longest, only)
+        run(asked.seed, indices, asked.file, asked.seconds, asked.longest)
     records = read_records(asked.file)
     print(summary(records))  # noqa: T201
     if asked.document:

@@ -26,9 +26,8 @@ Pair = tuple["Record", "Judged"]
 
 def is_courage(record: Record, each: Judged) -> bool:
     """Whether the plan said that something is enough which is not; one that says it will miss has promised nothing."""
-    if each.chosen and each.chosen_change > record.target and record.promised:
-        return True
-    return each.said_enough and bool(each.cheaper) and not each.enough
+    missed = bool(each.chosen) and each.chosen_change > record.target and record.promised
+    return missed or (each.said_enough and bool(each.cheaper) and not each.enough)
 
 
 def is_caution(record: Record, each: Judged) -> bool:
@@ -48,12 +47,8 @@ def costs_more(each: Judged) -> bool:
 
 def judged_pairs(records: Sequence[Record], decision: str, *, by_plan: bool = True) -> list[Pair]:
     """Return each scene with its decision of a kind."""
-    return [
-        (record, each)
-        for record in records
-        for each in record.decisions
-        if each.decision == decision and each.by_plan == by_plan
-    ]
+    pairs = ((record, each) for record in records for each in record.decisions)
+    return [pair for pair in pairs if (pair[1].decision, pair[1].by_plan) == (decision, by_plan)]
 
 
 def _counts(pairs: Sequence[Pair]) -> tuple[int, int, int, int]:
@@ -162,8 +157,8 @@ def fronts_table(records: Sequence[Record]) -> Iterator[str]:
             )
             yield f"| {name} | {len(group)} | {' | '.join(map(_ratios, kinds))} |"
     planned = [record for record in records if record.front is not None and record.planning_seconds > 0]
-    share = median(record.planning_seconds / record.run_seconds for record in planned) if planned else math.nan
     if planned:
+        share = median(record.planning_seconds / record.run_seconds for record in planned)
         yield ""
         yield f"Planning takes {share:.0%} of the plan's time (median of {len(planned)} of these scenes)."
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import impact
 from impact.runs.variations import Values
@@ -35,6 +35,7 @@ MOST_STEPS: Final = 1_000_000
 MOST_PORTS: Final = 512  # of a lip in a reference: more take longer than they tell
 REFUSALS: Final = (ValueError, ArithmeticError, ConvergenceError)
 """What the program ends with in words where it cannot do what is asked."""
+Computed = TypeVar("Computed")
 
 
 @dataclass(frozen=True)
@@ -165,6 +166,7 @@ class Reference:
         scene, method: as `finer_in_every_key` has them.
         seat, reed: computed; ``reed`` is ``None`` of a closed form.
         striker: of the scene.
+        landings: of the run, each of which is looked for.
         values: the measures.
     """
 
@@ -173,39 +175,51 @@ class Reference:
     seat: Solved
     reed: Solved | None
     striker: impact.Body
+    landings: Landings | None
     values: Values
 
 
-def run_reference(scene: Scene, method: RunMethod, by: Finer = FINEST, landings: Landings | None = None) -> Reference:
-    """The same impact, finer in every key; ``method.time_step`` is that of the run [s].
-
-    ``landings``: of the run, each of which is looked for in the reference, above its own quasi-static load.
-    """
-    finer, how = finer_in_every_key(scene, method, by)
-    assert how.time_step is not None
-    seat = build(finer.seat, how.seat, finer.run.duration, mesh_error=False)
-    reed = solve_body("reed", finer.reed, how.reed, finer.run.duration, mesh_error=False)
-    striker = striker_of(finer, how.reed.n_modes, None if reed is None else reed.greens)
-    problem = problem_of(finer, striker, impact.Body(seat.greens))
+def reference_of(scene: Scene, method: RunMethod, landings: Landings | None) -> Reference:
+    """The bodies of a scene by a method, and its measures, with each landing above its own quasi-static load."""
+    assert method.time_step is not None
+    seat = build(scene.seat, method.seat, scene.run.duration, mesh_error=False)
+    reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, mesh_error=False)
+    striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     like = None if landings is None else replace(landings, static=None)  # type: ignore[arg-type]
-    values = values_of_record(record_of(finer, problem, how.time_step, like=like), like)
-    return Reference(finer, how, seat, reed, striker, values)
+    values = measure(scene, problem_of(scene, striker, impact.Body(seat.greens)), method.time_step, like)
+    return Reference(scene, method, seat, reed, striker, like, values)
+
+
+def measure(scene: Scene, problem: impact.ContactProblem, step: float, landings: Landings | None) -> Values:
+    """The measures of a march in steps of ``step`` [s], each of the landings looked for."""
+    return values_of_record(record_of(scene, problem, step, like=landings), landings)
 
 
 class NoReference(Exception):
     """A run is there, and none of the references can be computed."""
 
 
-def finest_reference(done: Round, first: int = 0, ladder: Sequence[Finer] = LADDER) -> tuple[int, Reference]:
-    """The finest of a ladder from the ``first`` on that can be computed, and its number."""
+def describe(problem: Exception | None) -> str:
+    """Return a problem on one line."""
+    return f"{type(problem).__name__}: {problem}".replace("\n", "; ")
+
+
+def find_finest(ladder: Sequence[Finer], first: int, compute: Callable[[Finer], Computed]) -> tuple[int, Computed]:
+    """The finest rung of a ladder from the ``first`` on that can be computed, and what it gives."""
     problem: Exception | None = None
-    method = replace(done.plan.method, time_step=done.result.dt)
     for rung, by in enumerate(ladder[first:], first):
         try:
-            return rung, run_reference(done.plan.scene, method, by, done.touches.landings)
+            return rung, compute(by)
         except REFUSALS as refusal:
             problem = refusal
-    raise NoReference(f"{type(problem).__name__}: {problem}".replace("\n", "; "))
+    raise NoReference(describe(problem))
+
+
+def finest_reference(done: Round, first: int = 0, ladder: Sequence[Finer] = LADDER) -> tuple[int, Reference]:
+    """The number of the finest reference of a ladder from the ``first`` on that can be computed, and the reference."""
+    scene, method = done.plan.scene, replace(done.plan.method, time_step=done.result.dt)
+    landings = done.touches.landings
+    return find_finest(ladder, first, lambda by: reference_of(*finer_in_every_key(scene, method, by), landings))
 
 
 def finer_round(done: Round, reference: Reference) -> Round:

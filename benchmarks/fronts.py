@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from decision_options import Truth
-from finer_scenes import REFUSALS
+from finer_scenes import REFUSALS, measure
 from table import forget, spent
 
 from impact.bodies.body import Body
@@ -18,8 +18,6 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.cache import build
 from seatfem.structures.method import Method
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
-from seatfem.study.impacts.contact import record_of
-from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.method import RunMethod
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Limits, rounds
@@ -83,19 +81,16 @@ def _seats(plan: Plan) -> Iterator[Method]:
     """Yield the plan's seat, and with a coarser mesh, a narrower band, both, and without waves."""
     seat = plan.method.seat
     yield seat
-    meshed = seat.size is not None and seat.contact_size is not None
-    coarser = seat
-    if meshed:
-        assert seat.size is not None
-        assert seat.contact_size is not None
+    coarser = None
+    if seat.size is not None and seat.contact_size is not None:
         coarser = replace(seat, size=RATIO * seat.size, contact_size=RATIO * seat.contact_size)
         yield coarser
     if seat.bandwidth is not None and not seat.static:
-        narrow = replace(seat, bandwidth=seat.bandwidth / RATIO)
-        yield narrow
-        if meshed:
-            yield replace(coarser, bandwidth=narrow.bandwidth)
-            yield replace(coarser, bandwidth=narrow.bandwidth, level="spring")
+        narrow = seat.bandwidth / RATIO
+        yield replace(seat, bandwidth=narrow)
+        if coarser is not None:
+            yield replace(coarser, bandwidth=narrow)
+            yield replace(coarser, bandwidth=narrow, level="spring")
     if (seat.rings or 1) > 1 and seat.lip is None:
         yield replace(seat, rings=1)
 
@@ -118,9 +113,7 @@ def _points(scene: Scene, method: RunMethod, truth: Truth) -> Iterator[tuple[flo
             if 2 * step > scene.run.filter_width:
                 break
             start = spent()
-            error, _ = truth.change(
-                values_of_record(record_of(scene, problem, step, like=truth.landings), truth.landings)
-            )
+            error, _ = truth.change(measure(scene, problem, step, truth.landings))
             seconds = of_seat + of_striker + spent() - start
             here = replace(method, reed=replace(method.reed, n_modes=number), time_step=step)
             yield seconds, _in_words(here), here, error if math.isfinite(error) else math.inf

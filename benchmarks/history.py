@@ -15,13 +15,12 @@ import tempfile
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from time import process_time
 
 import numpy as np
 import scipy
 from scipy import sparse
 from speed import SLEEVE, block
-from table import RESULTS, machine
+from table import RESULTS, machine, timed
 
 import impact
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
@@ -95,7 +94,7 @@ def measured() -> dict[str, object]:
         took = dict.fromkeys(works, np.inf)
         for _ in range(ROUNDS):
             for part, work in works.items():
-                least, took[part] = min(least, _seconds(yardstick)), min(took[part], _seconds(work))
+                least, took[part] = min(least, timed(yardstick)[1]), min(took[part], timed(work)[1])
     return {
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "commit": _commit(),
@@ -103,12 +102,6 @@ def measured() -> dict[str, object]:
         "reference_s": round(least, 5),
         "ratios": {part: round(seconds / least, 4) for part, seconds in took.items()},
     }
-
-
-def _seconds(work: Work) -> float:
-    start = process_time()
-    work()
-    return process_time() - start
 
 
 def _commit() -> str:

@@ -31,9 +31,10 @@ from seatfem.study.sweep.outcome import Outcome, carry_out
 from seatfem.study.sweep.side_by_side import side_by_side
 from seatfem.study.sweep.table import settings
 
-SLEEVE: Final = Path(__file__).parents[1] / "examples" / "flapper_on_peek_sleeve.toml"
-PAGE: Final = Path(__file__).parents[1] / "docs" / "performance.md"
-MASS: Final = Path(__file__).parents[1] / "tests" / "contracts" / "mass_on_spring.toml"
+ROOT: Final = Path(__file__).parents[1]
+SLEEVE: Final = ROOT / "examples" / "flapper_on_peek_sleeve.toml"
+PAGE: Final = ROOT / "docs" / "performance.md"
+MASS: Final = ROOT / "tests" / "contracts" / "mass_on_spring.toml"
 ROUNDS, SCENES, LANES = 4, 20, 64  # of a study
 HEAD: Final = """# Performance
 
@@ -66,9 +67,8 @@ def waits_table() -> Table:
     rows, bare = [], list[float]()
     with tempfile.TemporaryDirectory() as folder:
         env = os.environ | {"NUMBA_CACHE_DIR": f"{folder}/numba", VARIABLE: f"{folder}/store", "NUMBA_NUM_THREADS": "1"}
-        root = Path(__file__).parents[1]
-        env |= {"PYTHONPATH": str(root), "PYTHONPYCACHEPREFIX": f"{folder}/bytecode", "PYTHONDONTWRITEBYTECODE": ""}
-        compiled = [sys.executable, "-m", "compileall", "-q", str(root / "seatfem"), str(root / "impact")]
+        env |= {"PYTHONPATH": str(ROOT), "PYTHONPYCACHEPREFIX": f"{folder}/bytecode", "PYTHONDONTWRITEBYTECODE": ""}
+        compiled = [sys.executable, "-m", "compileall", "-q", str(ROOT / "seatfem"), str(ROOT / "impact")]
         subprocess.run(compiled, env=env, check=True)  # as an installation leaves it
         scene = MASS.read_text(encoding="utf-8")
         for name, text in (("wrong", scene.replace("stiffness", "stifness")), ("mass", scene)):
@@ -220,11 +220,7 @@ def growth_table() -> Table:
     return Table("Growth", notes, columns, tuple(rows))
 
 
-TABLES: Final = {
-    "waits": waits_table,
-    "studies": studies_table,
-    "growth": growth_table,
-}
+TABLES: Final = {"waits": waits_table, "studies": studies_table, "growth": growth_table}
 
 
 def write_page() -> None:

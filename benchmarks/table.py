@@ -67,10 +67,8 @@ def append_rows(rows: Sequence[Any], path: Path, digits: int = 6) -> None:
 
 def write_between(page: Path, name: str, content: str) -> None:
     """Replace what is between the marks <!-- name --> and <!-- /name --> of a page."""
-    pattern = rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)"
-    text, count = re.subn(
-        pattern, lambda m: f"{m[1]}{content}\n{m[2]}", page.read_text(encoding="utf-8"), flags=re.DOTALL
-    )
+    pattern = rf"(?s)(<!-- {name} -->\n).*?(<!-- /{name} -->)"
+    text, count = re.subn(pattern, lambda m: f"{m[1]}{content}\n{m[2]}", page.read_text(encoding="utf-8"))
     if count != 1:
         raise ValueError(f"{page.name}: {count} marks <!-- {name} --> ... <!-- /{name} -->, one is needed")
     page.write_text(text, encoding="utf-8")
@@ -98,10 +96,8 @@ def in_words(about: dict[str, str]) -> str:
 
 def forget() -> None:
     """Empty the caches that hold what scenes have computed, as in a process that begins: those that keep a few."""
-    for each in gc.get_objects():
-        if (
-            type(each) is _lru_cache_wrapper and each.cache_parameters()["maxsize"] is not None
-        ):  # isinstance asks dead proxies, too
+    for each in gc.get_objects():  # by their type, as isinstance asks dead proxies, too
+        if type(each) is _lru_cache_wrapper and each.cache_parameters()["maxsize"] is not None:
             each.cache_clear()
 
 

@@ -6,16 +6,16 @@ A run that was stopped goes on where it was. With names of scenes, only these ar
 
 from __future__ import annotations
 
+import math
 import re
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from table import RESULTS, in_words, machine
 
-from impact.files.safe_files import whole_file
+from impact.files.safe_files import write_whole
 from seatfem.study.trade.report import draw_trade, summary_of, write_trade
 from seatfem.study.trade.rungs import RATIO
 from seatfem.study.trade.trade import AS_FILED, LONGER, PLANNED, Trade, measure_trade
@@ -74,87 +74,67 @@ planner chooses both. One contact point and a beam stand in place of segments an
 """What sections say besides."""
 
 
-@dataclass(frozen=True)
-class Charted:
-    """A scene and its trade."""
-
-    name: str
-    trade: Trade
-
-
-def anchor(charted: Charted) -> str:
+def anchor(trade: Trade) -> str:
     """Return the anchor of its section, as Markdown makes it from the heading."""
-    return re.sub(r"[^\w-]", "", charted.trade.title.lower().replace(" ", "-"))
+    return re.sub(r"[^\w-]", "", trade.title.lower().replace(" ", "-"))
 
 
-def line(charted: Charted) -> str:
+def line(trade: Trade) -> str:
     """Return its row of the overview."""
-    trade = charted.trade
-    found = summary_of(trade)
+    summary = summary_of(trade)
     cells = (
-        f"[{trade.title}](#{anchor(charted)})",
+        f"[{trade.title}](#{anchor(trade)})",
         f"{len(trade.done())} of {len(trade.points)}",
         f"{100 * trade.target:g} %",
         f"{100 * trade.trusted_error(PLANNED):.2g} %",
         f"{trade.cost(PLANNED):.2g} s",
-        f"{found['planner_excess']:.2f}",
-        f"{found['planner_excess_at_target']:.2f}",
-        f"{found['planner_excess_with_guesses']:.2f}",
+        *(f"{summary[f'planner_excess{kind}']:.2f}" for kind in ("", "_at_target", "_with_guesses")),
     )
     return f"| {' | '.join(cells)} |\n"
 
 
-def section(charted: Charted) -> str:
-    """Return the chart, and the errors of the planner's choice and of the file as it is."""
-    trade = charted.trade
+def section(name: str, trade: Trade) -> str:
+    """Return the chart of a scene, and the errors of the planner's choice and of the file as it is."""
     heads = {measure: measure.replace("_", " ") for measure in trade.measures}
-    parts = [f"\n## {trade.title}\n\n", f"`examples/{charted.name}.toml`\n\n", WORDS.get(charted.name, "")]
-    parts.append(f"![Time against error](images/trade_{charted.name}.png)\n\n")
-    for name in (PLANNED, AS_FILED):
-        if name in trade.outcomes:
-            errors = ", ".join(f"{words} {100 * trade.error(name, each):.2g} %" for each, words in heads.items())
-            memory = trade.outcomes[name].memory / 1e6
-            parts.append(f"{name.capitalize()}: {errors}; {trade.cost(name):.2g} s, {memory:.0f} MB. ")
+    parts = [f"\n## {trade.title}\n\n", f"`examples/{name}.toml`\n\n", WORDS.get(name, "")]
+    parts.append(f"![Time against error](images/trade_{name}.png)\n\n")
+    for choice in (PLANNED, AS_FILED):
+        if choice in trade.outcomes:
+            errors = ", ".join(f"{words} {100 * trade.error(choice, each):.2g} %" for each, words in heads.items())
+            memory = trade.outcomes[choice].summary.get("memory_bytes", math.nan) / 1e6
+            parts.append(f"{choice.capitalize()}: {errors}; {trade.cost(choice):.2g} s, {memory:.0f} MB. ")
     floors = ", ".join(f"{words} {100 * trade.floor[each]:.2g} %" for each, words in heads.items())
     parts.append(f"Uncertainty of the reference: {floors}.\n")
     return "".join(parts)
 
 
-def write_document(found: list[Charted], about: Mapping[str, str]) -> None:
-    """Write the page of the scenes measured."""
-    text = HEAD.format(machine=in_words(dict(about))) + "".join(map(line, found)) + "".join(map(section, found))
-    with whole_file(DOCUMENT) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+def page(trades: dict[str, Trade]) -> str:
+    """Return the page of the scenes measured."""
+    sections = (section(*each) for each in trades.items())
+    return "".join([HEAD.format(machine=in_words(machine())), *map(line, trades.values()), *sections])
 
 
-def put_in_place(charted: Charted) -> None:
-    """Write the row and the section of one scene of the page anew."""
-    mark = f"\n## {re.escape(charted.trade.title)}\n"
-    text = DOCUMENT.read_text(encoding="utf-8")
-    text = re.sub(rf"(?m)^\| \[.*\]\(#{anchor(charted)}\).*\n", lambda _: line(charted), text)
-    text = re.sub(rf"(?s){mark}.*?(?=\n## |\Z)", lambda _: section(charted), text)
-    with whole_file(DOCUMENT) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+def page_with(name: str, trade: Trade) -> str:
+    """Return the page that is there, with the row and the section of one scene anew."""
+    mark, text = f"\n## {re.escape(trade.title)}\n", DOCUMENT.read_text(encoding="utf-8")
+    text = re.sub(rf"(?m)^\| \[.*\]\(#{anchor(trade)}\).*\n", lambda _: line(trade), text)
+    return re.sub(rf"(?s){mark}.*?(?=\n## |\Z)", lambda _: section(name, trade), text)
 
 
 def main(folder: Path, names: Sequence[str]) -> None:
     """Measure, draw, write; the document grows scene by scene."""
-    found: list[Charted] = []
+    trades: dict[str, Trade] = {}
     for name in names or SCENES:
         on_lip = name == ON_LIP
         limit = LIMIT_ON_LIP if on_lip else LIMIT
         scene, journal = ROOT / "examples" / f"{name}.toml", folder / f"{name}.jsonl"
-        trade = measure_trade(scene, journal, time_limit=limit, quick=on_lip)
+        trade = trades[name] = measure_trade(scene, journal, time_limit=limit, quick=on_lip)
         tables = [RESULTS / f"trade_{name}.{ending}" for ending in ("csv", "json")]
         write_trade(trade, *tables)
         for table in tables:  # messages name files by their whole paths
             table.write_text(table.read_text(encoding="utf-8").replace(f"{ROOT}/", ""), encoding="utf-8")
         draw_trade(trade, DOCUMENT.parent / "images" / f"trade_{name}.png")
-        found.append(Charted(name, trade))
-        if names:
-            put_in_place(found[-1])
-        else:
-            write_document(found, machine())
+        write_whole(DOCUMENT, (page_with(name, trade) if names else page(trades)).encode())
 
 
 if __name__ == "__main__":

@@ -1,14 +1,15 @@
 """Error against time of seatfem and of other programs, measured: docs/trade_programs.md.
 
-    PYTHONPATH=. python benchmarks/trade_of_programs.py [--short] [scene ...]
+    PYTHONPATH=. python benchmarks/trade_of_programs.py [scene ...]
 
 measures what the table lacks: every point is a process from start to end, with an empty store and one thread, and some
-rows of results/trade_of_programs.csv. `--short` takes three scenes. `trade_of_programs_page.py` then writes the page.
+rows of results/trade_of_programs.csv. `trade_of_programs_page.py` then writes the page.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import resource
 import subprocess
@@ -35,11 +36,15 @@ ONE_THREAD: Final = dict.fromkeys(
 )
 OURS, PLAIN, POINTS, CALCULIX, SICONOS = "seatfem", "plain program", "plate on points", "CalculiX", "Siconos"
 MODULES: Final = {PLAIN: "plain_program", SICONOS: "siconos_landing"}
-IMPULSE, PEAK, STRESS, MARGIN, MASS = (
-    *("impulse_Ns", "filtered_peak_force_N", "peak_reed_stress_after_contact_Pa"),
-    *("life_margin", "gas_mass_forward_kg"),
-)
-CONTACT_STRESS: Final = "stress_at_contact_Pa"
+WORDS: Final = {
+    "impulse_Ns": "impulse",
+    "filtered_peak_force_N": "peak force",
+    "peak_reed_stress_after_contact_Pa": "largest reed stress",
+    "stress_at_contact_Pa": "stress at the contact",
+    "life_margin": "fatigue margin",
+    "gas_mass_forward_kg": "mass through the valve",
+}
+IMPULSE, PEAK, STRESS, CONTACT_STRESS, MARGIN, MASS = WORDS
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,7 @@ class Judged:
     """
 
     name: str
+    title: str
     keys: tuple[str, ...]
     reference: str
     finest: int
@@ -63,16 +69,22 @@ class Judged:
 
 
 SCENES: Final = (
-    Judged("beam_on_rod", (IMPULSE, PEAK, STRESS, CONTACT_STRESS), PLAIN, 9),
-    Judged("mass_on_lip", (IMPULSE, PEAK), PLAIN, 7, besides=tuple((SICONOS, level) for level in range(2, 6))),
-    Judged("tilted_flapper", (IMPULSE, PEAK), POINTS, len(GRIDS) - 1),
-    Judged("repeated_landing", (MARGIN,), PLAIN, 8),
-    Judged("gas_valve", (IMPULSE, PEAK, MASS), PLAIN, 5),
-    Judged("film_landing", (IMPULSE, PEAK), PLAIN, 9),
-    Judged("sprung_ring", (IMPULSE, PEAK), PLAIN, 6),
-    Judged("mass_on_slot", (IMPULSE, PEAK), PLAIN, 6, targets=(0.3, 0.1, 0.03)),
+    Judged("beam_on_rod", "Beam reed on a rod", (IMPULSE, PEAK, STRESS, CONTACT_STRESS), PLAIN, 9),
+    Judged(
+        "mass_on_lip",
+        "Rigid mass on the lip of a steel seat",
+        (IMPULSE, PEAK),
+        PLAIN,
+        7,
+        tuple((SICONOS, level) for level in range(2, 6)),
+    ),
+    Judged("tilted_flapper", "Flapper that lands tilted", (IMPULSE, PEAK), POINTS, len(GRIDS) - 1),
+    Judged("repeated_landing", "Fatigue margin of a beam reed", (MARGIN,), PLAIN, 8),
+    Judged("gas_valve", "Suction reed, driven by the gas", (IMPULSE, PEAK, MASS), PLAIN, 5),
+    Judged("film_landing", "Landing through a squeeze film", (IMPULSE, PEAK), PLAIN, 9),
+    Judged("sprung_ring", "Ring valve with a spring", (IMPULSE, PEAK), PLAIN, 6),
+    Judged("mass_on_slot", "Rigid mass on the lip of a CAD seat", (IMPULSE, PEAK), PLAIN, 6, targets=(0.3, 0.1, 0.03)),
 )
-SHORT: Final = 3  # scenes
 
 
 @dataclass(frozen=True)
@@ -118,19 +130,13 @@ def measure_ours(scene: Judged, target: float) -> list[Row]:
         _, wall, processor = run_process([*words, "-o", str(out)], ROOT)
         found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     spots = found.get("reed_stress_hot_spots") or []
-    found[CONTACT_STRESS] = next((spot["von_mises_Pa"] for spot in spots if spot["part"] == "contact"), float("nan"))
-    values = {key: found[key][0] if isinstance(found[key], list) else found[key] for key in scene.keys}
-    bars = {key: found.get(f"error_bar_{key}") for key in scene.keys}
-    return [
-        Row(scene.name, OURS, f"{100 * target:g} %", wall, processor, key, float(values[key]), _first(bars[key]))
-        for key in scene.keys
-    ]
+    found[CONTACT_STRESS] = next((spot["von_mises_Pa"] for spot in spots if spot["part"] == "contact"), math.nan)
+    numbers = ((key, _first(found[key]), _first(found.get(f"error_bar_{key}"))) for key in scene.keys)
+    return [Row(scene.name, OURS, f"{100 * target:g} %", wall, processor, *each) for each in numbers]
 
 
-def _first(bar: float | list[float] | None) -> float:
-    if bar is None:
-        return float("nan")
-    return float(bar[0] if isinstance(bar, list) else bar)
+def _first(number: float | list[float] | None) -> float:
+    return math.nan if number is None else float(number[0] if isinstance(number, list) else number)
 
 
 def measure_other(scene: Judged, program: str, level: int) -> list[Row]:
@@ -141,8 +147,8 @@ def measure_other(scene: Judged, program: str, level: int) -> list[Row]:
         path = HERE / "programs" / f"{scene.name}.toml"
         text, wall, processor = run_process(["-m", f"benchmarks.peers.{MODULES[program]}", str(path), str(level)], ROOT)
     found = json.loads(text)
-    nan = float("nan")
-    return [Row(scene.name, program, f"level {level}", wall, processor, key, found[key], nan) for key in scene.keys]
+    setting = f"level {level}"
+    return [Row(scene.name, program, setting, wall, processor, key, found[key], math.nan) for key in scene.keys]
 
 
 def measure_calculix() -> list[Row]:
@@ -159,11 +165,8 @@ def measure_calculix() -> list[Row]:
     count = round(peer.WIDTH / time[1])
     peak = peer.np.convolve(force[1:], peer.np.full(count, 1 / count)).max()
     values = {IMPULSE: force[1:].sum() * time[1] * (1 + found["impulse"]), PEAK: peak * (1 + found["peak"])}
-    seconds, nan = found["seconds"], float("nan")
-    return [
-        Row("tilted_flapper", CALCULIX, "one mesh", nan, seconds, key, float(value), nan)
-        for key, value in values.items()
-    ]
+    head = "tilted_flapper", CALCULIX, "one mesh", math.nan, found["seconds"]
+    return [Row(*head, key, float(value), math.nan) for key, value in values.items()]
 
 
 def measure(scene: Judged) -> None:
@@ -183,13 +186,12 @@ def measure(scene: Judged) -> None:
         append_rows(measure_calculix(), FILE, DIGITS)
 
 
-def main(words: Sequence[str]) -> None:
-    """Measure what is asked for."""
-    names = [word for word in words if not word.startswith("--")]
-    wanted = [scene for scene in SCENES if scene.name in names] if names else SCENES
-    for scene in wanted[: SHORT if "--short" in words else None]:
-        measure(scene)
-        print(scene.name, flush=True)  # noqa: T201
+def main(names: Sequence[str]) -> None:
+    """Measure what is asked for, by default all."""
+    for scene in SCENES:
+        if not names or scene.name in names:
+            measure(scene)
+            print(scene.name, flush=True)  # noqa: T201
 
 
 if __name__ == "__main__":

@@ -18,11 +18,8 @@ from peers.plain_program import STEP
 from table import RESULTS, in_words, machine, read_rows
 from trade_of_programs import (
     CALCULIX,
-    CONTACT_STRESS,
     FILE,
     IMPULSE,
-    MARGIN,
-    MASS,
     OURS,
     PEAK,
     PLAIN,
@@ -30,25 +27,17 @@ from trade_of_programs import (
     ROOT,
     SCENES,
     SICONOS,
-    STRESS,
+    WORDS,
     Judged,
     Row,
 )
 
-from impact.files.safe_files import whole_file
+from impact.files.safe_files import write_whole
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
 
 DOCUMENT: Final = ROOT / "docs" / "trade_programs.md"
 IMAGES: Final = ROOT / "docs" / "images"
 SCIKIT: Final = "scikit-fem and SciPy"
-WORDS: Final = {
-    IMPULSE: "impulse",
-    PEAK: "peak force",
-    STRESS: "largest reed stress",
-    CONTACT_STRESS: "stress at the contact",
-    MARGIN: "fatigue margin",
-    MASS: "mass through the valve",
-}
 LOOKS: Final = {
     OURS: (BLUE, "o"), PLAIN: (ORANGE, "s"), POINTS: (GREEN, "^"), CALCULIX: (PURPLE, "D"), SCIKIT: (GREY, "v"),
     SICONOS: (SKY, "P"),
@@ -56,16 +45,6 @@ LOOKS: Final = {
 WIDE: Final = 8.0  # inch, from which on a legend is one line
 LEAST: Final = 1e-5  # relative, the smallest error or doubt that is drawn
 SHOWN: Final = ("beam_on_rod", "mass_on_lip", "tilted_flapper")
-TITLES: Final = {
-    "beam_on_rod": "Beam reed on a rod",
-    "mass_on_lip": "Rigid mass on the lip of a steel seat",
-    "tilted_flapper": "Flapper that lands tilted",
-    "repeated_landing": "Fatigue margin of a beam reed",
-    "gas_valve": "Suction reed, driven by the gas",
-    "film_landing": "Landing through a squeeze film",
-    "sprung_ring": "Ring valve with a spring",
-    "mass_on_slot": "Rigid mass on the lip of a CAD seat",
-}
 
 
 @dataclass(frozen=True)
@@ -135,12 +114,8 @@ def read_chart(scene: Judged, rows: Sequence[Row]) -> Chart:
         if name != (scene.reference, f"level {scene.finest}")
     ]
     doubts = {key: abs(coarser[key].value / truth[key] - 1) for key in scene.keys}
-    return Chart(
-        scene,
-        (*points, *(peers() if scene.name == "mass_on_lip" else ())),
-        doubts,
-        fine[scene.keys[0]].processor_s,
-    )
+    besides = peers() if scene.name == "mass_on_lip" else ()
+    return Chart(scene, (*points, *besides), doubts, fine[scene.keys[0]].processor_s)
 
 
 def peers() -> Iterator[Point]:
@@ -179,11 +154,11 @@ it the scene files and the equations of these pages alone. Every error is relati
 |---|---|---|---|---|---|---|
 {rows}
 
-{bars}
-
 {findings}
 """
-FINDINGS: Final = """- Bars are {wide:.0f} times the error in the median.
+FINDINGS: Final = """Of {all} error bars of seatfem {held} hold, the doubt added.
+
+- Bars are {wide:.0f} times the error in the median.
 - For the error that seatfem reaches at the least target the other program takes {cheap}, and seatfem {low:.1f} to
   {high:.1f} times as long: it starts slower, plans, and repeats the contact for bars and baseline. CalculiX, given the
   mesh, takes longer than all.
@@ -226,9 +201,8 @@ def draw_panel(axes: Any, chart: Chart, error_of: Callable[[Point], float], floo
         axes.plot(*zip(*places, strict=True), color=colour, marker=mark, ms=5, ls="none", label=program, clip_on=False)
     bars = [(p.processor, 100 * p.bars[key]) for p in chart.of(OURS) if key in p.bars]
     if bars:
-        axes.plot(
-            *zip(*bars, strict=True), ls="none", marker="_", ms=9, mew=1.5, color=BLUE, label="error bar of seatfem"
-        )
+        places, look = zip(*bars, strict=True), {"ls": "none", "marker": "_", "ms": 9, "mew": 1.5, "color": BLUE}
+        axes.plot(*places, label="error bar of seatfem", **look)
     axes.axhspan(lowest / 3, lowest, color="#DDDDDD", lw=0, zorder=0)
     axes.set(xlim=(min(times) / 1.4, max(10 * min(times), 1.4 * max(times))))
     axes.set_ylim(bottom=lowest / 3)
@@ -265,7 +239,7 @@ def draw_readme(charts: Sequence[Chart]) -> None:
         panels = figure.subplots(1, len(charts), squeeze=False)[0]
         for axes, chart in zip(panels, charts, strict=True):
             draw_panel(axes, chart, lambda point: point.worst, chart.floor)
-            axes.set_title(TITLES[chart.scene.name])
+            axes.set_title(chart.scene.title)
         panels[0].set_ylabel("largest error [%]")
         add_legend(figure, panels)
 
@@ -286,18 +260,17 @@ def at_least_target(chart: Chart) -> tuple[Point, Point | None]:
     return best, cheapest(chart.of(chart.scene.reference), max(best.worst, chart.floor))
 
 
-def inside(chart: Chart) -> list[bool]:
-    """Return, for each bar that our runs state, whether the error is within it and the doubt."""
-    return [
-        abs(point.errors[key]) <= bar + chart.doubts[key] for point in chart.of(OURS) for key, bar in point.bars.items()
-    ]
+def stated_bars(chart: Chart) -> list[tuple[Point, str, float, bool]]:
+    """Return each bar of our runs: point, key, bar, and whether the error is within it and the doubt."""
+    bars = ((point, key, bar) for point in chart.of(OURS) for key, bar in point.bars.items())
+    return [(point, key, bar, abs(point.errors[key]) <= bar + chart.doubts[key]) for point, key, bar in bars]
 
 
 def overview(chart: Chart) -> str:
     """Return a scene's row."""
     best, other = at_least_target(chart)
-    held = inside(chart)
-    title = TITLES[chart.scene.name]
+    held = [holds for *_, holds in stated_bars(chart)]
+    title = chart.scene.title
     link = title.lower().replace(" ", "-").replace(",", "")
     cells = [
         f"[{title}](#{link})",
@@ -316,9 +289,8 @@ def failing(chart: Chart) -> str:
     fails = [
         f"{WORDS[key]} for {p.setting} (error {percent(p.errors[key])}, bar {percent(bar)}, doubt "
         f"{percent(chart.doubts[key])})"
-        for p in chart.of(OURS)
-        for key, bar in p.bars.items()
-        if abs(p.errors[key]) > bar + chart.doubts[key]
+        for p, key, bar, holds in stated_bars(chart)
+        if not holds
     ]
     return f"Beyond bar and doubt: {'; '.join(fails)}." if fails else ""
 
@@ -328,7 +300,7 @@ def section(chart: Chart) -> str:
     name, keys = chart.scene.name, chart.scene.keys
     doubts = ", ".join(f"{WORDS[key]} {percent(chart.doubts[key])}" for key in keys)
     words = [
-        f"## {TITLES[name]}",
+        f"## {chart.scene.title}",
         f"`benchmarks/programs/{name}.toml`. {ABOUT[name]}",
         f"![Error against time](images/trade_programs_{name}.png)",
         *filter(None, [failing(chart)]),
@@ -339,37 +311,26 @@ def section(chart: Chart) -> str:
 
 def describe_findings(charts: Sequence[Chart]) -> str:
     """Return what all charts say together."""
-    ratios = [
-        bar / max(abs(point.errors[key]), LEAST)
-        for chart in charts
-        for point in chart.of(OURS)
-        for key, bar in point.bars.items()
-    ]
+    bars = [each for chart in charts for each in stated_bars(chart)]
+    ratios = [bar / max(abs(point.errors[key]), LEAST) for point, key, bar, _ in bars]
     times = [(best.processor, other.processor) for best, other in map(at_least_target, charts) if other]
     low, high = (f(ours / other for ours, other in times) for f in (min, max))
     cheap = f"{min(t for _, t in times):.1f} to {max(t for _, t in times):.1f} s"
-    return FINDINGS.format(wide=median(ratios), cheap=cheap, low=low, high=high)
+    held = sum(holds for *_, holds in bars)
+    return FINDINGS.format(all=len(bars), held=held, wide=median(ratios), cheap=cheap, low=low, high=high)
 
 
 def write_page() -> None:
     """Draw the charts and write the page."""
-    rows = read_rows(Row, FILE)
-    charts = [read_chart(scene, rows) for scene in SCENES if is_complete(scene, rows)]
+    measured = read_rows(Row, FILE)
+    charts = [read_chart(scene, measured) for scene in SCENES if is_complete(scene, measured)]
     for chart in charts:
         draw_scene(chart)
     if len(panels := [chart for chart in charts if chart.scene.name in SHOWN]) == len(SHOWN):
         draw_readme(panels)
-    held = [each for chart in charts for each in inside(chart)]
-    bars = f"Of {len(held)} error bars of seatfem {sum(held)} hold, the doubt added."
-    head = HEAD.format(
-        machine=in_words(machine()),
-        findings=describe_findings(charts),
-        step=1e6 * STEP,
-        rows="\n".join(map(overview, charts)),
-        bars=bars,
-    )
-    with whole_file(DOCUMENT) as temporary:
-        temporary.write_text("\n".join([head, *map(section, charts)]), encoding="utf-8")
+    rows = "\n".join(map(overview, charts))
+    head = HEAD.format(machine=in_words(machine()), findings=describe_findings(charts), step=1e6 * STEP, rows=rows)
+    write_whole(DOCUMENT, "\n".join([head, *map(section, charts)]).encode())
 
 
 if __name__ == "__main__":

@@ -91,12 +91,8 @@ def page(found: dict[str, Any]) -> str:
     about = found["machine"]
     versions = f"Python {about['python']}, NumPy {about['numpy']} and Numba {about['numba']}"
     head = HEAD.format(peers=", ".join(found["peers"]), versions=versions, processor=about["processor"])
-    parts = []
-    for name in TABLES:
-        if name in found["tables"]:
-            table = Table(**found["tables"][name])
-            text = table.markdown() if table.rows else "\n".join([f"## {table.title}", "", *table.notes, ""])
-            parts.append(text)
+    shown = [Table(**found["tables"][name]) for name in TABLES if name in found["tables"]]
+    parts = [each.markdown() if each.rows else "\n".join([f"## {each.title}", "", *each.notes, ""]) for each in shown]
     return "\n".join([head, *parts, LIMITS.format(start=found["start"])])
 
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, BilinearForm, ElementTetP2
 
+from benchmarks.table import timed
 from seatfem.structures.formats.calculix_deck import calculix_body
 from seatfem.structures.materials import Material
 from seatfem.structures.model import ModelError, SecondOrderModel
@@ -119,16 +120,9 @@ def run(lines: Sequence[str]) -> tuple[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         deck = Path(folder) / "deck.inp"
         deck.write_text("\n".join(lines) + "\n", encoding="ascii")
-        before = os.times()
-        done = subprocess.run(
-            [PROGRAM, "deck"],
-            cwd=folder,
-            env={**os.environ, **dict.fromkeys(_THREADS, "1")},
-            capture_output=True,
-            text=True,
-        )
-        after = os.times()
+        how = {"cwd": folder, "env": os.environ | dict.fromkeys(_THREADS, "1"), "capture_output": True, "text": True}
+        done, seconds = timed(lambda: subprocess.run([PROGRAM, "deck"], **how))
         if done.returncode or "*ERROR" in done.stdout:
             raise PeerError(f"{NAME} fails with {done.returncode}: {done.stdout[-1000:]}{done.stderr[-1000:]}")
         text = deck.with_suffix(".dat").read_text(encoding="ascii")
-    return text, sum(after[2:4]) - sum(before[2:4])
+    return text, seconds

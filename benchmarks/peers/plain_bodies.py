@@ -60,8 +60,7 @@ def seat_modes(table: dict[str, Any], number: Number, count: int, highest: float
     K, M = (form.assemble(basis)[free][:, free].tocsc() for form in (stiffness, inertia))
     squares, vectors = eigsh(K, min(count, len(free) // 3), M, sigma=0)
     kept = squares < highest**2
-    squares, vectors = squares[kept], vectors[:, kept]
-    return np.sqrt(squares), mean[free] @ vectors, float(mean[free] @ splu(K).solve(mean[free]))
+    return np.sqrt(squares[kept]), mean[free] @ vectors[:, kept], float(mean[free] @ splu(K).solve(mean[free]))
 
 
 def cad_seat_modes(table: dict[str, Any], number: Number, count: int, highest: float) -> tuple[Array, Array, float]:

@@ -59,7 +59,7 @@ class Body:
         omega, damping: (n,) angular frequencies [rad/s] and damping ratios.
         shapes: (n,) displacement of the contact by each mode.
         residual: compliance of the contact by modes left out [m/N].
-        rates, place: (n,) modal velocities and coordinates at the start.
+        rates: (n,) modal velocities at the start.
         push: (n,) constant forces on the modes.
         stress: (places, n) stress at each place by each mode [Pa].
         kinks: (places,) stress by modes left out under a unit force at rest [Pa/N].
@@ -70,7 +70,6 @@ class Body:
     shapes: Array
     residual: float
     rates: Array
-    place: Array
     push: Array
     stress: Array
     kinks: Array
@@ -80,7 +79,7 @@ def at_rest(omega: Any, damping: float, shapes: Array, compliance: float) -> Bod
     """Return a body at rest whose contact has this static compliance [m/N]."""
     left, zero = compliance - float(np.sum((shapes / omega) ** 2)), np.zeros_like(omega)
     no_stress = np.zeros((0, len(omega)))
-    return Body(omega, np.full_like(omega, damping), shapes, max(left, 0.0), zero, zero, zero, no_stress, np.zeros(0))
+    return Body(omega, np.full_like(omega, damping), shapes, max(left, 0.0), zero, zero, no_stress, np.zeros(0))
 
 
 def cantilever(table: dict[str, Any], at: float, highest: float) -> Body:
@@ -293,17 +292,14 @@ def bodies_of(scene: dict[str, Any], fine: Fidelity) -> tuple[Body, Body, float]
     elif reed["kind"] == "rigid_mass":
         mass, speed = numbers(reed, "mass", "velocity")
         zero, root = np.zeros(1), np.full(1, math.sqrt(mass))
-        striker = Body(zero, zero, 1 / root, 0.0, speed * root, zero, zero, np.zeros((0, 1)), np.zeros(0))
+        striker = Body(zero, zero, 1 / root, 0.0, speed * root, zero, np.zeros((0, 1)), np.zeros(0))
     else:
-        omega, shapes, rates, push, residual = plain_bodies.sprung_ring_modes(
-            scene, number, fine.elements, 1 / fine.step
-        )
-        zero = np.zeros_like(omega)
-        damping = zero + number(reed["damping_ratio"])
+        modes = plain_bodies.sprung_ring_modes(scene, number, fine.elements, 1 / fine.step)
+        omega, shapes, rates, push, residual = modes
+        damping = np.full_like(omega, number(reed["damping_ratio"]))
         damping[0] = 0.0  # the ring on its springs, which have none
-        striker = Body(
-            omega, damping, shapes, max(residual, 0.0), rates, zero, push, np.zeros((0, len(omega))), np.zeros(0)
-        )
+        no_stress = np.zeros((0, len(omega)))
+        striker = Body(omega, damping, shapes, max(residual, 0.0), rates, push, no_stress, np.zeros(0))
     if seat["kind"] == "spring":
         return striker, massless(), number(seat["stiffness"])
     if seat["kind"] == "rod":
@@ -329,8 +325,9 @@ def solve(scene: dict[str, Any], fine: Fidelity, strength: dict[str, Any] | None
         stiffness.append(1 / (1 / number(scene["stopper"]["stiffness"]) + striker.residual))
         shapes.append(np.concatenate([-striker.shapes, 0 * seat.shapes]))
         gaps.append(number(scene["stopper"]["lift"]) - gaps[0])
-    omega, damping = (np.concatenate([getattr(b, name) for b in (striker, seat)]) for name in ("omega", "damping"))
-    q, v, push = (np.concatenate([getattr(b, name) for b in (striker, seat)]) for name in ("place", "rates", "push"))
+    keys = ("omega", "damping", "rates", "push")
+    omega, damping, v, push = (np.concatenate([getattr(b, key) for b in (striker, seat)]) for key in keys)
+    q = np.zeros_like(omega)
     gas: tuple[float, ...] = (0.0,) * 14
     state, duration = np.zeros(2), number(run.get("duration", 0))
     if "gas" in scene:

@@ -48,15 +48,13 @@ def march(omega: Array, shares: Array, steps: tuple[float, ...], impact: Impact 
     with tempfile.TemporaryDirectory() as folder:
         asked, answer = Path(folder) / "asked.npz", Path(folder) / "answer.npz"
         np.savez(asked, omega=omega, shares=shares, steps=np.array(steps), foot=FOOT * impact.mass, **asdict(impact))
-        done = subprocess.run(
-            [PYTHON, str(PROGRAM), str(asked), str(answer)], capture_output=True, text=True, check=False
-        )
+        command = [PYTHON, str(PROGRAM), str(asked), str(answer)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             raise PeerError(f"{NAME} fails with {done.returncode}: {done.stderr[-1000:]}")
         with np.load(answer) as found:
-            return {
-                rule: [
-                    Course(found[f"{rule}_{k}"][1:], dt, float(found[f"{rule}_{k}"][0])) for k, dt in enumerate(steps)
-                ]
-                for rule in RULES
-            }
+            rows = {rule: [found[f"{rule}_{k}"] for k in range(len(steps))] for rule in RULES}
+    return {
+        rule: [Course(row[1:], dt, float(row[0])) for row, dt in zip(each, steps, strict=True)]
+        for rule, each in rows.items()
+    }

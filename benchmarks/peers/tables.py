@@ -23,6 +23,8 @@ STEPS, TOLERANCES = (0.4e-6, 0.2e-6, 0.1e-6), (0.2, 1e-2, 3e-3)
 COLUMNS = ("program", "step (ns)", "first (s)", "further (s)", "apart (%)", "peak (%)", "impulse (%)")
 COLUMNS += ("duration (%)", "first, ratio", "further, ratio", "apart, same mass (%)")
 MODES = 20
+Steps = tuple[float, ...]
+Measured = tuple[str, float, float, float, scene.Course, str]  # program, step, first, further, force, apart by its mass
 SMALL, MEDIUM, LARGE = MeshSpec(5e-3, 2.5e-3), MeshSpec(2.5e-3, 1.25e-3), MeshSpec(1.5e-3, 0.75e-3)
 REDUCED_STEPS = (0.4e-6, 0.1e-6, 0.025e-6)
 STEP, FINE, AGAIN = 20e-9, 5e-9, 20  # of our runs and of the reference [s]; runs that a time is the mean of
@@ -103,9 +105,7 @@ def finer_table() -> Table:
     return Table("The impact on a finer mesh", notes, COLUMNS, rows)
 
 
-def _compared(
-    mesh: Any, model: SecondOrderModel, truth: scene.Course, steps: tuple[float, ...]
-) -> tuple[tuple[str, ...], ...]:
+def _compared(mesh: Any, model: SecondOrderModel, truth: scene.Course, steps: Steps) -> tuple[tuple[str, ...], ...]:
     """Return a row for each tolerance of ours, and each of the others' ``steps`` [s]."""
     rows, first, again = [], 0.0, 0.0
     for tolerance in TOLERANCES:
@@ -136,17 +136,11 @@ def _marched(greens: ModalGreens, dt: float) -> scene.Course:
 
 
 def _row(name: str, dt: float, whole: float, further: float, errors: tuple[float, ...]) -> tuple[str, ...]:
-    return (
-        name,
-        f"{1e9 * dt:g}",
-        f"{whole:.2f}",
-        f"{further:.2g}",
-        f"{errors[0]:.2g}",
-        *(f"{e:+.2g}" for e in errors[1:]),
-    )
+    signed = (f"{e:+.2g}" for e in errors[1:])
+    return name, f"{1e9 * dt:g}", f"{whole:.2f}", f"{further:.2g}", f"{errors[0]:.2g}", *signed
 
 
-def _plain(mesh: Any, steps: tuple[float, ...]) -> Iterator[tuple[str, float, float, float, scene.Course, str]]:
+def _plain(mesh: Any, steps: Steps) -> Iterator[Measured]:
     """Newmark's rule on the mesh."""
     (K, M, b), assembly = timed(lambda: plain_scikit.assembled(mesh, scene.STEEL))
     for dt in steps:
@@ -155,9 +149,7 @@ def _plain(mesh: Any, steps: tuple[float, ...]) -> Iterator[tuple[str, float, fl
         yield plain_impact.NAME, dt, assembly + once + further, further, scene.of_points(force, dt, further), ""
 
 
-def _calculix(
-    model: SecondOrderModel, steps: tuple[float, ...]
-) -> Iterator[tuple[str, float, float, float, scene.Course, str]]:
+def _calculix(model: SecondOrderModel, steps: Steps) -> Iterator[Measured]:
     """Its runs, if it is here."""
     if calculix.absent():
         return

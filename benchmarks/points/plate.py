@@ -39,11 +39,6 @@ class Material:
         """Shear modulus [Pa]."""
         return self.young / (2 * (1 + self.poisson))
 
-    @property
-    def shear_speed(self) -> float:
-        """Speed of shear waves [m/s]."""
-        return math.sqrt(self.shear / self.density)
-
 
 @dataclass(frozen=True)
 class Plate:
