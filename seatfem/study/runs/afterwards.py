@@ -281,7 +281,7 @@ def static_stiffness(greens: GreensFunction, column: Column | None = None) -> fl
 class Afterwards:
     """Attributes:
     keys: entries of summary.json.
-    stress: stress in the seat, if the scene has [stress] or [life].
+    stress: stress in the seat, if the scene has [stress].
     spots: hot spots of both bodies.
     stressed: stress fields from which life is computed, if the scene has [life].
     life: fatigue life of the bodies.
