@@ -340,8 +340,7 @@ def in_frames(field: StressField, force: Array, dt: float, steps: range) -> Arra
 
 def response_in_frames(response: Response, force: Array, dt: float, steps: range) -> Array:
     """Return the (F, n) displacement unknowns of a body at F frames, by mode acceleration as `in_frames`: the operator
-    of `solid_stress` times them is the stress of the frames.
-    """
+    of `solid_stress` times them is the stress of the frames."""
     size = len(response.rest)
     rows = -(-size // 6)  # a field has six components a point: the unknowns are read as stress by an identity
     identity = sparse.eye_array(6 * rows, size, format="csr")

@@ -286,8 +286,7 @@ class Afterwards:
     stressed: stress fields from which life is computed, if the scene has [life].
     life: fatigue life of the bodies.
     curves: margins over values of one key.
-    files: files that were written.
-    """
+    files: files that were written."""
 
     keys: Mapping[str, object] = field(default_factory=dict)
     stress: SeatStress | None = None

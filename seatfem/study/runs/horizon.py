@@ -1,6 +1,5 @@
 """How many landings of a run are predictable, from a perturbed twin of the last round, and statistics of the later
-ones.
-"""
+ones."""
 
 from __future__ import annotations
 
