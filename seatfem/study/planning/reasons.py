@@ -71,9 +71,9 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
     if at_hand:
         choices.insert(1, Choice("seat", "computed before", f"{at_hand}, at least as fine: no computing time", False))
     window = decision.context.sensitivity.bench.window
-    contacts = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
+    number = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
     choices.append(_history(decision, method))
-    choices.append(Choice("run.duration", described(STEP, scene.run.duration), f"a quick trial run saw {contacts}", True))
+    choices.append(Choice("run.duration", described(STEP, scene.run.duration), f"a quick trial run saw {number}", True))
     accuracy = scene.accuracy
     choices.append(Choice("accuracy.target", large_percent(accuracy.target), _asked(accuracy), _told_target(accuracy)))
     return tuple(choices)
