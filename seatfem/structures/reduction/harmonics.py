@@ -282,8 +282,7 @@ class _Sum:
     def beyond(self, harmonic: int, error: float) -> float:
         """Return the error, relative to the response, of all harmonics from this one on, if their ``error`` falls like
         1/n^2: with the patches' coefficients, at most 2/(n w) or 1, terms fall like 1/n^4 and sum to n/3 times the
-        first.
-        """
+        first."""
         narrowest = min(patch.width for patch in self.patches.values())
         envelope = min(1.0, 2 / (max(harmonic, 1) * narrowest))
         return self.relative(error * envelope**2 * max(1.0, harmonic / 3))

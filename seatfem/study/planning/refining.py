@@ -125,8 +125,7 @@ class RoundsAhead:
     """Attributes:
     number: expected number of rounds.
     seconds: predicted wall time of the run with all of these rounds [s].
-    further: predicted wall time of one more round [s]; ``None`` if nothing can be refined.
-    """
+    further: predicted wall time of one more round [s]; ``None`` if nothing can be refined."""
 
     number: int
     seconds: float
