@@ -89,8 +89,7 @@ def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
 def _statics(body: Body, pushed: Array, reach: float) -> tuple[Array, Array]:
     """Return the (ports, m) displacements under load amplitudes [m] and the (ports, ports) compliance [m/N].
 
-    ``reach``: gap that a free body must be able to cross on its soft spring [m]. A body without modes or loads is at
-    rest.
+    ``reach``: gap that a free body can cross on its soft spring [m]. A body without modes or loads is at rest.
     """
     modal, ports = body.greens.modal, len(body.greens.ports)
     none = np.zeros((ports, pushed.shape[1]))

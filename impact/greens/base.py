@@ -119,8 +119,7 @@ class GreensFunction(ABC):
         )
 
     def mass(self, port: str | int = 0) -> float:
-        """Return the effective mass of the rigid-body motion at a port [kg]; ``inf`` if the body is held, or
-        endless."""
+        """Return the effective mass of rigid motion at a port [kg]; ``inf`` if the body is held, or endless."""
         i = self.port_index(port)
         inverse = float(self.inverse_mass()[i, i])
         return 1.0 / inverse if inverse > 0 else math.inf
@@ -145,8 +144,7 @@ class GreensFunction(ABC):
         raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are known: state neither")
 
     def stored(self) -> Stored | None:
-        """Return the content of a file from which it can be restored; ``None`` for a representation without a file
-        form."""
+        """Return the content of a file that restores it; ``None`` for a representation without a file form."""
         return None
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
@@ -179,8 +177,7 @@ class GreensFunction(ABC):
         """Return the representation used by the contact solver for ``n_steps`` steps of ``dt`` [s]."""
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> GreensFunction:
-        """Return W' g W for new ports, whose loads are distributed over the old ones by the columns of ``weights`` (p,
-        q).
+        """Return W' g W for new ports, whose loads are spread over the old ones by the columns of ``weights`` (p, q).
 
         If columns sum to 1, displacements are means. Raises `GreensFunctionError` if the ports cannot be combined.
         """
@@ -189,8 +186,7 @@ class GreensFunction(ABC):
         )
 
     def port_index(self, port: str | int) -> int:
-        """Return the index of a port given by name or index; raises `GreensFunctionError` with the names of all
-        ports."""
+        """Return the index of a port given by name or index; raises `GreensFunctionError` naming all ports."""
         if isinstance(port, int):
             if 0 <= port < len(self.ports):
                 return port
@@ -216,8 +212,7 @@ class GreensFunction(ABC):
         return out
 
     def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
-        """Return the (p, p, nt) `filtered` for every pair of ports, or (p, c, nt) under impulses on ``columns``
-        only."""
+        """Return the (p, p, nt) `filtered` for all pairs of ports, or (p, c, nt) under impulses on ``columns`` only."""
         p = len(self.ports)
         pushed = range(p) if columns is None else columns
         return np.array([[self.filtered(t, width, i, j) for j in pushed] for i in range(p)])

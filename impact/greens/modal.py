@@ -232,8 +232,7 @@ class ModalGreens(base.PoleSums):
         return np.asarray(sums[0] + sums[1] + rest.compliance, dtype=complex)
 
     def of_modes(self, kept: NDArray[np.bool_], residual: Residual | None = None) -> ModalGreens:
-        """Return the function with the modes of the mask ``kept`` (M,) only, and another ``residual`` if one is
-        given."""
+        """Return the function with the modes in the mask ``kept`` (M,), and another ``residual`` if one is given."""
         rest = self.residual if residual is None else residual
         return replace(self, omega=self.omega[kept], zeta=self.zeta[kept], shapes=self.shapes[kept], residual=rest)
 

@@ -256,7 +256,7 @@ class Plan:
     """The history engine of each body, also in ``words``.
 
     ``by_poles``: for each body, whether its poles are advanced by recursion (else they become step weights); ``block``:
-    steps summed directly before they are folded in by FFT, all steps for a direct sum; ``seconds``: predicted time on
+    steps summed directly before they are folded in by FFT, all steps for a direct sum; ``seconds``: predicted, on
     one core.
     """
 

@@ -365,8 +365,7 @@ class LiveLoads:
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
 def _carry(a, b, shapes, seen, amplitudes, start, state, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Advance oscillators under known amplitudes from step ``start``; writes the changes of the gaps to ``out`` (m,
-    p)."""
+    """Advance oscillators under known amplitudes from step ``start``; writes changes of the gaps to ``out`` (m, p)."""
     steps, contacts = out.shape
     drive = np.empty(state.shape[1])
     for m in range(steps):

@@ -104,8 +104,7 @@ class Pilot:
         self._end = self._add_block(done)
 
     def _add_block(self, first: int) -> Array:
-        """Add the rigid-body motion of the block from step ``first`` to the gaps; return its state (2, R) at the
-        end."""
+        """Add the rigid-body motion of the block from step ``first`` to the gaps; return its final state (2, R)."""
         h, drive = self._dt, self._flight.drive[:, first : first + BLOCK]
         if drive.shape[1] == 0:
             return self.base.copy()

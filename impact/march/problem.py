@@ -165,8 +165,7 @@ class ContactProblem:
         return np.stack([c.side * (striker - c.target.carried(time)) for c in self.contacts], axis=1)
 
     def directions(self, body: Body) -> Array:
-        """Return the (ports of ``body``, contacts) signs +1, 0 or -1 with which a contact force N >= 0 acts on a
-        port."""
+        """Return the (ports of ``body``, contacts) signs +1, 0 or -1 of a contact force N >= 0 on each port."""
         out = np.zeros((len(body.greens.ports), len(self.contacts)))
         for c, contact in enumerate(self.contacts):
             if body is self.striker:

@@ -152,8 +152,7 @@ def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
 
 
 def _modal_forces(force: Array, shapes: Array, room: Array) -> Array:
-    """Return the (m, M) modal forces of (C, m) forces on shapes (C, M), written to ``room``; zero forces cost
-    nothing."""
+    """Return the (m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; zero forces cost nothing."""
     active = np.any(force, axis=1)
     if not np.all(active):
         force, shapes = force[active], shapes[active]
@@ -180,8 +179,7 @@ def _relax(relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped-def]  
 
 
 def resting(place: float, rate: float) -> Array:
-    """Return the state of a rigid-body mode for `translate`: position, initial velocity, and three sums that are
-    zero."""
+    """Return the state of a rigid-body mode for `translate`: position, initial velocity, three sums of zero."""
     return np.array([place, rate, 0.0, 0.0, 0.0])
 
 

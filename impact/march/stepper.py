@@ -105,8 +105,7 @@ class StepState:
 
 
 class ContactStepper:
-    """Time integration of a prepared problem under the user's control; `impact.collect` makes a result of the steps
-    done.
+    """Time integration of a prepared problem by the user's steps; `impact.collect` makes a result of those done.
 
     `step` takes one step under forces that may depend on the past (co-simulation); `advance` takes many. A run can be
     continued from its state (`checkpoint`), bit for bit as if it had not been interrupted.

@@ -151,7 +151,7 @@ def highest_pole(model: SeatModel | None, tolerance: float) -> float:
 
 
 def _modes_of_area(area: float, band: float, slow: float) -> float:
-    """Return the number of modes of a section in a band, by Weyl's law A k^2 (1/c_s^2 + 1/c_p^2)/(4 pi), k = 2 pi
+    """Return the number of a section's modes in a band, by Weyl's law A k^2 (1/c_s^2 + 1/c_p^2)/(4 pi), k = 2 pi
     band."""
     return area * (2 * math.pi * band) ** 2 * (slow**-2 + (FAST * slow) ** -2) / (4 * math.pi)
 

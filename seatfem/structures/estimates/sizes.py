@@ -63,8 +63,7 @@ _CUBE: Final = {"tetrahedron": (6, 12), "hexahedron": (1, 6)}  # elements, faces
 
 
 class MemoryNeedError(ValueError):
-    """A computation that exceeds the memory; the message gives predicted and available GB, the key and what would
-    fit."""
+    """A computation that exceeds the memory; the message has predicted and available GB, the key and what fits."""
 
 
 @dataclass(frozen=True)
@@ -90,8 +89,7 @@ class Counts:
 
 @dataclass(frozen=True)
 class MemoryNeed:
-    """Predicted peak memory of reductions with and without a factorisation [bytes], beyond that of the program
-    itself."""
+    """Predicted peak memory of reductions with and without a factorisation [bytes], without the program itself."""
 
     factorized: float
     products: float

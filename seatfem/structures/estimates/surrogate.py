@@ -78,8 +78,7 @@ class Patch:
         """Return the compliance under uniform pressure (mean displacement) less that under a rigid face [m/N].
 
         For a strip it is 2 (3/2 - ln 4) (1 - nu^2)/(pi E) over its length, area over width; for a disk of similar size
-        (16/(3 pi^2) - 1/2) (1 - nu^2)/(E a); the end of a bar stays plane. Source: Johnson, Contact Mechanics, 2.8,
-        3.4.
+        (16/(3 pi^2) - 1/2) (1 - nu^2)/(E a); the end of a bar stays plane. Johnson, Contact Mechanics, 2.8, 3.4.
         """
         if self.one_dimensional:
             return 0.0
@@ -113,8 +112,7 @@ def on_plate(patch: Patch, solid: materials.Material, radius: float, solidity: f
 
 
 def of_shape(shape: Shape, supports: Sequence[Support], solid: materials.Material) -> Patch:
-    """Return the patch of a CAD part: of a bulky body, and on a plate in bending if its supports lie beside the struck
-    faces.
+    """Return the patch of a CAD part: bulky, and on a plate in bending if its supports lie beside the struck faces.
 
     The plate's compliance is that of a clamped round one under a force off its centre,
     w = F (R^2 - r^2)^2/(16 pi D R^2) with the span R - r (Timoshenko and Woinowsky-Krieger, Theory of Plates and
@@ -301,8 +299,7 @@ HALF_APART: Final = 2  # factor on these cells for parts nearer by the same fact
 
 
 def arc_compliance(lip: AnyLip, young: float, poisson: float) -> base.Array:
-    """Return the (ports, ports) mean displacement of each part of a lip on a half-space under a unit load on each
-    [m/N].
+    """Return the (ports, ports) mean displacement of parts of a lip on a half-space under a unit load on each [m/N].
 
     Boussinesq's (1 - nu^2)/(pi E r) between cells, and the mean displacement of a loaded square within each; distant
     parts have few cells. On a circle one arc is computed and rotated. Source: Johnson, Contact Mechanics, 3.2.

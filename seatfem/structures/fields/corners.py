@@ -103,8 +103,7 @@ REACH: Final = 2.0  # radius in which maxima of two meshes are compared, over th
 
 
 def peak_mesh_error(points: Array, stress: Array, coarser_points: Array, on_coarser: Array, weight: float) -> float:
-    """Return the mesh error of the largest ``stress`` (P,) at points (P, d) [Pa], from the stress (Q,) on a coarser
-    mesh.
+    """Return the mesh error of the largest ``stress`` (P,) at points (P, d) [Pa], by that (Q,) on a coarser mesh.
 
     At each point the stress is uncertain by ``weight`` times its change from the coarser mesh; the error bounds the
     maximum over all points within these intervals, as a hot spot that is resolved badly may exceed the present

@@ -38,8 +38,8 @@ class Largest:
 
 @dataclass(frozen=True)
 class LargestStress:
-    """The largest stress of each point in each time span of a run: (s, 4, P), the four arrays of `Largest` for each of
-    ``spans``; zero where a span has no samples."""
+    """The largest stress [Pa] of each point in each time span of a run: (s, 4, P), the four arrays of `Largest` for
+    each of ``spans``; zero where a span has no samples."""
 
     spans: Spans
     by_span: Array
@@ -176,8 +176,7 @@ def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Arr
     """Return (P,) sqrt 3 times the diagonal of the box, in Ilyushin's space, that encloses a point's deviators [Pa].
 
     Under proportional stress this is the von Mises range (of the difference of the two most distant states), otherwise
-    1 to sqrt 5 times that range: no point with a large range is missed. Times and coordinates are sampled as in
-    `largest`.
+    1 to sqrt 5 times that range: no point with a large range is missed. Times are sampled as in `largest`.
 
     Args:
         field: stress of a body.

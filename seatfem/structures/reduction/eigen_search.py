@@ -165,7 +165,7 @@ def expected(model: SecondOrderModel, count: float) -> float:
 
 def between(counts: Sequence[Counted], target: float) -> float:
     """Return the value at which the count is about ``target``, by interpolation between the nearest counts, or by
-    extrapolation with a power of w: 3 as for a solid body, or by the nearest two counts, at least 1/2 as for bending of
+    extrapolation with a power of w: 3 as for a solid, or by the nearest two counts, at least 1/2 as for bending of
     a bar."""
     low = sorted((one for one in counts if one.count < target), key=lambda one: -one.value)
     high = sorted((one for one in counts if one.count >= target), key=lambda one: one.value)

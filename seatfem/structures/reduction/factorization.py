@@ -207,8 +207,8 @@ def solve_on_two_grids(matrix: sparse.csr_array, dofs: DofMap | None, allowed: f
 
 
 def _linear_functions(dofs: DofMap) -> sparse.csr_array | None:
-    """Return P, the unknowns of linear functions of the corners, for quadratic tetrahedra; ``None`` for other
-    elements."""
+    """Return P, the unknowns of linear functions of the corners; ``None`` for elements other than quadratic
+    tetrahedra."""
     mesh: Any = dofs.mesh
     if mesh is None or mesh.elem.refdom.__name__ != "RefTet":
         return None
@@ -229,8 +229,7 @@ def _residual(matrix: sparse.csr_array, solve: Callable[[Array], Array]) -> floa
 
 
 def _pardiso_class() -> Any:
-    """Return pypardiso's solver class, or ``None``; the path of MKL is set first, to save a search through all
-    files."""
+    """Return pypardiso's solver class, or ``None``; MKL's path is set first, to save a search through all files."""
     if MKL_RUNTIME not in os.environ and (path := _mkl_runtime()) is not None:
         os.environ[MKL_RUNTIME] = str(path)
     try:
@@ -296,7 +295,7 @@ def _pardiso_message(code: int, definite: bool) -> str:
 
 
 def _calls(solver: Any, upper: sparse.csr_matrix, kind: type) -> Callable[[int, Array], tuple[Array, int]]:
-    """Return a function that calls the library with a phase and right-hand sides; it returns solutions and an error
+    """Return a function that calls the library with a phase and right-hand sides, and returns solutions and an error
     code.
 
     The 1-based index arrays are made once: pypardiso would compare or hash the whole matrix and rebuild them in every
@@ -336,8 +335,7 @@ def _calls(solver: Any, upper: sparse.csr_matrix, kind: type) -> Callable[[int, 
 
 
 def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | None]:
-    """Return a solver by SuperLU without pivoting, in METIS nested-dissection order, and the number of negative
-    pivots."""
+    """Return a solver by SuperLU without pivoting, in METIS order, and the number of negative pivots."""
     graph = sparse.csr_array(matrix - sparse.diags_array(matrix.diagonal()))
     graph.eliminate_zeros()
     order, place = (np.asarray(p) for p in pymetis.nested_dissection(xadj=graph.indptr, adjncy=graph.indices))

@@ -148,7 +148,7 @@ def reduce_model(
     backend: Backend | Literal["slepc"] = "auto",
     progress: Progress = silent,
 ) -> Reduction:
-    """Return the result of `greens_function` with the modes, if the reduction computes any."""
+    """Return the same as `greens_function`, with the modes if the reduction computes any."""
     local: Backend = "auto" if backend == "slepc" else backend
     aims = Aims(bandwidth, duration, tolerance, max_vectors, local, distributed=backend == "slepc")
     return reduced(model if ports is None else model.with_ports(ports), aims, damping_ratio, method, progress)

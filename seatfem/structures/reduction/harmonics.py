@@ -227,8 +227,7 @@ def _static_tail(
     aims: Aims,
     max_harmonic: int,
 ) -> tuple[Tail, float]:
-    """Return the static harmonics above ``done``, and their error relative to the response: a pulse's peak is
-    2/width."""
+    """Return static harmonics above ``done``, and their error over the response: a pulse's peak is 2/width."""
     tail = Tail(total.patches, total.rings, done)
     while (doubt := total.relative(tail.doubt() * 2 * aims.bandwidth)) > aims.tolerance / 6:
         if tail.last >= max_harmonic:
@@ -281,7 +280,7 @@ class _Sum:
 
     def beyond(self, harmonic: int, error: float) -> float:
         """Return the error, relative to the response, of all harmonics from this one on, if their ``error`` falls like
-        1/n^2: with the patches' coefficients, at most 2/(n w) or 1, terms fall like 1/n^4 and sum to n/3 times the
+        1/n^2: with the patches' coefficients, at most 2/(n w) or 1, terms fall like 1/n^4 and sum to n/3 of the
         first."""
         narrowest = min(patch.width for patch in self.patches.values())
         envelope = min(1.0, 2 / (max(harmonic, 1) * narrowest))

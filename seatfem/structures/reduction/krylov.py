@@ -1,5 +1,4 @@
-"""Reduction to a Krylov space of (K + s^2 M)^-1 M, with an M-orthonormal basis of far fewer vectors than modes in the
-band.
+"""Reduction to a Krylov space of (K + s^2 M)^-1 M, with an orthonormal basis of fewer vectors than modes in the band.
 
 Rigid-body shapes, if known, are its first vectors, with a stiffness of exactly zero.
 """
@@ -180,11 +179,9 @@ _HIGHER = (
 
 @dataclass(frozen=True)
 class Krylov(Reducer):
-    """Reduction to a Krylov space V, which grows until the estimated error of g after the Hann pulse is within
-    tolerance.
+    """Reduction to a Krylov space V, which grows until the error of g after the Hann pulse is within tolerance.
 
-    Its modes, for pictures, are the Ritz pairs in the band that are converged modes of the body and that the ports
-    excite.
+    Its modes, for pictures, are the Ritz pairs in the band that are converged modes, which the ports excite.
 
     Attributes:
         most: most vectors, unless the aims state a number.

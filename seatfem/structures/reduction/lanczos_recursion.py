@@ -1,5 +1,4 @@
-"""Block Lanczos on M^-1 K without a factorization: a three-term recursion with two blocks of vectors; its Gauss
-rule."""
+"""Block Lanczos on M^-1 K without a factorization: three terms and two blocks of vectors; its Gauss rule."""
 
 import math
 from collections.abc import Callable

@@ -151,8 +151,7 @@ def modal_error(
 def _static(
     model: SecondOrderModel, modes: Modes, backend: krylov.Here | reduction.slepc.Ranks, *, deflated: bool = False
 ) -> tuple[float, Array, bool]:
-    """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s below the truncated modes, P = 1 - M R R' with rigid modes
-    R.
+    """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s below truncated modes, P = 1 - M R R' with rigid modes R.
 
     P B are loads balanced by inertia, under which a free body does not move away. ``deflated``: R are all known modes,
     so that the result is the compliance of the truncated ones, without cancellation in a difference.
@@ -170,8 +169,7 @@ def _static(
 def _residual_compliance(
     model: SecondOrderModel, modes: Modes, shapes: Array, square: float, static: Array, deflated: bool
 ) -> Array:
-    """Return the (p, p) static compliance of the truncated modes: `_static` less that of ``modes`` if it includes
-    them."""
+    """Return the (p, p) static compliance of the truncated modes: `_static` less ``modes`` if it includes them."""
     if len(modes.omega) == model.size:
         return np.zeros((shapes.shape[1], shapes.shape[1]))
     elastic = (modes.omega > 0) & (not deflated)

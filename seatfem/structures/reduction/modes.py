@@ -1,5 +1,4 @@
-"""Natural modes, with a count of eigenvalues that proves them complete; those of symmetric plates as even or odd
-modes."""
+"""Natural modes, proved complete by a count of eigenvalues; those of symmetric plates as even or odd modes."""
 
 from __future__ import annotations
 
@@ -206,8 +205,7 @@ ALMOST: Final = 1e-8  # largest 1 - |parity| of a mode that is even or odd but f
 
 
 def with_parity(modes: Modes, model: SecondOrderModel, points: Array) -> Modes:
-    """Return the modes of a plate symmetric about y = 0 as exactly even or odd ones, (y + p P y)/2, p = sign of y'M P
-    y.
+    """Return the modes of a plate symmetric about y = 0 as even or odd ones, (y + p P y)/2, p = sign of y'M P y.
 
     P maps a motion to its mirror image. Rigid modes are first combined to even and odd ones. Modes of mixed parity,
     such as pairs of equal frequency, are not changed, nor are any modes on a mesh without this symmetry.

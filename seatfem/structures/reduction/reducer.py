@@ -1,5 +1,4 @@
-"""The base class of all reductions, `Reducer`, and the common part of Krylov spaces: growth, Ritz pairs, error
-estimates."""
+"""The base class of all reductions, `Reducer`, and Krylov spaces: growth, Ritz pairs, error estimates."""
 
 from __future__ import annotations
 

@@ -131,7 +131,7 @@ class Spectrum:
         self.top = top.value
 
     def _about(self, shift: Shift, upto: int, top: Shift | None, check: bool) -> None:
-        """Compute the eigenpairs below a shift, and those above it up to number ``upto``, below ``top`` or before a
+        """Compute the eigenpairs below a shift, and those above up to number ``upto``, below ``top`` or before a
         gap."""
         have, end = len(self.values), None if top is None else Counted(top.value, top.count)
         shift, lanczos = self._started(shift, upto - have)
@@ -221,8 +221,7 @@ class Spectrum:
         )
 
     def _search(self, have: int, upto: int) -> Shift:
-        """Return a shift with a part of the eigenvalues from ``have`` to ``upto`` below it, or slightly more than
-        all."""
+        """Return a shift with a part of the eigenvalues from ``have`` to ``upto`` below it, or hardly more than all."""
         want = upto - have
         once = self._is_one_shift_cheaper(want)
         target, most = have + (_ALL if once else _BELOW) * want, (_MANY if once else 1.3) * want + 4
@@ -252,8 +251,7 @@ class Spectrum:
 
 
 def _settled(ritz: RitzValues, shift: Shift, have: int, upto: int, end: Counted | None) -> Array | None:
-    """Return the indices of the Ritz pairs that are the eigenpairs from ``have`` to ``upto``; ``None`` if some are
-    missing.
+    """Return the indices of Ritz pairs that are the eigenpairs from ``have`` to ``upto``; ``None`` if any is missing.
 
     Raises:
         CountError: there are more than the inertia counts.

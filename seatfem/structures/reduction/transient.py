@@ -67,8 +67,7 @@ class Transient(Reducer):
     modal_damping = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Return why it cannot be used: damping must be a matrix C that adds no energy, and no function of
-        frequency."""
+        """Return why it cannot be used: damping is to be a matrix C that adds no energy, no function of frequency."""
         if model.loss is not None and model.loss.nnz:
             return (
                 "loss factors (structural damping) are defined by the frequency and cannot be stepped in time; use "
@@ -82,8 +81,7 @@ class Transient(Reducer):
         return feeding(model, damping)
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return an infinite cost, as a last resort: samples end with the duration, and are slow in the contact
-        solver."""
+        """Return an infinite cost, as a last resort: samples end with the duration and are slow in the solver."""
         return Cost(math.inf, "time steps")
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:

@@ -201,8 +201,7 @@ def _with_end(
 
 
 def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> variations.Budget:
-    """Return the budget with jumps of measures within the error bar of the impulse, added to the impulse's main
-    source."""
+    """Return the budget with jumps of measures within the error bar of the impulse, added to its main source."""
     if not budget.parts or not (0 < (share := budget.relative("impulse")) < math.inf):
         return budget
     source, jumps = budget.dominant("impulse"), dict.fromkeys(budget.values, 0.0)
@@ -220,8 +219,7 @@ def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> varia
 
 
 def _parallel_runs(steps: int) -> int:
-    """Return how many runs of so many ``steps`` are computed in parallel: one a core, if memory holds their
-    histories."""
+    """Return how many runs of so many ``steps`` run in parallel: one a core, if memory holds their histories."""
     room = resources.available_memory() / (contact.STEP_BYTES * steps)
     return max(1, int(min(compiling.threads(), room)))
 

@@ -21,7 +21,7 @@ from impact.runs.variations import SAFETY, Budget, Values, changes, larger, tota
 from seatfem.study.scene.measures import ContactRecord, values_of
 
 CLOCK: Final = "last touch"
-"""Name of a further measure in the runs of a budget: the time at which the last complete contact has half its impulse
+"""Name of a further measure in a budget: the time at which the last complete contact has half its impulse
 [s].
 """
 

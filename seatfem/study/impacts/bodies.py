@@ -113,7 +113,7 @@ def solved_stopper(geometry: ContactGeometry, duration: float) -> Solved | None:
 
 def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = None) -> impact.ContactProblem:
     """Return the contact problem of striker and seat: one contact, or one for each part of the seat's patch, in which a
-    striker without such ports moves as a rigid face; then the contacts with the stopper. ``stopper``: in place of the
+    striker without such ports moves as a rigid face; then those with the stopper. ``stopper``: in place of the
     scene's."""
     division, geometry = Division.from_greens(seat.greens), scene.geometry
     law, seat, apart = scene.contact.law, on_its_base(scene.mount("seat"), seat), geometry.has_two_places

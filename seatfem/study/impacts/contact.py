@@ -1,5 +1,4 @@
-"""Runs of a contact problem: limits of the time step, time integration, and the records from which measures are
-taken."""
+"""Runs of a contact problem: limits of the time step, time integration, and records for the measures."""
 
 from __future__ import annotations
 
@@ -152,8 +151,7 @@ def marched(
     duration: float,
     flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
 ) -> impact.ContactStepper:
-    """Integrate a problem over a ``duration`` [s] for its forces only, at a fraction of the cost of a run with
-    energies.
+    """Integrate a problem over a ``duration`` [s] for its forces only, far cheaper than a run with energies.
 
     ``flight``: function such as `Flights`, which several runs may share.
     """

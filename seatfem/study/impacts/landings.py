@@ -158,7 +158,7 @@ class _March:
     width: float
 
     def landings(self, load: StaticLoad, stored: Stored, pushed: Array) -> Landings:
-        """Return the landings; ``stored``: the striker's energy after given steps; ``pushed`` (L, n): amplitudes of its
+        """Return the landings; ``stored``: striker's energy after steps; ``pushed`` (L, n): amplitudes of its
         loads [N]."""
         seats = _is_seat(self.problem)
         on_seat = self._record(seats, load)
@@ -198,8 +198,7 @@ NO_LANDING_NEEDED: Final = ("stopper_", "gas_", "gauge_", "peak_gauge_strain", "
 
 
 def has_landed(summary: Mapping[str, object]) -> bool:
-    """Return whether the reed has landed and the landing was not cut off; a summary without a status counts as
-    landed."""
+    """Return whether the reed has landed without being cut off; a summary without a status counts as landed."""
     return summary.get(STATUS, LANDED) == LANDED
 
 

@@ -97,7 +97,7 @@ def beam_histories(
 
 
 def block_from(life: LifeTable | None, turn: float | None, touches: Touches) -> int:
-    """Return the first step of the repeated stress block: 0 for the whole run, or one crank ``turn`` [s] before the
+    """Return the first step of the repeated stress block: 0 for the whole run, or a crank ``turn`` [s] before the
     end."""
     if life is None or life.block != "last cycle":
         return 0

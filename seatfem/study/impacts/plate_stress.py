@@ -58,8 +58,7 @@ def has_plate_stress(reed: Structure, striker: Body) -> bool:
 
 
 def lips_of_plate(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
-    """Return the contact patches on the striking plate: its own face, then the seat's lip in the parts of
-    `division`."""
+    """Return the contact patches on the striking plate: its own face, then the seat's lip by `division`."""
     return _plate_of(geometry).lips(geometry.on_the_reed(geometry.lip(division.arcs, division.rings)))
 
 
@@ -70,7 +69,7 @@ def _plate_of(geometry: ContactGeometry) -> ThinPlate:
 
 
 def _touching_lips(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
-    """Return the patches of `lips_of_plate` that are in contact: the seat's or else its own, and its own at a
+    """Return the patches of `lips_of_plate` that are in contact: the seat's or else its own, which also meets a
     stopper."""
     lips = lips_of_plate(geometry, division)
     return lips if geometry.stopper is not None else lips[-1:]

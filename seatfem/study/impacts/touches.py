@@ -80,8 +80,7 @@ def taken_apart(
 
 
 def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Array) -> float | None:
-    """Return the striker's effective mass [kg]: the total of forces ``pushed`` over the mean acceleration of its
-    contacts.
+    """Return the striker's effective mass [kg]: the sum of forces ``pushed`` over the mean acceleration of contacts.
 
     It is the mass of a free striker that does not rotate, and less if it does; ``None`` for one that is held, or
     without force.

@@ -37,8 +37,7 @@ def validity_advice(
     seat: GreensFunction | None = None,
     reed: GreensFunction | None = None,
 ) -> tuple[notices.Advice, ...]:
-    """Return advice if the run exceeds the limits of its theory or of its data; ``filter_width``: averaging time
-    [s]."""
+    """Return advice if the run exceeds limits of its theory or data; ``filter_width``: averaging time [s]."""
     flat = geometry.reed.slender or geometry.reed.thin_plate
     misfits, bands = list[notices.Advice](), list[notices.Advice]()
     for role, structure, greens in (("seat", geometry.seat, seat), ("reed", geometry.reed, reed)):

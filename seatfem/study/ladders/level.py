@@ -95,8 +95,7 @@ def _better(run: ComputedRun) -> Terms:
 
 
 def tells_waves(seat: Structure, method: Method) -> bool:
-    """Return whether the budget of a run on a static seat includes a run with waves: for a body of revolution in
-    arcs."""
+    """Return whether the budget of a static seat includes a run with waves: for a body of revolution in arcs."""
     body = seat.drawn
     return method.static and method.in_arcs and body is not None and body.elements_of(method) == CHEAP
 

@@ -180,8 +180,7 @@ class OnePort(Ladder):
 
 
 def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens | None:
-    """Return the seat's response as a whole, with a half-space under the parts of a lip; ``None`` if either is
-    unknown."""
+    """Return the seat's response with a half-space under the parts of a lip; ``None`` if either is unknown."""
     surrogate = run.scene.seat.surrogate(run.scene.run.duration, run.scene.reed.face)
     whole = as_a_whole(run.seat.greens).modal or surrogate.greens.modal
     if lip is None or whole is None or surrogate.patch is None:

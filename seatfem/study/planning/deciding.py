@@ -1,5 +1,4 @@
-"""The cheapest way to meet a target of accuracy, among all combinations of seat model, time step and number of
-modes."""
+"""The cheapest way to meet a target of accuracy, by combinations of seat model, time step and number of modes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -143,8 +142,7 @@ class Choices:
         return np.asarray(seconds[:, None] + start + poles[:, None] * each, dtype=np.float64)
 
     def cheapest(self, target: float, longest: float = np.inf, memory: float = np.inf) -> Decision:
-        """Return the cheapest combination that meets ``target``; a measure that none meets must be near its least
-        error.
+        """Return the cheapest combination that meets ``target``; a measure that none meets has nearly its least error.
 
         Levels of the seat whose own error misses the target count only if all do. A static seat may cost `SIMPLER`
         times as much as one with waves, as predicted costs are no more accurate.

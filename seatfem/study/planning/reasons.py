@@ -54,8 +54,7 @@ COUPLED: Final = (
 
 
 def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Choice, ...]:
-    """Return the choices of all keys that matter, with values of ``method``; ``at_hand``: place of a reused seat, or
-    ""."""
+    """Return the choices of keys that matter, with values of ``method``; ``at_hand``: place of a reused seat, or ""."""
     choices: list[Choice] = []
     scene, of_the_mesh = decision.context.scene, decision.level != "rod"
     for key, reason in _REASONS.items():

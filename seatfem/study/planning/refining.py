@@ -133,8 +133,7 @@ class RoundsAhead:
 
 
 def rounds_ahead(plan: Plan, machine: Machine | None = None) -> RoundsAhead:
-    """Return the rounds expected: one if the predicted error meets the target, else as many as are needed or
-    allowed."""
+    """Return the rounds expected: one if the predicted error meets the target, else as needed or allowed."""
     number, seconds, further = 1, plan.cost.seconds, _next(plan, machine)
     while not plan.meets_target and further is not None and number < MOST_ROUNDS and _again(further) <= LONGEST:
         plan, number, seconds = further, number + 1, seconds + _again(further)

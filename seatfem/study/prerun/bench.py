@@ -270,8 +270,7 @@ class Bench:
         return self._strikers[dt, n_modes]
 
     def _target(self, dt: float, seat: GreensFunction) -> Discrete:
-        """Return the seat, without energies; `seat` itself is cached, as its step weights take longer than a
-        pre-run."""
+        """Return the seat, without energies; `seat` is cached, as step weights take longer than a pre-run."""
         cached = self._seats if seat is self.seat else {}
         if dt not in cached:
             body = on_its_base(self.scene.mount("seat"), Body(seat.forces_only()))
@@ -291,8 +290,7 @@ class Bench:
 def prepare_bench(
     scene: Scene, reed: Method, seat: GreensFunction, stopper: Body | None, progress: Progress = silent
 ) -> Bench:
-    """Return the pre-runs of a scene, with the window of its contact; ``reed``: method of a striker without
-    surrogate."""
+    """Return a scene's pre-runs, with the window of contact; ``reed``: method of a striker without surrogate."""
     striker = surrogate_striker(scene.reed, reed, scene.run.duration, scene.seat.face, progress)
     return Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)
 
@@ -315,8 +313,7 @@ def advanced(body: Body, time: float) -> Body:
 
 
 def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
-    """Return |other - one|/|one| of each measure; 0 if both are 0, infinite if ``one`` is 0 or ``other`` has no
-    value."""
+    """Return |other - one|/|one| of each measure: 0 if both are 0, infinite if one is 0 or the other has no value."""
 
     def change(value: float, changed: float) -> float:
         return abs(changed - value) / abs(value) if value else (0.0 if not changed else math.inf)

@@ -161,8 +161,7 @@ class PlanningContext:
 
     @property
     def tolerances(self) -> tuple[float, ...]:
-        """Return the tolerances of the reduction to choose from; a lip in arcs, solved by modes, has one nominal
-        value."""
+        """Return the tolerances of the reduction to choose from; a lip in arcs, solved by modes, has one value."""
         if self.arcs is not None:
             return TOLERANCES[:1]
         return (self.stated.seat.tolerance,) if TOLERANCE in self.stated.given else TOLERANCES
@@ -215,8 +214,7 @@ class PlanningContext:
 
     @cached_property
     def _by_rings(self) -> Changes | None:
-        """Return the relative changes by rings on a coarse seat; ``None`` if their bound is small, or none is
-        solved."""
+        """Return the changes by rings on a coarse seat; ``None`` if their bound is small, or it is not solved."""
         patch, least = self.patch, LOOKED_AT * self.scene.accuracy.target
         if patch is None or self.surrogate.band is None or self.scene.seat.drawn is None:
             return None

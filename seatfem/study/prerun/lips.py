@@ -160,11 +160,10 @@ def choose_more_arcs(scene: Scene, method: RunMethod, surrogate: Surrogate, arcs
 
 
 def errors_of_simpler_models(bench: Bench) -> Mapping[str, Changes]:
-    """Return the relative changes by one contact point in place of the arcs, and by a beam in place of the plate, by
-    name.
+    """Return the relative changes by one contact point in place of the arcs, and a beam in place of the plate, by name.
 
     The largest change at two time steps and on a stiffer seat counts, as one may be small by accident. One contact
-    point may be chosen (`one_port_in_place`); the beam is only reported, as its error is known only once the plate is
+    point may be chosen (`one_port_in_place`); the beam is only reported, as its error is known once the plate is
     solved.
     """
     scene, division = bench.scene, Division.from_greens(bench.seat)

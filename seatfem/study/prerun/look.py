@@ -59,7 +59,7 @@ def coarse_seat(
 
 
 def leaves_open(seat: Structure, given: frozenset[str]) -> bool:
-    """Return whether the scene, which states the keys ``given``, leaves the band, level or mesh of a reduced seat to
+    """Return whether a scene that states the keys ``given`` leaves band, level or mesh of a reduced seat to
     the plan."""
     return seat.traits.is_reduced and not given.issuperset((BAND,) if seat.drawn is None else (BAND, MODEL, SIZE))
 

@@ -197,8 +197,7 @@ class Sensitivity:
         return self._above(math.floor(math.log(frequency, NARROWER)))
 
     def _above(self, rung: int) -> Changes:
-        """Return the errors by truncation at the frequency `NARROWER` ** ``rung`` [Hz], at least those of higher
-        ones."""
+        """Return errors by truncation at the frequency `NARROWER` ** ``rung`` [Hz], at least those at higher ones."""
         if rung not in self._rungs:
             seat = self.bench.seat.modal
             if seat is None or not np.any(seat.omega > 2 * math.pi * NARROWER ** (rung - 1)):
@@ -284,8 +283,7 @@ def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
 
 
 def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, float]]:
-    """Yield a plate of a ``band`` [Hz] with other modes, and the factor from the change by each to the truncation
-    error.
+    """Yield a plate of a ``band`` [Hz] with other modes, and the factor from its change to the truncation error.
 
     First the highest modes are left out (`OF_MODES`); their effect extrapolates to that of the next ones if many of
     them take part in the contact. In the middle of a disc, or all around a ring, few do: then modes beyond the last are

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 PICTURE: Final = "margin_map.png"
 SHARE: Final = 0.3
-"""Least range of von Mises stress, over the largest, at which a margin is computed; below it margins are 3 times
+"""Least range of von Mises stress, over the largest, at which a margin is computed; below, it is 3 times
 larger."""
 
 

@@ -1,5 +1,4 @@
-"""How many landings of a run are predictable, from a perturbed twin of the last round, and statistics of the later
-ones."""
+"""The predictable landings of a run, by a perturbed twin of the last round, and statistics of the later ones."""
 
 from __future__ import annotations
 

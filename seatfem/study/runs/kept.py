@@ -48,7 +48,7 @@ def cached_plan(scene: Scene) -> Plan | None:
 
 
 def plan_from_json(scene: Scene, data: Mapping[str, Any], note: str) -> Plan | None:
-    """Return the plan of ``scene`` that `plan_to_json` gave, with a ``note`` on its origin; ``None`` if the data are
+    """Return the plan of ``scene`` from `plan_to_json`, with a ``note`` on its origin; ``None`` if the data are
     invalid."""
     try:
         method = _method(stated_method(scene), scene.geometry, data["values"])

@@ -177,8 +177,7 @@ class _Step:
 def _steps(
     plan: Plan, measure: str, left: Mapping[str, float], before: Mapping[str, float], allowed: float
 ) -> list[_Step]:
-    """Return refinements of the sources that count, largest first; none if one too large by itself cannot be
-    refined."""
+    """Return refinements of the sources that count, largest first; none if one too large alone cannot be refined."""
     steps: list[_Step] = []
     for source in sorted(left, key=lambda source: -left[source]):
         if left[source] <= RESERVE / 2 * allowed:

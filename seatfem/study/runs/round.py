@@ -113,7 +113,7 @@ class Round:
     @property
     def without_bar(self) -> tuple[str, ...]:
         """Return the measures without a known error bar: the plan replaced the seat by a spring, and its pre-runs,
-        which include waves, compared only the measures asked for; the budget may miss most of the effect of waves on
+        which include waves, compared only measures asked for; the budget may miss most of the effect of waves on
         others."""
         if self.plan.level != "spring" or tells_waves(self.plan.scene.seat, self.plan.method.seat):
             return ()

@@ -1,4 +1,4 @@
-"""The rounds of a run: a plan is computed, its error estimated and the plan refined until the target is met or cannot
+"""The rounds of a run: a plan is computed, its error estimated, and it is refined until the target is met or cannot
 be."""
 
 from __future__ import annotations

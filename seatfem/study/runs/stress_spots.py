@@ -221,8 +221,7 @@ def _beam_histories(done: Round, stride: int) -> list[History]:
 
 
 def _plate_histories(done: Round, plate: reed_stress.PlatePeaks, stride: int) -> list[History]:
-    """Return the stress histories at the largest von Mises stress of each part of a plate, in the face away from the
-    seat."""
+    """Return the stress histories at the von Mises peaks of all parts of a plate, in the face away from the seat."""
     parts = runs.reed_stress.parts_of_plate(done, plate.field.points)
     peak = plate.found.after_contact if math.isfinite(plate.found.spans.touch) else plate.found.initial
     by_part = [np.flatnonzero(parts == part) for part in np.unique(parts)]

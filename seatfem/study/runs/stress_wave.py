@@ -38,8 +38,7 @@ AROUND: Final = 120  # fewest quadrilaterals around a lip
 def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str, object]] = ()) -> list[Picture]:
     """Return lip.png and, for a plate, landing.gif and landing.h5; none if the contact is not along a lip.
 
-    They show the hardest of the ``landings`` on the seat (records as in summary.json) or, without any, the hardest
-    contact.
+    They show the hardest of the ``landings`` on the seat (as in summary.json) or, without any, the hardest contact.
     """
     scene, touches = done.plan.scene, done.touches
     division = Division.from_greens(done.seat.greens)

@@ -194,8 +194,7 @@ def _place(line: Line, arc: int) -> tuple[float | None, float]:
 
 def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
     """Return the keys of a contact along a lip: its arcs, the averaging length and time, and the places of the first
-    touch and of the largest force and impulse per length, as angle and as arc length from the start of the first
-    arc."""
+    touch and of the largest force and impulse per length, as angle and arc length from the start of the first arc."""
     if line is None:
         return {}
     is_pressed = (line.force if line.film is None else line.force - line.film) > 0
