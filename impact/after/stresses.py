@@ -113,7 +113,7 @@ def bending_stress(
 def peak_bending_stress(
     force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: At = None, coarsely: bool = False
 ) -> PeakStress:
-    """Return the largest |`bending_stress`| [Pa] along the reed in the record, release included, by `reed_stress`."""
+    """Return the largest |`bending_stress`| [Pa] along the reed in the record, release included: as `reed_stress`."""
     return reed_stress(force, dt, reed, beam, contact_at=contact_at, coarsely=coarsely).largest
 
 
@@ -131,7 +131,7 @@ def reed_stress(
     before and after the time ``since`` at which a landing begins [s].
 
     The stress is evaluated at `POINTS_PER_WAVE` points per shortest retained wave and at every step, with ``coarsely``
-    at half as many points and once per radian of the highest mode. Other arguments and errors: `bending_stress`.
+    at half as many points and once per radian of the highest mode. Other arguments and errors: as `bending_stress`.
 
     Steps are skipped where the sum over modes of |q_k| max |stress shape| is below the peak so far, then those where
     the stress in single precision plus its round-off bound is below it.
