@@ -237,7 +237,7 @@ class Walker(_Power):
     """smax^(1 - gamma) sa^gamma, smax = sm + sa; no damage where smax <= 0.
 
     Attributes:
-        walker_exponent: measured gamma; 1 neglects the mean stress, 1/2 is the criterion of Smith, Watson and Topper.
+        walker_exponent: gamma, a measured ratio; 1 neglects the mean stress, 1/2 is Smith, Watson and Topper's.
 
     Source: K. Walker, ASTM STP 462 (1970) 1.
     """
