@@ -1,10 +1,10 @@
 """Histories of a run: spans of time, and averages and Fourier transforms of a force that is constant over each step.
 
-A ``length`` is that of the whole line [m], whose arcs are then equal, or those of its arcs, (N,). A line is closed, or
-made of several ``pieces``: the number of arcs in each, and whether it is closed. What is averaged lies on one piece.
+A ``length`` is the length of the whole line [m], divided into equal arcs, or the (N,) lengths of its arcs. A line is
+one closed loop, or several ``pieces``, each (number of arcs, closed or not). An average never spans two pieces.
 
-Where contact runs along a line, the force at one place is a moving front: its peak grows with ever more arcs and never
-settles. Means over a part of the line and a time do.
+Where contact runs along a line, the force at one place is a moving front: its peak grows without limit as the arcs are
+refined. Means over a fixed part of the line and a fixed time converge.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
         integral = np.concatenate([[0.0], np.cumsum(force) * dt])
         after, before = (np.interp(time + shift, time, integral) for shift in (width / 2, -width / 2))
         return np.asarray((after - before) / width)
-    reach = min(int(width / (2 * dt)) + 1, n)  # steps that the window sees on either side
+    reach = min(int(width / (2 * dt)) + 1, n)  # steps that the window covers on either side
     edges = np.clip(np.arange(-reach, reach + 1) * dt / width, -0.5, 0.5)
     weights = np.diff(edges + np.sin(2 * np.pi * edges) / (2 * np.pi))
     size = 1 << (n + 2 * reach).bit_length()
@@ -39,7 +39,7 @@ def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
 
 
 def largest_average(force: Array, dt: float, width: float) -> float:
-    """Return the largest average of ``force`` (n,) over ``width`` [s]: its span begins or ends with a step [N]."""
+    """Return the largest moving average [N] of ``force`` (n,) over ``width`` [s], reached at an edge of a step."""
     return float(largest_averages(force[:, None], dt, width)[0])
 
 
@@ -69,10 +69,10 @@ ON_A_STEP = 1e-6  # largest time before a step, over the step, at which a landin
 
 @dataclass(frozen=True)
 class Spans:
-    """Spans of time whose largest values are wanted; each begins after one cut and includes the next.
+    """Spans of time over which peaks are taken; each begins after one cut and includes the next.
 
-    ``touch``: number of the recorded time at which the first contact begins; -1 under a preload, inf without contact.
-    ``landing``: likewise of a landing; inf where none is stated.
+    ``touch``: index of the recorded time at which the first contact begins; -1 under a preload, inf without contact.
+    ``landing``: index of the time at which a landing begins; inf where no landing time is given.
     """
 
     touch: float
@@ -80,13 +80,13 @@ class Spans:
 
     @classmethod
     def of_run(cls, force: Array, dt: float, since: float | None = None) -> Spans:
-        """Return the spans of a run with contact forces (n + 1, ...) at the step ``dt``, a landing ``since`` that time
+        """Return the spans of a run with contact forces (n + 1, ...) at steps ``dt``; a landing begins at ``since``
         [s]."""
         return cls(first_touch(force), np.inf if since is None else float(np.floor(since / dt + ON_A_STEP)))
 
     @property
     def cuts(self) -> Array:
-        """Return the (c,) numbers of the times that are the last ones of their spans, rising."""
+        """Return the (c,) indices of the last recorded time of each span but the last, in ascending order."""
         return np.unique([0.0, self.touch, self.landing])
 
     @property
@@ -96,7 +96,7 @@ class Spans:
 
     @property
     def start(self) -> slice:
-        """Return the span that holds t = 0, and nothing else of a record."""
+        """Return the span that consists of t = 0 alone."""
         number = self._span(0.0)
         return slice(number, number + 1)
 
@@ -109,7 +109,7 @@ class Spans:
         return slice(self._span(cut) + 1, None)
 
     def of_times(self, times: NDArray[np.int64]) -> NDArray[np.intp]:
-        """Return the (m,) numbers of the span that holds each of m recorded times, given by their numbers."""
+        """Return the (m,) numbers of the spans that contain the recorded times with the indices ``times`` (m,)."""
         return np.searchsorted(self.cuts, times)
 
     def _span(self, time: float) -> int:
@@ -117,8 +117,7 @@ class Spans:
 
 
 def first_touch(force: Array) -> float:
-    """Return the number of the time from which on contact bends the reed, inf without; ``force[m]`` acts from m - 1
-    on."""
+    """Return the index of the time at which contact begins, inf without contact; ``force[m]`` acts from time m - 1."""
     touching = np.flatnonzero(force if force.ndim == 1 else np.any(force, axis=1))
     return float(touching[0]) - 1 if touching.size else np.inf
 
@@ -128,10 +127,10 @@ Pieces = tuple[tuple[int, bool], ...]
 
 @dataclass(frozen=True)
 class ClosedLine:
-    """A line in N arcs about a point, closed unless its ``pieces`` are not.
+    """A line of N arcs around a centre, closed unless its ``pieces`` say otherwise.
 
-    ``lengths`` (N,) of the arcs [m]; ``edges`` (N + 1,): angles at which they begin and end, from 0 to 2 pi [rad],
-    ``None`` where angles do not give places; ``places`` (N, 2): means over them of x and y from the point [m].
+    ``lengths`` (N,): lengths of the arcs [m]; ``edges`` (N + 1,): angles of their ends, from 0 to 2 pi [rad], ``None``
+    where the angle does not determine the point; ``places`` (N, 2): mean x and y over each arc from the centre [m].
     """
 
     lengths: Array
@@ -141,39 +140,39 @@ class ClosedLine:
 
     @property
     def borders(self) -> Array:
-        """Return the (N + 1,) lengths along it at which arcs begin and end [m]."""
+        """Return the (N + 1,) arc lengths along the line at which its arcs begin and end [m]."""
         return np.concatenate([[0.0], np.cumsum(self.lengths)])
 
     @staticmethod
     def circle(radius: float, arcs: int) -> ClosedLine:
-        """Return a circle in equal arcs, of which the first begins on the x axis; their means lie inside the circle."""
+        """Return a circle in equal arcs, the first beginning on the x axis; the mean of an arc lies inside the
+        circle."""
         angles, reach = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs, radius * np.sinc(1 / arcs)
         places = reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         return ClosedLine(np.full(arcs, 2 * np.pi * radius / arcs), 2 * np.pi * np.arange(arcs + 1) / arcs, places)
 
 
 def over_arcs(force: Array, share: float, length: float | Array | None = None, pieces: Pieces = ()) -> Array:
-    """Turn (n, N) forces of N arcs [N] into the (n, N) mean force per length over a part of the line that begins at
-    each.
+    """Return the (n, N) mean force per length [N/m] over the parts of the line that begin at each of N arcs.
 
-    On an open piece parts that would reach beyond its end are moved back to it. ``share``: of the whole line, up to 1,
-    at least the longest arc's, at most a whole piece; an arc that lies in it in part counts by that part. ``length``:
-    by default 1 m of each arc, for the mean force of an arc.
+    ``force``: (n, N) forces on the arcs [N]. On an open piece, parts that would pass its end are moved back to it.
+    ``share``: length of a part over that of the line, raised to the longest arc's and limited to a whole piece; an arc
+    partly inside counts in proportion. ``length``: by default 1 m per arc, which gives the mean force per arc.
     """
     lengths = lengths_of(float(force.shape[1]) if length is None else length, force.shape[1])
     weights = np.zeros((len(lengths), len(lengths)))
     for arcs, starts, width, closed in _parts(share, lengths, pieces):
-        own, again = lengths[arcs], 2 if closed else 1
-        ends = np.cumsum(np.tile(own, again))
-        begins = ends - np.tile(own, again)
+        of_piece, turns = lengths[arcs], 2 if closed else 1
+        ends = np.cumsum(np.tile(of_piece, turns))
+        begins = ends - np.tile(of_piece, turns)
         within = np.minimum(ends[:, None], starts + width) - np.maximum(begins[:, None], starts)
-        within = np.maximum(within, 0.0).reshape(again, len(own), -1).sum(axis=0)
-        weights[arcs, arcs] = within / own[:, None] / width
+        within = np.maximum(within, 0.0).reshape(turns, len(of_piece), -1).sum(axis=0)
+        weights[arcs, arcs] = within / of_piece[:, None] / width
     return np.asarray(force @ weights)
 
 
 def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice, Array, float, bool]]:
-    """Yield for each piece its arcs, where on it the parts of `over_arcs` begin and how long they are [m], and if
+    """Yield for each piece its arcs, the starts and the length of the parts of `over_arcs` on it [m], and whether it is
     closed."""
     width, first = widest(share, lengths) * lengths.sum(), 0
     for number, closed in pieces or ((len(lengths), True),):
@@ -190,23 +189,23 @@ def lengths_of(length: float | Array, number: int) -> Array:
 
 
 def widest(share: float, lengths: Array) -> float:
-    """Return the part of the line that is averaged over: ``share``, or that of the longest arc where that is more."""
+    """Return the fraction of the line averaged over: ``share``, or the fraction of the longest arc if larger."""
     return float(np.clip(share, lengths.max() / lengths.sum(), 1.0))
 
 
 def per_length(force: Array, dt: float, width: float, length: float | Array) -> Array:
     """Return the (n + 1, N) force per length of each arc, averaged over ``width`` [s] around each recorded time [N/m].
 
-    ``force``: (n + 1, N) [N] at steps ``dt`` [s], zero outside the record; ``length``: of the line, or (N,) [m].
+    ``force``: (n + 1, N) [N] at steps ``dt`` [s], zero outside the record; ``length``: the line's, or (N,) arcs' [m].
     """
     means = [averaged(each, dt, width, "moving average") for each in force[1:].T]
     return np.asarray(np.stack(means, axis=1) / lengths_of(length, force.shape[1]))
 
 
 def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
-    """Return the (n, 3) mean [m] and slopes along x and y of the plane a + b x + c y next to the gaps along a line.
+    """Return the (n, 3) mean [m] and slopes along x and y of the plane a + b x + c y fitted to gaps by least squares.
 
-    ``gaps``: (n, N) of N >= 3 arcs [m]; ``line``: or the radius of a circle in equal arcs from the x axis on [m].
+    ``gaps``: (n, N) on N >= 3 arcs [m]; ``line``: the line, or the radius of a circle in equal arcs [m].
     """
     line = line if isinstance(line, ClosedLine) else ClosedLine.circle(line, gaps.shape[1])
     plane = np.column_stack([np.ones(len(line.places)), line.places])
@@ -216,11 +215,10 @@ def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
 def line_force_peak(
     force: Array, dt: float, width: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
-    """Return the largest force per length, averaged over any ``width`` [s] and a ``share`` of the line, and where [N/m,
-    1].
+    """Return the largest force per length [N/m], averaged over ``width`` [s] and a ``share`` of the line; its place.
 
-    ``force``: (n, N) of N arcs, constant over each step ``dt`` [N, s]; ``length``: of the line, or (N,) [m]. The place
-    is the middle of its part, as a share of the line from the first arc's beginning.
+    ``force``: (n, N) on N arcs, constant over each step ``dt`` [N, s]; ``length``: the line's, or (N,) arcs' [m]. The
+    place is the middle of the averaged part, as a fraction of the line from the beginning of the first arc.
     """
     lengths, when = lengths_of(length, force.shape[1]), np.flatnonzero(np.any(force, axis=1))
     first, last = (when[0], when[-1]) if when.size else (0, 0)  # there is no force before and after
@@ -232,10 +230,9 @@ def line_force_peak(
 def line_impulse(
     force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[Array, Array]:
-    """Return the (N,) impulses per length averaged over a ``share`` of the line [N s/m], and the shares of the line
-    where.
+    """Return the (N,) impulses per length averaged over a ``share`` of the line [N s/m], and their places, ascending.
 
-    The arguments are those of `line_force_peak`.
+    Arguments and places are as in `line_force_peak`.
     """
     lengths = lengths_of(length, force.shape[1])
     impulses = over_arcs(force.sum(axis=0, keepdims=True), share, lengths, pieces)[0] * dt
@@ -247,14 +244,13 @@ def line_impulse(
 def line_impulse_peak(
     force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
-    """Return the largest impulse per length [N s/m], averaged over a ``share`` of the line; else as
-    `line_force_peak`."""
+    """Return the largest value of `line_impulse` [N s/m] and its place."""
     each, places = line_impulse(force, dt, length, share, pieces)
     return float(each.max()), float(places[int(np.argmax(each))])
 
 
 def _middles(lengths: Array, share: float, pieces: Pieces) -> Array:
-    """Return the (N,) middles of the parts that begin at each arc, as shares of the line."""
+    """Return the (N,) middles of the parts that begin at each arc, as fractions of the line."""
     places, before = [], 0.0
     for arcs, starts, width, closed in _parts(share, lengths, pieces):
         whole, middles = float(lengths[arcs].sum()), starts + width / 2

@@ -1,13 +1,12 @@
-"""Landings found in a contact force: what is a blow, what the load that presses a closed reed, how it rebounds.
+"""Landings in a contact force: impacts are separated from the static load on a closed reed, and their rebound measured.
 
-A *landing* begins at the first touch after an approach; a release at no gap, with a speed, counts, a preload does not.
-It ends when the bodies part for `MERGE`, or when the force averaged over the filter first stays within `BAND` of the
-quasi-static load for one contact time: the time for which the force around its peak exceeds that load by more. What
-follows in the same contact is *pressed on*, as is all contact that no approach began.
+A *landing* begins at the first touch after an approach, which includes a release at zero gap with a velocity, but not a
+preload. It ends when the bodies part for `MERGE`, or when the force averaged over the filter first stays within `BAND`
+of the quasi-static load for one contact time: the time for which the force around its peak exceeds that load by more.
+The rest of the contact is *pressed on*, as is all contact without an approach.
 
-A touch whose averaged force never exceeds the quasi-static load by `BAND` of it is the trembling of a pressed reed and
-no landing: it would end by the same band in which it began. Nor is one below `FAINT` of the record's largest, where
-touches are of the step's making.
+A contact whose averaged force never exceeds the quasi-static load by `BAND` of it is the vibration of a pressed reed
+and no landing. Neither is one below `FAINT` of the record's largest force, which may be an artefact of the time step.
 """
 
 from __future__ import annotations
@@ -26,22 +25,22 @@ from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
 BAND: Final = 0.1  # half width, over the quasi-static load, of the band about it within which a reed is pressed on
-DOUBT: Final = 0.2  # change of the band that shows how uncertain an end is: a decaying force may leave it a swing later
-NEAR: Final = 0.25  # largest shift of a landing between two runs, over the time to the next one
+DOUBT: Final = 0.2  # relative change of the band by which the uncertainty of an end is estimated
+NEAR: Final = 0.25  # largest shift of a landing between two runs, over the time to the next landing
 FAINT: Final = 1e-3  # least averaged force of a landing, over the largest of the record
 
 
 @dataclass(frozen=True)
 class ContactRecord:
-    """The contacts of one face in p parts over n steps, which its landings are read from.
+    """The contacts of one face in p parts over n steps, from which its landings are determined.
 
     Attributes:
-        force: (n + 1,) total of all parts, films included [N]; ``force[0]`` is a preload.
-        solid: (n + 1, p) what the bodies themselves press with, part by part [N].
-        gap: (n + 1, p) openings [m].
+        force: (n + 1,) total force of all parts, films included [N]; ``force[0]`` is a preload.
+        solid: (n + 1, p) contact force of each part without films [N].
+        gap: (n + 1, p) gaps [m].
         static: (n + 1,) quasi-static load [N].
-        dt: step [s].
-        width: of the filter, at least a step [s].
+        dt: time step [s].
+        width: width of the filter, at least a step [s].
         closing: (p,) closing speeds at the start, before any contact [m/s].
     """
 
@@ -57,7 +56,7 @@ class ContactRecord:
 
 
 def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[float, float]:
-    """Return how long contact lasts outside all landings [s], and the largest averaged force meanwhile [N]."""
+    """Return the total time of contact outside all landings [s], and the largest averaged force in this time [N]."""
     if not np.any(record.solid):
         return 0.0, 0.0
     closed = np.any(record.solid > 0, axis=1)
@@ -68,7 +67,7 @@ def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[floa
     if not np.any(closed):
         return 0.0, 0.0
     mean = histories.averaged(record.force[1:], record.dt, record.width, histories.MOVING_AVERAGE)
-    margin = max(1, round(record.width / record.dt))  # whose averages hold a part of a landing
+    margin = max(1, round(record.width / record.dt))  # averages within this many steps contain a part of a landing
     calm = closed.copy()
     for landing in landings:
         first, last = round(landing.start / record.dt) - margin, round(landing.end / record.dt) + margin
@@ -81,18 +80,18 @@ class Landing:
     """Start, end, force and rebound of one landing on one face.
 
     Attributes:
-        start, end: of the landing [s].
-        peak_time: at which the averaged force exceeds the quasi-static load most [s].
+        start, end: start and end of the landing [s].
+        peak_time: time at which the averaged force exceeds the quasi-static load most [s].
         part: number of the part that touches first.
-        closing_speed: of that part over the step before [m/s].
+        closing_speed: closing speed of that part over the step before [m/s].
         filtered_peak: largest force averaged over the filter [N].
         static_load: quasi-static load at ``peak_time`` [N].
-        excess_peak: most by which the averaged force exceeds the quasi-static load [N].
+        excess_peak: largest excess of the averaged force over the quasi-static load [N].
         impulse: integral of the force above the quasi-static load from ``start`` to ``end`` [N s].
         pressed_on: whether it ends in contact, pressed on by the quasi-static load.
-        cut_off: whether the record ends in it.
-        end_doubt: by how much the end moves where the band is `DOUBT` wider or narrower [s]; 0 of bodies that part.
-        restitution: its coefficient, as `impact.after.landings` has it; ``None``: not known, or the bodies do not part.
+        cut_off: whether the record ends during the landing.
+        end_doubt: change of the end if the band is `DOUBT` wider or narrower [s]; 0 if the bodies part.
+        restitution: coefficient of restitution (`restitutions`); ``None`` if unknown, or if the bodies do not part.
     """
 
     start: float
@@ -130,15 +129,15 @@ def find_landings(record: ContactRecord) -> tuple[Landing, ...]:
 
 
 def hardest(landings: Sequence[Landing]) -> Landing | None:
-    """Return the landing whose averaged force exceeds the quasi-static load most; ``None`` of none."""
+    """Return the landing with the largest excess of averaged force over the quasi-static load; ``None`` without any."""
     return max(landings, key=lambda landing: landing.excess_peak, default=None)
 
 
 def pair_landings(landings: Sequence[Landing], others: Sequence[Landing]) -> tuple[Landing | None, ...]:
-    """Return, for each of ``landings``, the one among ``others`` that is the same landing of a neighbouring run.
+    """Return, for each of ``landings``, the same landing of a neighbouring run among ``others``, or ``None``.
 
-    Each is the other's nearest by its start, and no farther off than the longer of the two lasts, than `MERGE`, or than
-    `NEAR` of the time to the next landing of its own run; ``None`` where there is none.
+    The starts of a pair are nearest to each other, and no farther apart than the longer duration of the two, `MERGE`,
+    or `NEAR` times the time to the next landing of the run.
     """
     if not others:
         return (None,) * len(landings)
@@ -168,7 +167,7 @@ def closing_speeds(problem: ContactProblem, dt: float) -> Array:
 
 
 def _groups(record: ContactRecord) -> NDArray[np.int64]:
-    """Return the (k, 2) first steps and steps after the last of the contacts that an approach began."""
+    """Return the (k, 2) first steps and steps after the last of the contact groups that begin with an approach."""
     steps = measures.closed_steps(np.any(record.solid[1:] > 0, axis=1))
     if not len(steps):
         return np.zeros((0, 2), dtype=np.int64)
@@ -204,7 +203,7 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
     steps = [last - first if end is None else end for end in ends]
     end = first + steps[0]
     part, speed = _first_touch(record, first)
-    if presses:  # what follows belongs to the load
+    if presses:  # contact after the end belongs to the static load
         largest = float(mean[first : end + 1].max())
     else:
         spread = 2 * reach + 1
@@ -226,7 +225,8 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
 
 
 def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -> int | None:
-    """Return the step from which on the mean stays within a ``band`` of the load for one contact time, if any."""
+    """Return the first step after the peak from which the mean stays within a ``band`` of the static load for one
+    contact time; ``None`` if there is none."""
     if not np.any(static > 0):
         return None
     above = mean > (1 + BAND) * static
@@ -240,7 +240,7 @@ def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -
 
 
 Stored = Callable[[Sequence[int]], Array | None]
-"""The energy stored in the striker after each of some numbers of steps, increasing [J]; ``None``: not known."""
+"""Function that returns the striker's energy after given numbers of steps, which increase [J]; ``None`` if unknown."""
 
 
 def restitutions(
@@ -255,14 +255,14 @@ def restitutions(
 ) -> tuple[float | None, ...]:
     """Return the coefficient of restitution of each landing, in order of time, on the contacts of one ``side``.
 
-    Of a striker that is held: sqrt(E'/E) of its energy after and before, by ``stored``; other contacts and loads at
-    work meanwhile count. Of one free to translate: the speed at which the bodies' translations part over that at which
-    they closed, the mean of the contacts, motion of bases included. ``None`` of a landing that does not end apart, and
-    where the energy is not known. ``force`` (n, p) of all contacts [N], ``loads`` (L, n) amplitudes of the striker's
-    [N].
+    For a held striker it is sqrt(E'/E) of its energies after and before, by ``stored``, which includes the work of
+    other contacts and loads meanwhile. For a free striker it is the ratio of the opening to the closing speed of the
+    bodies' translations, as mean over the contacts, motion of bases included. ``None`` if the bodies do not part, or if
+    the energy is unknown. ``force`` (n, p): forces of all contacts [N]; ``loads`` (L, n): amplitudes of the striker's
+    loads [N].
     """
-    apart = [not (landing.pressed_on or landing.cut_off) for landing in landings]
-    if not any(apart):
+    parting = [not (landing.pressed_on or landing.cut_off) for landing in landings]
+    if not any(parting):
         return (None,) * len(landings)
     last = len(force)
     steps = [(round(one.start / dt), min(round(one.end / dt) + 1, last)) for one in landings]
@@ -275,7 +275,7 @@ def restitutions(
     else:
         known = _closing_speeds(problem, force, dt, loads, side)
     each: list[float | None] = []
-    for (first, second), parts in zip(steps, apart, strict=True):
+    for (first, second), parts in zip(steps, parting, strict=True):
         ratio = float(known[second] / known[first]) if parts and known[first] > 0 else None
         held = math.isinf(problem.striker.mass)
         each.append(None if ratio is None else math.sqrt(max(ratio, 0.0)) if held else -ratio)

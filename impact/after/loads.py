@@ -1,12 +1,11 @@
-"""Loads in a finished run: what springs did to a body, and the quasi-static load that presses the bodies on each
-other.
+"""Loads in a finished run: forces of a body's springs, and the quasi-static load that presses the bodies on each other.
 
-With the compliances C of both bodies, the opening g that the loads of an instant leave between them, and the law's
-force N(p) at a penetration p,
+With the compliances C of both bodies, their gap g under the loads of an instant without contact, and the law's force
+N(p) at a penetration p,
 
     p = -g - C N,   N = N(p) >= 0,
 
-is solved at some instants, between which the forces are taken as straight lines.
+is solved at some instants, between which the forces are interpolated linearly.
 """
 
 from collections.abc import Sequence
@@ -28,9 +27,9 @@ from impact.quantities import brief
 INSTANTS: Final = 4096  # most instants at which one contact or two are solved
 INSTANTS_OF_MANY: Final = 512  # most instants at which a lip in arcs is solved, whose equations are larger
 FEW: Final = 2  # most contacts that are solved at `INSTANTS`
-SOFT: Final = 1e-4  # share of a load that the springs bear which hold a free body in place of the contact
+SOFT: Final = 1e-4  # fraction of a load borne by the soft spring that replaces the missing support of a free body
 SECANTS: Final = 24  # secant steps for a law that stiffens with the force: each divides the error by three or more
-ROUND_OFF: Final = 1e-12
+ROUND_OFF: Final = 1e-12  # relative compliance added to keep the equations regular
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class StaticLoad:
     __repr__ = brief
 
     def course(self, time: Array, *, stopper: bool = False) -> Array:
-        """Return the (n,) forces at times (n,) [s -> N]; beyond the last instant they stay what they are there."""
+        """Return the (n,) forces [N] at times (n,) [s], constant beyond the last instant."""
         force = self.stopper if stopper else self.seat
         if not np.any(force):
             return np.zeros(len(time))
@@ -55,10 +54,9 @@ class StaticLoad:
 def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     """Return the quasi-static forces of a problem over a ``duration`` [s].
 
-    A body free to move is held by a spring so soft that it bears `SOFT` of the largest load; one that no load
-    pushes rests on nothing, however its target moves. Hertz' and Hunt-Crossley's laws press as their secants do, a
-    law of one's own as a rigid one. Loads that depend on the opening act as at the start: give a striker whose loads
-    are as they were marched (`impact.march.stepper.with_recorded_loads`).
+    A free body is held by a spring so soft that it bears `SOFT` of the largest load; without loads it has no static
+    contact force. Hertz' and Hunt-Crossley's laws are solved by secants; a user's law counts as rigid. Loads that
+    depend on the opening must be given as recorded in the run (`impact.march.stepper.with_recorded_loads`).
     """
     count = INSTANTS if len(problem.contacts) <= FEW else INSTANTS_OF_MANY
     time = np.asarray(np.linspace(0.0, duration, count + 1), dtype=np.float64)
@@ -73,7 +71,7 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
 
 
 def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
-    """Return the (m, p) openings that gaps, bases and loads leave [m], and the (p, p) compliance [m/N]."""
+    """Return the (m, p) gaps under bases and loads without contact [m], and the (p, p) compliance [m/N]."""
     opening = np.tile([contact.gap for contact in problem.contacts], (len(time), 1))
     if (carried := problem.carried(time)) is not None:
         opening = opening + carried
@@ -91,8 +89,7 @@ def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
 def _statics(body: Body, pushed: Array, reach: float) -> tuple[Array, Array]:
     """Return the (ports, m) displacements under load amplitudes [m] and the (ports, ports) compliance [m/N].
 
-    ``reach``: opening that a free body's spring must let it cross [m]. One that neither yields nor translates stands
-    still.
+    ``reach``: gap that a free body can cross on its soft spring [m]. A body without modes or loads is at rest.
     """
     modal, ports = body.greens.modal, len(body.greens.ports)
     none = np.zeros((ports, pushed.shape[1]))
@@ -118,7 +115,7 @@ def _statics(body: Body, pushed: Array, reach: float) -> tuple[Array, Array]:
 
 
 def _pressing(contacts: tuple[Contact, ...], compliance: Array, opening: Array) -> Array:
-    """Return the (m, p) forces at openings (m, p) [m -> N], of many contacts one instant after the other."""
+    """Return the (m, p) forces [N] at gaps (m, p) [m]; many contacts are solved one instant after the other."""
     force = np.zeros(opening.shape)
     curved = any(contact.law.code not in (laws.SIGNORINI, laws.SPRING, laws.USER) for contact in contacts)
     parts: Sequence[slice | int] = [slice(None)] if len(contacts) <= FEW else range(len(opening))
@@ -135,7 +132,7 @@ def _pressing(contacts: tuple[Contact, ...], compliance: Array, opening: Array) 
 
 
 def _secant(contact: Contact, force: Array) -> Array:
-    """Return the penetration over the force of a law at forces [m/N]; 0 of a law that does not yield at rest."""
+    """Return the secant compliance of a law, penetration over force, at given forces [m/N]; 0 for a rigid law."""
     law = contact.law
     if law.code == laws.SPRING:
         return np.full(force.shape, 1 / law.parameters[0])
@@ -143,11 +140,11 @@ def _secant(contact: Contact, force: Array) -> Array:
 
 
 def spring_displacements(body: Body, force: Array, dt: float, weights: Array | None = None) -> Array:
-    """Return the (S, n + 1) displacements of a body at its springs [m], as marched
+    """Return the (S, n + 1) displacements at the springs of a body [m], with loads recorded in a run
     (`impact.march.stepper.with_recorded_loads`).
 
-    ``force``: (n + 1,) or (n + 1, ports) on its ports [N], ``force[0]`` since ever; ``weights``: (S, q) of sums over
-    the springs, which then are given in their place, (q, n + 1). Raises `GreensFunctionError` without springs.
+    ``force``: (n + 1,) or (n + 1, ports) forces on its ports [N], ``force[0]`` the static preload; ``weights``: (S, q)
+    weights of sums over the springs, (q, n + 1), to return instead. Raises `GreensFunctionError` without springs.
     """
     if not isinstance(body, SprungBody):
         raise GreensFunctionError("the body has no springs: give the one that impact.bodies.loads.on_springs returns")
@@ -175,10 +172,8 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
 
 
 def without_springs(body: Body, force: Array, dt: float) -> Body:
-    """Return the body in its own modes, those without springs, under what its springs did in a run; itself without any.
-
-    The springs' forces are loads that are constant over each step. Arguments as of `spring_displacements`.
-    """
+    """Return the body in its modes without springs, under the springs' forces in a run as loads that are constant over
+    each step; a body without springs is returned itself. Arguments as in `spring_displacements`."""
     if not isinstance(body, SprungBody):
         return body
     modal, springs = body.greens.modal, body.springs

@@ -1,10 +1,9 @@
 """Measures as functions of an `ImpactResult`: impulse, peaks, contact groups, restitution, work.
 
-Each takes one contact: of several, ``contact=`` 0, 1, ... names it; `total_impulse` adds up all. The force of step
-m, ``force[m]``, m = 1..n, is constant over the step that ends at ``time[m]``; integrals over it are exact.
-``force[0]`` is the preload: it held before t = 0, and is no part of the record's impulse or work. With a
-film in the gap, forces, impulses and work are those of film and bodies together; contacts begin and end with the
-bodies' own touch. Every function
+Each measure is of one contact, chosen by ``contact=`` 0, 1, ... if there are several; `total_impulse` sums over all.
+The force of step m, ``force[m]``, m = 1..n, is constant over the step that ends at ``time[m]``; integrals over it are
+exact. ``force[0]`` is the preload: it acted before t = 0 and does not count in impulse or work. With a film in the gap,
+forces, impulses and work include those of the film; contacts begin and end with the solid contact force. Every function
 raises `MeasureError` for a contact that the result does not have, or if it has several and none is named.
 """
 
@@ -27,14 +26,14 @@ class MeasureError(ValueError):
 
 @dataclass(frozen=True)
 class Work:
-    """Work of one contact's force on each body over the whole record [J]; their sum is what the contact took, < 0."""
+    """Work of one contact's force on each body over the whole record [J]; a negative sum is absorbed by the contact."""
 
     striker: float
     target: float
 
 
 def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
-    """Return the force, gap and displacements (n + 1,) of one of several contacts; the energies stay those of all.
+    """Return the result with force, gap and displacements (n + 1,) of one contact; energies remain those of all.
 
     Raises `MeasureError`: no contact of that number; ``None`` where there are several.
     """
@@ -56,12 +55,12 @@ def total_impulse(result: ImpactResult) -> float:
     """Return the momentum that all contacts gave the striker along the normal [N s]: seats push it up (+), stoppers
     down (-).
 
-    Raises `MeasureError`: a contact that pressed without the bodies ever moving there, so that its side is unknown.
+    Raises `MeasureError`: a contact with force but no relative motion, so that its side, seat or stopper, is unknown.
     """
     total = 0.0
     for contact in range(_contacts(result)):
         momentum = impulse(result, contact=contact)
-        total += _told_side(of_contact(result, contact)) * momentum if momentum > 0 else 0.0
+        total += _known_side(of_contact(result, contact)) * momentum if momentum > 0 else 0.0
     return total
 
 
@@ -72,13 +71,13 @@ def peak_force(result: ImpactResult, *, contact: int | None = None) -> float:
 
 
 def film_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
-    """Return the largest force of any step by which the film resists closing [N]; 0 without one."""
+    """Return the largest force by which the film resists closing in any step [N]; 0 without a film."""
     film = of_contact(result, contact).film
     return 0.0 if film is None else max(float(film.max()), 0.0)
 
 
 def stiction_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
-    """Return the largest force of any step by which the film pulls at bodies that part [N]; 0 without one."""
+    """Return the largest tensile force of the film in any step, on separating bodies [N]; 0 without a film."""
     film = of_contact(result, contact).film
     return 0.0 if film is None else max(-float(film.min()), 0.0)
 
@@ -106,15 +105,14 @@ def filtered_force(
 def filtered_peak_force(
     result: ImpactResult, width: float = 1e-6, *, contact: int | None = None, window: Window = MOVING_AVERAGE
 ) -> float:
-    """Return the largest `filtered_force` at any time, with the Hann window at any recorded time [N]; raises as it
-    does."""
+    """Return the largest `filtered_force` [N], with the Hann window at recorded times only; raises as that does."""
     if window == MOVING_AVERAGE:
         return largest_average(_resolved(result, width, contact)[1:], result.dt, width)
     return float(np.max(filtered_force(result, width, contact=contact, window=window)))
 
 
 def _resolved(result: ImpactResult, width: float, contact: int | None) -> Array:
-    """Return the (n + 1,) force of a record that resolves the filter."""
+    """Return the (n + 1,) force [N] of a contact; raises `MeasureError` for a ``width`` [s] below two steps."""
     force = of_contact(result, contact).force
     if not width >= 2 * result.dt * (1 - 1e-9):
         raise MeasureError(
@@ -146,25 +144,24 @@ def spectrum(
 
 
 def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Array:
-    """Return the (n, 2) start and end [s] of each maximal run of steps with force > 0, that of a film apart."""
+    """Return the (n, 2) start and end [s] of each maximal run of steps with a solid contact force, film excluded."""
     return result.dt * closed_steps(of_contact(result, contact).solid[1:])
 
 
 def closed_steps(force: Array | NDArray[np.bool_]) -> Array:
-    """Return the (n, 2) first step and step after the last of each run of steps with ``force`` > 0 [N], or with a
-    flag."""
+    """Return the (n, 2) first step and step after the last of each run of steps with ``force`` > 0, or flagged true."""
     closed = np.concatenate([[False], force > 0, [False]])
     return np.asarray(np.flatnonzero(np.diff(closed.astype(np.int8))).reshape(-1, 2))
 
 
 def contact_groups(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> Array:
-    """Return the (n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what users call an
-    impact."""
+    """Return the (n, 2) contact intervals [s], merged across openings shorter than ``merge`` [s]: impacts as users
+    count them."""
     return merged(contact_intervals(result, contact=contact), merge)
 
 
 def merged(raw: Array, merge: float = MERGE) -> Array:
-    """Return intervals (n, 2) [s] with openings shorter than ``merge`` [s] between them closed."""
+    """Return intervals (n, 2) [s], merged across openings shorter than ``merge`` [s]."""
     if len(raw) == 0:
         return raw
     new = np.concatenate([[True], raw[1:, 0] - raw[:-1, 1] >= merge])
@@ -173,10 +170,10 @@ def merged(raw: Array, merge: float = MERGE) -> Array:
 
 
 def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array]:
-    """Return number, from 0 on, and start and end (2,) [s] of the group that holds the largest mean force over
+    """Return the number, from 0, and the (2,) start and end [s] of the group with the largest mean force over
     ``width`` [s].
 
-    Of all contacts together, the width at least a step; 0 and nan without contact.
+    Groups and force are those of all contacts added up; ``width`` is at least a step. 0 and nan without contact.
     """
     force, solid = (values.reshape(len(values), -1).sum(axis=1)[1:] for values in (result.force, result.solid))
     groups = merged(result.dt * closed_steps(solid))
@@ -189,7 +186,7 @@ def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array
 
 
 def peak_time(result: ImpactResult, width: float = 1e-6, *, contact: int | None = None) -> float:
-    """Return the recorded time at which `filtered_force` is largest [s]; ``nan`` without force. Raises as it does."""
+    """Return the recorded time [s] of the largest `filtered_force`, ``nan`` without force; raises as that does."""
     force = filtered_force(result, width, contact=contact)
     return float(result.time[int(np.argmax(force))]) if np.any(force > 0) else math.nan
 
@@ -197,9 +194,9 @@ def peak_time(result: ImpactResult, width: float = 1e-6, *, contact: int | None 
 def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> float:
     """Return the closing speed -d(gap)/dt over the last step before the first contact [m/s].
 
-    In contact from the first step on, it is that of the bodies' translation. ``nan`` without contact and under a
-    preload, where nothing comes in (as of `restitution`), and where contact begins at once but the record does not
-    hold the approach: both bodies held, or a contact other than the first.
+    For contact from the first step on, it is the closing speed of the bodies' translation. ``nan`` without contact,
+    under a preload, which has no approach (see `restitution`), and where contact begins at t = 0 and the approach is
+    not recorded: both bodies held, or a contact other than the first.
     """
     one = of_contact(result, contact)
     closed = np.flatnonzero(one.solid > 0)
@@ -215,9 +212,9 @@ def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> floa
 
 def largest_impact_velocity(result: ImpactResult) -> float:
     """Return the largest closing speed -d(gap)/dt over the last step before any contact of one pair [m/s]; ``nan``
-    without one.
+    without contact.
 
-    It counts the first contact as `impact_velocity` does, and every later one; one that begins under a preload has 0.
+    The first contact counts with its `impact_velocity`, or with 0 under a preload.
     """
     closed = result.solid > 0
     starts = np.flatnonzero(closed[1:] & ~closed[:-1]) + 1
@@ -232,8 +229,8 @@ def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge:
     """Return the opening speed d(gap)/dt of the contact over the first step after its first group [m/s], the
     counterpart of `impact_velocity`; ``nan`` without contact.
 
-    It is that of the two points in contact, vibration included; that of the centres of mass is `restitution` times the
-    closing speed. Raises `MeasureError`: contact not over before the last step of the record.
+    It is the speed between the two contact points, vibration included; that between the centres of mass is
+    `restitution` times the closing speed. Raises `MeasureError`: contact not over before the last step of the record.
     """
     groups = contact_groups(result, contact=contact, merge=merge)
     if len(groups) == 0:
@@ -246,19 +243,19 @@ def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge:
 
 
 def first_is_cut(result: ImpactResult) -> bool:
-    """Return whether the record ends within the first of the `contact_groups`, whose duration is not known then."""
+    """Return whether the record ends within the first of the `contact_groups`, whose duration is then unknown."""
     return len(contact_groups(result)) == 1 and bool(result.solid[-1] > 0)
 
 
 def restitution(result: ImpactResult, *, contact: int | None = None, group: int = 0) -> float:
-    """Return the coefficient of restitution, of a held striker in the ``group``, from 0 on, of `contact_groups`.
+    """Return the coefficient of restitution, for a held striker that of one ``group`` of `contact_groups`, from 0.
 
     With a striker free to translate: ratio of the relative centre-of-mass velocities of the bodies after and before,
     (V_s' - V_t')/(V_t - V_s), from the impulse (a held target has V = 0). With a held striker (a reed): the energetic
-    coefficient sqrt(E'/E) of the striker's energy just after and just before that group of the contact; other contacts
-    and loads at work meanwhile count in it. Raises `MeasureError`: no contact, no such group, contact not over at the
-    end of the record, or no approach, as from a preload; several contacts of a free striker, whose impulses on each
-    target the record does not hold apart, or a later group of one, whose coefficient is that of all groups together.
+    coefficient sqrt(E'/E) of the striker's energy just after and just before that group; it includes the work of other
+    contacts and loads in between. Raises `MeasureError`: no contact, no such group, contact not over at the end of the
+    record, or no approach, as from a preload; a free striker with several contacts, whose impulses on each target are
+    not recorded separately, or ``group`` > 0 of a free striker, whose coefficient covers all groups.
     """
     one = of_contact(result, contact)
     groups = contact_groups(result, contact=contact)
@@ -300,19 +297,19 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
 def work(result: ImpactResult, *, contact: int | None = None) -> Work:
     """Return the work of the contact force on each body [J], exact for the stepwise force; zero without contact.
 
-    W_s = side sum_m N_m (u_s[m] - u_s[m-1]) and W_t = -side sum_m N_m (u_t[m] - u_t[m-1]); W_s + W_t is minus what the
-    contact itself stores and loses. Raises `MeasureError`: a contact that pressed without the bodies ever moving there,
-    so that its side is unknown.
+    W_s = side sum_m N_m (u_s[m] - u_s[m-1]) and W_t = -side sum_m N_m (u_t[m] - u_t[m-1]); -(W_s + W_t) is the energy
+    stored and dissipated in the contact itself. Raises `MeasureError`: a contact with force but no relative motion, so
+    that its side, seat or stopper, is unknown.
     """
     one = of_contact(result, contact)
     if not np.any(one.force[1:]):
         return Work(0.0, 0.0)
-    push = _told_side(one) * one.force[1:]
+    push = _known_side(one) * one.force[1:]
     return Work(float(push @ np.diff(one.striker_displacement)), -float(push @ np.diff(one.target_displacement)))
 
 
 def _step(result: ImpactResult, time: float) -> int:
-    """Return the number of the recorded time."""
+    """Return the index of the recorded ``time`` [s]."""
     return int(np.searchsorted(result.time, time))
 
 
@@ -320,8 +317,8 @@ def _contacts(result: ImpactResult) -> int:
     return 1 if result.force.ndim == 1 else result.force.shape[1]
 
 
-def _told_side(one: ImpactResult) -> int:
-    """Return the `_side` of a contact that pressed; raises `MeasureError` if it is unknown."""
+def _known_side(one: ImpactResult) -> int:
+    """Return the `_side` of a contact with force; raises `MeasureError` if it is unknown."""
     side = _side(one)
     if side == 0:
         raise MeasureError(

@@ -18,7 +18,7 @@ from impact.march.joints import TableJoint
 from impact.march.laws import Signorini
 from impact.march.problem import ContactProblem
 
-EQUAL = 0.02  # relative error below which the constant-stiffness model counts as equal to the seat
+EQUAL = 0.02  # relative error in peak force up to which the constant-stiffness model counts as equal to the seat
 MAPS = Path(__file__).parent / "data"  # folder of the regime maps that examples/paper/regimes.py writes
 
 
@@ -26,12 +26,12 @@ MAPS = Path(__file__).parent / "data"  # folder of the regime maps that examples
 class Regime:
     """Dimensionless numbers of an impact; ``nan`` where one has no meaning.
 
-    Any seat is represented by a rod of its static stiffness K and wave impedance Z = 1/g(0+); a rod by itself.
+    A seat other than a rod is represented by a rod of its static stiffness K and wave impedance Z = 1/g(0+).
 
     Attributes:
-        mass_ratio: Z^2/K (rho A l of a rod) over the striker's mass, 1/phi_1^2 of a held one.
+        mass_ratio: Z^2/K (rho A l of a rod) over the striker's mass; a held striker's is the modal mass 1/phi_1^2.
         round_trip: 2 l/c of a rod, half the period of the lowest mode of other seats [s].
-        contact_duration: of the first contact group [s].
+        contact_duration: duration of the first contact group [s].
         round_trips_per_contact: contact_duration/round_trip.
         zener_lambda: sqrt(K m)/Z, Zener's inelasticity parameter for a linear contact: spring peak V sqrt(K m) over the
             force V Z of the first wave.
@@ -59,11 +59,11 @@ class Regime:
 
 
 def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result: ImpactResult) -> Regime:
-    """Return the numbers of one impact (first port of either body).
+    """Return the dimensionless numbers of one impact at the first port of either body.
 
-    The prediction is read off the maps of examples/paper/regimes.py: a rigid striker on an undamped rod, a reed as the
-    one of Table 1 (damping 3 %, seat 10 %, filter 1 us) on a fixed rod. Other reeds and seats enter by their equivalent
-    rod, which makes the prediction a hint, not a result.
+    The predicted errors come from the maps of examples/paper/regimes.py, made for a rigid striker on an undamped rod
+    and for the reed of Table 1 (damping 3 %, seat 10 %, filter 1 us) on a fixed rod. For other reeds and seats the
+    equivalent rod is used, so that the prediction is a hint, not a result.
 
     Source: Zener, Phys. Rev. 59 (1941) 669, for lambda.
     """
@@ -81,7 +81,7 @@ def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result
         impedance = _ratio(1.0, float(seat.initial_value()[0, 0]))
         elastic = np.zeros(0) if seat.modal is None else seat.modal.omega[seat.modal.omega > 0]
         trip = math.pi / float(elastic.min()) if elastic.size else math.nan
-    mass, omega = striker.mass, math.nan  # of a held body 1/phi^2 of its first mode
+    mass, omega = striker.mass, math.nan  # a held body's mass is replaced by 1/phi^2 of its first mode
     if math.isinf(mass) and held is not None and len(held.omega):
         first = int(np.argmin(held.omega))
         mass, omega = _ratio(1.0, float(held.shapes[first, 0]) ** 2), float(held.omega[first])
@@ -162,17 +162,17 @@ def _number(value: float) -> str:
     return "–" if math.isnan(value) else f"{value:.3g}"
 
 
-FEWEST_STEPS = 10  # steps of the shortest contact that counts as resolved; shorter ones err by 1 % of impulse and more
-UNRESOLVED_LIMIT = 0.1  # largest share of the impulse in unresolved contacts that needs no advice
-DIGITS_LIMIT = 1e-6  # largest round-off of the gap, over the displacement of a contact under its largest force
-GAIN_LIMIT = 1e-6  # largest gain over the energy that a law took; round-off of the gap (`DIGITS_LIMIT`) explains it
+FEWEST_STEPS = 10  # steps of the shortest contact that counts as resolved; in shorter ones the impulse errs by >= 1 %
+UNRESOLVED_LIMIT = 0.1  # largest fraction of the impulse in unresolved contacts without advice
+DIGITS_LIMIT = 1e-6  # largest round-off of the gap over the displacement of a contact at its peak force without advice
+GAIN_LIMIT = 1e-6  # largest energy gained from a contact law over the energy it absorbed that round-off explains
 
 
 def contact_advice(force: Array, dt: float) -> Iterator[notices.Advice]:
     """Yield advice on the share of the impulse of ``force`` (n, p) [N] in contacts of fewer than `FEWEST_STEPS` steps.
 
-    A contact that the end of the record cuts off counts with the steps it has; a force that rose over n steps is wrong
-    by about 1/n.
+    A contact cut off by the end of the record counts with its recorded steps; a force that rises over n steps errs by
+    about 1/n.
     """
     total = float(force.sum())
     short, shortest = 0.0, FEWEST_STEPS
@@ -194,9 +194,9 @@ def contact_advice(force: Array, dt: float) -> Iterator[notices.Advice]:
 
 
 def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[notices.Advice]:
-    """Yield advice on contact laws that give back more work than they took; force (n, p), gap (n + 1, p).
+    """Yield advice on contact laws that return more work than they absorbed; force (n, p), gap (n + 1, p).
 
-    Left out are contacts closed at the start or at the end, of whose work a part is not in the record, and rigid ones.
+    Contacts closed at the start or end, whose work is recorded only in part, and rigid ones are not examined.
     """
     for number, contact in enumerate(problem.contacts):
         if isinstance(contact.law, Signorini):
@@ -256,8 +256,9 @@ def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float)
 def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> Iterator[notices.Advice]:
     """Yield advice on the round-off of gaps that the bodies' ``deflection`` [m] at t = 0 causes; force [N], gap [m].
 
-    ``own``: (p, p) W_0, displacement of the contacts per force within one step [m/N]. Gaps are known to eps times the
-    largest displacement; they must resolve W_0 N under the largest force N and the penetration, or, open, themselves.
+    ``own``: (p, p) W_0, displacement of the contacts per force within one step [m/N]. The round-off of a gap is eps
+    times the deflection; it must be small against W_0 N at the peak force N plus the penetration, or, in a contact that
+    never closes, against the largest gap.
     """
     yields = np.diag(own) * force.max(axis=0, initial=0.0) + np.maximum(-gap, 0.0).max(axis=0)
     touched = force.any(axis=0)
@@ -275,7 +276,7 @@ def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> It
 
 
 def direction_advice(problem: ContactProblem, force: Array) -> Iterator[notices.Advice]:
-    """Yield advice on bodies that fly apart and never touch, ``force`` (n + 1, p) [N], as by a velocity's sign."""
+    """Yield advice on unloaded bodies that move apart and never touch, ``force`` (n + 1, p) [N]."""
     striker = problem.striker
     pushed = striker.state is not None or striker.loads or any(t.state is not None or t.loads for t in problem.targets)
     if pushed or force.any():
@@ -294,7 +295,7 @@ def direction_advice(problem: ContactProblem, force: Array) -> Iterator[notices.
 
 
 def unsolved_advice(unsolved: int, steps: int) -> Iterator[notices.Advice]:
-    """Yield advice on steps whose several contact forces the iteration did not find."""
+    """Yield advice on steps in which the iteration for the contact forces did not converge."""
     if unsolved == 0:
         return
     yield notices.Advice(

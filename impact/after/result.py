@@ -24,7 +24,7 @@ _TERMS = ("input", "striker", "target", "contact", "dissipated")
 
 
 NO_ENERGY: Final = 1e-200
-"""Energy that is none [J]: squares of the 1e-140 that the march adds to every state against denormal numbers."""
+"""Energy [J] up to which a ledger counts as zero: squares of the 1e-140 added to every state against denormals."""
 
 
 @dataclass(frozen=True)
@@ -32,15 +32,15 @@ class EnergyLedger:
     """Energies [J] at every recorded time, all (n + 1,).
 
     Attributes:
-        input: energy brought in: initial energy, work of loads, of moving bases against the contacts, and what an
-            overlap of rigid bodies at the start puts in.
-        striker, target: energy stored, seen from the base where that moves (or, for a body in ``by_work``, all work it
-            has received).
+        input: energy supplied: initial energy, work of loads and of moving bases against the contacts, and work of
+            separating rigid bodies that overlap at the start.
+        striker, target: energy stored, relative to a moving base (for a body in ``by_work``, the whole work done on
+            it).
         contact: energy stored in the contact laws.
-        dissipated: lost in the bodies' damping, in the contacts and in their films so far.
-        contact_loss: the part of ``dissipated`` lost in the contacts: the impact itself, and the step's own damping.
-        film_loss: the part of it lost in the films of their gaps; ``None`` where there are none.
-        by_work: names of the bodies known only by the work done on them.
+        dissipated: energy lost so far in the bodies' damping, in the contacts and in their films.
+        contact_loss: part of ``dissipated`` lost in the contacts: impact losses and numerical damping of the step.
+        film_loss: part of ``dissipated`` lost in the films of the gaps; ``None`` without films.
+        by_work: names of the bodies whose energy is known only as the work done on them.
     """
 
     input: Array
@@ -61,14 +61,14 @@ class EnergyLedger:
 
     @property
     def residual(self) -> float:
-        """Return max |input - stored - dissipated| over the largest sum of stored energies; 0 without any."""
+        """Return max |input - stored - dissipated| / max(|striker| + |target| + |contact|); 0 without energy."""
         largest = float(np.max(np.abs(self.striker) + np.abs(self.target) + np.abs(self.contact)))
         error = float(np.max(np.abs(self.input - self.stored - self.dissipated)))
         return error / largest if largest > NO_ENERGY else 0.0
 
 
 def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
-    """Return the (n + 1,) work of the first step on rigid bodies that overlap at t = 0, which no law stores [J]."""
+    """Return the (n + 1,) work [J] done in the first step to separate rigid bodies that overlap at t = 0."""
     out = np.zeros(len(gap))
     if len(force) and not problem.preload:
         rigid = np.array([isinstance(c.law, laws.Signorini) for c in problem.contacts])
@@ -85,8 +85,8 @@ def ledger(
     film: Array | None = None,
     carried: Array | None = None,
 ) -> EnergyLedger:
-    """Return the ledger from the motion of each body (striker first), force (n, p), of which ``film`` is the films'
-    part, and gap (n + 1, p), of which ``carried`` is what moving bases add."""
+    """Return the ledger from the motion of each body (striker first), force (n, p), with the films' part ``film``, and
+    gap (n + 1, p), with the part ``carried`` from moving bases."""
     potential = np.stack([c.law.potential(-gap[:, i]) for i, c in enumerate(problem.contacts)], axis=1)
     opened, of_films, of_bases = np.diff(gap, axis=0), None, np.zeros(len(gap))
     if carried is not None:
@@ -120,16 +120,16 @@ class ImpactResult:
 
     Attributes:
         time: uniform from 0 [s].
-        force: contact force [N], >= 0 but for the pull of a film.
+        force: contact force [N], >= 0 except for the tension of a film.
         gap: opening [m].
-        striker_displacement, target_displacement: of the contact point, with its base [m].
+        striker_displacement, target_displacement: displacement of the contact point, its base's motion included [m].
         energy: the ledger [J].
         dt: step [s].
-        striker_mass, target_mass: of rigid translation, ``inf`` when held [kg].
-        striker_velocity, target_velocity: initial translation [m/s].
-        engine: what remembered the past, in words.
+        striker_mass, target_mass: mass in rigid translation [kg], ``inf`` for a held body.
+        striker_velocity, target_velocity: initial velocity of translation [m/s].
+        engine: description of the method that evaluated the convolution with past forces.
         advice: warnings, empty when all is well.
-        film: the part of ``force`` that films in the gaps bear [N]; ``None`` without any.
+        film: part of ``force`` carried by films in the gaps [N]; ``None`` without films.
     """
 
     time: Array
@@ -154,11 +154,11 @@ class ImpactResult:
 
     @property
     def solid(self) -> Array:
-        """Return the force >= 0 that the bodies exert themselves where they touch [N]."""
+        """Return the force >= 0 of solid contact [N]: ``force`` without the film's part."""
         return self.force if self.film is None else self.force - self.film
 
     def __str__(self) -> str:
-        """Return what the run did in four lines: its size, the force, the contacts, how far energy is balanced."""
+        """Return a summary in four lines: size of the run, force, contacts, energy balance error."""
         parts = 1 if self.force.ndim == 1 else self.force.shape[1]
         total = self.force.reshape(len(self.force), -1).sum(axis=1)
         peak, when = (
@@ -189,13 +189,13 @@ class ImpactResult:
 
 
 def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
-    """Return one of several contacts, histories (n + 1,), or a range of them; the energies stay those of all."""
+    """Return the result with one of several contacts, histories (n + 1,), or a range; energies remain those of all."""
     of_film = () if result.film is None else ("film",)
     return replace(result, **{name: getattr(result, name)[:, which] for name in ("force", *_WAYS, *of_film)})
 
 
 def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
-    """Return p contacts of one face as one: the sum of the forces, the means by the (p,) ``shares`` of its area."""
+    """Return p contacts of one face as one: summed forces, mean motions weighted by the (p,) area fractions."""
     if result.force.ndim == 1:
         return result
     means = {name: getattr(result, name) @ shares for name in _WAYS}

@@ -18,15 +18,15 @@ from impact.exact.rods import ExactRod, on_rod
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 
-POINTS_PER_WAVE = 8  # points along the reed per shortest wave retained, among which a peak is looked for
+POINTS_PER_WAVE = 8  # points along the reed per wavelength of the highest mode, at which the stress is evaluated
 ROUND_OFF = 1e-12  # relative round-off of sums over modes
-SAME = 1e-9  # largest relative difference between the shape of a load and that of forces on ports that counts as none
-_BLOCK = 1024  # instants whose stresses are held at once
-_FEW = 16  # of so many instants one is looked at first, after which most others are known to be below it
+SAME = 1e-9  # largest relative residual of the modal shape of a load fitted by forces on ports that counts as zero
+_BLOCK = 1024  # time steps whose modal coordinates are held in memory at once
+_FEW = 16  # stride of the first pass over the steps, whose peak rules out most of the others by their bounds
 
 
 At = float | tuple[float, ...] | None
-"""Where a reed is touched, distances from its clamp [m]; ``None``: at its tip."""
+"""Contact positions of a reed as distances from its clamp [m]; ``None``: its tip."""
 
 
 class StressError(ValueError):
@@ -50,11 +50,11 @@ class ReedStress:
     """The largest |bending stress| of a reed in parts of a run.
 
     Attributes:
-        initial: of release and free flight until the first touch; zero under a preload, before which nothing comes.
-        after_contact: since the first contact began; ``None`` without contact.
-        at_start: at t = 0, of the release, of a preload and of the loads that the reed starts in equilibrium with.
-        before_landing: until a landing begins, t = 0 included; ``None`` where no landing is stated.
-        after_landing: since it began; ``None`` where no landing is stated.
+        initial: peak from the release until the first contact; zero under a preload, where contact begins at t = 0.
+        after_contact: peak since the first contact began; ``None`` without contact.
+        at_start: peak at t = 0, due to the release, the preload and the loads in equilibrium at the start.
+        before_landing: peak until the landing begins, t = 0 included; ``None`` where no landing time is given.
+        after_landing: peak since the landing began; ``None`` where no landing time is given.
     """
 
     initial: PeakStress
@@ -65,7 +65,7 @@ class ReedStress:
 
     @property
     def largest(self) -> PeakStress:
-        """Return the largest of all times."""
+        """Return the peak of the whole record."""
         after = self.after_contact
         return self.initial if after is None or after.value < self.initial.value else after
 
@@ -81,12 +81,12 @@ def bending_stress(
         sigma(x, t) = (E h/2) [ sum_k w_k''(x) q_k(t) + r(x) n(t) ],
         r(x) = max(a - x, 0)/(E I) - sum_k w_k(a) w_k''(x)/omega_k^2.
 
-    The modal sum of a point load's curvature converges only like 1/n, at the kink of its moment. r is what the sum
-    leaves out, known exactly: a force that varies slowly gives the exact stress with any number of modes. n(t) is the
-    force as the reed's residual compliance follows it, n' = rate (N - n): the model of the contact itself. What the
-    modes left out carry of the release is missing here as it is there, 2/(pi n)^2 of the stress at the clamp. A reed
-    with several contacts has a term r n for each. A load at a contact, as a pressure on an effective area is, counts in
-    n, too; one that is spread bends the modes alone, whose sum converges like 1/n^2 then.
+    The modal sum of a point load's curvature converges only like 1/n, at the kink of its moment. r is the exact static
+    remainder of that sum: a force that varies slowly gives the exact stress with any number of modes. n(t) is the force
+    low-pass filtered by the reed's residual compliance, n' = rate (N - n), as in the contact model itself. The share of
+    the truncated modes in the release is missing in both, 2/(pi n)^2 of the stress at the clamp. A reed with several
+    contacts has a term r n for each. A load at a contact, such as a pressure on an effective area, adds to n; a
+    distributed load acts on the retained modes alone, whose sum then converges like 1/n^2.
 
     Args:
         force: (n + 1,) of `impact.solve` [N]; ``force[m]`` acts over the step that ends at m dt, ``force[0]`` before:
@@ -127,14 +127,14 @@ def reed_stress(
     coarsely: bool = False,
     since: float | None = None,
 ) -> ReedStress:
-    """Return the largest |`bending_stress`| [Pa] along the reed, at its start, before the first touch and after it, and
+    """Return the largest |`bending_stress`| [Pa] along the reed at t = 0, before and after the first contact, and
     before and after the time ``since`` at which a landing begins [s].
 
-    It is looked for at `POINTS_PER_WAVE` of the shortest wave retained and at every step, ``coarsely`` at half as many
-    places and once a radian of the highest frequency. Other arguments and errors are as `bending_stress` has them.
+    The stress is evaluated at `POINTS_PER_WAVE` points per shortest retained wave and at every step, with ``coarsely``
+    at half as many points and once per radian of the highest mode. Other arguments and errors: as `bending_stress`.
 
-    Times at which even the sum of every mode's largest stress is below the peak so far are passed over, then those at
-    which single precision, with its own error, tells that it is.
+    Steps are skipped where the sum over modes of |q_k| max |stress shape| is below the peak so far, then those where
+    the stress in single precision plus its round-off bound is below it.
     """
     pushes, omega = _by_port(force, reed), _modal(reed).omega
     share = 2 if coarsely else 1
@@ -173,7 +173,7 @@ def reed_stress(
 
 
 def stress_by_spans(spans: Spans, largest: Callable[[slice], PeakStress]) -> ReedStress:
-    """Return the largest stresses of a reed by that of any of the spans of a run."""
+    """Return the `ReedStress` of a run whose peak in a slice of ``spans`` is ``largest(slice)``."""
     return ReedStress(
         largest(spans.until(spans.touch)),
         largest(spans.after(spans.touch)) if np.isfinite(spans.touch) else None,
@@ -184,7 +184,7 @@ def stress_by_spans(spans: Spans, largest: Callable[[slice], PeakStress]) -> Ree
 
 
 def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: At) -> Array:
-    """Return the (M + p, X) stress per unit of each of `coordinates`: of the modes, and r(x) of each followed force."""
+    """Return the (M + p, X) stress per unit of each of `coordinates`: M mode shapes, then r(x) of each of p ports."""
     greens = _modal(reed)
     curvature = beam.curvatures(len(greens.omega), x)
     places = contact_at if isinstance(contact_at, tuple) else (beam.length if contact_at is None else contact_at,)
@@ -210,14 +210,13 @@ def _by_port(force: Array, reed: Body) -> Array:
 
 
 def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[Array]:
-    """Yield (..., M + p) blocks of modal coordinates and p followed forces, at every ``stride``-th time from t = 0
-    on."""
+    """Yield (..., M + p) blocks of modal coordinates and filtered port forces n, at every ``stride``-th step from 0."""
     greens, ports, rates = _modal(reed), len(pushes), _modal(reed).residual.rates
-    rate = float(rates[0] if rates.size else 2 * greens.omega.max())  # at which the residual follows the force
+    rate = float(rates[0] if rates.size else 2 * greens.omega.max())  # relaxation rate of n' = rate (N - n) [1/s]
     followed = replace(greens, residual=Residual(rate * np.eye(ports), np.full(ports, rate), np.zeros((ports, ports))))
     start, first, at_ports = reed.modal_start(), pushes[:, 0], _at_ports(reed)
     pull = greens.shapes @ first
-    if np.any(first):  # a preload: the loads were carried since ever, as the contact force was
+    if np.any(first):  # a preload: the reed starts in static equilibrium with its loads and the contact force
         held = reed.load_amplitudes(np.zeros(1))[:, 0]
         pull = pull + sum(load.shape * amplitude for load, amplitude in zip(reed.loads, held, strict=True))
         first = first + at_ports @ held
@@ -233,14 +232,14 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
 
 
 def _at_ports(reed: Body) -> Array:
-    """Return the (p, L) shares by which each of the reed's loads is a force on each of its ports, whose static part is
-    known; none of one that is spread otherwise."""
-    shapes, shares = _modal(reed).shapes, np.zeros((len(reed.greens.ports), len(reed.loads)))
-    for number, load in enumerate(reed.loads if len(shapes) > len(shares) else ()):  # of so few modes all are alike
-        share = np.linalg.lstsq(shapes, load.shape, rcond=None)[0]
-        if np.linalg.norm(shapes @ share - load.shape) < SAME * np.linalg.norm(load.shape):
-            shares[:, number] = share
-    return shares
+    """Return the (p, L) forces on the ports equivalent to a unit of each load of the reed; zero for a load whose modal
+    shape is no combination of those of the ports."""
+    shapes, forces = _modal(reed).shapes, np.zeros((len(reed.greens.ports), len(reed.loads)))
+    for number, load in enumerate(reed.loads if len(shapes) > len(forces) else ()):  # with M <= p every shape fits
+        fitted = np.linalg.lstsq(shapes, load.shape, rcond=None)[0]
+        if np.linalg.norm(shapes @ fitted - load.shape) < SAME * np.linalg.norm(load.shape):
+            forces[:, number] = fitted
+    return forces
 
 
 def _modal(reed: Body) -> ModalGreens:
@@ -353,9 +352,9 @@ def rod_axial_force(rod: ExactRod, force: Array, dt: float, *, at: float) -> Arr
 
 
 def axial_force(force: Array, dt: float, response: Callable[[Array], Array]) -> Array:
-    """Return the same (n + 1,) axial force [N], the sum over steps of (N_m - N_(m - 1)) E(t - (m - 1) dt).
+    """Return the (n + 1,) axial force [N] of `rod_axial_force`, the sum of (N_m - N_(m - 1)) E(t - (m - 1) dt).
 
-    ``response``: E, the ratio of the force at the place to one set on at t = 0, at times (n,) >= 0 [s]; of an endless
+    ``response`` is E at times (n,) >= 0 [s], the axial force at x per unit of a step force on the end; for an infinite
     rod H(t - x/c).
     """
     middle = dt * (np.arange(len(force)) - 0.5)

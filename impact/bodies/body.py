@@ -25,31 +25,31 @@ class ModalState:
 
 
 class Feedback(Protocol):
-    """A load on a body that is itself driven by the opening of its contacts, as gas that flows through a valve.
+    """A load with a state that is driven by the opening of the contacts, such as gas that flows through a valve.
 
-    It is data; how far it has come is an array of numbers, which the march keeps.
+    The object itself is constant; its state is an array kept by the march.
     """
 
     def start(self) -> Array:
         """Return its (S,) state at t = 0."""
 
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
-        """Take ``state`` on in place, from ``time`` over ``span`` [s] at a constant mean ``opening`` [m] of the
-        contacts with seats; returns the mean amplitude of its load over the span [N]."""
+        """Advance ``state`` in place from ``time`` over ``span`` [s] at a constant mean ``opening`` [m] of the contacts
+        with seats; return the mean amplitude of the load over the span [N]."""
 
 
 @dataclass(frozen=True)
 class Load:
-    """A prescribed force with a fixed place and a given course in time: modal forces shape_k * amplitude(t).
+    """A prescribed force with a fixed spatial distribution and a given time history: modal forces shape_k amplitude(t).
 
     Attributes:
         shape: (M,) participation of each mode; the mode shapes at x for a point force [1/sqrt(kg)].
-        amplitude: force at the times given, (n,) s -> (n,) N; taken at the middle of each step.
-        by_opening: factor on it by the opening of the contacts with seats, their mean [m] (a jet that a lifting reed
-            turns away); 1 for ``None``. Only the march knows it, foreseen for some steps at a time; what is prepared
-            takes 1.
-        feedback: what gives the amplitude in place of ``amplitude``, step by step in the march alone; what is prepared
-            takes ``amplitude``, which is its value at t = 0.
+        amplitude: force at given times, (n,) s -> (n,) N; evaluated at the middle of each step.
+        by_opening: factor on the amplitude as a function of the mean opening [m] of the contacts with seats (a jet
+            deflected by a lifting reed); 1 for ``None``. It is applied in the march, extrapolated over some steps at a
+            time; the motion prepared without contact takes 1.
+        feedback: source of the amplitude in place of ``amplitude``, evaluated step by step in the march; the motion
+            prepared without contact takes ``amplitude``, its value at t = 0.
     """
 
     shape: Array
@@ -59,7 +59,7 @@ class Load:
 
     @property
     def follows(self) -> bool:
-        """Return whether it depends on how far the contacts are open."""
+        """Return whether the load depends on the opening of the contacts."""
         return self.by_opening is not None or self.feedback is not None
 
     __repr__ = brief
@@ -71,12 +71,11 @@ class Body:
 
     Attributes:
         greens: its Green's function.
-        velocity: of the first port before contact, as a rigid body moves along the normal [m/s]; only for a body free
-            to move.
+        velocity: initial rigid-body velocity of the first port along the normal [m/s]; nonzero only for a free body.
         state: initial modal state of a modal body (a deflected reed).
         loads: prescribed forces on a modal body (pressure, gravity).
-        base: displacement of its base, from which its own is counted, at the times (n,) s -> (n,) m, zero at t = 0;
-            ``None``: at rest. What the body feels of it is one of ``loads`` (`impact.BaseMotion`).
+        base: displacement of the base, to which that of the body is relative, (n,) s -> (n,) m, zero at t = 0;
+            ``None``: at rest. Its inertia load on the body is one of ``loads`` (`impact.BaseMotion`).
 
     Raises:
         GreensFunctionError: a velocity of a body that is held; a state or loads that do not fit its modes.
@@ -115,7 +114,7 @@ class Body:
     _repr_html_ = as_html
 
     def carried(self, time: Array) -> Array:
-        """Return the (n,) displacement of its base [m]; raises `GreensFunctionError` unless one finite number a
+        """Return the (n,) displacement of the base [m]; raises `GreensFunctionError` unless it is one finite number per
         time."""
         if self.base is None:
             return np.zeros(len(time))
@@ -127,7 +126,7 @@ class Body:
         return displacement
 
     def load_amplitudes(self, time: Array) -> Array:
-        """Return the (L, n) amplitudes of its loads at the times (n,) [s -> N]."""
+        """Return the (L, n) amplitudes of the body's loads [N] at times (n,) [s]."""
         amplitudes = np.zeros((len(self.loads), len(time)))
         for row, load in zip(amplitudes, self.loads, strict=True):
             row[:] = load.amplitude(time)
@@ -140,11 +139,11 @@ class Body:
 
     @property
     def is_deflected(self) -> bool:
-        """Return whether it starts with any modal displacement or velocity beyond its translation."""
+        """Return whether the body starts with a modal displacement or velocity besides its translation."""
         return self.state is not None and bool(np.any(self.state.displacement) or np.any(self.state.velocity))
 
     def velocity_of(self, port: str | int) -> float:
-        """Return a port's velocity in the initial translation of the rigid body pushed at its first port [m/s]."""
+        """Return a port's velocity [m/s] in the initial rigid-body motion, caused by an impulse at the first port."""
         if self.velocity == 0.0:
             return 0.0
         i = self.greens.port_index(port)
@@ -156,14 +155,13 @@ class Body:
         return self.velocity * self.mass if self.velocity else 0.0
 
     def in_modes(self, greens: ModalGreens, turn: Callable[[Array], Array]) -> Body:
-        """Return the body in other modes; ``turn`` brings its state and the shapes of its loads to them."""
+        """Return the body in the modes of ``greens``; ``turn`` transforms modal state and load shapes to them."""
         state = self.state and ModalState(turn(self.state.displacement), turn(self.state.velocity))
         loads = tuple(replace(load, shape=turn(load.shape)) for load in self.loads)
         return replace(self, greens=greens, state=state, loads=loads)
 
     def modal_start(self, modal: ModalGreens | None = None) -> ModalState:
-        """Return the initial modal state with the translation; ``modal``: the oscillators among the parts, all by
-        default."""
+        """Return the initial modal state, the translation included, in the modes ``modal``, by default all modes."""
         g = self.greens.modal if modal is None else modal
         if g is None:
             raise GreensFunctionError(

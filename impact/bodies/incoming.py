@@ -1,4 +1,4 @@
-"""A wave that comes along an endless rod to the end that is struck."""
+"""A strain wave that arrives through a semi-infinite rod at its struck end."""
 
 from __future__ import annotations
 
@@ -13,24 +13,23 @@ from impact.bodies.time_series import TimeSeries, TimeSeriesError
 from impact.greens.base import Array
 
 EARLY: Final = 0.01
-"""Share of a wave's whole displacement of the end that may come before t = 0, as the noise of a record."""
+"""Largest displacement of the end before t = 0, over twice the wave's largest, accepted as noise of a record."""
 
 
 @dataclass(frozen=True)
 class IncomingWave:
-    """A strain wave e(t) that arrives at the free end of an endless rod, at rest before, and goes back from there.
+    """A strain wave e(t) that arrives at the free end of a semi-infinite rod initially at rest and is reflected there.
 
     Without contact the end moves outwards at -2 c e(t), twice the particle velocity, and at a distance x from it the
-    strain is e(t + x/c) - e(t - x/c), > 0 in tension. The forces of a contact add to both what they do in a rod without
-    a wave (d'Alembert).
+    strain is e(t + x/c) - e(t - x/c), > 0 in tension. The response to contact forces is superposed (d'Alembert).
 
     Attributes:
-        strain: e at times (n,), as a gauge records it, > 0 in tension, zero outside the record.
-        speed: c [m/s].
-        recorded_at: distance of that gauge from the end [m].
+        strain: e at times (n,), as recorded by a gauge, > 0 in tension, zero outside the record.
+        speed: wave speed c [m/s].
+        recorded_at: distance of the gauge from the end [m].
 
     Raises:
-        TimeSeriesError: a speed or distance that is none, a wave of which a part has reached the end before t = 0.
+        TimeSeriesError: speed not positive, distance negative, or a wave that moves the end before t = 0.
     """
 
     strain: TimeSeries
@@ -54,7 +53,7 @@ class IncomingWave:
             )
 
     def arriving(self, time: Array) -> Array:
-        """Return e at times (n,) at the end [s]; a jump at the ends of the record counts half."""
+        """Return e at the rod's end at times (n,) [s]; at a jump at the ends of the record, half of it."""
         return np.asarray(self.strain(np.asarray(time, dtype=float) - self.recorded_at / self.speed))
 
     def outwards(self, time: Array) -> Array:
@@ -71,6 +70,6 @@ class IncomingWave:
         return np.asarray(-2 * self.speed * (self._ramp[k] + since * (value[k] + slope * since / 2)))
 
     def strain_at(self, time: Array, distance: float) -> Array:
-        """Return the (n,) strain at a ``distance`` from the end [m] without contact, > 0 in tension."""
+        """Return the (n,) strain without contact at a ``distance`` [m] from the end, > 0 in tension."""
         late = distance / self.speed
         return np.asarray(self.arriving(time + late) - self.arriving(time - late))

@@ -150,10 +150,10 @@ Kind = Literal["displacement", "velocity", "acceleration"]
 
 @dataclass(frozen=True)
 class BaseMotion:
-    """A course of the base along the normal, from rest relative to it at t = 0.
+    """A motion of the base along the normal; at t = 0 the body is at rest relative to the base.
 
-    In the frame of its base a body feels the load -acceleration on its mass, as if gravity changed; its ports are
-    carried along by the displacement. Both are needed:
+    In the frame of the base the inertia load -acceleration acts on the body's mass, like a changed gravity; its ports
+    move with the base by the displacement. Both are needed:
 
         body = impact.cantilever_reed(..., loads=[motion])
         body = dataclasses.replace(body, base=motion.displacement)
@@ -170,12 +170,12 @@ class BaseMotion:
 
     @staticmethod
     def from_series(series: TimeSeries, kind: Kind) -> BaseMotion:
-        """Return the motion by a record of one of the three, the others by exact integrals and derivatives of one
-        piecewise polynomial.
+        """Return the motion from a record of displacement, velocity or acceleration, by exact integrals and derivatives
+        of a piecewise polynomial.
 
         An acceleration or velocity is linear between its samples, a displacement a cubic spline (not-a-knot). The base
-        moves from s = 0 at t = 0; an acceleration starts it from rest. Raises `TimeSeriesError`: another kind; later,
-        times that the record does not cover.
+        starts from s = 0 at t = 0, with an acceleration also from rest. Raises `TimeSeriesError`: another kind; when
+        evaluated, times that the record does not cover.
         """
         if kind not in get_args(Kind):
             raise TimeSeriesError(f"{series.name}: {kind!r} of a base is unknown; choose {', '.join(get_args(Kind))}")
@@ -211,23 +211,23 @@ class BaseMotion:
         return tuple(self.load(load.shape, modes.line_density * modes.length) for load in Gravity(1.0).modal(modes))
 
     def load(self, shape: Array, mass: float) -> Load:
-        """Return the inertia load on a body of ``mass`` [kg] whose modes take part by ``shape`` (M,) [1/sqrt(kg)]."""
+        """Return the inertia load on a body of ``mass`` [kg] with modal participation ``shape`` (M,) [1/sqrt(kg)]."""
         return Load(shape, lambda t: -mass * np.asarray(self.acceleration(t), dtype=float))
 
 
-ROUND_OFF: Final = 1e-10  # relative round-off of the pull of springs and forces on a motion that they leave free
+ROUND_OFF: Final = 1e-10  # relative modal participation of springs and forces in a rigid mode that counts as zero
 
 SPRINGS: Final = "springs"
-"""Key in the origin of a Green's function of the number of springs that its modes include."""
+"""Key of the number of springs included in the modes, in the origin of a Green's function."""
 
 
 @dataclass(frozen=True)
 class Suspension:
-    """Springs of a body, by the M modes that it has with them.
+    """Springs of a body, in terms of the M modes of the body with the springs.
 
-    ``shapes`` (M, S) of these modes at the S springs [1/sqrt(kg)]; ``stiffness`` (S,) [N/m]; ``basis`` (M, M): these
-    modes in terms of those without the springs, orthonormal, q = basis q_with; ``omega`` (M,) [rad/s] and ``zeta`` (M,)
-    without.
+    ``shapes`` (M, S): these modes at the S springs [1/sqrt(kg)]; ``stiffness`` (S,) [N/m]; ``basis`` (M, M): orthogonal
+    transformation to modal coordinates without springs, q = basis q_with; ``omega`` (M,) [rad/s] and ``zeta`` (M,):
+    frequencies and damping ratios without springs.
     """
 
     shapes: Array
@@ -239,18 +239,18 @@ class Suspension:
 
 @dataclass(frozen=True, repr=False)
 class SprungBody(Body):
-    """A body on ``springs``: its Green's function, state and loads are in the modes that it has with them."""
+    """A body on ``springs``: its Green's function, state and loads refer to the modes with the springs."""
 
     springs: Suspension = field(kw_only=True)
 
 
 def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
-    """Return the body with undamped linear springs between some of its places and the ground.
+    """Return the body with undamped linear springs between some of its points and the ground.
 
-    With the modes of the body, W their frequencies and B (M, S) their shapes at the springs' places, the modes with
-    springs are the eigenvectors V of W^2 + B k B'. This is exact in the space of the modes; what the modes left out
-    would yield to the springs is neglected, as it is of loads. Damping stays modal: the terms that V' 2 zeta W V has
-    off its diagonal are left out. A velocity becomes part of the state, for a body on springs is held.
+    With the body's modal frequencies W and mode shapes B (M, S) at the springs, the modes with springs are the
+    eigenvectors V of W^2 + B k B'. This is exact within the modal space; the residual flexibility at the springs is
+    neglected, as it is for loads. Damping stays modal: off-diagonal terms of V' 2 zeta W V are neglected. The velocity
+    becomes part of the state, since a body on springs is held.
 
     Args:
         body: a sum of modes.
@@ -298,30 +298,30 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
 
 
 def own_coordinates(body: Body, coordinates: Array) -> Array:
-    """Return the (n, M) ``coordinates`` of a body in its modes without its springs [m sqrt(kg)]."""
+    """Return the (n, M) modal ``coordinates`` [m sqrt(kg)] of a body transformed to its modes without springs."""
     return coordinates @ body.springs.basis.T if isinstance(body, SprungBody) else coordinates
 
 
 def _modes_with(omega: Array, pulls: Array) -> tuple[Array, Array]:
     """Return the (M,) angular frequencies [rad/s] and the (M, M) vectors of diag(omega^2) + pulls pulls'.
 
-    Rigid motions that no spring feels stay as they are, with the frequency 0. The others' squares are sums of positive
-    terms, |W v|^2 + |pulls' v|^2, which soft springs leave exact where an eigenvalue solver, off by round-off of the
-    highest frequency's square, does not.
+    Rigid motions without spring forces keep the frequency 0. The squares of the other frequencies are computed as sums
+    of positive terms, |W v|^2 + |pulls' v|^2, which stay accurate for soft springs, while the eigenvalues themselves
+    err by the round-off of the highest squared frequency.
     """
     rigid, elastic = np.flatnonzero(omega == 0), np.flatnonzero(omega > 0)
     turn = np.eye(len(omega))
     if len(rigid):
         vectors, sizes, _ = np.linalg.svd(pulls[rigid])
-        felt = int(np.sum(sizes > ROUND_OFF * np.linalg.norm(pulls)))
+        rank = int(np.sum(sizes > ROUND_OFF * np.linalg.norm(pulls)))
         turn[np.ix_(rigid, rigid)] = vectors
-        free, moved = rigid[felt:], np.concatenate([rigid[:felt], elastic])
+        free, moved = rigid[rank:], np.concatenate([rigid[:rank], elastic])
     else:
         free, moved = rigid, elastic
-    seen = turn.T @ pulls
-    square = np.diag(omega[moved] ** 2) + seen[moved] @ seen[moved].T
-    _, own = np.linalg.eigh(square)
-    values = ((omega[moved, None] * own) ** 2).sum(axis=0) + ((seen[moved].T @ own) ** 2).sum(axis=0)
+    turned = turn.T @ pulls
+    square = np.diag(omega[moved] ** 2) + turned[moved] @ turned[moved].T
+    _, vectors = np.linalg.eigh(square)
+    values = ((omega[moved, None] * vectors) ** 2).sum(axis=0) + ((turned[moved].T @ vectors) ** 2).sum(axis=0)
     order = np.argsort(values, kind="stable")
-    basis = np.column_stack([turn[:, free], turn[:, moved] @ own[:, order]])
+    basis = np.column_stack([turn[:, free], turn[:, moved] @ vectors[:, order]])
     return np.concatenate([np.zeros(len(free)), np.sqrt(values[order])]), basis

@@ -1,4 +1,4 @@
-"""What a Green's function answers with: its error, the rod that it is, its kernel at a step, its content on file."""
+"""Data of a Green's function: error estimate, uniform rod, kernel at a time step, content of a file."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class GreensFunctionError(ValueError):
 class ErrorEstimate:
     """Estimated error of g after a pulse of the stated band, relative to its largest value.
 
-    ``reduction`` is what the reduction of M, C, K to g left out (modes, Krylov vectors, time step); ``mesh`` is the
+    ``reduction`` is the error by reducing M, C, K to g (modes, Krylov vectors, time step); ``mesh`` is the
     discretisation error of M, C, K themselves. ``None`` means unknown, not zero.
 
-    It is an error of g, not of what an impact makes of it: where a contact chatters, opening and closing within its
-    blow, an error of 1e-3 has moved forces and impulses of single contacts by 1.6 %. `impact.error_budget` measures
-    the error of an impact.
+    It is an error of g, not of the result of an impact: where a contact chatters, opening and closing within an impact,
+    an error of 1e-3 has changed forces and impulses of single contacts by 1.6 %. `impact.error_budget` measures the
+    error of an impact.
     """
 
     reduction: float | None = None
@@ -67,7 +67,7 @@ class StepKernel:
     """A Green's function at a fixed step h, for forces constant over each step.
 
     ``modal`` is advanced by its exact recursion; ``weights[i, j, m] = S_ij((m+1) h) - S_ij(m h)``, (p, p, n) [m/N],
-    S the step response, is convolved. Either may be ``None``. ``engine`` says in words what remembers the past.
+    S the step response, is convolved. Either may be ``None``. ``engine``: the history engine in words.
     """
 
     modal: greens.modal.ModalGreens | None
@@ -88,10 +88,10 @@ class StepKernel:
 
 @dataclass(frozen=True)
 class Stored:
-    """The content of a file to make a Green's function again, beside its provenance, error and time limit.
+    """The content of a file from which a Green's function is restored, without its provenance, error and time limit.
 
-    ``kind``: how the file names the representation; ``numbers``: plain values; ``arrays``: datasets, real or complex;
-    ``parts``: functions that it is made of, whose provenance, error and time limit stand for its own.
+    ``kind``: name of the representation in files; ``numbers``: plain values; ``arrays``: datasets, real or complex;
+    ``parts``: functions of which it is composed, which have provenance, error and time limit of their own.
     """
 
     kind: str

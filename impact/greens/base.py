@@ -42,7 +42,7 @@ class GreensFunction(ABC):
     """
 
     closed_form: ClassVar[bool] = False
-    """It tells whether g follows from its parameters alone, so that making it again costs nothing."""
+    """Whether g is given by parameters in closed form, so that it is never cached."""
     remedy_too_short: ClassVar[str] = "compute it for the whole run (seatfem.greens_function(..., duration=))"
     """Text of the error message that says how to get a g known for longer than `valid_for`."""
     overhang: ClassVar[float] = 1.0
@@ -60,12 +60,12 @@ class GreensFunction(ABC):
 
     @property
     def provenance(self) -> Mapping[str, object]:
-        """Return where this function came from, in plain JSON values."""
+        """Return how the function was made, in plain JSON values."""
         return {}
 
     @property
     def valid_for(self) -> float:
-        """Return until when g is known [s]; ``inf`` where there is no such limit."""
+        """Return the time up to which g is known [s]; ``inf`` without such a limit."""
         return math.inf
 
     def check_length(self, dt: float, n_steps: int) -> None:
@@ -94,7 +94,7 @@ class GreensFunction(ABC):
 
     @property
     def summands(self) -> tuple[GreensFunction, ...]:
-        """Return the functions that it is the sum of; itself where it is no sum."""
+        """Return the functions of which it is the sum; itself if it is no sum."""
         return (self,)
 
     @property
@@ -110,7 +110,7 @@ class GreensFunction(ABC):
     def inverse_mass(self) -> Array:
         """Return the (p, p) lim g_ij(t)/t, t -> inf: final velocity of port i per impulse on port j; 0 if held [1/kg].
 
-        Raises `GreensFunctionError`: a representation that moves without limit and does not say how.
+        Raises `GreensFunctionError` for a representation that moves without limit and does not override this method.
         """
         if np.all(np.isfinite(static := self.static_compliance())):
             return np.zeros_like(static)
@@ -119,23 +119,23 @@ class GreensFunction(ABC):
         )
 
     def mass(self, port: str | int = 0) -> float:
-        """Return the mass of the rigid translation as felt at a port [kg]; ``inf`` if the body is held, or endless."""
+        """Return the effective mass of rigid motion at a port [kg]; ``inf`` if the body is held, or endless."""
         i = self.port_index(port)
         inverse = float(self.inverse_mass()[i, i])
         return 1.0 / inverse if inverse > 0 else math.inf
 
     def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        """Return how many poles `step_kernel` marches; ``None`` where it has step weights to convolve."""
+        """Return the number of poles of `step_kernel`; ``None`` if it has step weights to convolve."""
         return None
 
     def scaled(self, factor: float) -> GreensFunction:
-        """Return ``factor`` times g_ij, ``factor`` > 0; shows what a relative error ``factor - 1`` of g changes."""
-        from impact.greens.sums import ScaledGreens  # here, for a multiple is made of this class, and this of it
+        """Return ``factor`` times g_ij, ``factor`` > 0, for the effect of a relative error ``factor - 1`` of g."""
+        from impact.greens.sums import ScaledGreens  # local import: `ScaledGreens` is a subclass of this class
 
         return ScaledGreens(self, factor)
 
     def forces_only(self) -> GreensFunction:
-        """Return the same function in the form that marches fastest when energies are not needed."""
+        """Return the same function in the form that is fastest in the time loop if energies are not needed."""
         return self
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> GreensFunction:
@@ -144,7 +144,7 @@ class GreensFunction(ABC):
         raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are known: state neither")
 
     def stored(self) -> Stored | None:
-        """Return what a file must hold to make it again; ``None`` for a representation without a file form."""
+        """Return the content of a file that restores it; ``None`` for a representation without a file form."""
         return None
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
@@ -170,23 +170,23 @@ class GreensFunction(ABC):
 
     @abstractmethod
     def initial_value(self) -> Array:
-        """Return the (p, p) g(0+) [m/(N s)] = 1/impedance at first contact; ``inf`` where a bare compliance stands."""
+        """Return the (p, p) g(0+) [m/(N s)], 1/impedance at first contact; ``inf`` with a bare compliance."""
 
     @abstractmethod
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """Return the representation used by the contact solver for ``n_steps`` steps of ``dt`` [s]."""
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> GreensFunction:
-        """Return W' g W of new ports: a load on one is spread over the old ones by its column of ``weights`` (p, q).
+        """Return W' g W for new ports, whose loads are spread over the old ones by the columns of ``weights`` (p, q).
 
-        Columns that sum to 1 make displacements means. Raises `GreensFunctionError` where ports cannot be combined.
+        If columns sum to 1, displacements are means. Raises `GreensFunctionError` if the ports cannot be combined.
         """
         raise GreensFunctionError(
             f"the ports of a {type(self).__name__} cannot be combined: take a sum of modes or of poles"
         )
 
     def port_index(self, port: str | int) -> int:
-        """Return the index of a port given by name or index; raises `GreensFunctionError` listing what there is."""
+        """Return the index of a port given by name or index; raises `GreensFunctionError` naming all ports."""
         if isinstance(port, int):
             if 0 <= port < len(self.ports):
                 return port
@@ -212,13 +212,13 @@ class GreensFunction(ABC):
         return out
 
     def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
-        """Return the (p, p, nt) `filtered` for every pair of ports; (p, c, nt) under impulses on ``columns`` alone."""
+        """Return the (p, p, nt) `filtered` for all pairs of ports, or (p, c, nt) under impulses on ``columns`` only."""
         p = len(self.ports)
         pushed = range(p) if columns is None else columns
         return np.array([[self.filtered(t, width, i, j) for j in pushed] for i in range(p)])
 
     def __str__(self) -> str:
-        """Return what it is made of, its error, time limit and origin, a line each."""
+        """Return a description in lines: representation, error, time limit, and origin."""
         names, error = self.ports, vars(self.error_estimate)
         ports = f"port {names[0]}" if len(names) == 1 else f"{len(names)} ports {some(names)}"
         parts = [f"{n} {'unknown' if e is None else f'{e:.2g}'}" for n, e in error.items()]
@@ -230,20 +230,20 @@ class GreensFunction(ABC):
     _repr_html_ = as_html
 
     def _in_words(self) -> tuple[str, ...]:
-        """Return what the function is made of, a line each."""
+        """Return descriptions of the representation, a line each."""
         return ()
 
 
 def is_greens(thing: object) -> TypeGuard[GreensFunction]:
-    """Return whether ``thing`` is a Green's function, where a body or step weights may be given instead."""
+    """Return whether ``thing`` is a Green's function, and not a body or step weights."""
     return isinstance(thing, GreensFunction)
 
 
-_BLOCK = 256  # instants evaluated at once: bounds the memory to that times the number of poles
+_BLOCK = 256  # instants evaluated at once: memory is this times the number of poles
 
 
 class StatedGreens(GreensFunction):
-    """Base of computed and measured functions: names, error, origin and time limit are fields."""
+    """Base of computed and measured functions, whose port names, error, origin and time limit are fields."""
 
     port_names: tuple[str, ...]
     error: ErrorEstimate
@@ -274,7 +274,7 @@ class StatedGreens(GreensFunction):
 
 
 class PoleSums(StatedGreens):
-    """Base of sums of oscillators and of complex poles: all is known in closed form, term by term."""
+    """Base of sums of oscillators and of complex poles, each term of which is known in closed form."""
 
     @abstractmethod
     def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
@@ -334,7 +334,7 @@ class ExactPort(GreensFunction):
     kind: ClassVar[str]
     closed_form = True
     memory: ClassVar[str] = "closed form"
-    """What the step weights are made of, for people."""
+    """Origin of the step weights in words."""
 
     @property
     def ports(self) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ ALL: Final = slice(None)
 
 @dataclass(frozen=True)
 class Residual:
-    """The part that the retained modes leave out, in a passive form.
+    """The residual flexibility of truncated modes, in a passive form.
 
     g_res(t) = sum_r a_r a_r' exp(-rates_r t) + compliance * delta(t)
 
@@ -38,7 +38,7 @@ class Residual:
 
     @staticmethod
     def none(n_ports: int = 1) -> Residual:
-        """Return the residual of modes that leave nothing out."""
+        """Return a residual of zero."""
         return Residual(np.zeros((0, n_ports)), np.zeros(0), np.zeros((n_ports, n_ports)))
 
     @staticmethod
@@ -100,7 +100,8 @@ class Residual:
         return np.asarray(bent.T @ bent + endless(self.shapes[loose]) + self.compliance)
 
     def filtered(self, t: answers.Array, width: float, rows: Ports = ALL, columns: Ports = ALL) -> answers.Array:
-        """Return its (p, p, nt) part of g after a unit Hann pulse of ``width`` [m/(N s)]; or some of its ports."""
+        """Return the (p, p, nt) residual part of g after a unit Hann pulse of ``width`` [s], for the ports ``rows``
+        under impulses on ``columns`` [m/(N s)]."""
         decays = combine(self.shapes[:, rows], decay_responses(self.rates, t, width), self.shapes[:, columns])
         return decays + self.compliance[rows][:, columns, None] * hann(t, width)
 
@@ -113,11 +114,11 @@ class ModalGreens(base.PoleSums):
         omega: (M,) angular frequencies w_k >= 0 [rad/s]; 0 is a rigid-body mode (t).
         zeta: (M,) damping ratios >= 0; 1 and above are allowed.
         shapes: (M, p) mass-normalised mode shapes at the ports [1/sqrt(kg)].
-        residual: what these modes leave out.
+        residual: residual flexibility of truncated modes.
         port_names: p names.
         error: estimated error of g.
         origin: provenance, plain JSON values.
-        valid_for: until when g is known [s].
+        valid_for: time up to which g is known [s].
     """
 
     omega: answers.Array
@@ -168,8 +169,8 @@ class ModalGreens(base.PoleSums):
             frequencies: (M,) undamped natural frequencies [Hz]; 0 is a rigid-body mode.
             damping: (M,) damping ratios, 0.01 for 1 % of critical, or one for all.
             amplitudes: (M,) or (M, p) mass-normalised mode shapes at the ports [1/sqrt(kg)].
-            residual: what these modes leave out; nothing where absent.
-            port_names: p names; "contact" of one port, "port_1", ... of several where absent.
+            residual: residual flexibility of truncated modes; default: none.
+            port_names: p names; default: "contact" for one port, "port_1", ... for several.
 
         Raises `GreensFunctionError`: numbers of modes or ports that differ, values that are negative or not finite.
         """
@@ -231,12 +232,12 @@ class ModalGreens(base.PoleSums):
         return np.asarray(sums[0] + sums[1] + rest.compliance, dtype=complex)
 
     def of_modes(self, kept: NDArray[np.bool_], residual: Residual | None = None) -> ModalGreens:
-        """Return the function of the ``kept`` (M,) modes alone, with another ``residual`` where one is given."""
+        """Return the function with the modes in the mask ``kept`` (M,), and another ``residual`` if one is given."""
         rest = self.residual if residual is None else residual
         return replace(self, omega=self.omega[kept], zeta=self.zeta[kept], shapes=self.shapes[kept], residual=rest)
 
     def above(self, omega: float) -> ModalGreens:
-        """Return the oscillations above ``omega`` [rad/s] alone."""
+        """Return the function with the modes above ``omega`` [rad/s] only, without residual."""
         return self.of_modes(self.omega > omega, Residual.none(len(self.port_names)))
 
     def stored(self) -> answers.Stored:
@@ -302,6 +303,6 @@ def _symmetric_psd(values: ArrayLike, name: str) -> answers.Array:
 
 
 def endless(shapes: answers.Array) -> answers.Array:
-    """Return the (p, p) compliance of motions (r, p) that nothing holds: infinite where both ports share one."""
+    """Return the (p, p) compliance of unrestrained motions (r, p): infinite where both ports take part in one."""
     shared = shapes.T @ shapes
     return np.where(shared != 0, np.copysign(np.inf, shared), 0.0)

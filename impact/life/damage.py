@@ -1,6 +1,6 @@
 """Rainflow cycles of a stress history, Miner's sum over the cycles of a block, and the life in blocks.
 
-To add a criterion: a frozen dataclass that is a `MeanStress`, with its ``name``; its fields without a default are
+A new criterion is a frozen dataclass derived from `MeanStress` with a ``name``; its fields without a default must be
 fields of `impact.life.strength.Strength`. `mean_stress` finds it by its name, wherever it is defined.
 """
 
@@ -26,7 +26,7 @@ from impact.quantities import brief
 
 @dataclass(frozen=True, repr=False)
 class Cycles:
-    """(m,) cycles of one block: ``ranges`` smax - smin and ``means`` (smax + smin)/2 [Pa], and how many, ``counts``."""
+    """(m,) cycles of one block: ``ranges`` smax - smin and ``means`` (smax + smin)/2 [Pa], and ``counts`` of each."""
 
     ranges: Array
     means: Array
@@ -36,7 +36,7 @@ class Cycles:
 
 
 def reversals(history: ArrayLike) -> Array:
-    """Return the (r,) turning points of an (n,) history [Pa], its ends among them; equal neighbours count once.
+    """Return the (r,) turning points of an (n,) history [Pa], both ends included; equal neighbours count once.
 
     Raises:
         LifeError: no values, or some that are not finite.
@@ -57,8 +57,7 @@ def reversals(history: ArrayLike) -> Array:
 
 
 def from_peak(history: ArrayLike) -> Array:
-    """Return the (r,) turning points of the history repeated for ever, one period from its highest peak to the next
-    one.
+    """Return the (r,) turning points of the periodically repeated history, over one period from its highest peak on.
 
     Raises:
         LifeError: as `reversals`.
@@ -69,15 +68,15 @@ def from_peak(history: ArrayLike) -> Array:
 
 
 def rainflow(history: ArrayLike, *, repeated: bool = True) -> Cycles:
-    """Count cycles.
+    """Return the rainflow cycles of a stress history.
 
-    Three consecutive turning points with ranges Y, X: Y is a cycle where X >= Y. A ``repeated`` history begins at its
-    highest peak, so that nothing but whole cycles is left; the residue of the four-point method, taken twice, gives
-    the same. Otherwise ranges that hold the beginning, and those left at the end, are half cycles, in their order.
+    Of three consecutive turning points with ranges Y, X, Y is a cycle where X >= Y. A ``repeated`` history begins at
+    its highest peak, so that all cycles are whole; the four-point method on its doubled residue gives the same.
+    Otherwise ranges that contain the first point, and those of the residue, are half cycles, in their order.
 
     Args:
-        history: (n,) stress, one block [Pa].
-        repeated: the block repeats without end, as revolutions do.
+        history: (n,) stress of one block [Pa].
+        repeated: whether the block repeats periodically, as over revolutions.
 
     Raises:
         LifeError: as `reversals`.
@@ -92,9 +91,9 @@ def rainflow(history: ArrayLike, *, repeated: bool = True) -> Cycles:
 
 
 def counted(points: Array) -> tuple[Array, Array, Array]:
-    """Return the ranges, means and counts of turning points that begin and end at the highest one.
+    """Return the ranges, means and counts of the cycles of turning points that begin and end at the highest one.
 
-    The package's rule in a compiled loop, some hundred times as fast: maps count millions of turning points.
+    The rule of the package `rainflow` in a compiled loop, some hundred times as fast: maps have millions of points.
     """
     ranges, means = _whole_cycles(points)
     return ranges, means, np.ones(len(ranges))
@@ -118,14 +117,14 @@ def _whole_cycles(points):  # type: ignore[no-untyped-def]
 
 
 class MeanStress(ABC):
-    """The effect of a mean stress on an amplitude, by one criterion."""
+    """A criterion for the effect of the mean stress of a cycle on its damage."""
 
     name: ClassVar[str]
 
     @abstractmethod
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
-        """Return the (...,) fully reversed amplitudes [Pa] of cycles with amplitudes >= 0 and means [Pa]; ``inf``: it
-        breaks."""
+        """Return the (...,) equivalent fully reversed amplitudes [Pa] of cycles with amplitudes >= 0 and means [Pa];
+        ``inf``: immediate failure."""
 
     @abstractmethod
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
@@ -133,17 +132,17 @@ class MeanStress(ABC):
 
     @property
     def breaks_at(self) -> float:
-        """Return the mean stress that no cycle survives [Pa]."""
+        """Return the least mean stress at which any cycle means immediate failure [Pa]."""
         return math.inf
 
 
-def _over(stress: Array, left: Array) -> Array:
-    """Return the quotient, ``inf`` where nothing is left to bear it."""
-    return np.asarray(np.divide(stress, left, out=np.full(np.shape(left), np.inf), where=left > 0))
+def _over(stress: Array, reserve: Array) -> Array:
+    """Return ``stress``/``reserve``, ``inf`` where the reserve is not positive."""
+    return np.asarray(np.divide(stress, reserve, out=np.full(np.shape(reserve), np.inf), where=reserve > 0))
 
 
 class _Straight(MeanStress):
-    """sa/(1 - sm/limit): on a straight line of Haigh's diagram; ``inf`` from the limit on."""
+    """sa/(1 - sm/limit), a straight line in Haigh's diagram; ``inf`` for mean stresses from the limit on."""
 
     compression: bool
 
@@ -179,7 +178,7 @@ class Morrow(_Straight):
     """sa/(1 - sm/sf'); a compressive mean is no benefit unless ``compression`` is asked for.
 
     Attributes:
-        fatigue_strength: sf', of cycles to failure 1/2 [Pa].
+        fatigue_strength: sf', the amplitude with 1/2 cycle to failure [Pa].
 
     Source: J. Morrow, Fatigue properties of metals, in Fatigue Design Handbook, SAE AE-4 (1968), 3.2.
     """
@@ -238,7 +237,7 @@ class Walker(_Power):
     """smax^(1 - gamma) sa^gamma, smax = sm + sa; no damage where smax <= 0.
 
     Attributes:
-        walker_exponent: gamma, a measured ratio; 1 knows no mean stress, 1/2 is Smith, Watson and Topper's.
+        walker_exponent: gamma, a measured ratio; 1 neglects the mean stress, 1/2 is Smith, Watson and Topper's.
 
     Source: K. Walker, ASTM STP 462 (1970) 1.
     """
@@ -264,16 +263,16 @@ def mean_stress(name: str, strength: Strength) -> MeanStress:
     return criterion(MeanStress, name, strength)  # type: ignore[type-abstract]
 
 
-_STEEPEST = 700.0  # largest |log(damage)| of the search for a margin; beyond it damage is none or infinite
-_WIDEST = 1e12  # largest stress of that search, over the curve's own; its inverse is the smallest
+_STEEPEST = 700.0  # largest |log(blocks D)| in the search for a margin; zero and infinite damage are clipped to it
+_WIDEST = 1e12  # largest stress in that search over the first stress of the S-N curve, and first over smallest
 
 
 def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: float | None = None) -> float:
     """Return the damage of one block, D = sum n_i / N(S_i); ``inf`` where a mean stress breaks the part.
 
-    S_i is the amplitude that is as damaging at the loading ratio of the S-N curve as the cycle is at its mean, by the
-    criterion ``judge`` of mean stresses. ``survival``: share of the parts that lives on; ``None``: that of the curve.
-    Raises `LifeError` without a curve, or for a survival that it cannot give.
+    S_i is the amplitude at the loading ratio of the S-N curve that is equivalent to the cycle with its mean stress by
+    the criterion ``judge``. ``survival``: fraction of the parts that survive; ``None``: that of the curve. Raises
+    `LifeError` without a curve, or for another survival if the scatter of the curve is unknown.
 
     Source: M. A. Miner, J. Appl. Mech. 12 (1945) A159.
     """
@@ -297,9 +296,9 @@ def margin(
     """Return the factor f on all stresses, amplitudes and means, with which ``blocks`` D(f) = 1; ``inf`` where nothing
     fails.
 
-    D grows with f, so that there is one root, or one jump (an endurance limit, a mean that breaks the part) which is
-    the margin then. ``blocks``: design number of repetitions, > 0; else as in `damage`. Raises `LifeError` as it does,
-    and for a number of blocks that is not positive and finite.
+    D grows with f, so that there is one root, or one jump (endurance limit, mean stress of immediate failure), which is
+    then the margin. ``blocks``: design number of repetitions, > 0; other arguments as in `damage`. Raises `LifeError`
+    as `damage`, and for a number of blocks that is not positive and finite.
     """
     if not (math.isfinite(blocks) and blocks > 0):
         raise LifeError(f"blocks = {blocks:g}, the design number of repetitions, must be positive and finite")
@@ -311,7 +310,7 @@ def margin(
     ranges, means = cycles.ranges / largest, cycles.means / largest
 
     def excess(exponent: float) -> float:
-        """Return log(blocks D), the largest stress being e^exponent times the curve's first."""
+        """Return log(blocks D) with the stresses scaled to a largest of e^exponent times the curve's first stress."""
         level = curve.stresses[0] * math.exp(exponent)
         sum_ = damage(Cycles(level * ranges, level * means, cycles.counts), strength, judge, survival=survival) * blocks
         return float(np.clip(math.log(sum_) if sum_ > 0 else -_STEEPEST, -_STEEPEST, _STEEPEST))
@@ -330,11 +329,11 @@ class Life:
     """The effect of repeated blocks on one point.
 
     Attributes:
-        damage: of one block, by Miner's sum; 1 is failure.
-        blocks: to failure, 1/damage.
+        damage: damage of one block by Miner's sum; 1 is failure.
+        blocks: number of blocks to failure, 1/damage.
         margin: factor on all stresses with which the part fails just at the end of the design number of blocks.
-        survival: the share of parts for which this holds.
-        advice: stresses at which the part breaks at once.
+        survival: fraction of parts for which this holds.
+        advice: warnings of stresses that mean immediate failure.
     """
 
     damage: float
@@ -352,7 +351,7 @@ def life(
     blocks: float,
     survival: float | None = None,
 ) -> Life:
-    """Return `damage` and `margin`, a factor on the stress, together, and advice; arguments and errors are theirs."""
+    """Return `damage` and `margin`, a factor on the stress, with advice; arguments and errors are as in `margin`."""
     [curve] = strength.needed("a life", "curve")
     sum_ = damage(cycles, strength, judge, survival=survival)
     spare = margin(cycles, strength, judge, blocks=blocks, survival=survival)

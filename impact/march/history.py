@@ -24,7 +24,10 @@ from impact.quantities import brief
 
 BLOCK = 1024  # steps summed directly; 512 to 2048 are equally fast
 FEWEST = 8  # fewest contacts at which poles with proportional shapes are merged
-ALIKE, NEARLY = 64 * np.finfo(float).eps, 1e-9  # largest relative difference of equal shapes; of their ratios, first
+ALIKE, NEARLY = (
+    64 * np.finfo(float).eps,
+    1e-9,
+)  # largest relative difference of proportional shapes, and of their ratios
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,8 @@ class Poles:
 
     @staticmethod
     def from_modes(parts: list[tuple[ModalGreens, Array]], dt: float, contacts: int) -> Poles:
-        """Return the poles of several bodies, each with its (ports, contacts) directions; unseen ones are dropped."""
+        """Return the poles of several bodies, each with its (ports, contacts) directions, less those without motion at
+        any contact."""
         steps, psi = [np.zeros((5, 0))], [np.zeros((contacts, 0))]
         for greens, directions in parts:
             ((a11, a12), (a21, a22)), (b1, b2) = oscillator.transition(dt, greens.omega, greens.zeta)
@@ -73,21 +77,21 @@ class Poles:
         return rows
 
     def along(self) -> tuple[NDArray[np.int64], Array, Array]:
-        """Return the poles that the contacts see alike, as those of one wave around a lip: psi_ck = size_k
-        directions_cg, g of k.
+        """Return groups of poles with proportional shapes, such as those of one harmonic around a lip.
 
-        (K,) g, (K,) sizes and (p, G) directions, equal to psi but for round-off; empty ones where that saves nothing.
+        (K,) group numbers g, (K,) sizes and (p, G) directions: psi_ck = size_k directions_cg to round-off; empty arrays
+        if this saves nothing.
         """
         contacts, count = self.psi.shape
         none = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((contacts, 0))
         if contacts < FEWEST:
             return none
-        places = np.arange(contacts) ** 2.0  # two functionals without symmetry: poles seen alike have the same ratio
+        places = np.arange(contacts) ** 2.0  # ratio of two functionals without symmetry: equal for proportional shapes
         with np.errstate(all="ignore"):
             ratio = (np.cos(1.7 * places) @ self.psi) / (np.cos(1.0 + places) @ self.psi)
         order = np.argsort(ratio, kind="stable")
         apart = ~(np.abs(np.diff(ratio[order])) <= NEARLY * np.abs(ratio[order[1:]]))
-        if 2 * (1 + np.count_nonzero(apart)) > count:  # at least so many differ, as in a plate
+        if 2 * (1 + np.count_nonzero(apart)) > count:  # too many groups, as for a plate
             return none
         group, size, firsts = np.zeros(count, dtype=np.int64), np.ones(count), list[int]()
         for k in order:
@@ -170,10 +174,10 @@ class BlockedSum:
         self._spectra: dict[int, NDArray[np.complex128]] = {}
 
     def fold(self, force: Array, rest: Array, done: int) -> None:
-        """Take in block number ``done`` (1, 2, ...) of ``force`` (p, n), what it exceeds ``rest`` (p,) by.
+        """Add the effect of block number ``done`` (1, 2, ...) of ``force`` (p, n), less the preload ``rest`` (p,).
 
         With k the largest power of two dividing ``done``, the last k blocks act on the next k blocks; over the run
-        every pair of blocks is met exactly once. The cyclic product of length 2k is clean in its second half.
+        every pair of blocks is included once. The cyclic convolution of length 2k is exact in its second half.
         """
         size = (done & -done) * self.block
         end, n = done * self.block, self.memory.shape[1]
@@ -184,7 +188,7 @@ class BlockedSum:
         spectrum = self._spectra.get(size)
         if spectrum is None:
             spectrum = np.fft.rfft(self.weights[:, :, : 2 * size], 2 * size)
-            if 4 * size <= n:  # comes again
+            if 4 * size <= n:  # this size is needed again
                 self._spectra[size] = spectrum
         later = np.fft.irfft(np.einsum("cdf,df->cf", spectrum, past), 2 * size)
         self.memory[:, end:stop] += later[:, size : size + stop - end]
@@ -198,7 +202,7 @@ def convolve(weights: Array, force: Array) -> Array:
 
 
 Engine = Literal["auto", "poles", "fft", "direct"]
-MARGIN = 0.8  # largest predicted time with step weights, over that with poles, at which poles are left for them
+MARGIN = 0.8  # predicted time with step weights, over that with poles, below which step weights replace poles
 
 
 @dataclass(frozen=True)
@@ -249,10 +253,11 @@ MEASURED = CostModel(
 
 @dataclass(frozen=True)
 class Plan:
-    """The engines that the bodies run with, and the same in ``words``.
+    """The history engine of each body, also in ``words``.
 
-    ``by_poles``: for each body, whether its poles are marched (else they become step weights); ``block``: steps summed
-    directly before the FFT takes them, all of a direct sum; ``seconds``: predicted time of the march on one core.
+    ``by_poles``: for each body, whether its poles are advanced by recursion (else they become step weights); ``block``:
+    steps summed directly before they are folded in by FFT, all steps for a direct sum; ``seconds``: predicted, on
+    one core.
     """
 
     by_poles: tuple[bool, ...]
@@ -268,7 +273,7 @@ def choose(
     engine: Engine = "auto",
     block: int | None = None,
 ) -> Plan:
-    """Return the plan for the bodies' ``kernels`` (striker first); a given ``block`` is kept.
+    """Return the fastest plan for the bodies' ``kernels`` (striker first); a given ``block`` is kept.
 
     Raises `ContactError`: unknown engine; "poles" where a body has none; a block below one step.
     """
@@ -282,7 +287,7 @@ def choose(
             f"engine 'poles' is impossible: {without[0]} has step weights and no poles; use 'fft', 'direct' or 'auto'"
         )
     modal = [kernel.modal is not None and engine in ("auto", "poles") for kernel in kernels]
-    candidates = [tuple(modal)]  # all poles marched, then without the largest body's, the two largest bodies', ...
+    candidates = [tuple(modal)]  # all bodies by poles, then without the largest one, without the two largest, ...
     for number in sorted(range(len(kernels)), key=lambda i: -_count(kernels[i])) if engine == "auto" else ():
         modal[number] = False
         candidates.append(tuple(modal))
@@ -300,11 +305,11 @@ def choose(
 def _plan(
     kernels: Sequence[StepKernel], by_poles: tuple[bool, ...], contacts: int, steps: int, block: int, engine: Engine
 ) -> Plan:
-    marched = sum(_count(k) for k, poles in zip(kernels, by_poles, strict=True) if poles)
-    turned = sum(_count(k) for k, poles in zip(kernels, by_poles, strict=True) if not poles)
-    weights = turned > 0 or any(k.weights is not None for k in kernels)
+    recursive = sum(_count(k) for k, poles in zip(kernels, by_poles, strict=True) if poles)
+    converted = sum(_count(k) for k, poles in zip(kernels, by_poles, strict=True) if not poles)
+    weights = converted > 0 or any(k.weights is not None for k in kernels)
     weights = weights or not all(poles or k.modal is None for k, poles in zip(kernels, by_poles, strict=True))
-    seconds = MEASURED.poles(steps, marched, contacts) + MEASURED.forming(steps, turned, contacts)
+    seconds = MEASURED.poles(steps, recursive, contacts) + MEASURED.forming(steps, converted, contacts)
     if weights:
         seconds += MEASURED.fft(steps, contacts, block)
     names = ("striker", *["target"] * (len(kernels) - 1))

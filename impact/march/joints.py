@@ -1,19 +1,19 @@
-"""Laws of joints: conforming faces, rough and bedded in, whose unloading is stiffer than their loading.
+"""Laws of joints: conforming rough faces, bedded in, whose unloading is stiffer than their loading.
 
-A joint remembers the deepest closure m since it last opened. Its closure at a force N has a part that comes back,
-u(N), and one that stays until it opens: on the loading branch, which holds at and beyond m, the whole closure is
-l(N) >= u(N); below m, whichever way,
+A joint remembers the deepest closure m since it last opened. Its closure at a force N has an elastic part u(N) and a
+part that remains until it opens: on the loading branch, at and beyond m, the closure is l(N) >= u(N); below m, for
+loading and unloading,
 
     pen = m - u(N_m) + u(N),   l(N_m) = m.
 
-Opened, it is as it was: all that it does is done again by the next load, as in a joint that is bedded in. Where the
-slope of u is at most that of l at each force, unloading is nowhere softer than loading. The energy that comes back is
+Opening resets the joint, so that each contact follows the same branches, as in a joint that is bedded in. If the slope
+of u is at most that of l at each force, unloading is nowhere softer than loading. The recoverable energy is
 
     Psi = int_0^N N' u'(N') dN',   and N l' dN - dPsi >= 0 on the loading branch:
 
-no history of closures gains energy. Over one step the joint is elastic: the work along its path is a convex function
-of the closure at the end, so that every rule of `impact.march.laws` holds for it as it stands there, and the
-conserving rule loses what the joint takes and nothing more.
+no history of closures gains energy. Over one step the joint is elastic: the work along its path is a convex function of
+the closure at the end, so that every step rule of `impact.march.laws` applies unchanged, and the conserving rule
+dissipates exactly the hysteresis of the joint.
 
 Source of the power law of machined faces, closure like the root of the pressure: Back, Burdekin & Cowley, Proc. 13th
 MTDR Conf. (1973) 87; of unloading along stiffer branches: Greenwood & Williamson, Proc. R. Soc. A 295 (1966) 300.
@@ -31,12 +31,12 @@ from impact.greens.base import Array
 from impact.march.laws import ROUGH, TABLE, LawError, Parameters
 
 MOST_KNOTS: Final = 500
-"""Limit of the rows of a joint by table: each contact that has it keeps them all."""
-_SAME: Final = 1e-9  # relative, of slopes that are typed in; and of the largest force, what is none
+"""Most rows of a joint by table: each of its contacts keeps a copy of them."""
+_SAME: Final = 1e-9  # relative tolerance of slopes; also the force that counts as zero, over the largest force
 
 
 def deepest_so_far(penetration: Array) -> Array:
-    """Return (n,) the deepest closure since the joint last opened, along a history of penetrations (n,) [m]."""
+    """Return the (n,) deepest closure since the joint last opened, for a history of penetrations (n,) [m]."""
     out = np.zeros(len(penetration))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], penetration > 0, [False]])))
     for first, end in edges.reshape(-1, 2):
@@ -52,8 +52,8 @@ class RoughJoint:
 
     Attributes:
         stiffness: k [N/m^n].
-        exponent: n >= 1; 2 of machined faces.
-        recovery: r, share of the closure that comes back, 0 < r <= 1.
+        exponent: n >= 1; 2 for machined faces.
+        recovery: r, fraction of the closure that is elastic, 0 < r <= 1.
 
     Raises:
         LawError: a stiffness that is not positive, an exponent below 1, a recovery off (0, 1].
@@ -90,7 +90,7 @@ class RoughJoint:
         return float((force / self.stiffness) ** (1 / self.exponent))
 
     def potential(self, penetration: Array) -> Array:
-        """Return k r x^(n + 1)/(n + 1) [J], x = (pen - (1 - r) m)/r: what comes back."""
+        """Return the recoverable energy k r x^(n + 1)/(n + 1) [J], x = (pen - (1 - r) m)/r."""
         rest = (1 - self.recovery) * deepest_so_far(penetration)
         back = np.maximum(penetration - rest, 0.0) / self.recovery
         return np.asarray(self.stiffness * self.recovery * back ** (self.exponent + 1) / (self.exponent + 1))
@@ -98,14 +98,14 @@ class RoughJoint:
 
 @dataclass(frozen=True)
 class TableJoint:
-    """A joint by table: forces while it is loaded to the last row, and while it is unloaded from there.
+    """A joint by table: forces while it is loaded up to the last row, and while it is unloaded from there.
 
-    Linear between the rows, from no force at no closure on; beyond the last row with the slopes that lead to it.
+    Forces are linear between the rows, starting from zero force at zero closure, and extrapolated beyond the last row.
 
     Attributes:
-        closures: rising [m]; the first may be 0.
+        closures: rising closures [m]; the first may be 0.
         loading: rising forces [N].
-        unloading: forces [N], at most ``loading``, equal in the last row; 0 up to the closure that stays.
+        unloading: forces [N], at most ``loading``, equal in the last row; 0 up to the remaining closure.
 
     Raises:
         LawError: columns of unequal length, fewer than 2 rows or more than `MOST_KNOTS`, numbers that do not rise, a
@@ -163,7 +163,7 @@ class TableJoint:
 
     @property
     def parameters(self) -> Parameters:
-        """Return how many knots each branch has, and these."""
+        """Return the numbers of knots of both branches, and the knots."""
         (x, up), (back, down) = self.branches
         return (float(len(x)), float(len(back)), 0.0, 0.0, *x, *up, *back, *down)
 
@@ -172,7 +172,7 @@ class TableJoint:
         return float(_on_line(*self.branches[0][::-1], np.array([force]))[0])
 
     def potential(self, penetration: Array) -> Array:
-        """Return int N du [J], what comes back."""
+        """Return the recoverable energy int N du [J]."""
         (x, up), (back, down) = self.branches
         deepest = deepest_so_far(penetration)
         at = penetration - deepest + _on_line(down, back, _on_line(x, up, deepest))
@@ -183,12 +183,12 @@ class TableJoint:
         return np.asarray(works[below] + (start + _on_line(back, down, at)) / 2 * (at - back[below]))
 
     def scaled(self, share: float) -> TableJoint:
-        """Return the joint of a ``share`` of the area."""
+        """Return the joint for a ``share`` of the area."""
         loading, unloading = (tuple(share * force for force in column) for column in (self.loading, self.unloading))
         return TableJoint(self.closures, loading, unloading)
 
 
 def _on_line(x: Array, y: Array, at: Array) -> Array:
-    """Return the values of a broken line ``y`` over ``x``, beyond its end with its last slope."""
+    """Return the values of a piecewise linear ``y`` over ``x``, extrapolated beyond its end."""
     beyond = np.maximum(at - x[-1], 0.0) * (y[-1] - y[-2]) / (x[-1] - x[-2])
     return np.asarray(np.interp(at, x, y) + beyond)

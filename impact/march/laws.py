@@ -14,9 +14,9 @@ rule is N = (1 - s) conserving + s passive with
     s = x^2/(1 + x^2),   x = Psi''(pen_start) W0  (W0 that of all contacts pressing at once),
 
 so that it is conserving where the contact is resolved, passive where it is not, and never gains energy, as s is known
-before the step. Each rule solves one increasing scalar equation per contact for N. They speak of the contact alone:
-bodies lose what their damping takes, and a bare residual compliance c half of c times each force jump squared,
-whatever the rule. The default, *auto*, is blended for a law that is `elastic`, else passive.
+before the step. Each rule solves one increasing scalar equation per contact for N. These statements concern the contact
+only: whatever the rule, bodies lose energy by their damping, and a bare residual compliance c loses c/2 times the
+square of each force jump. The default, *auto*, is blended for a law that is `elastic`, else passive.
 
 Source: Gonzalez, J. Nonlinear Sci. 6 (1996) 449 (discrete gradients); measured in docs/methods.md.
 
@@ -26,24 +26,25 @@ To add a law: a frozen dataclass with ``code``, ``elastic``, ``parameters``, ``p
 in `impact.march.loop.forces.law_force` (elastic ones in `law_potential`, `_elastic_force`, `stiffness` there, too).
 Laws with a memory, stiffer when they are unloaded, are in `impact.march.joints`.
 
-A long strip of width w and length l, plane and parallel, its fluid of viscosity mu incompressible and of no inertia:
+Film in a plane, parallel gap under a long strip of width w and length l, of an incompressible fluid of viscosity mu
+without inertia:
 
     N = -c(g) dg/dt,   c(g) = k/(g + f)^3,   k = mu l w^3,
 
-with a floor f of the gap g: what roughness, and tilt within the strip, leave open when the bodies touch. Over a step of
-length h, from the gap g0 to g1, the march takes the mean of the exact solution,
+with a floor f of the gap g: the gap that roughness, and tilt within the strip, leave open when the bodies touch. Over a
+step of length h, from the gap g0 to g1, the force is the mean of the exact solution,
 
     N h = k/2 (1/G1^2 - 1/G0^2),   G = max(g, 0) + f,
 
-implicitly with the law of the contact. Whatever the steps, the film then takes the momentum k/2 (1/G1^2 - 1/G0^2) from
-the bodies, and N (g1 - g0) <= 0 holds in each of them. (With the c of the step before, the march fails where c > h/W0,
-and the more so the shorter the step.) The film acts on the open gap alone: where a law lets the bodies penetrate, G
-rests at f. Beyond `FAR` floors it is left out, a millionth of its momentum.
+implicitly with the law of the contact. For any steps, the film then takes the momentum k/2 (1/G1^2 - 1/G0^2) from the
+bodies, and N (g1 - g0) <= 0 in each step. (With the c of the previous step, the scheme is unstable for c > h/W0, the
+more so the shorter the step.) The film acts on the open gap only: where a law lets the bodies penetrate, G remains f.
+Beyond `FAR` floors, where a millionth of its momentum remains, it is neglected.
 
-A pull is limited to what cavitation leaves, its pressure below that of the surroundings times the strip's area.
+Cavitation limits a pull to the underpressure times the strip's area.
 
-The fluid is a gas, too, as long as the film's pressure is small against the ambient one: where it is not, a gas gives
-way, and the force of this film is an upper bound.
+The fluid may be a gas as long as the film's pressure is small against the ambient one; otherwise a gas is compressed,
+and the force of this film is an upper bound.
 
 Source: Stefan, Sitzungsber. Akad. Wiss. Wien 69 II (1874) 713; Reynolds, Phil. Trans. R. Soc. 177 (1886) 157.
 """
@@ -64,9 +65,9 @@ from impact import exact
 from impact.greens.base import Array
 
 SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, USER, ROUGH, TABLE = 0, 1, 2, 3, 4, 5, 6
-"""Codes of the laws; those from `ROUGH` on remember how far the contact was closed since it last opened."""
+"""Codes of the laws; those from `ROUGH` on remember the deepest closure since the contact last opened."""
 DEEPEST, FIRST_KNOT = 3, 4
-"""Columns of the march's numbers of such a law: the deepest closure [m], and where a table begins."""
+"""Columns of such a law's parameters in the time loop: the deepest closure [m], and the first of a table."""
 PASSIVE, CONSERVING, BLENDED = 0, 1, 2
 
 Parameters = tuple[float, ...]
@@ -74,7 +75,7 @@ Parameters = tuple[float, ...]
 
 @cache
 def _signature() -> Any:
-    """Return numba's type of a force by three numbers; what compiles is loaded when a law needs it."""
+    """Return numba's type of a function of three floats; numba is loaded only when a law needs it."""
     types = import_module("numba").types
     types.WrapperAddressProtocol.register(_Callback)
     return types.float64(types.float64, types.float64, types.float64)
@@ -93,21 +94,21 @@ class Law(Protocol):
 
     @property
     def parameters(self) -> Parameters:
-        """Return its numbers."""
+        """Return the parameters of the law, as the time loop takes them."""
 
     @property
     def elastic(self) -> bool:
-        """Return whether the march knows a potential of it, of which its force is the slope but for damping."""
+        """Return whether the time loop knows a potential whose derivative is the force, damping apart."""
 
     def potential(self, penetration: Array) -> Array:
         """Return the stored energy Psi [J] along a history of penetrations (n,) [m]; 0 where none is stored."""
 
     def closure(self, force: float) -> float:
-        """Return the penetration at a static force [N -> m]; zero for a law that does not yield at rest."""
+        """Return the penetration [m] under a static ``force`` [N]; zero for a rigid law."""
 
 
 class _NoPotential:
-    """A law of which the march knows no potential."""
+    """A law without a potential that the time loop knows."""
 
     elastic: ClassVar[bool] = False
     parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
@@ -117,7 +118,7 @@ class _NoPotential:
         return np.zeros_like(penetration)
 
     def closure(self, force: float) -> float:
-        """Return zero, as nothing is known of it at rest."""
+        """Return zero, as the static penetration is not known."""
         return 0.0
 
 
@@ -126,15 +127,15 @@ class Signorini(_NoPotential):
     """Rigid unilateral contact: gap >= 0, N >= 0, N gap = 0. Source: Signorini 1933.
 
     Passive rule only, N = max(0, pen_free)/W0: the force acts only at gap_end = 0, from a gap_start >= 0, so that its
-    work N (gap_end - gap_start) <= 0. What a blow costs is lost once, in its first step. Needs bodies that yield at
-    once: W0/dt must not vanish with dt.
+    work N (gap_end - gap_start) <= 0. The energy loss of a contact occurs in its first step. It needs bodies with an
+    instantaneous response: W0/dt must not vanish with dt.
     """
 
     code: ClassVar[int] = SIGNORINI
 
 
 class _PowerLaw:
-    """N = k max(0, pen)^n: what the elastic laws have in common; ``stiffness`` is k, ``exponent`` n."""
+    """N = k max(0, pen)^n, the common base of the elastic laws; ``stiffness`` is k, ``exponent`` n."""
 
     elastic: ClassVar[bool] = True
     stiffness: float
@@ -175,9 +176,9 @@ class LinearSpring(_PowerLaw):
 class Hertz(_PowerLaw):
     """N = k max(0, pen)^(3/2); ``stiffness`` k [N/m^1.5], (4/3) E* sqrt(R) for a sphere. Source: Hertz 1882.
 
-    Convex potential (2/5) k pen^(5/2). The law holds the local compliance of both surfaces; a Green's function that
-    holds it too must lose it first, see `impact.exact.half_space.without_patch`. Raises `LawError` for a stiffness
-    that is not positive and finite.
+    Convex potential (2/5) k pen^(5/2). The law includes the local compliance of both surfaces, which must be removed
+    from a Green's function that includes it, too (`impact.exact.half_space.without_patch`). Raises `LawError` for a
+    stiffness that is not positive and finite.
     """
 
     stiffness: float
@@ -203,10 +204,10 @@ class Hertz(_PowerLaw):
 class HuntCrossley(_PowerLaw):
     """N = k pen^n (1 + d pen'), never below zero: pen' is the penetration's rate over the step.
 
-    Every rule: the elastic part by convexity, the damping part d (pen')^2 >= 0 times it by itself, and where the
-    bracket is negative the force is zero while the potential falls. On a rigid seat (1 + e) d V =
-    ln((1 + d V)/(1 - e d V)) for any n and mass, e = 1 - (2/3) d V + O(d V)^2.
-    Source: Hunt & Crossley, J. Appl. Mech. 42 (1975) 440.
+    No step rule gains energy: the elastic part by convexity, the damping part as d (pen')^2 >= 0, and where the bracket
+    is negative the force is zero while the potential decreases. On a rigid seat the restitution e at the speed V
+    follows from (1 + e) d V = ln((1 + d V)/(1 - e d V)) for any n and mass, e = 1 - (2/3) d V + O(d V)^2. Source: Hunt
+    & Crossley, J. Appl. Mech. 42 (1975) 440.
 
     Attributes:
         stiffness: k [N/m^n].
@@ -238,10 +239,10 @@ class HuntCrossley(_PowerLaw):
 class CompiledLaw(_NoPotential):
     """Any law, at full speed: ``force(pen, pen_start, dt)`` [m, m, s -> N], written so that numba can compile it.
 
-    It is called for pen > 0 and clipped at zero. Passive rule only, and passive if it does not decrease with pen and
-    its elastic part has a convex potential; the user answers for that, the energy ledger shows it, as ``contact_loss``
-    must never fall below zero by more than round-off, and a run advises where a touch gives energy. All its work is
-    booked as lost, as it declares no potential.
+    It is called for pen > 0 and clipped at zero. Passive rule only; it is dissipative if the force does not decrease
+    with pen and its elastic part has a convex potential. The user ensures that; the energy ledger shows violations as a
+    ``contact_loss`` below zero beyond round-off, and a run gives advice on them. All its work counts as lost, as it
+    declares no potential.
 
     Attributes:
         compiled: the law as a numba C callback, made by `compiled_law`.
@@ -271,9 +272,9 @@ def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
 
 
 class _Callback:
-    """A Python function behind a C function pointer that the compiled march can call.
+    """A Python function behind a C function pointer that the compiled time loop can call.
 
-    C cannot raise: the first exception is remembered, and from then on the force is zero until `check` raises it.
+    C cannot raise: the first exception is stored, and from then on the force is zero until `check` raises it.
     """
 
     def __init__(self, force: Callable[[float, float, float], float]) -> None:
@@ -315,10 +316,9 @@ class _Callback:
 class PlainLaw(_NoPotential):
     """Any law as an ordinary Python callable ``force(pen, pen_start, dt)`` [m, m, s -> N].
 
-    Called like a `CompiledLaw` and passive under the same conditions, by the same march: the results are equal bit for
-    bit. It may hold state, look into tables or call other programs; it must not assume one call per step (the solver
-    calls it a dozen times while it looks for the force). A short Python function costs about 0.4 us per call, thus 5 us
-    per step in contact, where the compiled law takes 0.5 us.
+    It is called like a `CompiledLaw`, with the same conditions and bit-identical results. It may have state, look into
+    tables or call other programs; it must not assume one call per step (the solver calls it a dozen times to find the
+    force). A short Python function costs about 0.4 us per call, thus 5 us per step in contact; a compiled law 0.5 us.
 
     Attributes:
         force: the law. An exception in it, or a force that is not finite, ends as a `LawError` from `impact.collect`
@@ -345,14 +345,14 @@ class PlainLaw(_NoPotential):
 
 
 FAR: Final = 1000.0
-"""Gap in floors beyond which the film is left out."""
+"""Gap over the floor beyond which the film is neglected."""
 NO_FILM: Final[Parameters] = (0.0, 0.0, 0.0)
-"""`SqueezeFilm.parameters` of a contact without one."""
+"""`SqueezeFilm.parameters` of a contact without a film."""
 
 
 @dataclass(frozen=True)
 class SqueezeFilm:
-    """N = -k/(g + f)^3 dg/dt in the open gap g of a contact, beside its law.
+    """The film force N = -k/(g + f)^3 dg/dt in the open gap g of a contact, in addition to its law.
 
     Attributes:
         coefficient: k [N s m^2] > 0, mu l w^3 of a long strip.
@@ -381,7 +381,7 @@ class SqueezeFilm:
     ) -> SqueezeFilm:
         """Return the film under a long strip, or a narrow ring of this length; raises as the class does.
 
-        It breaks at an ``underpressure`` [Pa], by default that of one bar around and a fluid that bears no tension.
+        It cavitates at an ``underpressure`` [Pa], by default one bar: a fluid without tension at ambient pressure.
         """
         return SqueezeFilm(viscosity * length * width**3, floor, underpressure * length * width)
 
@@ -391,5 +391,5 @@ class SqueezeFilm:
         return (self.coefficient, self.floor, self.tension)
 
     def part(self, share: float) -> SqueezeFilm:
-        """Return the film of a ``share`` of the strip's length."""
+        """Return the film under a ``share`` of the strip's length."""
         return SqueezeFilm(share * self.coefficient, self.floor, share * self.tension)

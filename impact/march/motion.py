@@ -1,7 +1,7 @@
-"""The motion and energy of one body under known forces, and under loads that are known only as the march goes.
+"""The motion and energy of one body under known forces, and under loads that become known step by step.
 
-Each energy term is integrated on its own; none is found by difference, so that the sum of all terms measures the
-solver's error.
+Each energy term is integrated by itself, none as the difference of others, so that the balance of all terms measures
+the solver's error.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from impact.march.loop.past import FLOOR, displaced
 from impact.march.replay import Replay, blocks, resting, translate
 from impact.quantities import brief
 
-CALM = 64  # fewest steps without any force that are passed at once
+CALM = 64  # fewest steps without any force that are advanced at once
 _ROUND_OFF = 1e-13  # relative round-off of a difference of inverse masses
 
 
@@ -51,13 +51,13 @@ def mid_steps(dt: float, n: int) -> Array:
 
 @dataclass(frozen=True)
 class Discrete:
-    """A body at a fixed step ``dt`` [s], with what it carried before t = 0.
+    """A body at a fixed step ``dt`` [s], with its static forces before t = 0.
 
     Attributes:
-        kernel: its memory at this step.
+        kernel: step kernel of its Green's function.
         loads: (L, n) amplitudes of the body's loads, constant over each step [N].
-        rest, rest_loads: (P,) port forces and (L,) load amplitudes carried since ever: the preload [N].
-        free: (P, n + 1) displacement without contact [m], where it is known.
+        rest, rest_loads: (P,) port forces and (L,) load amplitudes of the static preload before t = 0 [N].
+        free: (P, n + 1) displacement without contact [m], if it is computed already.
     """
 
     body: Body
@@ -91,15 +91,15 @@ class Discrete:
         if self.free is not None:
             return self.free
         if not (self.loads.size or np.any(self.rest)) and self.kernel.weights is None and self.kernel.modal is not None:
-            return _swung(self, self.kernel.modal)
+            return _free_vibration(self, self.kernel.modal)
         force = np.repeat(self.rest[:, None], self.loads.shape[1], axis=1)
         if self.kernel.modal is None or self.kernel.weights is not None:
             return self.motion(force).displacement
         return _modal_motion(self, self.kernel.modal, force, energies=False).displacement
 
     def stored_after(self, force: Array, steps: Sequence[int]) -> Array | None:
-        """Return the energy stored after each of some steps, increasing, under port forces (P, n) [J]; ``None``
-        without modes."""
+        """Return the energy stored in the body after each of the ``steps`` (increasing), under port forces (P, n) [J];
+        ``None`` without modes."""
         if self.kernel.modal is None or self.kernel.weights is not None:
             return None
         replay, now, last = _replay(self, self.kernel.modal), 0, max(steps, default=0)
@@ -128,25 +128,25 @@ class Discrete:
 
 
 def mean_displacement(discrete: Discrete, force: Array, shares: Array) -> Array:
-    """Return the (n + 1,) mean displacement [m] of the ports under ``force`` (P, n), each with its share.
+    """Return the (n + 1,) mean displacement [m] of the ports under ``force`` (P, n), weighted by ``shares``.
 
-    Equal to ``shares @ discrete.motion(force).displacement``; of a held body at rest, without the energies and by those
-    modes alone that the mean shows, it is several times cheaper.
+    It equals ``shares @ discrete.motion(force).displacement``, and is several times cheaper for a held body at rest:
+    without energies, and only by modes with a mean displacement.
     """
     kernel = discrete.kernel
     if discrete.moves_by_itself or (kernel.modal is not None and not np.all(kernel.modal.omega)):
         return np.asarray(shares @ discrete.motion(force).displacement)
     out = np.zeros(force.shape[1] + 1)
     if kernel.modal is not None:
-        out[1:] += _mean_of_modes(_shown(kernel.modal, shares), discrete.dt, force, shares)
+        out[1:] += _mean_of_modes(_with_mean_motion(kernel.modal, shares), discrete.dt, force, shares)
     if kernel.weights is not None:
         for weights, push in zip(np.einsum("i,ijn->jn", shares, kernel.weights), force, strict=True):
             out[1:] += history.convolve(weights, push)
     return out
 
 
-def _shown(modal: ModalGreens, shares: Array) -> ModalGreens:
-    """Return modes and relaxations whose mean over the ports is more than round-off, as those around a lip are not."""
+def _with_mean_motion(modal: ModalGreens, shares: Array) -> ModalGreens:
+    """Return the modes and relaxations whose mean over the ports exceeds round-off, unlike harmonics around a lip."""
 
     def kept(shapes: Array) -> NDArray[np.bool_]:
         return np.asarray(np.abs(shapes @ shares) > 16 * np.finfo(float).eps * (np.abs(shapes) @ np.abs(shares)))
@@ -157,7 +157,7 @@ def _shown(modal: ModalGreens, shares: Array) -> ModalGreens:
 
 
 def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -> Array:
-    """Return the (n,) means after each step; one port by the recursion of the march itself."""
+    """Return the (n,) mean displacement after each step; for one port by the recursion of the time loop."""
     if len(shares) == 1:
         rows, state = history.streams(history.Poles.from_modes([(modal, np.ones((1, 1)))], dt, 1).folded())
         return np.asarray(shares[0] * displaced(rows, state, float(modal.step_matrix(dt)[0, 0]), force[0]))
@@ -172,9 +172,9 @@ def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -
 def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array:
     """Return the (n // stride + 1, M) modal coordinates q of a body of modes [m sqrt(kg)], at every ``stride``-th step.
 
-    The motion of any point is u = sum_k phi_k q_k, without what the modes leave out. ``force`` (P, n) acts on its ports
-    along the normal, constant over each step ``dt`` [N, s]; there is no preload. Raises `GreensFunctionError`: a body
-    that is no sum of modes, a load that is not finite.
+    The motion of any point is u = sum_k phi_k q_k, without the residual flexibility. ``force`` (P, n) acts on its ports
+    along the normal, constant over each step ``dt`` [N, s]; there is no preload. Raises `GreensFunctionError` for a
+    body that is no sum of modes, or a load that is not finite.
     """
     if (modal := body.greens.modal) is None:
         raise GreensFunctionError(
@@ -194,17 +194,17 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
     return q
 
 
-def _swung(discrete: Discrete, modal: ModalGreens) -> Array:
-    """Return the (P, n + 1) displacement of a body that nothing pushes: each mode over m = i B + j steps by its state
-    at the first of B steps and its answers over j of them, which one product of matrices sums."""
+def _free_vibration(discrete: Discrete, modal: ModalGreens) -> Array:
+    """Return the (P, n + 1) displacement of a body without forces: step i B + j of each mode follows from its state at
+    step i B and its free response over j steps, summed over the modes by one matrix product."""
     n, start = discrete.loads.shape[1], _start(discrete, modal)
     count = math.isqrt(n) + 1
     steps = count * np.arange(n // count + 1), np.arange(count)
     times = (np.asarray(discrete.dt * each, dtype=np.float64) for each in steps)
     spans = [oscillator.free_transition(each[:, None], modal.omega, modal.zeta) for each in times]
     states = np.einsum("abik,bk->iak", spans[0], np.array([start.displacement, start.velocity]))
-    answers = spans[1][0].transpose(0, 2, 1).reshape(-1, count)
-    rows = [(states * shape).reshape(len(states), -1) @ answers for shape in modal.shapes.T]
+    responses = spans[1][0].transpose(0, 2, 1).reshape(-1, count)
+    rows = [(states * shape).reshape(len(states), -1) @ responses for shape in modal.shapes.T]
     return np.array(rows).reshape(len(rows), -1)[:, : n + 1]
 
 
@@ -253,7 +253,8 @@ def _relaxed(discrete: Discrete, modal: ModalGreens) -> Array:
 
 
 def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Motion) -> Motion:
-    """Add the part known by step weights; its energy from waves where possible, else as work."""
+    """Return ``base`` with the motion by step weights added; its energy is that of waves in a rod, or else the work
+    done on it."""
     body, dt = discrete.body, discrete.dt
     ports, n = force.shape
     u = base.displacement.copy()
@@ -282,8 +283,8 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
 
 
 def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, Array]:
-    """Return the energies by the outgoing wave a = f/Z + R a(t - T), Z a^2 per unit time, R^2 of it from the far end
-    on."""
+    """Return the (n + 1,) energies stored in a rod and lost at its far end, from the outgoing wave a = f/Z + R a(t - T)
+    of power Z a^2, of which R^2 is reflected."""
     n, r = len(force), rod.reflection
     a = reflected(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
@@ -302,11 +303,11 @@ def reflected(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover 
 
 
 class LiveLoads:
-    """Motion of the striker under load amplitudes given step by step, superposed on everything else.
+    """Motion of the striker under load amplitudes that become known step by step, superposed on all other motion.
 
-    ``amplitudes`` (L, n): given so far, beyond the loads' own [N]; ``state`` (2, M): modal coordinates and rates due to
-    them; ``awake``: whether any was ever not zero; ``follows``: whether any load depends on the opening; ``fed``: for
-    each load with feedback, one after the other, its amplitude [N] and the state behind it.
+    ``amplitudes`` (L, n): amplitudes so far, in excess of the prepared ones [N]; ``state`` (2, M): modal coordinates
+    and rates due to them; ``awake``: whether any was ever not zero; ``follows``: whether any load depends on the
+    opening; ``fed``: for each load with feedback in turn, its amplitude [N] and its state.
     """
 
     def __init__(self, striker: Discrete, directions: Array, steps: int) -> None:
@@ -340,9 +341,9 @@ class LiveLoads:
         self.awake = self.awake or bool(np.any(self.amplitudes[:, step]))
 
     def follow(self, start: int, stop: int, opening: float, block: int) -> None:
-        """Add to the amplitudes of these steps what the loads have more at an ``opening`` [m] than was prepared.
+        """Add to the amplitudes of these steps the excess of the loads at an ``opening`` [m] over the prepared ones.
 
-        Feedback goes on by a whole ``block`` of steps where ``start`` is its first one.
+        Feedback is advanced by a whole ``block`` of steps if ``start`` is its first one.
         """
         own, dt = self._striker.loads, self._striker.dt
         for i, how, fed in self._fed:
@@ -356,7 +357,7 @@ class LiveLoads:
                 self.awake = self.awake or bool(np.any(row[start:stop]))
 
     def advance(self, start: int, stop: int) -> Array:
-        """Advance over these steps; return the (stop - start, p) what it adds to the gaps at the end of each [m]."""
+        """Advance over these steps; return the (stop - start, p) changes of the gaps at the end of each [m]."""
         out = np.zeros((stop - start, len(self._seen)))
         _carry(self._a, self._b, self._shapes, self._seen, self.amplitudes, start, self.state, out)
         return out
@@ -364,7 +365,7 @@ class LiveLoads:
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
 def _carry(a, b, shapes, seen, amplitudes, start, state, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Move oscillators under known amplitudes, from step ``start`` on; out (m, p) is filled."""
+    """Advance oscillators under known amplitudes from step ``start``; writes changes of the gaps to ``out`` (m, p)."""
     steps, contacts = out.shape
     drive = np.empty(state.shape[1])
     for m in range(steps):

@@ -1,9 +1,8 @@
-"""A contact problem made ready to march: bodies, their free motion and flight at a fixed step, and what the past
-does.
+"""A contact problem discretised at a fixed time step: bodies, their motion without contact, and the history engine.
 
-Marched apart and added up, the fall of a mass under its load and the lift of its contacts both grow like t^2 and
-cancel: after n steps the gap would be off by eps n^2 load h^2/m. So the translations start anew at the end of every
-block, from the sum of both.
+If the fall of a free mass under its load and its lift by contact forces were integrated separately, both would grow
+like t^2 and cancel: after n steps the gap would have an error of eps n^2 load h^2/m. Therefore rigid-body motion is
+restarted from the sum of both at the end of every block of steps.
 """
 
 from __future__ import annotations
@@ -28,11 +27,11 @@ BLOCK = 512  # steps of free flight that are computed at once
 
 @dataclass(frozen=True)
 class Flight:
-    """The R loaded translations (rigid-body modes) of all bodies that a contact sees.
+    """The R rigid-body modes under loads that move a contact.
 
-    ``psi`` (p, R): what each adds to the gaps, per unit of its modal coordinate; these are the march's last R poles.
-    ``start`` (2, R): coordinates and rates at t = 0; ``drive`` (R, n): modal forces of the loads, constant over each
-    step; ``others`` (n + 1, p): gaps without contact and without these.
+    ``psi`` (p, R): change of the gaps per unit of each modal coordinate; these modes are the last R poles of the time
+    loop. ``start`` (2, R): coordinates and rates at t = 0; ``drive`` (R, n): modal forces of the loads, constant over
+    each step; ``others`` (n + 1, p): gaps without contact and without these modes.
     """
 
     psi: Array
@@ -43,7 +42,7 @@ class Flight:
 
 @dataclass(frozen=True)
 class Flying:
-    """Loaded translations of one body, ``free``, on whose ports the contacts act by ``turn`` (P, p)."""
+    """Rigid-body modes under loads of one body (``free``), with the directions ``turn`` (P, p) of the contacts."""
 
     free: ModalGreens
     turn: Array
@@ -52,12 +51,13 @@ class Flying:
 
 
 def parted(bodies: tuple[motion.Discrete, ...], turns: list[Array]) -> tuple[tuple[motion.Discrete, ...], list[Flying]]:
-    """Return the bodies without their loaded translations, and these; ``turns``: (P, p) of each body."""
+    """Return the bodies without their rigid-body modes under loads, and these modes; ``turns``: (P, p) directions of
+    the contacts on each body."""
     parts, flying = list(bodies), []
     for number, (discrete, turn) in enumerate(zip(bodies, turns, strict=True)):
         body, g = discrete.body, discrete.body.greens.modal if discrete.body.loads else None
         if g is None or not any(np.any(load.shape[g.omega == 0]) for load in body.loads):
-            continue  # no load acts on a translation
+            continue  # no load acts on a rigid-body mode
         rigid, start = g.omega == 0, body.modal_start()
         held, free = g.of_modes(~rigid), g.of_modes(rigid, Residual.none(len(g.ports)))
         bends = bool(np.any(~rigid))
@@ -74,7 +74,7 @@ def parted(bodies: tuple[motion.Discrete, ...], turns: list[Array]) -> tuple[tup
 
 
 class Pilot:
-    """Lays the flight of one block after the other into the free gaps of a march.
+    """Adds the rigid-body motion of `Flight`, block by block, to the gaps without contact.
 
     Attributes:
         base: (2, R) modal coordinates and rates, contacts included, at the start of the present block.
@@ -83,17 +83,17 @@ class Pilot:
     def __init__(self, flight: Flight, dt: float, free: Array) -> None:
         self._flight, self._dt, self._free = flight, dt, free
         self.base = flight.start.copy()
-        self._end = self._lay(0)
+        self._end = self._add_block(0)
 
     def resume(self, done: int) -> None:
-        """Continue after ``base``, of the block that holds step ``done``, was replaced."""
-        self._end = self._lay(done - done % BLOCK)
+        """Continue after ``base`` was replaced for the block with step ``done``."""
+        self._end = self._add_block(done - done % BLOCK)
 
     def turn(self, done: int, state: tuple[Array, Array], last: Array, folded: bool) -> None:
-        """Move, at the end of a block, what the poles ``state`` hold of it into a new base.
+        """Transfer, at the end of a block, the motion in the poles' ``state`` to a new base.
 
-        The march gives the last forces ``last`` (p,) to the poles with the next step only; they are moved too, and
-        the poles left holding their negative.
+        The time loop applies the last forces ``last`` (p,) to the poles with the next step only; their effect is
+        transferred too, and its negative left in the poles.
         """
         h, psi, count = self._dt, self._flight.psi, self.base.shape[1]
         q, p = (part[-count:] for part in state)
@@ -101,10 +101,10 @@ class Pilot:
         push = last @ psi
         self.base = self._end + np.array([q / scale + h * h / 2 * push, p / (scale * h) + h * push])
         q[:], p[:] = -scale * h * h / 2 * push, -scale * h * h * push
-        self._end = self._lay(done)
+        self._end = self._add_block(done)
 
-    def _lay(self, first: int) -> Array:
-        """Add the flight of the block from step ``first`` to the free gaps; return where it ends, (2, R)."""
+    def _add_block(self, first: int) -> Array:
+        """Add the rigid-body motion of the block from step ``first`` to the gaps; return its final state (2, R)."""
         h, drive = self._dt, self._flight.drive[:, first : first + BLOCK]
         if drive.shape[1] == 0:
             return self.base.copy()
@@ -117,21 +117,22 @@ class Pilot:
 
 RULES = {"passive": laws.PASSIVE, "conserving": laws.CONSERVING, "blended": laws.BLENDED}
 MOST_WEIGHTS = 8e9  # most bytes of the step weights between all contacts
-MOST_STEPS = 2e8  # most steps of a run: it holds some 10 arrays of this length
+MOST_STEPS = 2e8  # most steps of a run, which has some 10 arrays of this length
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A contact problem at a fixed step ``dt`` [s], ready to march.
+    """A contact problem at a fixed step ``dt`` [s], ready for time integration.
 
     Attributes:
         bodies: the discretised bodies, striker first.
-        free: (n + 1, p) gaps without contact forces beyond the preload [m].
-        rest: (p,) contact forces carried since ever [N].
-        poles, weights: the poles that are marched, and the (p, p, n) step weights of the rest, (p, p, 0) of nothing.
-        own: (p, p) W_0 [m/N].
+        free: (n + 1, p) gaps under the preload only [m].
+        rest: (p,) contact forces of the static preload before t = 0 [N].
+        poles, weights: poles of the recursion, and (p, p, n) step weights of all else, (p, p, 0) if there is nothing
+            else.
+        own: (p, p) displacement by a unit force at the end of its own step, W_0 [m/N].
         rules: (p,) codes of the contacts' step rules.
-        plan, flight: which engine remembers what; free bodies under loads, if there are any.
+        plan, flight: history engines of the bodies; rigid-body modes under loads, if there are any.
     """
 
     problem: ContactProblem
@@ -162,9 +163,9 @@ def prepare(
     """Discretise the bodies and their free motion over a ``duration`` [s] at the step ``dt`` [s].
 
     ``rule``: "passive", "conserving" or "blended", see `laws`; "auto": blended for elastic laws, else passive.
-    ``engine``: which remembers the past; ``block``: steps summed directly by the blocked FFT. ``bodies``: the
-    problem's, where they are discretised already at this step and over this duration: several problems may share them.
-    Raises `ContactError`: what cannot be marched; ``bodies`` of another problem, step or duration.
+    ``engine``: history engine; ``block``: steps summed directly by the blocked FFT. ``bodies``: the problem's bodies,
+    if discretised already at this step and over this duration: several problems may share them. Raises `ContactError`
+    for a problem that cannot be integrated, or ``bodies`` of another problem, step or duration.
     """
     n, rules = step_count(dt, duration), _rules(problem, rule)
     _refuse_ill_posed(problem)
@@ -195,7 +196,7 @@ def prepare(
 
 
 def _free_gaps(problem: ContactProblem, bodies: tuple[motion.Discrete, ...], turns: list[Array], n: int) -> Array:
-    """Return the (n + 1, p) gaps without contact forces beyond those at rest."""
+    """Return the (n + 1, p) gaps without contact forces, apart from the static preload."""
     gaps = np.tile([c.gap for c in problem.contacts], (n + 1, 1))
     for body, turn in zip(bodies, turns, strict=True):
         if body.moves_by_itself:
@@ -208,33 +209,34 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[motion.Discrete, ...], tur
 def _memory(
     parts: tuple[motion.Discrete, ...], flying: list[Flying], turns: list[Array], plan: engines.Plan, own: Array, n: int
 ) -> tuple[history.Poles, Array]:
-    """Return poles to march and the (p, p, n) step weights of all the rest; what flies is marched with every engine."""
+    """Return the poles of the recursion, rigid-body modes of `Flying` always among them, and the (p, p, n) step weights
+    of all else."""
     p, dt = len(own), parts[0].dt
-    marched: list[tuple[ModalGreens, Array]] = []
-    turned: list[tuple[ModalGreens, Array]] = []
+    recursive: list[tuple[ModalGreens, Array]] = []
+    converted: list[tuple[ModalGreens, Array]] = []
     terms: list[Array] = []
     for body, turn, by_poles in zip(parts, turns, plan.by_poles, strict=True):
         if body.kernel.modal is not None:
-            (marched if by_poles else turned).append((body.kernel.modal, turn))
+            (recursive if by_poles else converted).append((body.kernel.modal, turn))
         if body.kernel.weights is not None:
             terms.append(np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True))
-    if (turned or terms) and (need := 8.0 * p**2 * n) > MOST_WEIGHTS:
+    if (converted or terms) and (need := 8.0 * p**2 * n) > MOST_WEIGHTS:
         raise ContactError(
             f"{p} contacts over {n} steps of {dt:g} s take {need / 1e9:.3g} GB of step weights (limit "
             f"{MOST_WEIGHTS / 1e9:g} GB): use fewer contacts or longer steps, or bodies that are sums of poles"
         )
-    if turned:
-        terms.append(history.Poles.from_modes(turned, dt, p).weights(own, n))
+    if converted:
+        terms.append(history.Poles.from_modes(converted, dt, p).weights(own, n))
     weights = np.ascontiguousarray(sum(terms[1:], start=terms[0])) if terms else np.zeros((p, p, 0))
     if terms:
         weights[:, :, 0] = own
-    return history.Poles.from_modes([*marched, *((part.free, part.turn) for part in flying)], dt, p), weights
+    return history.Poles.from_modes([*recursive, *((part.free, part.turn) for part in flying)], dt, p), weights
 
 
 def _preloaded(
     problem: ContactProblem, bodies: tuple[motion.Discrete, ...], turns: list[Array]
 ) -> tuple[tuple[motion.Discrete, ...], Array]:
-    """Return bodies in static equilibrium with their loads and each other at t = 0, and the contact forces then."""
+    """Return bodies in static equilibrium with their loads and each other at t = 0, and the (p,) contact forces."""
     compliance = sum(t.T @ b.body.greens.static_compliance() @ t for b, t in zip(bodies, turns, strict=True))
     if not np.all(np.isfinite(compliance)):
         raise ContactError(
@@ -259,7 +261,9 @@ def _preloaded(
     placed = []
     for b, turn, amplitudes in zip(bodies, turns, at_rest, strict=True):
         free = None
-        if b.free is not None and np.array_equal(b.rest_loads, amplitudes):  # forces that last add what they do at rest
+        if b.free is not None and np.array_equal(
+            b.rest_loads, amplitudes
+        ):  # static forces add their static displacement
             free = b.free + (b.body.greens.static_compliance() @ (turn @ rest))[:, None]
         placed.append(motion.Discrete(b.body, b.kernel, b.dt, b.loads, turn @ rest, amplitudes, free))
     return tuple(placed), rest
@@ -298,7 +302,7 @@ def step_count(dt: float, duration: float) -> int:
 
 
 def _refuse_ill_posed(problem: ContactProblem) -> None:
-    """Raise `ContactError` for a rigid law between two bodies that start like t: its force would grow like 1/dt."""
+    """Raise `ContactError` for a rigid law between bodies with g(0+) = 0: its force would grow like 1/dt."""
     modes = [body for body in problem.bodies if body.greens.modal is not None]
     at_once = {id(body): np.diag(body.greens.initial_value()) for body in modes}
     for number, contact in enumerate(problem.contacts):

@@ -1,4 +1,4 @@
-"""What touches what: contacts between a striker and its targets."""
+"""Contact problems: contacts between a striker and its targets."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from impact.march.laws import NO_FILM, ROUGH, Law, Parameters, Signorini, Squeez
 from impact.quantities import as_html, brief
 
 MOST_CONTACTS: Final = 8192
-"""Most contacts of a problem: the displacement of each per force on each other is kept, 0.5 GB of so many."""
+"""Most contacts of a problem: the compliance matrix between all contacts then takes 0.5 GB."""
 
 
 class ContactError(ValueError):
@@ -26,12 +26,12 @@ class Contact:
     """One place where the striker may touch a target.
 
     Attributes:
-        target: the body touched, or its Green's function if it is at rest; give the same object for several contacts
-            on one body.
-        port, striker_port: which port of each (name or index).
-        gap: opening of the undeformed bodies [m]; negative is an interference.
+        target: the body in contact, or its Green's function if it is at rest; the same object for several contacts on
+            one body.
+        port, striker_port: port of each body (name or index).
+        gap: gap between the undeformed bodies [m]; negative for an interference.
         law: contact law.
-        film: a fluid in the open gap, beside the law; ``None``: none.
+        film: fluid film in the open gap, in addition to the law; ``None`` without one.
         side: +1 for a target below the striker (a seat), -1 for one above it (a stopper):
             gap(t) = gap + side (u_striker - u_target), the motion of their bases included.
     """
@@ -48,7 +48,7 @@ class Contact:
 
     @property
     def film_parameters(self) -> Parameters:
-        """Return the parameters of the film, as the march takes them; the first 0 without one."""
+        """Return the parameters of the film for the time loop; the first is 0 without a film."""
         return NO_FILM if self.film is None else self.film.parameters
 
     def __post_init__(self) -> None:
@@ -116,12 +116,12 @@ class ContactProblem:
                 "built-in ones; give the same object to all of them"
             )
         object.__setattr__(self, "striker", striker)
-        met: dict[int, Body] = {}  # one body for each Green's function that stands for a body at rest
-        same = [
-            met.setdefault(id(c.target.greens), c.target) if isinstance(c.target, AtRest) else c.target
+        at_rest: dict[int, Body] = {}  # one body for each Green's function that is given in place of a body
+        targets = [
+            at_rest.setdefault(id(c.target.greens), c.target) if isinstance(c.target, AtRest) else c.target
             for c in contacts
         ]
-        contacts = tuple(replace(c, target=target) for c, target in zip(contacts, same, strict=True))
+        contacts = tuple(replace(c, target=target) for c, target in zip(contacts, targets, strict=True))
         object.__setattr__(self, "contacts", contacts)
         object.__setattr__(self, "preload", preload)
 
@@ -149,7 +149,7 @@ class ContactProblem:
 
     @property
     def targets(self) -> tuple[Body, ...]:
-        """Return the distinct bodies touched, in order of first appearance."""
+        """Return the distinct targets, in order of first appearance."""
         return tuple({id(contact.target): contact.target for contact in self.contacts}.values())
 
     @property
@@ -158,14 +158,14 @@ class ContactProblem:
         return (self.striker, *self.targets)
 
     def carried(self, time: Array) -> Array | None:
-        """Return the (n, contacts) amounts that moving bases add to the gaps [m]; ``None`` where none moves."""
+        """Return the (n, contacts) changes of the gaps by moving bases [m]; ``None`` if none moves."""
         if all(body.base is None for body in self.bodies):
             return None
         striker = self.striker.carried(time)
         return np.stack([c.side * (striker - c.target.carried(time)) for c in self.contacts], axis=1)
 
     def directions(self, body: Body) -> Array:
-        """Return (ports of ``body``, contacts) +1, 0 or -1: how a contact force N >= 0 acts on a port."""
+        """Return the (ports of ``body``, contacts) signs +1, 0 or -1 of a contact force N >= 0 on each port."""
         out = np.zeros((len(body.greens.ports), len(self.contacts)))
         for c, contact in enumerate(self.contacts):
             if body is self.striker:

@@ -1,7 +1,7 @@
-"""Integrates modal coordinates under known forces; energies, displacements, bending stress and free flight all use it.
+"""Integration of modal coordinates under known forces, for energies, displacements, bending stress and free flight.
 
-The forces are constant over each step, and every recursion is exact for such forces. A replay runs block by block, so
-that its memory does not grow with the run; the caller keeps what it needs of each block.
+The forces are constant over each step, and every recursion is exact for such forces. It runs block by block, so that
+memory does not grow with the run; the caller keeps what it needs of each block.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,7 +26,7 @@ class Block:
     """The results of m steps of a replay.
 
     ``displacement`` (P, m) of the ports and ``stored`` energy (m,) at the end of each step [m, J]; ``lost`` in damping
-    and ``load_work`` of the loads during each step (m,) [J]. Energies are (0,) where not asked for.
+    and ``load_work`` of the loads during each step (m,) [J]. Energies are (0,) if not computed.
     """
 
     displacement: Array
@@ -36,15 +36,16 @@ class Block:
 
 
 class Replay:
-    """Oscillators, translations, relaxations and bare compliance of one body, advanced under known forces.
+    """Oscillators, rigid-body modes, relaxations and bare compliance of one body, advanced under known forces.
 
-    Each energy term is integrated on its own, pole by pole and step by step: none is found by difference.
+    Each energy term is integrated by itself, pole by pole and step by step, none as a difference of others.
     """
 
     def __init__(
         self, modal: ModalGreens, dt: float, start: ModalState, relaxed: Array, held: Array, loads: Sequence[Array]
     ) -> None:
-        """Begin at state ``start``, ``relaxed`` (R,) relaxations, ``held`` (P,) last forces; ``loads``: (M,) shapes."""
+        """Begin at the modal state ``start``, relaxations ``relaxed`` (R,) and forces ``held`` (P,) before t = 0;
+        ``loads``: their (M,) modal shapes."""
         rigid, rest = modal.omega == 0, modal.residual
         shapes = np.vstack([modal.shapes.T, *loads])
         omega, zeta = modal.omega[~rigid], modal.zeta[~rigid]
@@ -72,7 +73,7 @@ class Replay:
 
     @property
     def stored(self) -> float:
-        """Return the elastic and kinetic energy of all parts by now [J]."""
+        """Return the present elastic and kinetic energy of the body [J]."""
         swinging = float(np.sum(self._p**2) + np.sum(self._steps[6] * self._q**2))
         moving = sum((body[1] + self._dt * (body[2] + body[3])) ** 2 for body in self._bodies)
         resting = float(self._relaxing[3] @ self._y**2 + self._last @ self._compliance @ self._last)
@@ -92,28 +93,28 @@ class Replay:
                 stored += 0.5 * rates**2
         if self._q.size:
             for part in blocks(m, self._tile):
-                q = _pushed(channels[:, part], self._shapes, self._rooms[0])
+                q = _modal_forces(channels[:, part], self._shapes, self._rooms[0])
                 self._oscillate(q, stored_and_lost[:, part] if energies else None)
                 u[:, part] += self._shapes @ q.T
         work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._load_displacement[:, None]), axis=0)
         self._load_displacement = u[ports:, -1].copy()
         if self._y.size and (np.any(self._y) or np.any(force)):
             for part in blocks(m, self._tile):
-                y = _pushed(force[:, part], self._amplitudes, self._rooms[1])
+                y = _modal_forces(force[:, part], self._amplitudes, self._rooms[1])
                 _relax(self._relaxing, self._y, y, stored[part], lost[part])
                 u[:ports, part] += self._amplitudes @ y.T
         if np.any(self._compliance):
             yields = self._compliance @ force
             u[:ports] += yields
             if energies:
-                jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded at once keeps F^2 c/2
+                jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded by a step stores F^2 c/2
                 stored += 0.5 * np.sum(force * yields, axis=0)
                 lost += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
         self._last = force[:, -1].copy()
         return Block(u[:ports], stored, lost, work)
 
     def coast(self, steps: int) -> None:
-        """Advance through ``steps`` without any force at once; what loads have done so far is not told afterwards."""
+        """Advance through ``steps`` without any force at once; the work of loads is not continued afterwards."""
         omega, zeta = self._rates
         state = np.array([self._q[: len(omega)], self._p[: len(omega)]])
         moved = np.einsum("abk,bk->ak", oscillator.free_transition(np.array(steps * self._dt), omega, zeta), state)
@@ -131,12 +132,13 @@ class Replay:
             total += energies
 
     def coordinates(self, force: Array, loads: Array, stride: int) -> Array:
-        """Return the (m // stride, K + R) oscillators and relaxations, at every ``stride``-th step; no translations."""
+        """Return the (m // stride, K + R) coordinates of oscillators and relaxations at every ``stride``-th step,
+        without rigid-body modes."""
         channels, swinging, none = np.concatenate([force, loads]), len(self._rates[0]), np.zeros(0)
         coordinates = np.empty((force.shape[1] // stride, swinging + self._y.size))
         for part in blocks(force.shape[1], self._tile):
-            q = _pushed(channels[:, part], self._shapes, self._rooms[0])
-            y = _pushed(force[:, part], self._amplitudes, self._rooms[1])
+            q = _modal_forces(channels[:, part], self._shapes, self._rooms[0])
+            y = _modal_forces(force[:, part], self._amplitudes, self._rooms[1])
             self._oscillate(q, None)
             _relax(self._relaxing, self._y, y, none, none)
             first, rows = -(part.start + 1) % stride, slice(part.start // stride, part.stop // stride)
@@ -145,12 +147,12 @@ class Replay:
 
 
 def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
-    """Return the steps of a run, block by block."""
+    """Return the slices of a run's steps, block by block."""
     return (slice(first, min(first + size, steps)) for first in range(0, steps, size))
 
 
-def _pushed(force: Array, shapes: Array, room: Array) -> Array:
-    """Return the (m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; idle channels cost nothing."""
+def _modal_forces(force: Array, shapes: Array, room: Array) -> Array:
+    """Return the (m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; zero forces cost nothing."""
     active = np.any(force, axis=1)
     if not np.all(active):
         force, shapes = force[active], shapes[active]
@@ -177,15 +179,15 @@ def _relax(relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped-def]  
 
 
 def resting(place: float, rate: float) -> Array:
-    """Return the state of a translation for `translate`: where it is, how fast it was at the start, and three sums."""
+    """Return the state of a rigid-body mode for `translate`: position, initial velocity, three sums of zero."""
     return np.array([place, rate, 0.0, 0.0, 0.0])
 
 
 @njit(cache=True)
 def translate(dt, state, force, places, rates):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Move a rigid-body mode: the sums of forces and of ways carry their own round-off (Knuth's two-sum).
+    """Advance a rigid-body mode; the sums of forces and of displacements carry their round-off (Knuth's two-sum).
 
-    Bare sums drift: a steady force is rounded the same way at every step, and the position is off by eps n^2.
+    Plain sums drift: a constant force is rounded the same way at every step, with an error of eps n^2 in the position.
     """
     way, rate, push, push_rest, way_rest = state
     speed = rate + dt * (push + push_rest)

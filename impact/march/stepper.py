@@ -1,13 +1,13 @@
-"""The march over time, one step or many at a time, with long strides through flight.
+"""Time integration of a contact problem, one step or many at a time, with long strides through flight.
 
-Between contacts the poles swing freely (under the constant drive of a preload). Over m steps a pole that is a damped
-oscillation of amplitude A about its rest stays within min(2, (m w h)^2/8) A of the straight line between where it is
-and where it will be, as |q''| <= w^2 A; a relaxation within 1 - exp(-m rate h) of what it has; a rigid motion on it. So
+Between contacts the poles move freely (under the constant drive of a preload). Over m steps a damped oscillation of
+amplitude A about its equilibrium stays within min(2, (m w h)^2/8) A of the straight line between its values now and
+then, as |q''| <= w^2 A; a relaxation within 1 - exp(-m rate h) of its value; a rigid-body motion is on the line. So
 
     gap_j >= free_j + line_j - sum_k |psi_k| A_k err_k,   j = 1..m,
 
-with the free gaps known step by step. Where that stays positive no force can act, and the m steps are one product
-with A^m. Powers and rests are found in extended precision: those of doubles would turn slow modes by eps/(w h)^2.
+with the free gaps known step by step. Where this bound is positive no force can act, and the m steps are one product
+with A^m. Powers and equilibria are computed in extended precision: doubles would rotate slow modes by eps/(w h)^2.
 
 At the end of each step
 
@@ -34,15 +34,16 @@ from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import ContactError
 from impact.quantities import brief
 
-SHORTEST, LONGEST = 4, 13  # binary logarithms of the steps of a stride; a shorter stride costs what it saves
+SHORTEST, LONGEST = 4, 13  # binary logarithms of the steps of a stride; shorter strides save no time
 
 
 @dataclass(frozen=True)
 class Strides:
-    """Data of K poles for the strides of a march.
+    """Data of K poles for long strides.
 
-    ``lengths`` (L,): steps, none where poles are no oscillations, relaxations or rigid motions; ``powers`` (L, 5, K):
-    b11, b12, b21, b22 of A^m, and err; ``swing`` (4, K): rest (q, p), and u, v with A^2 = q^2 + (v p + u q)^2 about it.
+    ``lengths`` (L,): steps of a stride, none if a pole is no oscillation, relaxation or rigid-body motion; ``powers``
+    (L, 5, K): b11, b12, b21, b22 of A^m, and err; ``swing`` (4, K): equilibrium (q, p), and u, v with the amplitude
+    A^2 = q^2 + (v p + u q)^2 about it.
     """
 
     lengths: NDArray[np.int64]
@@ -53,13 +54,13 @@ class Strides:
 
     @staticmethod
     def none() -> Strides:
-        """Return the strides of a march step by step."""
+        """Return no strides: every step is integrated by itself."""
         return Strides(np.zeros(0, dtype=np.int64), np.zeros((0, 5, 0)), np.zeros((4, 0)))
 
     @staticmethod
     def from_poles(steps: Array, drive: Array, most: int) -> Strides:
         """Return the strides of poles with the (5, K) ``steps`` of `history.Poles` under a constant ``drive`` (K,), of
-        ``most`` steps."""
+        at most ``most`` steps."""
         a11, a21, a22, c1, c2 = np.asarray(steps, dtype=np.longdouble)
         half, det = (a11 - a22) / 2, a11 * a22 - a21
         sine = det - ((a11 + a22) / 2) ** 2  # (exp(-zeta w h) sin(w_d h))^2
@@ -89,12 +90,12 @@ class Strides:
         return Strides(np.array(lengths, dtype=np.int64), np.ascontiguousarray(powers), swing)
 
 
-FOLLOW = 32  # steps for which a load that depends on the opening keeps its value at their middle
+FOLLOW = 32  # steps during which a load that depends on the opening keeps its value at their middle
 
 
 @dataclass(frozen=True)
 class StepState:
-    """State of the march: time [s], force (p,) of the step just done [N], gap (p,) at its end [m]."""
+    """State of a run: time [s], force (p,) of the last step [N], gap (p,) at its end [m]."""
 
     time: float
     force: Array
@@ -104,24 +105,23 @@ class StepState:
 
 
 class ContactStepper:
-    """Marches a prepared problem, in the hands of the user; `impact.collect` makes a result of the steps done.
+    """Time integration of a prepared problem by the user's steps; `impact.collect` makes a result of those done.
 
-    `step` goes one step and takes forces that depend on what happened so far (co-simulation); `advance` goes many.
-    The state (`checkpoint`) is all it takes to go on later: split runs equal single runs bit for bit.
+    `step` takes one step under forces that may depend on the past (co-simulation); `advance` takes many. A run can be
+    continued from its state (`checkpoint`), bit for bit as if it had not been interrupted.
 
     Attributes:
         prepared: the problem.
-        done: steps marched.
-        force: (n, p) force of each step [N], filled as it goes.
-        gap: (n + 1, p) openings [m].
-        film: (n, p) the films' part of the force [N]; (n, 0) where no contact has one.
-        unsolved: steps (since a restart) whose several forces were not found to 1e-12.
+        done: number of steps done.
+        force: (n, p) force of each step done [N].
+        gap: (n + 1, p) gaps [m].
+        film: (n, p) part of the force by films [N]; (n, 0) without films.
+        unsolved: number of steps (since a restart) whose coupled forces were not solved to 1e-12.
     """
 
     def __init__(self, prepared: Prepared, *, flying: bool = False) -> None:
-        """Begin at t = 0; ``flying``: take flight in long strides where all is marched by poles
-        (`impact.march.stepper`); the forces are the same to round-off, ``gap`` is exact at their ends and interpolated
-        in between."""
+        """Begin at t = 0; ``flying``: use long strides if all bodies are poles: the forces are the same to round-off,
+        ``gap`` is exact at the ends of strides and interpolated in between."""
         p, n = len(prepared.rest), prepared.steps
         self.prepared = prepared
         self.done = 0
@@ -192,7 +192,7 @@ class ContactStepper:
         return self.state
 
     def advance(self, steps: int = 1) -> None:
-        """March up to ``steps`` steps (less at the end of the run)."""
+        """Take ``steps`` steps, or fewer up to the end of the run."""
         stop = min(self.done + steps, self.prepared.steps)
         while self.live.follows and self.done < stop:
             first = self.done - self.done % FOLLOW
@@ -204,11 +204,11 @@ class ContactStepper:
 
     @property
     def opening(self) -> Array:
-        """Return the seats' (n + 1,) mean opening up to the steps done [m]."""
+        """Return the (n + 1,) mean gap of the seats up to the present step [m]."""
         return np.asarray(self.gap[: self.done + 1] @ self._seats)
 
     def _advance(self, stop: int) -> None:
-        """March up to step ``stop``, the amplitudes of all loads known."""
+        """Integrate up to step ``stop``, with the amplitudes of all loads known."""
         if self.live.awake:
             self._free[self.done : stop] += self.live.advance(self.done, stop)
         block = self._past.block
@@ -225,7 +225,7 @@ class ContactStepper:
                 self._past.fold(self.force.T, self.prepared.rest, edge // block)
 
     def _states(self, done: int) -> dict[str, Array]:
-        """Return everything that the future depends on after ``done`` steps, as arrays to read and to write into."""
+        """Return the complete state after ``done`` steps, as arrays to read from and to write into."""
         films = {"film": self.film[:done]} if self.film.size else {}
         if self._rough:
             films["deepest"] = self._deepest
@@ -242,7 +242,7 @@ class ContactStepper:
         }
 
     def checkpoint(self) -> dict[str, Array]:
-        """Return everything the future depends on, as arrays; `impact.storage.hdf5` writes it to a file."""
+        """Return the complete present state as arrays; `impact.storage.hdf5` writes it to a file."""
         states = {name: values.copy() for name, values in self._states(self.done).items()}
         return {"done": np.array(self.done), **states}
 
@@ -295,7 +295,7 @@ class ContactStepper:
 
 
 def march_numbers(parameters: Sequence[laws.Parameters]) -> Array:
-    """Return (p, k) the laws' parameters as the march takes them, the column `laws.DEEPEST` free for what it notes."""
+    """Return the (p, k) parameters of the laws for the time loop, which writes to the column `laws.DEEPEST`."""
     widest = max(laws.FIRST_KNOT, *map(len, parameters))
     numbers = np.zeros((len(parameters), widest))
     for row, values in zip(numbers, parameters, strict=True):
@@ -304,27 +304,25 @@ def march_numbers(parameters: Sequence[laws.Parameters]) -> Array:
 
 
 def foreseen(opening: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return the numbers of the steps after which loads follow anew, and the mean opening that they then take for
-    `FOLLOW` steps [m], as `impact.ContactStepper` foresees it; ``opening`` (n + 1,).
-    """
+    """Return the steps after which loads are updated, and the mean opening [m] that `impact.ContactStepper`
+    extrapolates then for `FOLLOW` steps, from the ``opening`` (n + 1,)."""
     first = np.arange(0, len(opening) - 1, FOLLOW)
     now, before = opening[first], opening[np.maximum(first - 1, 0)]
     return first, np.asarray(now + FOLLOW / 2 * (now - before))
 
 
 def with_recorded_loads(body: Body, opening: Array, dt: float) -> Body:
-    """Return the striker of a run with steps ``dt`` [s], its loads that follow the mean ``opening`` (n + 1,) of the
-    seats [m] replaced by the courses that they had in the march.
-    """
+    """Return the striker of a run with steps ``dt`` [s], its loads that depend on the mean ``opening`` (n + 1,) of the
+    seats [m] replaced by their histories in the run."""
     if not any(load.follows for load in body.loads):
         return body
     first, ahead = foreseen(opening)
     times = np.asarray(dt * first, dtype=np.float64)
-    return replace(body, loads=tuple(_as_marched(load, times, ahead, FOLLOW * dt) for load in body.loads))
+    return replace(body, loads=tuple(_recorded_load(load, times, ahead, FOLLOW * dt) for load in body.loads))
 
 
-def _as_marched(load: Load, times: Array, ahead: Array, span: float) -> Load:
-    """Return the load as marched, which takes each of the openings ``ahead`` from one of the ``times`` on [s]."""
+def _recorded_load(load: Load, times: Array, ahead: Array, span: float) -> Load:
+    """Return the load with the opening fixed to each of the values ``ahead`` from one of the ``times`` on [s]."""
     amplitude, factors = load.amplitude, np.ones(len(ahead))
     if load.feedback is not None:
         state = load.feedback.start()
@@ -337,5 +335,5 @@ def _as_marched(load: Load, times: Array, ahead: Array, span: float) -> Load:
 
 
 def held_course(values: Array, span: float) -> Callable[[Array], Array]:
-    """Return the course that keeps each of the values for a span [s]."""
+    """Return the function of time that keeps each of the values for a ``span`` [s]."""
     return lambda t: values[np.clip((np.asarray(t) / span).astype(np.int64), 0, len(values) - 1)]

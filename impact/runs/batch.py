@@ -27,21 +27,21 @@ from impact.march.stepper import march_numbers
 
 @dataclass(frozen=True)
 class ImpactBatch:
-    """Measures of S scenes, each (S,), defined as in `impact.measures`; ``nan`` where there is no contact.
+    """Measures of S scenes, each (S,), defined as in `impact.measures`; ``nan`` without contact.
 
     Attributes:
-        peak_force: [N].
-        filtered_peak_force: of the moving average over the width asked for [N]; ``None`` if none was.
-        impulse: [N s].
+        peak_force: largest force of a step [N].
+        filtered_peak_force: largest moving average over the given width [N]; ``None`` without a width.
+        impulse: integral of the force [N s].
         first_contact: start of the first contact [s].
-        contact_duration: of the first group, openings below 30 us closed [s].
-        contact_count: number of groups.
+        contact_duration: duration of the first contact group, with openings below 30 us closed [s].
+        contact_count: number of contact groups.
         impact_velocity: closing speed before the first contact [m/s].
         rebound_velocity: opening speed of the centres of mass at the end; ``nan`` for a held striker [m/s].
         in_contact: whether the record ends in contact.
-        time: (n + 1,) [s].
-        force: (S, n + 1) [N], or ``None``.
-        gap: (S, n + 1) openings [m], where forces are recorded.
+        time: (n + 1,) times [s].
+        force: (S, n + 1) forces [N], or ``None``.
+        gap: (S, n + 1) gaps [m], if forces are recorded.
     """
 
     peak_force: Array
@@ -76,8 +76,8 @@ def solve_many(
 ) -> ImpactBatch:
     """Solve ``problem`` for many gaps [m], striker velocities [m/s] and scales of the striker's initial state.
 
-    Equal to `impact.solve` scene by scene up to round-off. Each argument is a number or (S,); what is not given is
-    the problem's own. ``workers`` threads (default: all cores).
+    The results equal those of `impact.solve` to round-off. Each argument is a number or (S,), by default the problem's
+    own. ``workers``: number of threads (default: all cores).
 
     Raises:
         ContactError: several contacts, a film, a preload, a body without poles, arrays of unequal length or not finite,
@@ -100,7 +100,7 @@ def solve_many(
     user, rough = getattr(contact.law, "compiled", None), True if contact.law.code >= ROUGH else None
 
     def run(scenes: NDArray[np.int64]) -> int:
-        lanes = np.resize(scenes, LANES)  # a last group that is not full repeats its scenes
+        lanes = np.resize(scenes, LANES)  # the last group is filled by repeated scenes
         history, opening, out = np.empty((n, LANES)), np.empty((n + 1, LANES)), np.empty((8, LANES))
         s = np.ascontiguousarray(scales[:, lanes])
         out[6] = contact.side * closing[lanes]
@@ -127,7 +127,7 @@ def solve_many(
     pair, rebound = ((problem.striker, contact.striker_port), (contact.target, contact.port)), np.full(count, np.nan)
     if not math.isinf(problem.striker.mass):
         rebound = impulse * sum(1 / body.greens.mass(port) for body, port in pair) - contact.side * closing
-    never = groups_of == 0
+    no_contact = groups_of == 0
     return ImpactBatch(
         peak_force=peak,
         filtered_peak_force=None if filter_width is None else filtered,
@@ -135,8 +135,8 @@ def solve_many(
         first_contact=first_contact,
         contact_duration=lasting,
         contact_count=groups_of.astype(np.int64),
-        impact_velocity=np.where(never, np.nan, approach),
-        rebound_velocity=np.where(never, np.nan, rebound),
+        impact_velocity=np.where(no_contact, np.nan, approach),
+        rebound_velocity=np.where(no_contact, np.nan, rebound),
         in_contact=ends > 0,
         time=np.asarray(dt * np.arange(n + 1)),
         force=force,
@@ -145,7 +145,7 @@ def solve_many(
 
 
 def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) -> Prepared:
-    """Return the bodies at this step, the striker at rest."""
+    """Return the prepared problem with the striker at rest."""
     if len(problem.contacts) != 1 or problem.preload:
         raise ContactError("scenes are solved side by side for a single contact without preload; use impact.solve")
     if any(load.follows for load in problem.striker.loads):
@@ -180,7 +180,7 @@ def _scales(
 
 
 def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
-    """Return the (3, n + 1) gap without contact: what all scenes share, per unit of velocity, per unit of release."""
+    """Return the (3, n + 1) gap without contact: common part, part per unit of velocity, part per unit of release."""
     striker, n = problem.striker, prepared.steps
     out = np.zeros((3, n + 1))
     out[0] = prepared.free[:, 0] - problem.contacts[0].gap
@@ -194,14 +194,14 @@ def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
 
 
 def _in_translation(striker: Body) -> Body | None:
-    """Return the striker translating at 1 m/s, and nothing else; ``None`` where it is held."""
+    """Return the striker in pure translation at 1 m/s; ``None`` if it is held."""
     return None if math.isinf(striker.mass) else replace(striker, velocity=1.0, state=None, loads=())
 
 
 @njit(cache=True, nogil=True)
 def _measure(force, dt, merge, width, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Fill rows of ``out`` (8, S) from force (n, S): peak, filtered peak, impulse, first contact, duration of the first
-    group, groups, (left alone), in contact at the end."""
+    group, number of groups, (not changed), force at the end."""
     steps, scenes = force.shape
     last, end = np.full(scenes, -1), np.full(scenes, -1)
     for row in (0, 1, 2, 5):

@@ -1,17 +1,17 @@
-"""Derivatives of a march by its parameters: the discrete march itself, linearised, for any Green's function.
+"""Derivatives of a run by its parameters, from the linearised discrete time integration, for any Green's function.
 
-With W the step weights of all bodies, a step of the march solves, contact by contact,
+With W the step weights of all bodies, each step solves, contact by contact,
 
     gap_n+1 = free_n+1 + sum_(m<=n) W_(n-m) F_m,   F_n = law(-gap_n+1, -gap_n, the deepest closure so far),
 
-so that its derivative is a march with the same weights, whose law is the slope of that of the step:
+so that the derivative is a time integration with the same weights and a linear law:
 
     dF_n = a dpen_n+1 + b dpen_n + c ddeepest + s,   dgap_n+1 = f_n+1 + sum_(m<=n) W_(n-m) dF_m.
 
-f is what the parameter does to the gaps under the forces as they are, by gaps, motion without contact, loads and the
-Green's functions, (dg/dp * F); s what it does to the law at the penetrations as they are. Both are central differences
-of data, which are smooth in a parameter; the march, which is not, is differentiated as it stands. Steps that are open
-have no derivative: a step that closes or opens between p and p + dp is not seen.
+f is the derivative of the gaps at constant forces, by gaps, motion without contact, loads and the Green's functions
+(dg/dp * F); s that of the law at constant penetrations. Both are central differences of data that are smooth in the
+parameter; the time integration, which is not, is differentiated analytically. Open steps have no derivative: a step
+that closes or opens between p and p + dp is not taken into account.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from impact.march.stepper import ContactStepper, march_numbers
 from impact.quantities import brief
 
 STEP: Final = 1e-5
-"""Half width of the central differences of a law over a penetration: they are off by its square and eps over it."""
+"""Half width of central differences of a law, over the penetration; errors are its square, and eps over it."""
 LEVEL: Final = 1e-9
-"""Relative distance from the deepest closure at which a joint that stays where it is counts as loaded."""
+"""Relative distance from the deepest closure within which a joint is on its loading branch."""
 SAME: Final = 1e-6
-"""Largest difference of a step's force from that of its law, over the largest force, at which the law is that."""
+"""Largest difference of a step's force from the law's, over the largest force, at which the run counts as solved."""
 
 
 @dataclass(frozen=True)
 class Neighbours:
-    """A problem a little ``below`` and ``above`` in one parameter, ``width`` apart in it, at the step of a march."""
+    """The prepared problem at a slightly lower (``below``) and higher value of one parameter, ``width`` apart."""
 
     below: Prepared
     above: Prepared
@@ -49,7 +49,7 @@ class Neighbours:
 
 
 def why_not(stepper: ContactStepper) -> str:
-    """Return why a march has no derivative here, in words; "" where it has."""
+    """Return in words why a run has no derivative; "" if it has."""
     problem = stepper.prepared.problem
     if any(contact.film for contact in problem.contacts):
         return "a film in the gap"
@@ -67,7 +67,7 @@ def why_not(stepper: ContactStepper) -> str:
 
 
 def touches(force: Array) -> int:
-    """Return how many times any contact closes, from forces (n, p) of steps."""
+    """Return the number of times that any contact closes, from the forces (n, p) of the steps."""
     closed = np.vstack([np.zeros((1, force.shape[1]), dtype=bool), force != 0])
     return int(np.count_nonzero(closed[1:] & ~closed[:-1]))
 
@@ -76,8 +76,8 @@ def force_sensitivities(stepper: ContactStepper, neighbours: Sequence[Neighbours
     """Return the derivatives (P, n, p) of the forces of each step by P parameters [N over the unit of the parameter].
 
     Args:
-        stepper: a march that has ended, of which `why_not` has nothing to say.
-        neighbours: of each parameter; those that share the march's discretised bodies cost no convolution.
+        stepper: a finished run for which `why_not` is "".
+        neighbours: one for each parameter; those that share the run's discretised bodies need no convolution.
     """
     s, law = stepper.prepared, _Law(stepper)
     n, p = stepper.force.shape
@@ -100,7 +100,7 @@ def force_sensitivities(stepper: ContactStepper, neighbours: Sequence[Neighbours
 
 
 def step_weights(prepared: Prepared) -> Array:
-    """Return the (p, p, n) step weights of all bodies, those that are marched by poles, too."""
+    """Return the (p, p, n) step weights of all bodies, those advanced by poles included."""
     total = prepared.weights.copy() if prepared.weights.size else np.zeros((*prepared.own.shape, prepared.steps))
     if prepared.poles.psi.shape[1]:
         total += prepared.poles.weights(np.zeros_like(prepared.own), prepared.steps)
@@ -109,15 +109,15 @@ def step_weights(prepared: Prepared) -> Array:
 
 
 class _Law:
-    """The law of each contact along a march: forces of its steps as functions of penetrations, and their slopes.
+    """The law of each contact along a run: forces of its steps as functions of penetrations, and their derivatives.
 
     Attributes:
-        closed: (n, p) steps with a force.
-        rigid: (p,) contacts that yield nothing.
-        by_end, by_start, by_deepest: (n, p) slopes [N/m]; where a step begins at the deepest closure, all that both
-            do together is in ``by_start``.
-        deepest: (n, p) closures before each step, of laws that remember them; 0 where a step goes on from there.
-        further: (n, p) steps that end at a new deepest closure.
+        closed: (n, p) mask of the steps with a force.
+        rigid: (p,) mask of rigid contacts.
+        by_end, by_start, by_deepest: (n, p) derivatives of the force by the penetration at the end and at the start of
+            the step and by the deepest closure [N/m]; if a step starts at the deepest closure, ``by_start`` has both.
+        deepest: (n, p) deepest closures before each step, for laws with a memory; 0 if the step starts and ends there.
+        further: (n, p) mask of the steps that end at a new deepest closure.
     """
 
     def __init__(self, stepper: ContactStepper) -> None:
@@ -133,7 +133,7 @@ class _Law:
             deepest = np.where(end > 0, np.maximum(deepest, end), 0.0) * self.remembers
         bound = self.deepest * (1 - LEVEL)
         self.further, joined = self.end >= bound, (self.start >= bound) & (self.deepest > 0)
-        self.deepest[self.further & joined] = 0.0  # of which the force of such a step does not depend
+        self.deepest[self.further & joined] = 0.0  # the force of such a step does not depend on it
         remembered = self.deepest > 0
         s, none = stepper.prepared, np.zeros_like(self.end)
         size = np.maximum(np.abs(self.end), np.abs(self.start))
@@ -149,8 +149,8 @@ class _Law:
 
     def forces(self, prepared: Prepared, end: Array | None = None, start: Array | None = None,
                deepest: Array | None = None) -> Array:  # fmt: skip
-        """Return the (n, p) forces of the laws and weights of a problem at these penetrations, by default the march's;
-        nothing where it is open, and of a rigid contact."""
+        """Return the (n, p) forces of the laws and weights of a problem at these penetrations, by default the run's;
+        zero in open steps and for rigid contacts."""
         end, start = self.end if end is None else end, self.start if start is None else start
         deepest = self.deepest if deepest is None else deepest
         contacts, out = prepared.problem.contacts, np.zeros_like(self.end)
@@ -164,7 +164,7 @@ class _Law:
         return out
 
     def _slope(self, s: Prepared, end: Array, start: Array, deepest: Array) -> Array:
-        """Return the derivative of the forces along these small changes of penetrations, over the last one's size."""
+        """Return the derivative of the forces along these small changes of penetrations, over the largest of them."""
         above = self.forces(s, self.end + end, self.start + start, self.deepest + deepest)
         below = self.forces(s, self.end - end, self.start - start, self.deepest - deepest)
         size = np.maximum(np.maximum(end, start), deepest)
@@ -172,7 +172,7 @@ class _Law:
 
 
 def _tangent(weights: Array, law: _Law, moved: Array, pushed: Array) -> Array:
-    """March the derivatives: f in ``moved`` (P, n + 1, p), s in ``pushed`` (P, n, p)."""
+    """Integrate the derivatives; ``moved`` (P, n + 1, p) is f, ``pushed`` (P, n, p) is s."""
     count, n, p = pushed.shape
     out, gaps, deepest = np.zeros_like(pushed), np.zeros((count, p)), np.zeros((count, p))
     block = min(history.BLOCK, n)

@@ -38,7 +38,7 @@ from impact.runs.variations import (
     with_body,
 )
 
-RESOLUTION_LIMIT = 0.5  # largest w_max h without advice: above it the highest mode feels the step's own damping
+RESOLUTION_LIMIT = 0.5  # largest w_max h without advice: above, numerical damping affects the highest mode
 
 
 def solve(
@@ -58,10 +58,10 @@ def solve(
     the contact is resolved, else "passive", of first order where the force jumps or the bodies part. Both never gain
     energy; "conserving" loses none in an elastic contact, and rings where the step does not resolve it.
 
-    ``engine`` remembers the past: "poles" (exact recursion of modal bodies), "fft" (step weights of all bodies, in
-    blocks), "direct" (the same weights summed term by term), or "auto", the cheapest mix by a measured cost model;
-    ``result.engine`` says which. ``block`` is the number of steps that the FFT leaves to the direct sum.
-    ``bodies``: the problem's, as `impact.prepare` takes them.
+    ``engine`` evaluates the convolution with past forces: "poles" (exact recursion of modal bodies), "fft" (step
+    weights of all bodies, in blocks), "direct" (the same weights summed term by term), or "auto", the cheapest mix by a
+    measured cost model; ``result.engine`` names it. ``block`` is the number of latest steps that are summed directly
+    beside the FFT. ``bodies``: the bodies of the problem, already discretised, as for `impact.prepare`.
 
     Raises:
         ContactError: a step or duration that is not positive; two bodies without any immediate response
@@ -78,7 +78,7 @@ def solve(
 
 
 def collect(stepper: ContactStepper) -> ImpactResult:
-    """Return the result of the steps marched so far; `ContactError` where numbers have left the range of floats."""
+    """Return the result of the steps marched so far; raises `ContactError` if a history is not finite."""
     s, n = stepper.prepared, stepper.done
     force = stepper.force[:n]
     striker = replace(s.bodies[0], loads=s.bodies[0].loads + stepper.live.amplitudes)
@@ -90,7 +90,7 @@ def collect(stepper: ContactStepper) -> ImpactResult:
     for body, motion in zip(bodies, motions, strict=True):
         gap = gap + (s.problem.directions(body.body).T @ motion.displacement).T
     deflection = max(float(np.abs(motion.displacement[:, 0]).max()) for motion in motions)
-    if np.any(s.rest):  # or of what adds up to it: the contact forces at rest alone
+    if np.any(s.rest):  # or the deflection under the preload's contact forces alone, which loads may cancel
         at_rest = [body.body.greens.static_compliance() @ body.rest for body in bodies]
         deflection = max(deflection, *(float(np.abs(moved).max()) for moved in at_rest))
     film = stepper.film[:n] if stepper.film.size else None
@@ -135,7 +135,7 @@ def collect(stepper: ContactStepper) -> ImpactResult:
 
 
 def _speed_at_start(body: Body, port: str | int, dt: float) -> float:
-    """Return the initial translation of a port [m/s], and of the body's base over the first step."""
+    """Return the initial velocity of a port [m/s] plus the mean velocity of the body's base over the first step."""
     start, end = body.carried(np.array([0.0, dt]))
     return body.velocity_of(port) + float(end - start) / dt
 
@@ -171,7 +171,7 @@ def _advice(s: Prepared, energy: EnergyLedger) -> Iterator[Advice]:
 
 
 Measure = Callable[[ImpactResult], float]
-RATIOS: Final = (NARROWER, 2.5)  # ratios of bandwidths that are compared: one change may be small by accident
+RATIOS: Final = (NARROWER, 2.5)  # bandwidth ratios of the narrower models; two, as one change may vanish by chance
 NOTHING: Final[Mapping[str, ContactProblem]] = MappingProxyType({})
 
 
@@ -180,8 +180,8 @@ class Coarser:
     """A body of the impact, modelled more coarsely: a coarser mesh, fewer modes, a narrower band.
 
     Attributes:
-        body: that body, or its Green's function, which takes the velocity, state and loads of the run's.
-        ratio: of the element sizes, numbers of modes or bandwidths, > 1: of what it changes, 1/(ratio - 1) is left.
+        body: the coarser body, or its Green's function, which is given the velocity, state and loads of the run's body.
+        ratio: ratio > 1 of element sizes, mode numbers or bandwidths; the remaining error is change/(ratio - 1).
     """
 
     body: Body | GreensFunction
@@ -208,33 +208,33 @@ def error_budget(
     coarser: Mapping[str, Coarser] | None = None,
     others: Mapping[str, ContactProblem] = NOTHING,
 ) -> Budget:
-    """Return what each source of error leaves in the measures of an impact: value +- bar, and what dominates it.
+    """Return the error budget of the measures of an impact: value +- bar, and the error from each source.
 
-    The impact is marched again with one source made coarser at a time; the change of each measure is that source's
-    share of its error, and the bar 1.5 times their sum (`impact.Budget`). That holds for contacts that chatter,
-    too, which an error of g alone does not bound. The sources:
+    The impact is marched again with one source made coarser at a time; the change of each measure is the error from
+    that source, and the bar is 1.5 times their sum (`impact.Budget`). This includes chattering contacts, for which a
+    bound on the error of g does not bound the measures. The sources:
 
     - "time_step": two and four times the step, and half of it (`impact.runs.variations.left_by_step`);
     - "striker reduction", "target reduction": g larger by its ``error_estimate.reduction``, and the highest modes of a
-      `ModalGreens`, down to 1.6 and to 2.5 below the last, moved into its residual (a filter shorter
-      than the period of the highest mode asks for what the model has not). A modal body whose modes are all there is (a
-      lumped system) says so by ``error=ErrorEstimate(0, 0)``;
+      `ModalGreens`, those above 1/1.6 and 1/2.5 of the highest frequency, moved into its residual (a filter shorter
+      than the period of the highest mode is not resolved by the model). A modal body without truncated modes (a lumped
+      system) states this by ``error=ErrorEstimate(0, 0)``;
     - "striker mesh", "target mesh": g larger by its ``error_estimate.mesh``;
-    - whatever ``others`` name, the same impact with another model: all that it changes counts.
+    - the names in ``others``, the same impact with another model, whose whole change counts.
 
-    A source of which nothing is known is named in ``unknown``, and is in no bar. Several targets are "target 0",
-    "target 1", ...; with several contacts each measure stands once for each, "impulse 0", "impulse 1", ...
+    A source without an estimate is named in ``unknown`` and counts in no bar. Several targets are "target 0",
+    "target 1", ...; with several contacts each measure is given for each contact, "impulse 0", "impulse 1", ...
 
     Args:
-        result: of `impact.solve` with that problem and step ``rule``.
-        dt, duration: [s], to solve it here where there is no result.
-        filter_width: of the measure "filtered_peak" [s], left out for ``None``; at least twice ``dt``.
+        result: result of `impact.solve` for this problem and step ``rule``.
+        dt, duration: step and duration [s] of the run, needed if there is no result.
+        filter_width: filter width of the measure "filtered_peak" [s]; ``None`` omits it; at least twice ``dt``.
         measures: by name, as functions of a result; ``None``: "impulse" [N s], "filtered_peak" [N],
             "contact_duration" (of the first group) [s] and "target_displacement" (largest) [m].
-        coarser: by the name of a mesh or reduction source, a coarser companion, in place of the stated error.
+        coarser: coarser models by the name of a mesh or reduction source, used instead of the stated error.
 
     Raises:
-        ContactError: no result and no step or duration; a source that is none; what `impact.solve` raises.
+        ContactError: no result and no step or duration; an unknown source in ``coarser``; as `impact.solve`.
         MeasureError: a filter below two steps.
     """
     if result is None:
@@ -260,7 +260,7 @@ def error_budget(
 
 
 def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[str, Measure]:
-    """Return the measures of each contact."""
+    """Return the default measures, for each contact of the problem."""
     count = len(problem.contacts)
     measures: dict[str, Measure] = {}
     for c in range(count):
@@ -283,7 +283,7 @@ def _first_duration(one: ImpactResult) -> float:
 
 
 def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterator[tuple[str, Terms | None]]:
-    """Return the mesh and the reduction of each body."""
+    """Yield name and variations of the mesh and the reduction of each body, ``None`` if its error is unknown."""
     many = len(problem.targets) > 1
     names = ["striker", *(f"target {i}" if many else "target" for i in range(len(problem.targets)))]
     known = [f"{name} {part}" for name in names for part in ("mesh", "reduction")]
@@ -306,7 +306,7 @@ def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterato
 
 
 def _reduced(problem: ContactProblem, body: Body, stated: float | None) -> Terms | None:
-    """Return the variations by the stated error and without the highest modes, where there are any to leave out."""
+    """Return the variations by the stated error of g and, if modes can be removed, without the highest modes."""
     terms = of_g(problem, body, stated)
     fewer = [] if stated == 0.0 else [(narrower(body, ratio), 1 / (ratio - 1)) for ratio in RATIOS]
     variations = tuple(Variation(with_body(problem, body, less), weight) for less, weight in fewer if less is not None)

@@ -1,8 +1,8 @@
-"""Runs with one thing changed, and the error budget from them: how far each measure of an impact is from the truth.
+"""The error budget of an impact, from runs with one quantity varied: how far each measure is from its exact value.
 
-Every source of error is varied on its own, from what was computed to something coarser, and the run repeated: the
-change of the *measure* is the size of that source's error in it. With a refinement ratio r and an order q the error
-left is the change over r^q - 1; q = 1 is taken for mesh and time step, which is on the safe side. Source:
+Every source of error is made coarser by itself, and the run repeated: the change of a *measure* estimates the source's
+error in it. With a refinement ratio r and an order of convergence q the error of the run is the change over r^q - 1;
+q = 1 is taken for mesh and time step, which is on the safe side. Source:
 goal-oriented estimation by coarsening; Becker and Rannacher, Acta Numerica 10 (2001).
 """
 
@@ -23,7 +23,7 @@ from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
 SAFETY: Final = 1.5  # safety factor on the sum of the sources, which need not be independent
-STRESS_SAFETY: Final = 2.25  # the same of stresses: the largest of all times and places jumps from one to another
+STRESS_SAFETY: Final = 2.25  # safety factor for stresses, whose maximum may jump to another time and place
 
 Values = Mapping[str, float]
 """Measures by name [SI]."""
@@ -31,12 +31,11 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Budget:
-    """Error left in each measure.
+    """The errors of each measure by source.
 
     Attributes:
-        values: the measures themselves [SI].
-        parts: by source and measure, the error it leaves [SI]; a source that is not there is unknown, one that cannot
-            err has zeros.
+        values: the measures [SI].
+        parts: error of each measure by source [SI]; a missing source is unknown, an exact one has zeros.
         sources: names of all sources of error, in the order in which they are reported.
     """
 
@@ -61,7 +60,7 @@ class Budget:
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """Return sources that nothing is known of."""
+        """Return the sources whose errors are unknown."""
         return tuple(source for source in self.sources if source not in self.parts)
 
     def __str__(self) -> str:
@@ -72,12 +71,12 @@ class Budget:
 
 
 def safety(measure: str) -> float:
-    """Return the error bar of a measure over the sum of what its sources leave."""
+    """Return the safety factor of a measure: its error bar over the sum of the errors by source."""
     return STRESS_SAFETY if measure.endswith("stress") else SAFETY
 
 
 def is_time(measure: str) -> bool:
-    """Return whether a measure is a time that is read off the steps of a run: of a contact, of a landing."""
+    """Return whether a measure is a time of a contact or landing, which a run resolves to whole steps only."""
     return "duration" in measure or measure.endswith("time_s")
 
 
@@ -93,7 +92,7 @@ def larger(one: Values, other: Values) -> Values:
 
 
 def times(factor: float, values: Values) -> Values:
-    """Return ``factor`` times each."""
+    """Return ``factor`` times each value."""
     return {name: factor * value for name, value in values.items()}
 
 
@@ -102,20 +101,20 @@ def total(one: Values, other: Values) -> Values:
     return {name: one[name] + other[name] for name in one}
 
 
-FINE: Final = 16  # steps per filter width from which on coarser steps show the error of the step
-NARROWER: Final = 1.6  # ratio of bandwidths whose runs show the error of the modes left out
-AT_ONCE: Final = 0.01  # share of the residual compliance that stays without inertia; the rest is given a frequency
-ROUND_OFF: Final = 1e-12  # compliance that is round-off, over the largest
+FINE: Final = 16  # fewest steps per filter width at which coarser steps estimate the error of the step
+NARROWER: Final = 1.6  # ratio of bandwidths whose runs estimate the error by mode truncation
+AT_ONCE: Final = 0.01  # fraction of the residual compliance that stays without inertia; the rest is given a frequency
+ROUND_OFF: Final = 1e-12  # compliance that counts as round-off, over the largest
 
 Run = Callable[[ContactProblem, float], Values]
-"""The measures of a problem, marched with a step [s]."""
+"""Function that returns the measures of a problem at a time step [s]."""
 
 
 @dataclass(frozen=True)
 class Variation:
-    """A problem with one part made coarser, and the share of what it changes that is left in the run.
+    """A problem with one part made coarser, and the ``weight`` from its change to the error of the run.
 
-    ``against``: what it is compared with, in place of the problem that was run.
+    ``against``: problem to compare with, in place of the one that was run.
     """
 
     problem: ContactProblem
@@ -124,7 +123,7 @@ class Variation:
 
 
 Terms = Sequence[Sequence[Variation]]
-"""What a source leaves: terms add up; of the variations within one the largest counts."""
+"""The variations of one source: the errors of terms add up; within a term the largest change counts."""
 
 
 def budget_of(
@@ -138,24 +137,23 @@ def budget_of(
     finer: Values | None = None,
     threads: int = 1,
 ) -> Budget:
-    """Return what the time step and the ``sources`` leave in ``values``, the measures of ``problem`` at the step ``dt``
-    [s].
+    """Return the errors by the time step and by the ``sources`` in ``values``, the measures of ``problem`` at the step
+    ``dt`` [s].
 
-    The step's share is `left_by_step`, or ``finer`` where that is more. Times of contacts are known to a step at best.
-    The sources are compared at the doubled step, if it resolves the filter of ``filter_width`` [s]; a source is
-    ``None`` where nothing is known of it. ``run`` marches a problem for the same measures; one that is missing counts
-    as infinitely far off. ``threads``: runs at once; the compiled march holds no interpreter lock.
+    The error by the step is `left_by_step`, or ``finer`` if that is larger; that of times of contacts is at least a
+    step. The sources are compared at the doubled step, if it resolves the filter of ``filter_width`` [s]; an unknown
+    source is ``None``. ``run`` returns the same measures of a problem; a missing measure counts as an infinite error.
+    ``threads``: parallel runs; the compiled time loop holds no interpreter lock.
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
     variations = [one for terms in sources.values() for term in terms or () for one in term]
-    runs = {(id(problem), each): (problem, each) for each in (step, *_beside(dt, filter_width))}
+    runs = {(id(problem), each): (problem, each) for each in (step, *_compared_steps(dt, filter_width))}
     runs |= {(id(p), step): (p, step) for v in variations for p in (v.against, v.problem) if p is not None}
-    # one thread each, its matrix products too: libraries with threads of their own would take the others' cores, and
-    # the last digits would depend on their number
+    # BLAS with one thread for each run: more would compete for the cores, and the last digits would depend on them
     with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads) as pool:
         each_run = (pool.map if threads > 1 else map)(lambda one: run(*one), runs.values())
-        found = dict(zip(runs, each_run, strict=True))
-    results = {key: {name: one.get(name, math.inf) for name in values} for key, one in found.items()}
+        run_values = dict(zip(runs, each_run, strict=True))
+    results = {key: {name: one.get(name, math.inf) for name in values} for key, one in run_values.items()}
     base = results[id(problem), step]
 
     def change(variation: Variation) -> Values:
@@ -168,7 +166,7 @@ def budget_of(
     of_step = left_by_step(dt, filter_width, between)
     of_step = {name: max(value, (finer or {}).get(name, 0.0)) for name, value in of_step.items()}
     for name in of_step:
-        if is_time(name) and (values[name] > 0 or name.endswith("time_s")):  # a landing may begin with the run
+        if is_time(name) and (values[name] > 0 or name.endswith("time_s")):  # a landing may begin at t = 0
             of_step[name] = max(of_step[name], dt)
     parts: dict[str, Values] = {}
     for source, terms in sources.items():
@@ -184,19 +182,19 @@ def budget_of(
 
 
 def left_by_step(dt: float, filter_width: float | None, between: Callable[[float], Values]) -> Values:
-    """Return what a step of ``dt`` leaves; ``between``: the changes from it to another step [s].
+    """Return the errors by a step ``dt``; ``between``: function that returns the changes from it to another step [s].
 
-    A step twice as long changes as much as is left, the march being of first order where the force jumps, and one four
-    times as long three times as much. The larger counts: either may be small by accident. Where these hardly resolve
-    the filter, half the step, which changes half of what is left, takes the place of the latter.
+    The integration is of first order where the force jumps, so a step twice as long changes as much as the error, and
+    one four times as long three times as much. The larger estimate counts, as one may be small by accident. If the
+    latter hardly resolves the filter, it is replaced by half the step, which changes half the error.
     """
-    first, *doubled = _beside(dt, filter_width)
+    first, *doubled = _compared_steps(dt, filter_width)
     error = times(1 / 3 if first > dt else 2.0, between(first))
     return larger(between(doubled[0]), error) if doubled else error
 
 
-def _beside(dt: float, filter_width: float | None) -> tuple[float, ...]:
-    """Return the steps that one of ``dt`` is compared with: four times it or half of it, and twice if that may be."""
+def _compared_steps(dt: float, filter_width: float | None) -> tuple[float, ...]:
+    """Return the steps with which ``dt`` is compared: four times it or half of it, and twice it if that is resolved."""
     first = 4 * dt if filter_width is None or FINE * dt <= filter_width else dt / 2
     return (first, 2 * dt) if _may_double(dt, filter_width) else (first,)
 
@@ -214,14 +212,14 @@ def with_body(problem: ContactProblem, old: Body, new: Body) -> ContactProblem:
 
 
 def of_g(problem: ContactProblem, body: Body, error: float | None) -> Terms | None:
-    """Return what a relative error of a body's g changes: g larger by it; ``None`` where it is unknown."""
+    """Return the variation with a body's g larger by its relative error; ``None`` if that is unknown."""
     if error is None:
         return None
     return ((Variation(with_body(problem, body, enlarged(body, 1 + error))),),) if error else ()
 
 
 def enlarged(body: Body, factor: float) -> Body:
-    """Return the body with ``factor`` times its g, but for the mass of a modal one, and its motion without contact."""
+    """Return the body with g multiplied by ``factor``; a modal body keeps its mass and its motion without contact."""
     g = body.greens.modal
     if g is None:
         return replace(body, greens=body.greens.scaled(factor))
@@ -231,7 +229,8 @@ def enlarged(body: Body, factor: float) -> Body:
 
 
 def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
-    """Return the body without its highest modes, down to ``ratio`` below the last; ``None`` where none are left."""
+    """Return the body with the modes above its highest frequency over ``ratio`` moved to its residual; ``None`` if no
+    modes remain."""
     g = body.greens.modal
     if g is None or not np.any(g.omega):
         return None
@@ -241,14 +240,14 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
 
 
 def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int = 0) -> Body | None:
-    """Return the body with what lies above its modes as modes at ``ratio`` times the highest, one for each way it
-    yields.
+    """Return the body with its residual flexibility replaced by modes at ``ratio`` times the highest frequency, one for
+    each eigenvector of the flexibility.
 
-    A residual yields and does not ring; what it stands for rings, anywhere above. A part of it, `AT_ONCE`, stays, so
-    that rigid contacts meet what yields at once. ``None`` where a body has no modes, or nothing above them but mass.
-    ``band`` [Hz]: in place of the highest mode where all modes are rigid motions. ``octaves``: over so many, in the
-    middle of each, in place of one frequency; each yields half as much as the one below it, as the modes of a plate do,
-    which lie evenly: their compliance falls with the square of the frequency.
+    The truncated modes, which the residual represents without inertia, vibrate at unknown frequencies above. A fraction
+    `AT_ONCE` of the residual remains, as rigid contacts need an instantaneous response. ``None`` for a body without
+    modes or without residual flexibility. ``band`` [Hz]: in place of the highest frequency if all modes are rigid.
+    ``octaves``: number of octaves in the middle of which modes are placed, each with half the compliance of the one
+    below: like those of a plate, which are evenly spaced, with compliances that fall with the square of the frequency.
     """
     g = body.greens.modal
     if g is None or not len(g.omega) or not (np.any(g.omega) or band):
@@ -279,7 +278,7 @@ def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
     kept = greens.omega <= 2 * np.pi * bandwidth
     dropped = greens.shapes[~kept] / greens.omega[~kept, None]
     flexible, start = dropped.T @ dropped + greens.residual.static(), greens.initial_value()
-    if not np.all(np.isfinite(flexible)):  # a dashpot stays what it is
+    if not np.all(np.isfinite(flexible)):  # a dashpot in the residual is kept
         relaxing = Residual.relaxing(dropped.T @ dropped, 2 * np.pi * bandwidth)
         rest = Residual.together([greens.residual, relaxing])
     elif np.all(np.isfinite(start)) and (sizes := np.linalg.eigvalsh(start))[0] > ROUND_OFF * abs(sizes[-1]):

@@ -1,7 +1,7 @@
 """The `RunMethod` of a scene: how all its bodies and the march are computed; a plan chooses it, a run carries it out.
 
-A method has a value for each of `FIELDS`, the keys of a scene that say how and not what. What the file states is never
-touched; what it leaves open stands in the method alone.
+A method has a value for each of `FIELDS`, the keys of a scene that concern the numerical method and not the problem.
+Values that the file states are never changed; values that it leaves open are chosen by the plan.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     PORTS: ("ports",),
     REED_BAND: ("reed", "bandwidth"),
 }
-"""Where a method has what a scene states at a dotted key, for every key that a plan may choose."""
+"""Attribute path in `RunMethod` of each dotted key of a scene that a plan may choose."""
 _UNITS: Final = {SIZE: "m", CONTACT_SIZE: "m", BAND: "Hz", STEP: "s", REED_BAND: "Hz"}
 
 
@@ -51,10 +51,10 @@ class RunMethod:
 
     Attributes:
         seat, reed: the struck body and the striker.
-        time_step: [s]; ``None``: from the highest rates of both bodies and the filter.
+        time_step: time step [s]; ``None``: from the highest rates of both bodies and the filter.
         given: keys of `FIELDS` that the file states, which no plan changes.
 
-    A lip that both touch along is in the methods of either.
+    The lip along which seat and reed touch is part of both of their methods.
     """
 
     seat: Method
@@ -68,8 +68,8 @@ class RunMethod:
         return None if self.seat.lip is None else self.seat.lip.arcs
 
     def along(self, geometry: ContactGeometry, ports: int | None, rings: int | None = None) -> RunMethod:
-        """Return the method with the lip in so many arcs and rings, by default those that are stated; sectors of the
-        seat have none."""
+        """Return the method with the lip in ``ports`` arcs and ``rings`` rings, by default as stated; with a lip in
+        arcs, a seat by sectors becomes a full 3-D one."""
         lip = geometry.lip(ports, rings)
         rings = self.seat.rings if lip is None else lip.rings
         level: AnyLevel = "3d" if lip is not None and self.seat.level == "sector" else self.seat.level
@@ -95,17 +95,17 @@ class RunMethod:
 
 
 def chooses_one_port(contact: Contact, method: RunMethod) -> bool:
-    """Return whether ``method`` has one port in place of a lip's arcs and the file of the ``contact`` does not say
-    so."""
+    """Return whether ``method`` has one port in place of a lip's arcs although the file's ``contact`` does not state
+    it."""
     return method.ports == 1 and not is_given(contact, "ports")
 
 
 def stated_method(scene: Scene) -> RunMethod:
-    """Return the method that the file states, defaults for what it leaves open: for a run without a plan.
+    """Return the method that the file states, with defaults for open values: the method of a run without a plan.
 
-    An open ``seat.model`` becomes the cheapest level that leaves out little beside the target of the accuracy.
+    An open ``seat.model`` becomes the cheapest level whose own error is below target/`LEVEL_SHARE`.
 
-    Raises `LevelError`: a level that does not describe the seat is stated.
+    Raises `LevelError`: the stated level cannot describe the seat.
     """
     given = frozenset(key for key in FIELDS if is_given(scene, key))
     rings = scene.contact.rings if scene.seat.elastic is not None or RINGS in given else None
@@ -124,7 +124,7 @@ def value_of(scene: BaseModel, key: str) -> Any:
 
 
 def written(key: str, value: object) -> object:
-    """Return an SI value of a key of `FIELDS` as a scene file has it: ``"0.001 m"``."""
+    """Return an SI value of a key of `FIELDS` as it is written in a scene file, such as ``"0.001 m"``."""
     return f"{value!r} {_UNITS[key]}" if key in _UNITS else value
 
 
@@ -138,7 +138,7 @@ def is_given(scene: BaseModel, key: str) -> bool:
 
 
 def has_key(scene: BaseModel, key: str) -> bool:
-    """Return whether this kind of scene knows the dotted ``key`` at all."""
+    """Return whether this kind of scene has the dotted ``key``, stated or not."""
     value: Any = scene
     for part in key.split("."):
         if not isinstance(value, BaseModel) or part not in type(value).model_fields:
@@ -148,7 +148,7 @@ def has_key(scene: BaseModel, key: str) -> bool:
 
 
 def as_stated(scene: Scene, method: RunMethod) -> Scene:
-    """Return ``scene`` as if its file stated the ``method``: for what reads a scene alone."""
+    """Return ``scene`` as if its file stated the ``method``, for functions that take a scene without a method."""
     for key in FIELDS:
         if has_key(scene, key) and (value := method.value(key)) is not None and value != value_of(scene, key):
             scene = _with(scene, key.split("."), value)

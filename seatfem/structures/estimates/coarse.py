@@ -1,11 +1,11 @@
-"""The coarsest mesh of a body, and how many elements finer ones have in its place.
+"""Numbers of elements of meshes that are not made yet, predicted from the coarsest mesh of the body.
 
     n = sum of max(1, a int dV/h^d + b int dS/h^(d - 1), c int dL/h)
 
-over the elements of the coarse mesh: none of them becomes less than one, as fillets and thin walls ask for, and where
-the sizes h of the finer mesh are smaller, as many as gmsh makes in the volume and more along the surface; d = 3 of
-tetrahedra, 2 of half sections and plans. A solid thinner than h both ways has as many as follow each other along its
-sharp edges L. Each has its own number of elements, whatever the sum says of it.
+over the elements of the coarse mesh, with element size h of the finer mesh, volume V, surface S, and d = 3 for
+tetrahedra, 2 for half sections and plans. An element never becomes less than one, as fillets and thin walls require;
+the second term adds elements along the surface; the third counts those along sharp edges L of bars thinner than h. The
+sum is corrected such that the coarse mesh has its own number of elements.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, encode
 
 Integers = NDArray[np.int64]
-HALVED: Final = 2.0  # gmsh meshes this many times coarser, then quarters
-PLACES: Final = 64  # points in an element near the struck face, where sizes change; one in others
-BINS, CLOSEST = 40, 1e-4  # of distances, over which points of an element are one; the smallest over the largest
-NEAR: Final = 1.5  # extents of an element within which it is near
-AT_ONCE: Final = 4096  # points whose distances are taken together
-SHARP: Final = math.radians(30)  # turn of a surface at an edge
-ON_STRUCK: Final = 64  # points on each facet of the struck face, from which distances are taken
+HALVED: Final = 2.0  # factor by which gmsh meshes coarser before it divides elements into quadrilaterals
+PLACES: Final = 64  # sample points in an element near the struck face, where sizes change; one in others
+BINS, CLOSEST = 40, 1e-4  # bins of distance in which the points of an element are joined; the smallest over the largest
+NEAR: Final = 1.5  # distance within which an element is near the struck face, over its extent
+AT_ONCE: Final = 4096  # points whose distances are computed at once
+SHARP: Final = math.radians(30)  # least turn of a surface at a sharp edge
+ON_STRUCK: Final = 64  # sample points on each facet of the struck face, from which distances are taken
 
 
 @dataclass(frozen=True)
 class Law:
-    """How many elements gmsh makes.
+    """Fitted densities of the elements that gmsh makes.
 
     Attributes:
         sides: corners of an element on each of its facets.
         dimension: d.
         inside, along: elements over int dV/h^d and over int dS/h^(d - 1).
-        at_edge: elements and facets over int dL/h of a sharp edge where the body is thinner than h: a bar of four has
-            13 and 9 in each length h (19 mm in 4 x 6 mm, 3 to 100 m long).
-        facets: on the surface, over the latter.
-        of_elements, of_facets: vertices over both numbers.
+        at_edge: elements and facets over int dL/h of a sharp edge, where the body is thinner than h: a bar with four
+            edges has 13 and 9 in each length h (19 mm in 4 x 6 mm, 3 to 100 m long).
+        facets: surface facets over int dS/h^(d - 1).
+        of_elements, of_facets: vertices per element and per facet, which add up.
     """
 
     sides: tuple[tuple[int, ...], ...]
@@ -71,7 +71,7 @@ LAWS: Final = {
 
 @dataclass(frozen=True)
 class Tally:
-    """Numbers of elements, of facets on the surface (sides on an outline), and of vertices."""
+    """Numbers of elements, of facets on the surface (edges on an outline), and of vertices."""
 
     elements: float
     facets: float
@@ -80,35 +80,35 @@ class Tally:
 
 @dataclass(frozen=True)
 class Places:
-    """Points in elements or facets: the measure that each stands for, its distance from the struck face [m], and the
-    row of what it lies in."""
+    """Sample points in elements or facets: the volume, area or length of each, its distance from the struck face [m],
+    and the number of its element or facet."""
 
     weight: Array
     distance: Array
     row: Integers
 
     def per_row(self, spec: MeshSpec, dimension: int, rows: int) -> Array:
-        """Return int dV/h^d over each of so many rows."""
+        """Return int dV/h^d over each of the elements or facets, ``rows`` in number."""
         h = size_at(self.distance, spec)
         return np.asarray(np.bincount(self.row, self.weight / h**dimension, rows), dtype=np.float64)
 
 
 def size_at(distance: Array, spec: MeshSpec) -> Array:
-    """Return the element size [m] that is asked for at distances from the patch [m]."""
-    near = spec.patch_size
-    return np.asarray(np.interp(distance, [near, max(near + spec.transition, 1.001 * near)], [near, spec.size]))
+    """Return the requested element size [m] at distances from the patch [m]."""
+    fine = spec.patch_size
+    return np.asarray(np.interp(distance, [fine, max(fine + spec.transition, 1.001 * fine)], [fine, spec.size]))
 
 
 @dataclass(frozen=True, eq=False)
 class CoarseMesh:
-    """A mesh that tells the numbers of others.
+    """A coarse mesh from which the numbers of elements of finer ones are predicted.
 
     Attributes:
-        kind: of its elements, in `LAWS`.
-        spec: sizes that it was made with.
-        own: its numbers.
-        inner, outer, edges: places in its elements, on its facets, and on sharp edges of a solid, by facet.
-        owner: (facets,) the element behind each.
+        kind: kind of its elements, in `LAWS`.
+        spec: element sizes with which it was made.
+        own: its numbers of elements, facets and vertices.
+        inner, outer, edges: sample points in its elements, on its facets, and on sharp edges of a solid, by facet.
+        owner: (facets,) number of the element of each facet.
     """
 
     kind: str
@@ -120,7 +120,7 @@ class CoarseMesh:
     owner: Integers
 
     def count(self, spec: MeshSpec) -> Tally:
-        """Return the numbers of a mesh of other sizes."""
+        """Return the predicted numbers of a mesh with other sizes."""
         law = LAWS[self.kind]
         now, before = (self._per_part(each) for each in (spec, self.spec))
         elements, facets = (_at_least_one(*pair) for pair in zip(now, before, strict=True))
@@ -128,7 +128,7 @@ class CoarseMesh:
         return Tally(elements, facets, max(self.own.vertices + more, law.of_elements * elements))
 
     def _per_part(self, spec: MeshSpec) -> tuple[Array, Array]:
-        """Return what the law says of each element and of each facet."""
+        """Return the numbers by `Law` in place of each coarse element and of each coarse facet."""
         law, m, n = LAWS[self.kind], round(self.own.elements), round(self.own.facets)
         if self.kind == "quadrilaterals":
             spec = replace(spec, size=HALVED * spec.size, contact_size=HALVED * spec.patch_size)
@@ -141,45 +141,45 @@ class CoarseMesh:
 
 
 def _at_least_one(now: Array, before: Array) -> float:
-    """Return the sum over parts of a coarse mesh, by what the law says of each now, less what it said too much
-    before."""
+    """Return the sum over the parts of a coarse mesh of the predicted numbers ``now``, each less the excess over one
+    that the law predicts for the coarse mesh itself (``before``), and at least one."""
     return float(max(np.maximum(1.0, now - np.maximum(0.0, before - 1.0)).sum(), now.sum()))
 
 
 TASKS: Final = {"solid": "mesh", "section": "section", "plan": "plan"}
 Part = Literal["solid", "section", "plan"]
-"""What is meshed of a body: the solid or a sector, its half section, or its plan, which is swept."""
+"""The part of a body that gmsh meshes: the solid or a sector, its half section, or its plan, which is swept."""
 
 
 def count_elements(
     geometry: Geometry, spec: MeshSpec, coarse: MeshSpec, part: Part = "solid", sectors: int = 1
 ) -> Tally | None:
-    """Return the numbers of a mesh of these sizes, by a mesh with ``coarse`` ones; ``None`` where that cannot be made.
+    """Return the predicted numbers of a mesh, from a coarse mesh of the body; ``None`` if that cannot be made.
 
     Args:
-        geometry: of the body.
-        spec: whose sizes count.
-        coarse: sizes of the mesh that is made, once in a process; of a file, its inspection has made one.
-        part: that is meshed.
-        sectors: that the body is cut into; one of them is meshed.
+        geometry: geometry of the body.
+        spec: element sizes of the mesh.
+        coarse: element sizes of the coarse mesh, cached in the process; for a CAD file, that of its inspection is used.
+        part: part of the body that is meshed.
+        sectors: number of sectors of the body, one of which is meshed.
     """
     if isinstance(geometry, CadPart):
-        made = _inspected(cad.inspect_geometry(geometry))
+        coarse_mesh = _inspected(cad.inspect_geometry(geometry))
     else:
         struck = geometry.plan.top["contact"] if part == "plan" and geometry.plan is not None else ()
-        made = _drawn(json.dumps(encode(geometry), sort_keys=True), coarse, part, sectors, tuple(struck))
-    return None if made is None else made.count(spec)
+        coarse_mesh = _drawn(json.dumps(encode(geometry), sort_keys=True), coarse, part, sectors, tuple(struck))
+    return None if coarse_mesh is None else coarse_mesh.count(spec)
 
 
 @lru_cache(maxsize=8)
 def _drawn(geometry: str, spec: MeshSpec, part: Part, sectors: int, areas: tuple[str, ...]) -> CoarseMesh | None:
-    """Return the mesh of a geometry in JSON, by the job that a run has, which finds it again; ``areas``: of a plan,
-    those that are struck."""
+    """Return the coarse mesh of a geometry in JSON, by the same gmsh job as a run, which can then reuse it; ``areas``:
+    names of the struck areas of a plan."""
     job: dict[str, Any] = {"task": TASKS[part], "geometry": json.loads(geometry), "spec": asdict(spec)}
     job |= {} if part == "section" else {"sectors": sectors}
     try:
         arrays = remembered_gmsh(job | ({"msh": None} if part == "solid" else {}))
-    except (GeometryError, MeshingError, OSError):  # its run tells
+    except (GeometryError, MeshingError, OSError):  # the run reports the error
         return None
     kind = "tetrahedra" if part == "solid" else "triangles" if spec.shape == "tet" else "quadrilaterals"
     points, cells = arrays["points"], arrays["cells"][:, : len(LAWS[kind].sides)]
@@ -193,7 +193,7 @@ def _drawn(geometry: str, spec: MeshSpec, part: Part, sectors: int, areas: tuple
 
 @lru_cache(maxsize=4)
 def _inspected(part: cad.Inspected) -> CoarseMesh | None:
-    """Return the coarse elements that the inspection of a part made; ``None`` where gmsh could not fill it."""
+    """Return the coarse mesh from the inspection of a CAD part; ``None`` if gmsh could not mesh it."""
     shape, struck = part.shape, part.shape.groups.get("contact")
     if not len(shape.cells) or struck is None or not len(struck):
         return None
@@ -203,7 +203,7 @@ def _inspected(part: cad.Inspected) -> CoarseMesh | None:
 
 
 def _with_places(kind: str, spec: MeshSpec, points: Array, cells: Integers, struck: Array) -> CoarseMesh:
-    """Return the mesh with places in its elements and facets, by distance from the ``struck`` ones (n, corners, d)."""
+    """Return the mesh with sample points and their distances from the ``struck`` facets (n, corners, d)."""
     sides = np.sort(cells[:, LAWS[kind].sides], axis=2)
     faces = sides.reshape(-1, sides.shape[2])
     _, first, count = np.unique(faces, axis=0, return_index=True, return_counts=True)
@@ -217,8 +217,8 @@ def _with_places(kind: str, spec: MeshSpec, points: Array, cells: Integers, stru
 
 
 def _sharp_edges(points: Array, triangles: Integers) -> tuple[Integers, Integers]:
-    """Return the (n, 2) edges at which triangles of a surface meet at `SHARP` or more, and a triangle at each; none of
-    an outline."""
+    """Return the (n, 2) edges at which a surface of triangles turns by `SHARP` or more, and a triangle at each; none
+    for an outline."""
     if triangles.shape[1] != 3:
         return triangles[:0], np.zeros(0, dtype=np.int64)
     ends, tips = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2), triangles[:, [2, 0, 1]].ravel()
@@ -235,24 +235,24 @@ def _sharp_edges(points: Array, triangles: Integers) -> tuple[Integers, Integers
 
 
 def _spread_places(corners: Array, struck: Array) -> Places:
-    """Return places in elements, many in those near points ``struck``."""
+    """Return sample points in elements, many in those near points ``struck``."""
     measures, middles = _measures(corners), corners.mean(axis=1)
-    away = _distances(middles, struck)
-    near = np.flatnonzero(away < NEAR * np.linalg.norm(np.ptp(corners, axis=1), axis=1))
+    distances = _distances(middles, struck)
+    near = np.flatnonzero(distances < NEAR * np.linalg.norm(np.ptp(corners, axis=1), axis=1))
     far = np.setdiff1d(np.arange(len(corners)), near)
     points = _spread_points(corners[near], PLACES)
     weight, distance = np.repeat(measures[near] / PLACES, PLACES), _distances(points, struck)
     ends = np.geomspace(CLOSEST, 1.0, BINS) * max(float(distance.max(initial=0.0)), float(np.finfo(float).tiny))
     bins = np.repeat(near, PLACES) * (BINS + 1) + np.digitize(distance, ends)
-    bins, alike = np.unique(bins, return_inverse=True)
-    total, moment = (np.bincount(alike, each, len(bins)) for each in (weight, weight * distance))
+    bins, bin_of = np.unique(bins, return_inverse=True)
+    total, moment = (np.bincount(bin_of, each, len(bins)) for each in (weight, weight * distance))
     mean = moment / np.maximum(total, np.finfo(float).tiny)
     rows = np.concatenate([far, bins // (BINS + 1)])
-    return Places(np.concatenate([measures[far], total]), np.concatenate([away[far], mean]), rows)
+    return Places(np.concatenate([measures[far], total]), np.concatenate([distances[far], mean]), rows)
 
 
 def _distances(points: Array, struck: Array) -> Array:
-    """Return the distances from the nearest struck point; in space, where they are many, by a tree."""
+    """Return the distances from the nearest struck point."""
     if points.shape[1] == 3:
         return meshes.checks.distances(points, struck)
     parts = np.array_split(points, 1 + len(points) // AT_ONCE)

@@ -1,4 +1,4 @@
-"""What the Green's function of a body of finite elements costs: seconds by stage, and bytes at the peak."""
+"""Predicted cost of the Green's function of a body of finite elements: time by stage, and peak memory."""
 
 from __future__ import annotations
 
@@ -29,35 +29,35 @@ if TYPE_CHECKING:
     from seatfem.structures.mesh.meshing import SeatMesh
 
 
-SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a tetrahedron
+SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # time to mesh one of these elements, over that of a tetrahedron
 SECTION_ENTRY: Final = 10.0  # time to assemble an entry of a section's matrix, over that of a solid's
 SINGLE_FACTOR, SINGLE_SOLVE = 0.6, 0.62  # times of factor and solve in single precision, over those in double
-GRIDS_SOLVE: Final = 1.0  # time of a solve on two grids, over that of a vector's other products
-GRIDS_SETUP: Final = 5.0  # the same of its preparation, beside the coarse factor
-SECTION_FACTOR: Final = 0.5  # times of factor and solves of a section, over those of a solid
-FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3
-ROOM: Final = 32  # Krylov vectors at first; doubled where too few
+GRIDS_SOLVE: Final = 1.0  # time of a solve on two grids, over that of a product with the matrix
+GRIDS_SETUP: Final = 5.0  # time of its preparation, without the coarse factorisation, over the same
+SECTION_FACTOR: Final = 0.5  # times of factorisation and solves of a section, over those of a solid
+FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3  # harmonics reduced at least; further ones that are solved statically
+ROOM: Final = 32  # Krylov vectors that are allocated at first; doubled if too few
 FAST: Final = 1.8  # speed of pressure waves over that of shear waves
 PORTS_POWER: Final = 0.6  # exponent of the number of rings in the number of vectors
 TOLERANCE_POWER: Final = -0.141  # exponent of the tolerance in the number of vectors
-HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
-HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band
-STRICTER: Final = 8.0  # the tolerance of each harmonic, over that of their sum
-ALL_MODES: Final = 200  # unknowns up to which all modes are computed, as `seatfem.structures.reduction.modal` says
+HIGHEST: Final = 0.45  # frequency of the highest pole, over the bandwidth and over tolerance^(-1/2)
+HIGHEST_OF_ALL: Final = 7.0  # frequency of the highest pole, over the bandwidth, of models with all their modes
+STRICTER: Final = 8.0  # tolerance of the sum of harmonics over that of each
+ALL_MODES: Final = 200  # unknowns up to which all modes are computed, as in `seatfem.structures.reduction.modal`
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """A body's finite elements, as far as its kind gives them.
+    """Size of a body's finite-element model.
 
     Attributes:
-        sizes: of the mesh.
-        modes: in the band, by Weyl's law.
-        runs: number of harmonics, each reduced alone; 1 of other bodies.
-        section: whether it is a half section.
+        sizes: numbers of elements, nodes and unknowns.
+        modes: number of modes in the band, by Weyl's law.
+        runs: number of harmonics, each reduced by itself; 1 for other bodies.
+        section: whether the mesh is a half section.
         hexahedra: whether elements are hexahedra or quadrilaterals.
         drawn: whether gmsh makes the mesh.
-        kept: poles of its Green's function, where not all of the reductions' are kept.
+        kept: poles of the Green's function, if fewer than those of the reductions.
     """
 
     sizes: Sizes
@@ -71,7 +71,8 @@ class Numbers:
 
 @dataclass(frozen=True)
 class SeatModel(Numbers):
-    """A body's finite elements and their reduction. ``vectors``: Krylov vectors of a harmonic; ``solver``: of them."""
+    """Size of a body's finite-element model and of its reduction. ``vectors``: Krylov vectors of each harmonic;
+    ``solver``: solver by which they are computed."""
 
     vectors: float = 0.0
     solver: Solver = "double"
@@ -87,15 +88,13 @@ class SeatModel(Numbers):
 
 
 def seat_model(structure: Structure, method: Method, duration: float, coarser: float = 1.0) -> SeatModel | None:
-    """Return the cost model of a structure by a method, elements ``coarser`` times as large, for a ``duration`` [s].
-
-    ``None`` where it has no finite elements, or their number is not known.
-    """
+    """Return the size of a structure's model by a method, with elements ``coarser`` times as large, for a ``duration``
+    [s]; ``None`` without finite elements, or if their number is unknown."""
     numbers = None if structure.elastic is None else structure.elastic.numbers(method, coarser)
     if numbers is None:
         return None
     rings = (method.rings or 1) if coarser == 1.0 else rings_to_compare(method.rings or 1)
-    if numbers.kept is not None and not numbers.section:  # a mode, or a part's statics, takes about what a vector does
+    if numbers.kept is not None and not numbers.section:  # a mode or a static solution costs about as much as a vector
         return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER
     n, solid = numbers.sizes.counts.dof, not (numbers.section or numbers.hexahedra)
@@ -104,52 +103,52 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
 
 
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
-    """Return the numbers of a body that gmsh meshes, by its coarsest mesh."""
+    """Return the size of the model of a body that gmsh meshes, predicted from its coarsest mesh."""
     assert method.bandwidth is not None
     level, spec = body.elements_of(method), body.mesh_spec(method)
     spec = replace(spec, size=coarser * spec.size, contact_size=coarser * spec.patch_size)
     sizes = body.sizes(spec, level)
     section, inside = level in ("axisymmetric", "harmonics"), body.measures_inside(level)
-    modes = (_of_area if section else modes_of_volume)(inside, method.bandwidth, body.slowest)
+    modes = (_modes_of_area if section else modes_of_volume)(inside, method.bandwidth, body.slowest)
     around = 1.0
     if level == "harmonics":
         lengths = 2 * math.pi * profile_of(body.geometry()).outer_radius * method.bandwidth / body.slowest
         around = max(FEWEST_HARMONICS, 0.9 * lengths * (BEYOND if method.in_arcs else 1.0))
-    kept = _of_a_lip(method, body.measures_inside("3d"), body.slowest) if method.in_arcs else None
+    kept = _lip_poles(method, body.measures_inside("3d"), body.slowest) if method.in_arcs else None
     return Numbers(sizes, modes, around, section, spec.shape == "hex", kept=kept)
 
 
-def _of_a_lip(method: Method, volume: float, slowest: float) -> float:
-    """Return the poles of a lip in arcs: modes up to the cutoff, and one exponential for each part."""
+def _lip_poles(method: Method, volume: float, slowest: float) -> float:
+    """Return the number of poles of a lip in arcs: modes up to the cutoff, and one exponential for each part."""
     assert method.bandwidth is not None
     assert method.lip is not None
     return modes_of_volume(volume, BEYOND * method.bandwidth, slowest) + len(method.lip.division.names)
 
 
 def numbers_of_mesh(mesh: SeatMesh, slowest: float, method: Method) -> Numbers:
-    """Return the numbers of a mesh that is given; ``slowest``: the speed of its slowest waves [m/s]."""
+    """Return the size of the model on a given mesh; ``slowest``: speed of its slowest waves [m/s]."""
     assert method.bandwidth is not None
     modes = modes_of_volume(mesh.quality.volume, method.bandwidth, slowest)
-    kept = _of_a_lip(method, mesh.quality.volume, slowest) if method.in_arcs else None
+    kept = _lip_poles(method, mesh.quality.volume, slowest) if method.in_arcs else None
     return Numbers(_sizes_of(mesh), modes, drawn=False, kept=kept)
 
 
 def highest_pole(model: SeatModel | None, tolerance: float) -> float:
-    """Return the frequency of the highest pole of a reduction, over the band edge."""
+    """Return the frequency of the highest pole of a reduction, over the bandwidth."""
     if model is not None and model.sizes.counts.dof <= ALL_MODES:
         return HIGHEST_OF_ALL
     stricter = STRICTER if model is not None and model.runs > 1 else 1.0
     return HIGHEST * math.sqrt(stricter / tolerance)
 
 
-def _of_area(area: float, band: float, slow: float) -> float:
-    """Return the modes in the band of a section, Weyl's law: A k^2 (1/c_s^2 + 1/c_p^2)/(4 pi), k = 2 pi times the
-    bandwidth."""
+def _modes_of_area(area: float, band: float, slow: float) -> float:
+    """Return the number of a section's modes in a band, by Weyl's law A k^2 (1/c_s^2 + 1/c_p^2)/(4 pi), k = 2 pi
+    band."""
     return area * (2 * math.pi * band) ** 2 * (slow**-2 + (FAST * slow) ** -2) / (4 * math.pi)
 
 
 def modes_of_volume(volume: float, band: float, slow: float) -> float:
-    """Return the modes in the band of a solid, Weyl's law: V k^3 (2/c_s^3 + 1/c_p^3)/(6 pi^2).
+    """Return the number of modes of a solid in a band, by Weyl's law V k^3 (2/c_s^3 + 1/c_p^3)/(6 pi^2), k = 2 pi band.
 
     Source: M. Dupuis, R. Mazo, L. Onsager, J. Chem. Phys. 33 (1960) 1452.
     """
@@ -157,7 +156,7 @@ def modes_of_volume(volume: float, band: float, slow: float) -> float:
 
 
 def krylov_vectors(structure: Structure, method: Method, duration: float, modes: float) -> float:
-    """Return the Krylov vectors of one port by a fitted law, within a third; roughly without damping."""
+    """Return the number of Krylov vectors for one port by a fitted law, right to a third (less so without damping)."""
     assert method.bandwidth is not None
     k = 2 * math.pi * method.bandwidth
     memory = min(duration, forgotten_after(structure.loss, method.bandwidth))
@@ -174,7 +173,7 @@ def _sizes_of(mesh: SeatMesh) -> Sizes:
 
 
 def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> Mapping[str, float]:
-    """Return the times of mesh, assembly and reduction [s]; ``static``: a factorization alone."""
+    """Return the times of mesh, assembly and reduction [s]; ``static``: with one static solution as the reduction."""
     counts, sizes = model.sizes.counts, model.sizes
     weight = SECTION_ELEMENT if model.section else (HEXAHEDRON if model.hexahedra else 1.0)
     effort, solver = SECTION_FACTOR if model.section else 1.0, "double" if static else model.solver
@@ -195,8 +194,8 @@ def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> M
 
 
 def count_elements(structure: Structure, method: Method, duration: float) -> tuple[SeatModel | None, SeatModel | None]:
-    """Return the sizes of a run's finite elements, and of the coarser ones of its mesh error; ``None`` for a closed
-    form, for matrices, not yet known, and where no mesh is made."""
+    """Return the size of a run's finite-element model and of the coarser one for its mesh error; ``None`` for a closed
+    form, for a size not known yet and, for the coarser, if gmsh makes no mesh."""
     if method.exact:
         return None, None
     coarser = None if structure.drawn is None else seat_model(structure, method, duration, COARSENING)
@@ -204,7 +203,7 @@ def count_elements(structure: Structure, method: Method, duration: float) -> tup
 
 
 def seat_memory(model: SeatModel) -> tuple[float, float]:
-    """Return the bytes at the peak of the reduction, and those that stay: matrices, modes, mesh."""
+    """Return the peak memory of the reduction, and that of matrices, modes and mesh afterwards [bytes]."""
     counts = model.sizes.counts
     room = ROOM * 2 ** max(0, math.ceil(math.log2(max(model.vectors, 1.0) / ROOM)))
     peak = memory_need(counts, model.solver).factorized + 8 * counts.dof * max(0.0, room - KRYLOV_VECTORS)

@@ -1,9 +1,9 @@
-"""Elements, nodes and unknowns of a seat's mesh, and the memory that it needs, predicted from its coarsest mesh.
+"""Elements, nodes and unknowns of a seat's mesh, and its memory, predicted from the coarsest mesh.
 
-The numbers of elements, of faces on the surface and of vertices follow from that mesh; all others by Euler's formula.
+The numbers of elements, surface faces and vertices are predicted from that mesh; all others follow by Euler's formula.
 
-Two nodes are coupled where some element holds both. Each couple belongs to exactly one vertex, edge, face or element,
-the smallest that holds both, so the couples are counted without a matrix: with V, E, F, T vertices, edges, faces and
+Two nodes are coupled if an element contains both. Each couple belongs to exactly one vertex, edge, face or element,
+the smallest that contains both, so couples are counted without a matrix: with V, E, F, T vertices, edges, faces and
 elements, V + 2 E for tetrahedra and V + 2 E + 4 F + 8 T for hexahedra of order 1, V + 7 E + 12 F + 6 T and
 V + 7 E + 49 F + 343 T for order 2. Nested dissection of n unknowns of a compact body fills a factor with c n^(4/3)
 entries (A. George, SIAM J. Numer. Anal. 10 (1973) 345); the separators of slender and flat bodies are smaller, by about
@@ -46,15 +46,17 @@ if TYPE_CHECKING:
 
 
 GB: Final = 1e9
-FILL: Final = 19.5  # entries of the factor over n^(4/3), of a cube; METIS orderings, order 2
-FACTOR_ENTRY: Final = 8.7  # bytes of an entry of the factor, its row numbers being shared
+FILL: Final = 19.5  # entries of the factor over n^(4/3), for a cube; METIS orderings, order 2
+FACTOR_ENTRY: Final = 8.7  # bytes of an entry of the factor, which shares its row numbers with others
 MATRIX_ENTRY: Final = 12  # bytes of an entry of a sparse matrix
 ASSEMBLY_ENTRY: Final = 21  # bytes of an entry of K while K is made
-FACTORIZED_ENTRY: Final = 45  # the same while it is factorized: K, K + s^2 M, its upper triangle, PARDISO's own copy
-GRIDS_ENTRY: Final = 3.3  # bytes of a reduction on two grids, over those of K and M: single copies, the coarse space
+FACTORIZED_ENTRY: Final = (
+    45  # bytes of an entry of K during factorisation: K, K + s^2 M, upper triangle, PARDISO's copy
+)
+GRIDS_ENTRY: Final = 3.3  # memory of a reduction on two grids over that of K and M: single precision, coarse space
 COARSE_UNKNOWNS: Final = 7.0  # unknowns of the fine grid over those of the coarse one
-KRYLOV_VECTORS: Final = 150  # 100 for one port, and the room they grow into
-LANCZOS_VECTORS: Final = 12
+KRYLOV_VECTORS: Final = 150  # 100 vectors for one port, and the allocated room
+LANCZOS_VECTORS: Final = 12  # vectors of the Lanczos recursion in memory
 _COUPLES: Final = {
     ("tetrahedron", 1): (1, 2, 0, 0),
     ("tetrahedron", 2): (1, 7, 12, 6),
@@ -71,18 +73,18 @@ _CUBE: Final = {"tetrahedron": (6, 12), "hexahedron": (1, 6)}  # elements, faces
 
 
 class MemoryNeedError(ValueError):
-    """A computation that would not fit; the message gives predicted and available GB, the key and what would fit."""
+    """A computation that exceeds the memory; the message has predicted and available GB, the key and what fits."""
 
 
 @dataclass(frozen=True)
 class Counts:
-    """Counts that memory depends on.
+    """Numbers on which memory depends.
 
     Attributes:
         dof: unknowns, those of fixed faces included.
         nnz: entries of K.
         mass_nnz: entries of M.
-        compactness: of the body in elements, 1 for a cube, less for plates and bars.
+        compactness: compactness of the mesh, 1 for a cube, less for plates and bars.
     """
 
     dof: float
@@ -91,33 +93,34 @@ class Counts:
     compactness: float = 1.0
 
     def scaled(self, factor: float) -> Counts:
-        """Return the same body with ``factor`` times as many unknowns."""
+        """Return the counts of a body of the same form with ``factor`` times as many unknowns."""
         return Counts(factor * self.dof, factor * self.nnz, factor * self.mass_nnz, self.compactness)
 
 
 @dataclass(frozen=True)
 class MemoryNeed:
-    """Predicted peaks [bytes], beyond what the program itself takes: of reductions that factorize, and of others."""
+    """Predicted peak memory of reductions with and without a factorisation [bytes], without the program itself."""
 
     factorized: float
     products: float
 
     def of_reduction(self, method: str, *, distributed: bool = False) -> float:
-        """Return the need of a reduction by name, or of "auto"; of a distributed one without its factor."""
+        """Return the peak of a reduction by name or "auto"; a distributed one keeps its factor in other processes."""
         return self.factorized if _factorizes(method) and not distributed else self.products
 
 
 def counts_of(mesh: SeatMesh) -> Counts:
-    """Return counts of K and M on a mesh; hexahedra have a diagonal mass."""
-    of = mesh.mesh
-    parts = (int(of.nvertices), of.edges.shape[1], of.facets.shape[1], int(of.nelements))
-    return counts_from(mesh.shape, mesh.order, parts, of.boundary_facets().size)[1]
+    """Return the counts of K and M on a mesh; hexahedra have a diagonal mass."""
+    grid = mesh.mesh
+    parts = (int(grid.nvertices), grid.edges.shape[1], grid.facets.shape[1], int(grid.nelements))
+    return counts_from(mesh.shape, mesh.order, parts, grid.boundary_facets().size)[1]
 
 
 def counts_from(
     shape: str, order: int, parts: tuple[float, float, float, float], surface: float
 ) -> tuple[float, Counts]:
-    """Return the nodes, and counts of K and M, by vertices, edges, faces, elements and faces outside."""
+    """Return the number of nodes, and the counts of K and M, from the numbers of vertices, edges, faces and elements
+    (``parts``) and of faces on the ``surface``."""
     nodes, couples = (
         sum(a * b for a, b in zip(table[shape, order], parts, strict=True)) for table in (_NODES, _COUPLES)
     )
@@ -127,7 +130,7 @@ def counts_from(
 
 
 def memory_need(counts: Counts, solver: Solver = "double") -> MemoryNeed:
-    """Return the peaks [bytes] of assembly and reduction, whose vectors a ``solver`` solves for."""
+    """Return the peak memory of assembly and reduction with a ``solver``."""
     mass, vector = MATRIX_ENTRY * counts.mass_nnz, 8 * counts.dof
     fill = FILL * counts.compactness * counts.dof ** (4 / 3) * (1.0 if solver == "double" else 0.5)
     assembly = ASSEMBLY_ENTRY * counts.nnz + mass
@@ -138,7 +141,7 @@ def memory_need(counts: Counts, solver: Solver = "double") -> MemoryNeed:
 
 
 def solver_of(counts: Counts, method: Method, rings: float = 1, *, solid: bool = True) -> Solver:
-    """Return what solves for the vectors of a reduction; ``solid``: whether on tetrahedra, which two grids ask for."""
+    """Return the solver of a reduction's vectors; ``solid``: whether the elements are tetrahedra, as two grids need."""
     if method.distributed:
         return "double"
     solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)
@@ -157,19 +160,19 @@ def check_memory(
     available: float | None = None,
     distributed: bool = False,
 ) -> MemoryNeed:
-    """Return the need, where it fits.
+    """Return the predicted peak memory, if it is available.
 
     Args:
-        counts: of the model.
-        method: of the reduction.
-        solver: of its vectors.
-        size: [m] of the elements, for the advice.
+        counts: counts of the model.
+        method: name of the reduction.
+        solver: what solves for its vectors.
+        size: element size [m], for the advice.
         levels: cheaper models that describe the seat, for the advice.
-        available: [bytes]; default: what the system says. A system that says nothing is trusted.
-        distributed: whether PETSc's ranks reduce it.
+        available: available memory [bytes]; default: what the system reports, without limit if it reports nothing.
+        distributed: whether the reduction is distributed over PETSc's ranks.
 
     Raises:
-        MemoryNeedError: the need is above what is available.
+        MemoryNeedError: the peak is above the available memory.
     """
     need = memory_need(counts, solver)
     least = need.of_reduction(method, distributed=distributed)
@@ -197,18 +200,18 @@ def check_elastic(body: structure.Structure, mesh: SeatMesh | MeridianMesh, leve
 
 
 def _advice(
-    counts: Counts, method: str, solver: Solver, size: float | None, levels: Sequence[AnyLevel], there: float
+    counts: Counts, method: str, solver: Solver, size: float | None, levels: Sequence[AnyLevel], available: float
 ) -> list[str]:
-    share = _share(counts, method, solver, there)
+    fraction = _fitting_fraction(counts, method, solver, available)
     coarser = (
-        f"make the mesh coarser, about {share * counts.dof:.2g} unknowns fit"
+        f"make the mesh coarser, about {fraction * counts.dof:.2g} unknowns fit"
         if size is None
-        else f'use seat.mesh.size = "{1e3 * size * share ** (-1 / 3):.2g} mm"'
+        else f'use seat.mesh.size = "{1e3 * size * fraction ** (-1 / 3):.2g} mm"'
     )
     others = [f'seat.model = "{level}"' for level in levels]
     least, diagonal = memory_need(counts).products, counts.mass_nnz == counts.dof
     for name, each in reduction.greens.reducers().items() if _factorizes(method) else ():
-        if not each.factorizes and (diagonal or not each.diagonal_mass) and least <= there:
+        if not each.factorizes and (diagonal or not each.diagonal_mass) and least <= available:
             others.append(f'seat.greens.method = "{name}" ({least / GB:.2g} GB)')
         elif not each.factorizes and each.diagonal_mass and not diagonal:
             others.append(f'seat.mesh.shape = "hex" with seat.greens.method = "{name}", which factorizes nothing')
@@ -221,32 +224,32 @@ def _factorizes(method: str) -> bool:
     return reduction.greens.named(method).factorizes
 
 
-def _share(counts: Counts, method: str, solver: Solver, there: float) -> float:
-    """Return which part of the unknowns fits into 90 % of the memory, by bisection."""
+def _fitting_fraction(counts: Counts, method: str, solver: Solver, available: float) -> float:
+    """Return the fraction of the unknowns that fits into 90 % of the memory, by bisection."""
     low, high = 0.0, 1.0
     for _ in range(40):
         middle = (low + high) / 2
         need = memory_need(counts.scaled(middle), solver)
-        fits = need.of_reduction(method) <= 0.9 * there
+        fits = need.of_reduction(method) <= 0.9 * available
         low, high = (middle, high) if fits else (low, middle)
     return max(low, 1e-12)
 
 
 SECTION_ENTRIES: Final = {"tet": 11.5, "hex": 16.0}  # coupled nodes for each node of a section of order 2
-ROUGHLY: Final = {"tet": 4.0, "hex": 1.3, "section": 2.3}  # elements over int dV/h^d
+ROUGHLY: Final = {"tet": 4.0, "hex": 1.3, "section": 2.3}  # rough number of elements over int dV/h^d
 IN_A_BAR: Final = {"tet": 13.0, "hex": 1.0}  # elements in a length h of a bar that is thinner than h
-STEPS: Final = 200  # of distances from the patch
-MARGIN: Final = 4.0  # on rough memory: a mesh that may fit after all is made, and counted exactly
-MOST_ELEMENTS: Final = 2e7  # gmsh makes some 1e5 in a second, and needs 1 kB for each
+STEPS: Final = 200  # steps of distance from the patch in that integral
+MARGIN: Final = 4.0  # factor on rough numbers: a mesh that may fit after all is made, and counted exactly
+MOST_ELEMENTS: Final = 2e7  # most elements: gmsh makes some 1e5 in a second, and needs 1 kB for each
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """A mesh in numbers.
+    """Numbers of a mesh.
 
     Attributes:
-        elements, nodes: of the mesh.
-        surface: faces on its surface (sides on the outline of a section).
+        elements, nodes: numbers of elements and nodes.
+        surface: number of faces on its surface (edges on the outline of a section).
         counts: unknowns and matrix entries, fixed faces included.
     """
 
@@ -257,8 +260,8 @@ class Sizes:
 
 
 def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: int, coarse: MeshSpec) -> Sizes | None:
-    """Return the mesh of a seat at a level ("axisymmetric", "harmonics", "sector" with so many sectors, or "3d"), by
-    one of ``coarse`` sizes; ``None`` where that cannot be made."""
+    """Return the predicted numbers of a seat's mesh at a level ("axisymmetric", "harmonics", "sector" or "3d"), from
+    one of ``coarse`` sizes; ``None`` if that cannot be made."""
     if level in ("axisymmetric", "harmonics"):
         counted = count_elements(geometry, spec, coarse, "section")
         return None if counted is None else _section(counted, spec, 3 if level == "harmonics" else 2)
@@ -303,7 +306,7 @@ def _hexahedra(geometry: Geometry, spec: MeshSpec, sectors: int, coarse: MeshSpe
 
 
 def _grid(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> Tally:
-    """Return the grid under a rectangular solid; exact."""
+    """Return the exact numbers of the grid in the plan of a rectangular solid."""
     sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
     x, y = (len(half_axis(side, edge, spec)) - 1 for side, edge in zip(sides, patch, strict=True))
     x, y = x * (1 if sectors == 4 else 2), y * (1 if sectors > 1 else 2)
@@ -311,7 +314,7 @@ def _grid(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> Tally:
 
 
 def _swept(plane: Tally, layers: int, spec: MeshSpec, *, closed: bool) -> Sizes:
-    """Return the hexahedra above a plane mesh."""
+    """Return the numbers of hexahedra swept from a plane mesh, ``closed`` around an axis or not."""
     levels = layers if closed else layers + 1
     elements, points = plane.elements * layers, plane.vertices * levels
     edges = (plane.vertices + plane.elements - 1) * levels + plane.vertices * layers
@@ -322,20 +325,19 @@ def _swept(plane: Tally, layers: int, spec: MeshSpec, *, closed: bool) -> Sizes:
 
 
 def rough_sizes(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> Sizes:
-    """Return the order of magnitude of a mesh, before any is made: int dV/h^d over what lies at each distance from a
-    patch whose outline is as long as that of a strip, as far as the body goes; of a slender body no less than one after
-    the other over its depth.
+    """Return rough numbers of a mesh without making any: the integral of 1/h^d over distance from the patch, taken as a
+    strip, up to the body's volume; for a slender body at least one element after the other over its depth.
 
-    ``inside``: volume [m^3], or area of a half section [m^2].
+    ``inside``: volume of the body [m^3], or area of its half section [m^2].
     """
     plane = level in ("axisymmetric", "harmonics")
-    away = np.linspace(0.0, 1.0, STEPS) ** 2 * (spec.patch_size + spec.transition)
-    deep = math.pi * np.minimum(away, patch.depth)
-    front = patch.width + deep if plane else patch.area * (1 + deep / patch.width) + 2 * away * deep
-    step = np.diff(away)
+    distance = np.linspace(0.0, 1.0, STEPS) ** 2 * (spec.patch_size + spec.transition)
+    depth = math.pi * np.minimum(distance, patch.depth)
+    front = patch.width + depth if plane else patch.area * (1 + depth / patch.width) + 2 * distance * depth
+    step = np.diff(distance)
     pieces = (front[1:] + front[:-1]) / 2 * step
     near = np.cumsum(pieces) < inside
-    h = size_at((away[1:] + away[:-1]) / 2, spec)
+    h = size_at((distance[1:] + distance[:-1]) / 2, spec)
     dimension, shape = 2 if plane else 3, "section" if plane else spec.shape
     rest = inside - float(pieces[near].sum())
     elements = max(1.0, ROUGHLY[shape] * float(np.sum((pieces / h**dimension)[near]) + rest / spec.size**dimension))
@@ -349,12 +351,12 @@ def rough_sizes(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> Si
 
 
 def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method: Method | None = None) -> None:
-    """Raise `MemoryNeedError` where the mesh of a level would be far too large for this computer.
+    """Raise `MemoryNeedError` if the mesh of a level would be far too large for this computer.
 
-    ``method``: of the reduction; by default as the body's table states it.
+    ``method``: method of the body; by default as its table states it.
     """
-    how = body.stated() if method is None else method
     sizes = body.rough_sizes(spec, level)
+    how = body.stated() if method is None else method
     solid = level not in ("axisymmetric", "harmonics") and spec.shape == "tet"
     need = memory_need(sizes.counts, solver_of(sizes.counts, how, how.rings or 1, solid=solid))
     least, available = need.of_reduction(how.reduction, distributed=how.distributed), available_memory()

@@ -1,15 +1,15 @@
-"""What is known of a body before any mesh: struck patch, element sizes for an error of g, surrogates for pre-runs,
-arcs of a lip.
+"""Estimates of a body without a mesh: struck patch, element sizes for an error of g, surrogates for pre-runs, and the
+local compliance under a lip in arcs.
 
 error of g = PATCH (contact_size/width)^1.5 + size (WAVE band/c_s + BODY/depth)
 
-width: of the struck face, c_s/band: the shear wavelength at the band edge, depth: of the body behind the face; elements
-of order 2. The constants bound what was measured on seats of every kind but the finest plates.
+with the width of the struck face, the shear wavelength c_s/band at the bandwidth, and the depth of the body behind the
+face; elements of order 2. The constants bound errors measured on seats of every kind but the finest plates.
 
-g(t) = rod of the patch's area and impedance, as long as its static compliance asks for + the plate's first mode
+g(t) = rod of the patch's area and impedance, with the body's static compliance + the plate's first mode
 
-so that g(0+) = 1/(rho c_p A) is exact, and the static compliance is estimated. Waves come back undiminished from the
-end of a rod, which a bulky body's do not: the surrogate asks for more of the band than the body will.
+so that g(0+) = 1/(rho c_p A) is exact, and the static compliance is estimated. Waves return undiminished from the end
+of a rod, unlike in a bulky body: the surrogate needs a wider band than the body will.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ class Patch:
     """The struck patch and the body behind it.
 
     Attributes:
-        area: struck [m^2].
-        width: the narrowest extent of the struck faces [m].
-        depth: of the body behind the patch [m].
-        compliance: static, of the body without bending, estimated [m/N].
-        density, c_p, c_s: of the material [kg/m^3, m/s].
-        bending: static compliance of the plate that the patch lies on; 0 for a bulky body [m/N].
-        bending_frequency: of the plate's first mode [rad/s]; 0 for a bulky body.
-        one_dimensional: whether waves go along a line and come back undiminished.
+        area: struck area [m^2].
+        width: narrowest extent of the struck faces [m].
+        depth: depth of the body behind the patch [m].
+        compliance: estimated static compliance of the body without bending [m/N].
+        density, c_p, c_s: density and wave speeds of the material [kg/m^3, m/s].
+        bending: static bending compliance of the plate that the patch lies on; 0 for a bulky body [m/N].
+        bending_frequency: angular frequency of that plate's first mode [rad/s]; 0 for a bulky body.
+        one_dimensional: whether waves travel along a bar and return undiminished.
     """
 
     area: float
@@ -65,21 +65,20 @@ class Patch:
 
     @property
     def impedance(self) -> float:
-        """Return the force per velocity of the patch at the very first instant, rho c_p A [N s/m]."""
+        """Return the impedance rho c_p A of the patch, force over velocity at the first instant [N s/m]."""
         return self.density * self.c_p * self.area
 
     @property
     def first_resonance(self) -> float:
-        """Return the body's first resonance, about, a plate's in bending [Hz]."""
+        """Return the approximate first resonance of the body, for a plate in bending [Hz]."""
         return self.bending_frequency / (2 * math.pi) or self.c_p / (FIRST_WAVE * self.depth)
 
     @property
     def evened(self) -> float:
-        """Return the compliance by which a patch that moves as its mean is softer than under a rigid face [m/N].
+        """Return the compliance under uniform pressure (mean displacement) less that under a rigid face [m/N].
 
-        Of a strip 2 (3/2 - ln 4) (1 - nu^2)/(pi E) over its length, which is area over width; a disk's is of the same
-        size, (16/(3 pi^2) - 1/2) (1 - nu^2)/(E a). The end of a bar stays plane.
-        Source: Johnson, Contact Mechanics, 2.8 and 3.4.
+        For a strip it is 2 (3/2 - ln 4) (1 - nu^2)/(pi E) over its length, area over width; for a disk of similar size
+        (16/(3 pi^2) - 1/2) (1 - nu^2)/(E a); the end of a bar stays plane. Johnson, Contact Mechanics, 2.8, 3.4.
         """
         if self.one_dimensional:
             return 0.0
@@ -90,7 +89,8 @@ class Patch:
 
 
 def bulky(solid: materials.Material, area: float, width: float, depth: float) -> Patch:
-    """Return a half-space under a disk of the same area; a column of the patch's width at most, for what is thinner."""
+    """Return the patch of a bulky body: the compliance of a half-space under a disk of the same area, or of a column of
+    this area and depth if that is stiffer."""
     radius = math.sqrt(area / math.pi)
     local = disk_compliance(young=solid.young, poisson=abs(solid.poisson), radius=radius)  # even in nu
     column = depth / (solid.density * solid.c_p**2 * area)
@@ -98,14 +98,13 @@ def bulky(solid: materials.Material, area: float, width: float, depth: float) ->
 
 
 def column_end(solid: materials.Material, area: float, width: float, length: float) -> Patch:
-    """Return the end of a straight bar."""
+    """Return the patch at the end of a straight bar."""
     compliance = length / (solid.young * area)
     return Patch(area, width, length, compliance, solid.density, solid.c_p, solid.c_s, one_dimensional=True)
 
 
 def on_plate(patch: Patch, solid: materials.Material, radius: float, solidity: float) -> Patch:
-    """Return the patch on a clamped round plate of this radius [m], thinned by its holes to a part ``solidity`` of
-    it."""
+    """Return the patch on a clamped round plate of this radius [m], of which holes leave a fraction ``solidity``."""
     stiffness = solidity * solid.young * patch.depth**3 / (12 * (1 - solid.poisson**2))
     bending = _BENDING_LOAD * radius**2 / stiffness
     frequency = _FUNDAMENTAL / radius**2 * math.sqrt(stiffness / (solidity * solid.density * patch.depth))
@@ -113,13 +112,11 @@ def on_plate(patch: Patch, solid: materials.Material, radius: float, solidity: f
 
 
 def of_shape(shape: Shape, supports: Sequence[Support], solid: materials.Material) -> Patch:
-    """Return a bulky body; where what holds it lies beside the struck faces, on a plate in bending, thinned by its
-    holes.
+    """Return the patch of a CAD part: bulky, and on a plate in bending if its supports lie beside the struck faces.
 
     The plate's compliance is that of a clamped round one under a force off its centre,
-    w = F (R^2 - r^2)^2/(16 pi D R^2) with the span R - r (Timoshenko and Woinowsky-Krieger,
-    Theory of Plates and Shells, 1959, article 64). Springs that hold a body without clamped faces add their own
-    compliance.
+    w = F (R^2 - r^2)^2/(16 pi D R^2) with the span R - r (Timoshenko and Woinowsky-Krieger, Theory of Plates and
+    Shells, 1959, article 64). Springs that hold a body without clamped faces add their compliance.
     """
     depth, mass = shape.depth("contact"), solid.density * shape.volume
     local = bulky(solid, shape.area("contact"), shape.width("contact"), depth)
@@ -132,7 +129,7 @@ def of_shape(shape: Shape, supports: Sequence[Support], solid: materials.Materia
         bending = plate.bending
         frequency = plate.bending_frequency * (OFF_CENTRE * span / radius) ** 2
     springs = {support.on: support.stiffness for support in supports if support.stiffness > 0}
-    stiffness = sum(each * shape.area(on) for on, each in _there(springs, shape.groups).items())
+    stiffness = sum(each * shape.area(on) for on, each in _on_groups(springs, shape.groups).items())
     if "fixed" not in shape.groups and stiffness > 0:
         bending += 1 / stiffness
         own = math.sqrt(stiffness / mass)
@@ -140,7 +137,7 @@ def of_shape(shape: Shape, supports: Sequence[Support], solid: materials.Materia
     return replace(local, bending=bending, bending_frequency=frequency)
 
 
-def _there(springs: dict[str, float], groups: Collection[str]) -> dict[str, float]:
+def _on_groups(springs: dict[str, float], groups: Collection[str]) -> dict[str, float]:
     return {on: each for on, each in springs.items() if on in groups}
 
 
@@ -148,7 +145,7 @@ def _there(springs: dict[str, float], groups: Collection[str]) -> dict[str, floa
 class Column:
     """A straight column: area [m^2] of the struck face, height [m] down to the clamp, narrowest width [m] of the face.
 
-    Its stiffness E A/h is the usual guess at a seat's.
+    Its stiffness E A/h is the usual estimate of a seat's.
     """
 
     area: float
@@ -167,11 +164,11 @@ PATCH: Final = 0.03
 PATCH_ORDER: Final = 1.5
 WAVE: Final = 0.03
 BODY: Final = 0.02
-BENT: Final = 0.12  # in its place for a plate that bends on a clamped rim
-ACROSS: Final = 0.5  # elements of order 2 across the struck face, at least: one, twice as long along it
-FIRST_ORDER: Final = 6.0  # how much larger the error is with elements of order 1
+BENT: Final = 0.12  # in place of `BODY` for a plate that bends on a clamped rim
+ACROSS: Final = 0.5  # width of the struck face over the largest element of order 2 on it
+FIRST_ORDER: Final = 6.0  # error with elements of order 1 over that with order 2
 ERRORS: Final = (0.5, 0.3, 0.2, 0.13, 0.09, 0.06, 0.04, 0.025, 0.016, 0.01, 0.006, 0.004, 0.0025, 0.0016, 0.001)
-"""Errors of g that meshes are chosen for, so that different contact scenes share a seat."""
+"""Errors of g for which meshes are made: few values, so that scenes with different contacts can share a cached seat."""
 
 
 @dataclass(frozen=True)
@@ -191,13 +188,13 @@ def sizes_for(patch: Patch, band: float, error: float, order: int = 2) -> Sizes:
 
 
 def mesh_error(patch: Patch, band: float, sizes: Sizes, order: int = 2) -> float:
-    """Return the relative error of g."""
+    """Return the estimated relative error of g by the mesh."""
     local = PATCH * (min(sizes.contact_size, 2 * patch.width) / patch.width) ** PATCH_ORDER
     return float(_order(order) * (local + sizes.size * _per_size(patch, band)))
 
 
 def per_wavelength(patch: Patch, band: float, sizes: Sizes) -> float:
-    """Return the elements per shear wavelength at the band edge."""
+    """Return the number of elements per shear wavelength at the bandwidth."""
     return patch.c_s / (band * sizes.size)
 
 
@@ -215,20 +212,20 @@ def _rounded(size: float) -> float:
     return float(f"{math.floor(size / unit * (1 + 1e-9)) * unit:.3g}")
 
 
-MODES: Final = 40  # of the surrogate's rod
-SPREADING: Final = 0.2  # damping ratio that stands for waves which spread in three dimensions
+MODES: Final = 40  # modes of the surrogate's rod
+SPREADING: Final = 0.2  # damping ratio in place of the geometric spreading of waves in three dimensions
 
 
 @dataclass(frozen=True)
 class Surrogate:
-    """A stand-in for a body in pre-runs.
+    """A body in pre-runs.
 
     Attributes:
-        greens: the body, or what stands for it.
-        exact: whether it is the body itself.
-        words: what it is.
-        patch: of a body of finite elements, where known.
-        band: up to which it is the body itself, on a coarse mesh [Hz]; ``None`` of others.
+        greens: Green's function of the body, or an estimate of it.
+        exact: whether it is that of the body itself.
+        words: description.
+        patch: struck patch of a body of finite elements, if known.
+        band: bandwidth of a body solved on a coarse mesh [Hz]; ``None`` for others.
     """
 
     greens: base.GreensFunction
@@ -248,14 +245,15 @@ class Face:
 
 
 def of_patch(patch: Patch, damping: float) -> Surrogate:
-    """Return a body behind a patch, whose modes have this damping ratio."""
+    """Return the surrogate of a body behind a patch, with this modal damping ratio."""
     ratio = damping if patch.one_dimensional else max(damping, SPREADING)
     words = f"contact face of {1e6 * patch.area:.3g} mm^2, impedance {patch.impedance:.3g} N s/m"
     return Surrogate(_rod_behind(patch, ratio, damping), False, words, patch)
 
 
 def unknown(what: str, face: Face) -> Surrogate:
-    """Return a patch of the material of what strikes it, half as wide: all that is known of matrices and responses."""
+    """Return the surrogate of matrices or responses, of which no patch is known: one of half the striker's width, of
+    the same material."""
     width, c_p = face.width, math.sqrt(1.35 * face.young / face.density)
     compliance = disk_compliance(young=face.young, poisson=0.3, radius=width / 4)
     patch = Patch(width**2 / 4, width / 2, width, compliance, face.density, c_p, 0.53 * c_p)
@@ -264,14 +262,13 @@ def unknown(what: str, face: Face) -> Surrogate:
 
 
 def ringing(greens: base.GreensFunction, ratio: float) -> base.GreensFunction:
-    """Return what stands for a striker: it flies as its own damping ratio has it, waves that spread come back to it."""
+    """Return the surrogate of a striker, with damping ratios at most ``ratio``, for its motion without contact."""
     g = greens.modal
     return greens if g is None else replace(g, zeta=np.minimum(g.zeta, ratio))
 
 
 def freed(greens: base.GreensFunction, mass: float) -> base.GreensFunction:
-    """Return a body that nothing holds, of this mass [kg], from one that is held as long as its waves take to come
-    back."""
+    """Return the surrogate of a free body of this mass [kg], from that of a supported one: with a rigid-body mode."""
     g = greens.modal
     if g is None:
         return greens
@@ -294,18 +291,18 @@ def _rod_behind(patch: Patch, ratio: float, bending_ratio: float) -> modal.Modal
     return modal.ModalGreens(np.asarray(omega, dtype=np.float64), zeta, shapes[:, None], rest)
 
 
-CELLS: Final = 4  # across each ring; as many along each arc, or more: that those of the narrowest are about square
-MOST_CELLS: Final = 64  # along an arc
-OF_A_FAR_PART: Final = 4  # cells along the longer side of a part, for parts that lie apart
-APART: Final = 2.0  # longer sides of a part between two parts that lie apart: such means of 1/r are right to 2e-3
-HALF_APART: Final = 2  # times as many cells, for parts that lie so many times nearer
+CELLS: Final = 4  # cells across each ring; along each arc as many as make those of the narrowest ring about square
+MOST_CELLS: Final = 64  # most cells along an arc
+OF_A_FAR_PART: Final = 4  # cells along the longer side of a part, for the mean of 1/r to distant parts
+APART: Final = 2.0  # least distance of these, over the longer side of a part: the mean of 1/r is right to 2e-3
+HALF_APART: Final = 2  # factor on these cells for parts nearer by the same factor
 
 
 def arc_compliance(lip: AnyLip, young: float, poisson: float) -> base.Array:
-    """Return the (ports, ports) mean displacement of each part of a lip on a half-space under a load on each [m/N].
+    """Return the (ports, ports) mean displacement of parts of a lip on a half-space under a unit load on each [m/N].
 
-    Boussinesq: (1 - nu^2)/(pi E r) between cells, a square's mean on each cell itself; parts that lie apart have few
-    cells. On a circle the parts of one arc stand for those of all. Source: Johnson, Contact Mechanics, 3.2.
+    Boussinesq's (1 - nu^2)/(pi E r) between cells, and the mean displacement of a loaded square within each; distant
+    parts have few cells. On a circle one arc is computed and rotated. Source: Johnson, Contact Mechanics, 3.2.
     """
     narrowest = lip.area / lip.length * float(rings.ring_shares(lip.rings).min())
     along = int(np.clip(round(CELLS * lip.length / (lip.arcs * narrowest)), 1, MOST_CELLS))
@@ -336,14 +333,14 @@ def arc_compliance(lip: AnyLip, young: float, poisson: float) -> base.Array:
 
 
 def _few_cells(lip: AnyLip, per_length: float) -> base.Array:
-    """Return the (ports, cells, 2) places of cells of each part, so many to a length [1/m] along either side."""
+    """Return the (ports, cells, 2) centres of cells of each part, ``per_length`` along either side [1/m]."""
     sides = lip.length / lip.arcs, lip.area / lip.length / lip.rings
     few = [math.ceil(side * per_length * (1 - 1e-9)) for side in sides]
     return lip.cells(*few)[0].reshape(lip.arcs * lip.rings, -1, 2)
 
 
 def _mean_inverse(places: base.Array, others: base.Array) -> float:
-    """Return the mean of 1/r [1/m] between (n, 2) places and others, in single precision; of a cell to itself 0."""
+    """Return the mean of 1/r [1/m] between (n, 2) places and others, in single precision; 1/r is 0 at r = 0."""
     centre = places.mean(axis=0)
     (x, y), (u, v) = ((each - centre).astype(np.float32).T for each in (places, others))
     squares, more = np.subtract.outer(x, u), np.subtract.outer(y, v)
@@ -355,7 +352,7 @@ def _mean_inverse(places: base.Array, others: base.Array) -> float:
 
 
 def on_its_patch(whole: modal.ModalGreens, lip: AnyLip, patch: Patch) -> modal.ModalGreens:
-    """Return `in_arcs` of the material under a struck ``patch``."""
+    """Return `in_arcs` with the material of a struck ``patch``."""
     squared = (patch.c_p / patch.c_s) ** 2
     poisson = (squared - 2) / (2 * (squared - 1))
     young = 2 * patch.density * patch.c_s**2 * (1 + poisson)
@@ -363,21 +360,22 @@ def on_its_patch(whole: modal.ModalGreens, lip: AnyLip, patch: Patch) -> modal.M
 
 
 def in_arcs(whole: modal.ModalGreens, lip: AnyLip, young: float, poisson: float, impedance: float) -> modal.ModalGreens:
-    """Return a body whose patch is known as a whole, g_1(t), with a half-space under the parts of the lip:
+    """Return the Green's function of a body with its lip in parts, from that of the whole patch, g_1(t), and a
+    half-space:
 
         g_ij(t) = g_1(t) + h_ij(t),   h the exponential from 1/Z_i of each part to the half-space's compliance
 
-    without what both have in common: a pressure on all of the lip moves it as g_1 says.
+    less the mean of h over the lip, so that a uniform pressure on all of it causes g_1.
 
     Args:
-        whole: of one port.
-        lip: in parts.
-        young, poisson: of the half-space [Pa].
+        whole: Green's function with one port.
+        lip: the lip in parts.
+        young, poisson: elastic constants of the half-space [Pa].
         impedance: rho c_p A of the lip [N s/m].
     """
     shares = lip.division.shares
-    away = np.eye(len(shares)) - np.outer(np.ones(len(shares)), shares)
-    local = away @ arc_compliance(lip, young, poisson) @ away.T
+    deviation = np.eye(len(shares)) - np.outer(np.ones(len(shares)), shares)
+    local = deviation @ arc_compliance(lip, young, poisson) @ deviation.T
     values, vectors = np.linalg.eigh((local + local.T) / 2)
     local = vectors * np.maximum(values, 0.0) @ vectors.T
     alike = whole.combined(np.ones((1, len(shares))), lip.division.names)

@@ -1,4 +1,4 @@
-"""Where stress is largest, where elasticity knows none (reentrant corners, ends of clamped faces), and mesh error."""
+"""Local maxima of stress, singular points (reentrant corners, ends of clamped faces), and mesh error of the maxima."""
 
 import math
 from collections.abc import Sequence
@@ -16,9 +16,9 @@ SHARPEST: Final = math.radians(30)  # largest turn between two facets of a smoot
 
 
 def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
-    """Return the (k, d) points of a mesh's singular edges [m]: their ends, and in space their middles.
+    """Return the (k, d) points on singular edges of a mesh [m]: vertices, and of a solid also the edges' midpoints.
 
-    Facets that meet at an edge turn inwards by more than `SHARPEST` there, or one of them is clamped and the other not.
+    An edge is singular where its two facets turn inwards by more than `SHARPEST`, or only one of them is clamped.
     """
     mesh = getattr(mesh, "mesh", mesh)
     held = np.zeros(mesh.facets.shape[1], dtype=bool)
@@ -41,7 +41,7 @@ def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
 
 
 def near(points: Array, singular: Array, distance: float) -> NDArray[np.bool_]:
-    """Return (P,) which of the points are closer than ``distance`` [m] to one of the ``singular`` ones."""
+    """Return a (P,) mask of the points closer than ``distance`` [m] to a singular point."""
     return np.asarray(edge_distances(points, singular) < distance * (1 - 1e-9))
 
 
@@ -59,7 +59,7 @@ def _normals(mesh: Any, vertices: NDArray[np.int64], elements: NDArray[np.int64]
 
 
 def _edges(vertices: NDArray[np.int64], dim: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return sorted vertices (e, d - 1) of each side of each facet, and the facet (e,) that it is of."""
+    """Return the sorted vertices (e, d - 1) of each edge of each facet, and the number (e,) of its facet."""
     count, size = vertices.shape
     if dim == 2:
         return vertices.reshape(-1, 1), np.repeat(np.arange(count), 2)
@@ -79,9 +79,8 @@ def sharp_nodes(mesh: PlateMesh) -> Array:
 
 
 def local_maxima(points: Array, values: Array, apart: float, *, least: float = 0.0) -> NDArray[np.int64]:
-    """Return the numbers of the points (P, d) that have the largest of the values (P,) within a distance of ``apart``
-    [m], the largest first; of equal ones the first of the list. Values below ``least`` times the largest are no
-    maxima."""
+    """Return the indices of the points (P, d) whose value (P,) is the largest within a radius ``apart`` [m], the
+    largest first; of equal values the first counts. Values below ``least`` times the largest are ignored."""
     order = np.lexsort((np.arange(len(values)), -values))
     order = order[values[order] >= least * values.max(initial=0.0)]
     rank = np.full(len(values), len(values))
@@ -94,22 +93,21 @@ def local_maxima(points: Array, values: Array, apart: float, *, least: float = 0
 
 
 def edge_distances(points: Array, singular: Array) -> Array:
-    """Return (P,) distances from each point to the nearest of the singular ones [m]; ``inf`` where there are none."""
+    """Return the (P,) distances from each point to the nearest singular point [m]; ``inf`` if there is none."""
     if not len(singular):
         return np.full(len(points), np.inf)
     return np.asarray(cKDTree(singular).query(points)[0])
 
 
-REACH: Final = 2.0  # radius, over the distance of the coarser mesh's sites, in which both largest stresses are compared
+REACH: Final = 2.0  # radius in which maxima of two meshes are compared, over the spacing of the coarser mesh's points
 
 
 def peak_mesh_error(points: Array, stress: Array, coarser_points: Array, on_coarser: Array, weight: float) -> float:
-    """Return the error of the largest ``stress`` (P,) at points (P, d) [Pa], by that (Q,) of a coarser mesh.
+    """Return the mesh error of the largest ``stress`` (P,) at points (P, d) [Pa], by that (Q,) on a coarser mesh.
 
-    Any place may bear what it has, more or less ``weight`` times what the coarser mesh changes there; the largest of
-    all places lies between the largest of either. The larger of two that lie apart may change little from mesh to
-    mesh, and the other, where the mesh is too coarse, overtake it. Sites of two meshes are not the same: the largest
-    stresses around each are compared.
+    At each point the stress is uncertain by ``weight`` times its change from the coarser mesh; the error bounds the
+    maximum over all points within these intervals, as a hot spot that is resolved badly may exceed the present
+    maximum. The points of two meshes differ: the maxima within `REACH` of each point are compared.
     """
     trees = cKDTree(points), cKDTree(coarser_points)
     coarse = trees[1]

@@ -1,4 +1,4 @@
-"""The largest stress of many points over a long record, in blocks of times: memory does not grow with the run."""
+"""The largest stress over time at many points, block by block of the record: memory does not grow with its length."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from impact.after.histories import Spans
 from seatfem.machine.compiling import threads
 from seatfem.structures.model import Array
 
-TIMES_PER_RADIAN: Final = 2  # instants per radian of the highest frequency retained at which peaks are looked for
-LITTLE: Final = 1e-3  # largest stress of the coordinates left out, over the largest stress
-BETWEEN: Final = 5e-3  # largest miss between two instants, over the largest stress; sqrt(3/2) of it of von Mises
-_BLOCK: Final = 1024  # instants of a block
+TIMES_PER_RADIAN: Final = 2  # samples of stress per radian of the highest retained frequency
+LITTLE: Final = 1e-3  # stress bound of the coordinates that may be dropped, over the largest stress
+BETWEEN: Final = 5e-3  # largest error of a peak between samples, over the largest stress; von Mises: sqrt(3/2) times
+_BLOCK: Final = 1024  # time samples of a block
 _PLACES: Final = 16  # fewest places that a thread evaluates at once
-_NUMBERS: Final = 2**18  # numbers that a thread holds, where one place has fewer
+_NUMBERS: Final = 2**18  # stress values that a thread holds, unless `_PLACES` places need more
 
 Integers = NDArray[np.int64]
 
@@ -38,24 +38,24 @@ class Largest:
 
 @dataclass(frozen=True)
 class LargestStress:
-    """The largest stress of each point in each of the ``spans`` of a run, (s, 4, P): its values and times as `Largest`
-    has them; zero where a span has no times."""
+    """The largest stress [Pa] of each point in each time span of a run: (s, 4, P), the four arrays of `Largest` for
+    each of ``spans``; zero where a span has no samples."""
 
     spans: Spans
     by_span: Array
 
     @property
     def initial(self) -> Largest:
-        """Return the largest until the first touch."""
+        """Return the largest stress until the first touch."""
         return self.within(self.spans.until(self.spans.touch))
 
     @property
     def after_contact(self) -> Largest:
-        """Return the largest since the first touch."""
+        """Return the largest stress since the first touch."""
         return self.within(self.spans.after(self.spans.touch))
 
     def within(self, chosen: slice) -> Largest:
-        """Return the largest of some of the spans."""
+        """Return the largest stress over the chosen spans."""
         spans = self.by_span[chosen]
         if not len(spans):
             return Largest(*np.zeros_like(self.by_span[0]))
@@ -65,7 +65,7 @@ class LargestStress:
 
 
 class Field(Protocol):
-    """Stress at G places, each at A angles [one], as a sum of K coordinates in time."""
+    """Stress at G places, each at A angles (A = 1 unless the body is of revolution), as a sum of K time coordinates."""
 
     @property
     def points(self) -> Array:
@@ -73,11 +73,11 @@ class Field(Protocol):
 
     @property
     def radians(self) -> Array:
-        """Return the (K,) angular frequency of each coordinate; 0 for a followed force [rad/s]."""
+        """Return the (K,) angular frequency of each coordinate [rad/s]; 0 for the static part of a force."""
 
     @property
     def bounds(self) -> Array:
-        """Return the (G, K) largest norm of the stress that each coordinate makes at a place, at any angle."""
+        """Return the (G, K) largest norm, over the angles, of each place's stress under a unit coordinate."""
 
     def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Field:
         """Return the field of some of its points, each at its own angle."""
@@ -86,19 +86,19 @@ class Field(Protocol):
         """Yield (..., K) blocks of coordinates under port forces, at every ``stride``-th time from t = 0 on."""
 
     def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
-        """Yield the (g, A, 6, m) stress at some places, a few at once and in order, by ``values`` (k, m) of the
-        coordinates ``kept`` (k,) [Pa]; each may be overwritten by the next."""
+        """Yield the (g, A, 6, m) stress [Pa] at the places ``which``, a few at once and in order, from the ``values``
+        (k, m) of the coordinates numbered ``kept`` (k,); the next block may overwrite the array."""
 
 
 def largest(
     field: Field, force: Array, dt: float, *, since: float | None = None, workers: int | None = None
 ) -> LargestStress:
-    """Return the largest stress [Pa] at each point, looked for at `TIMES_PER_RADIAN` of the highest frequency retained.
+    """Return the largest stress [Pa] at each point, sampled `TIMES_PER_RADIAN` times a radian.
 
-    The force (n + 1, p) is as in `seatfem.structures.fields.recovery.histories`. Blocks of times at which even the sum
-    of every coordinate's share is below what a place has seen are passed over there. ``since``: the time at which a
-    landing begins, before and after which the largest is told apart, too [s]. ``workers`` threads, by default all that
-    compiled code may use, share the places; their number changes nothing.
+    The force (n + 1, p) is as in `seatfem.structures.fields.recovery.histories`. A place is skipped in blocks of times
+    in which the sum of its bounds is below its present maximum. ``since``: start of a landing [s], which divides the
+    record into further spans. ``workers`` threads (default: as many as compiled code may use) share the places; the
+    result does not depend on their number.
     """
     bounds, stride = field.bounds, stride_of(field, dt)
     spans = Spans.of_run(force, dt, since)
@@ -110,17 +110,17 @@ def largest(
             for span in np.unique(numbers):
                 chosen = np.flatnonzero(numbers == span)
                 when = dt * times[chosen].astype(np.float64)
-                _look(pool, field, part[chosen], when, bounds, peaks[span])
+                _update_peaks(pool, field, part[chosen], when, bounds, peaks[span])
     return LargestStress(spans, peaks.reshape(spans.count, 4, -1))
 
 
 def stride_of(field: Field, dt: float) -> int:
-    """Return how many steps ``dt`` [s] apart the times are that are looked at, `TIMES_PER_RADIAN`."""
+    """Return the number of steps ``dt`` [s] between two samples of stress, from `TIMES_PER_RADIAN`."""
     return max(1, int(1.0 / (TIMES_PER_RADIAN * float(field.radians.max()) * dt)))
 
 
 def blocks_of_times(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple[Integers, Array]]:
-    """Yield the numbers of the times and (m, K) coordinates, `_BLOCK` at once."""
+    """Yield (m,) sample numbers and the (m, K) coordinates then, at most `_BLOCK` at once."""
     first = 0
     for part in field.coordinates(force, dt, stride):
         for start in range(0, len(part), _BLOCK):
@@ -129,34 +129,34 @@ def blocks_of_times(field: Field, force: Array, dt: float, stride: int) -> Itera
         first += len(part)
 
 
-def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array, found: Array) -> None:
-    """Update ``found`` (4, G, A) by the stress at these times."""
-    most = max(found[0].max(initial=0.0), found[2].max(initial=0.0))
-    part, times, kept = thinned(part, times, bounds.max(axis=0, initial=0.0), most)
+def _update_peaks(pool: Executor, field: Field, part: Array, times: Array, bounds: Array, peaks: Array) -> None:
+    """Update the ``peaks`` (4, G, A), arrays of `Largest`, with the stress at the ``times`` (m,) of a block."""
+    largest = max(peaks[0].max(initial=0.0), peaks[2].max(initial=0.0))
+    part, times, kept = thinned(part, times, bounds.max(axis=0, initial=0.0), largest)
     if not kept.size:
         return
-    seen = np.minimum(found[0] / math.sqrt(1.5), found[2]).min(axis=1)
-    near = np.flatnonzero(bounds[:, kept] @ np.abs(part).max(axis=0) > seen)
+    lowest = np.minimum(peaks[0] / math.sqrt(1.5), peaks[2]).min(axis=1)
+    candidates = np.flatnonzero(bounds[:, kept] @ np.abs(part).max(axis=0) > lowest)
     values = np.ascontiguousarray(part.T)
-    at_once = max(_PLACES, _NUMBERS // (6 * found.shape[2] * len(times)))
+    at_once = max(_PLACES, _NUMBERS // (6 * peaks.shape[2] * len(times)))
 
-    def look(remaining: Integers) -> None:
+    def update(remaining: Integers) -> None:
         for stress in field.stress(remaining, values, kept):
-            some, remaining = remaining[: len(stress)], remaining[len(stress) :]
-            of_some = found[:, some].reshape(4, -1)
-            _largest(stress.reshape(-1, 6, len(times)), times, of_some)
-            found[:, some] = of_some.reshape(4, len(some), -1)
+            places, remaining = remaining[: len(stress)], remaining[len(stress) :]
+            place_peaks = peaks[:, places].reshape(4, -1)
+            _largest(stress.reshape(-1, 6, len(times)), times, place_peaks)
+            peaks[:, places] = place_peaks.reshape(4, len(places), -1)
 
-    for _ in pool.map(look, [near[start : start + at_once] for start in range(0, len(near), at_once)]):
+    for _ in pool.map(update, [candidates[start : start + at_once] for start in range(0, len(candidates), at_once)]):
         pass
 
 
 def thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Array, Array, Integers]:
-    """Return fewer times and coordinates, and which of these.
+    """Return fewer coordinates (m', k) at fewer times (m',), and the (k,) numbers of the coordinates kept.
 
-    The coordinates left out add up to `LITTLE` of ``largest`` [Pa]. Between two times s steps apart that are looked
-    at, the stress is off the line through both by s^2/8 of its second difference at most, which is below `BETWEEN` of
-    it; and on a line a norm is nowhere larger than at its ends.
+    The dropped coordinates add up to at most `LITTLE` of ``largest`` [Pa]. Between two samples s steps apart the
+    stress departs from linear interpolation by at most s^2/8 of its second difference, and s is chosen such that this
+    is below `BETWEEN` of ``largest``; along a straight line a norm is largest at an end.
     """
     weight = bound * np.abs(part).max(axis=0)
     order = np.argsort(weight)
@@ -164,25 +164,24 @@ def thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Ar
     part = part[:, kept]
     bend = float((np.abs(np.diff(part, 2, axis=0)) @ bound[kept]).max(initial=0.0))
     step = max(1, int(min(math.sqrt(8 * BETWEEN * largest / bend) if bend else np.inf, len(part))))
-    looked = np.append(np.arange(0, len(part) - 1, step), len(part) - 1)
-    return part[looked], times[looked], kept
+    samples = np.append(np.arange(0, len(part) - 1, step), len(part) - 1)
+    return part[samples], times[samples], kept
 
 
-EACH: Final = 4  # points of each region
+EACH: Final = 4  # hot spots of each region
 _AT_ONCE: Final = 256  # places whose stress over one block of times is held at once
 
 
 def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Array:
-    """Return (P,) sqrt 3 times the diagonal of the box, in Ilyushin's space, that holds each point's deviators [Pa].
+    """Return (P,) sqrt 3 times the diagonal of the box, in Ilyushin's space, that encloses a point's deviators [Pa].
 
-    Under proportional stress it is the von Mises stress of the difference of the two states furthest apart, otherwise
-    that at least and sqrt 5 times it at most: no point with a large range is passed over. The times and the coordinates
-    that are looked at are those of `largest`.
+    Under proportional stress this is the von Mises range (of the difference of the two most distant states), otherwise
+    1 to sqrt 5 times that range: no point with a large range is missed. Times are sampled as in `largest`.
 
     Args:
         field: stress of a body.
         force, dt: as in `seatfem.structures.fields.recovery.histories`.
-        since: number of the step from which on.
+        since: number of the first time step that counts.
     """
     bounds, stride = field.bounds, stride_of(field, dt)
     strongest, places = bounds.max(axis=0, initial=0.0), np.arange(len(bounds))
@@ -205,50 +204,50 @@ def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Arr
 
 
 def hottest(ranges: Array, regions: NDArray[np.str_], each: int = EACH) -> NDArray[np.int64]:
-    """Return the numbers of the points (P,) with the largest ranges, so many of each region."""
+    """Return the indices of the points (P,) with the largest stress ranges, ``each`` of every region."""
     order = np.argsort(-ranges, kind="stable")
     return np.concatenate([order[regions[order] == name][:each] for name in np.unique(regions)]).astype(np.int64)
 
 
 def norms(stress: Array) -> Array:
-    """Return the (...) Frobenius norm of (..., 6): a bound of principal stresses, sqrt(3/2) of it of von Mises's."""
+    """Return the (...) Frobenius norms of stress (..., 6), bounds of principal and of sqrt(2/3) von Mises stress."""
     return np.asarray(np.sqrt(np.sum(stress[..., :3] ** 2, axis=-1) + 2 * np.sum(stress[..., 3:] ** 2, axis=-1)))
 
 
 def von_mises(stress: Array) -> Array:
-    """Return the (...) stress of (..., 6) [Pa]."""
+    """Return the (...) von Mises stress of stress tensors (..., 6) [Pa]."""
     deviator = stress[..., :3] - stress[..., :3].mean(axis=-1, keepdims=True)
     return np.asarray(np.sqrt(1.5 * np.sum(deviator**2, axis=-1) + 3 * np.sum(stress[..., 3:] ** 2, axis=-1)))
 
 
 def principal(stress: Array) -> Array:
-    """Return the (..., 3) principal stresses of (..., 6), the largest last [Pa]."""
+    """Return the (..., 3) principal stresses of stress tensors (..., 6), the largest last [Pa]."""
     tensors = stress[..., [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(*stress.shape[:-1], 3, 3)
     return np.asarray(np.linalg.eigvalsh(tensors))
 
 
 @njit(cache=True, nogil=True)
-def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Update the largest by stress (P, 6, m): the largest root of the characteristic cubic is looked for where mean + 2
-    sqrt(J2/3), which it cannot exceed, is above what was seen, and top I - stress, by its leading minors, is not
-    positive definite."""
+def _largest(stress, times, peaks):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Update the peaks (4, P) with stress (P, 6, m). The largest principal stress (root of the characteristic cubic) is
+    computed only where its bound mean + 2 sqrt(J2/3) exceeds the present peak (top) and top I - stress is not positive
+    definite by its leading minors."""
     points, _, count = stress.shape
     invariant, above = np.empty(count), np.empty(count)
     for p in range(points):
-        mises, top = found[0, p] ** 2 / 3, found[2, p]
+        mises, top = peaks[0, p] ** 2 / 3, peaks[2, p]
         xx, yy, zz, yz, xz, xy = stress[p]
         for m in range(count):
             mean = (xx[m] + yy[m] + zz[m]) / 3
             a, b, c, d, e, f = xx[m] - mean, yy[m] - mean, zz[m] - mean, yz[m], xz[m], xy[m]
             invariant[m] = 0.5 * (a * a + b * b + c * c) + d * d + e * e + f * f
             above[m] = 4 / 3 * invariant[m] - (top - mean) * abs(top - mean)
-        highest = np.argmax(above)  # first: few times are above it then
+        highest = np.argmax(above)  # evaluated first: few other times exceed it
         for k in range(-1, count):
             m = int(highest) if k < 0 else k
             second = invariant[m]
             if second > mises:
                 mises = second
-                found[0, p], found[1, p] = np.sqrt(3 * mises), times[m]
+                peaks[0, p], peaks[1, p] = np.sqrt(3 * mises), times[m]
             if above[m] <= 0:
                 continue
             d, e, f = yz[m], xz[m], xy[m]
@@ -265,13 +264,13 @@ def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: n
             value = mean + reach * np.cos(angle)
             if value > top:
                 top = value
-                found[2, p], found[3, p] = value, times[m]
+                peaks[2, p], peaks[3, p] = value, times[m]
 
 
 @njit(cache=True, nogil=True)
 def widen(stress, low, high):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Widen boxes (g, A, 5) from ``low`` to ``high`` by the deviators in Ilyushin's space, as `deviators` has them, of
-    stress (g, A, 6, m)."""
+    """Widen the boxes from ``low`` to ``high`` (g, A, 5) in Ilyushin's space until they enclose the deviators of stress
+    (g, A, 6, m); the five components are those of `deviators`."""
     for g in range(stress.shape[0]):
         for a in range(stress.shape[1]):
             xx, yy, zz, yz, xz, xy = stress[g, a]

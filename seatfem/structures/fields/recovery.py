@@ -1,9 +1,9 @@
-"""Stress in time, by mode acceleration: what each port's static load does, exactly, and each mode.
+"""Stress in time, by mode acceleration: a modal sum and the exact static response to the force on each port.
 
 sigma(t) = sum_k C phi_k q_k(t) + (C K^-1 b - sum_k C phi_k phi_k'b / w_k^2) n(t)
 
-with q_k under the contact force F and n' = rate (F - n), rate = 2 w_max: F as the modes left out follow it. Without the
-static part a force's own neighbourhood converges like the modal sum of a point load.
+with modal coordinates q_k under the contact force F, and n' = rate (F - n), rate = 2 w_max: the force as the truncated
+modes follow it. Without the static part, stress near a force would converge as slowly as the modal sum of a point load.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from seatfem.structures.reduction.krylov import KrylovBasis
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.units import write_quantity
 
-VECTORS: Final = 80  # Krylov vectors for a body of one port: 0.4 % error at most, at a fillet that is struck
+VECTORS: Final = 80  # Krylov vectors for a body of one port: stress error at most 0.4 %, at a fillet that is struck
 MORE: Final = 20  # Krylov vectors for each further port
 MOST_PORTS: Final = 8  # most ports of a Krylov space: with more ports all modes in the band are fewer vectors
-MOST: Final = 400
-MODES: Final = 3.0  # frequency up to which all modes are kept, over the band
+MOST: Final = 400  # most Krylov vectors
+MODES: Final = 3.0  # frequency up to which all modes are kept, over the bandwidth
 EXACT: Final = 1e-10  # largest relative residual of static solutions
-FEWER: Final = 0.75  # share of the vectors in the field that is compared, for the error bar
+FEWER: Final = 0.75  # fraction of the vectors in the smaller space, whose stress gives the error bar
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ class Pairs:
     Attributes:
         omega: (M,) angular frequencies [rad/s].
         zeta: (M,) damping ratios.
-        shapes: (M, p) at the ports [1/sqrt(kg)].
-        coefficients: (k, M) of them in the first k vectors of the space.
+        shapes: (M, p) mode shapes at the ports [1/sqrt(kg)].
+        coefficients: (k, M) coefficients of the modes in the first k vectors of the space.
     """
 
     omega: Array
@@ -59,33 +59,33 @@ class Pairs:
     coefficients: Array
 
     def slower(self, dt: float, *, resting: bool) -> Pairs:
-        """Return those slower than pi/dt, which a step of ``dt`` [s] does not step over.
+        """Return the pairs below the Nyquist frequency pi/dt of a step ``dt`` [s].
 
-        Of a ``resting`` body without any the slowest follows its forces at once. Raises `ModelError` for other bodies
-        without any.
+        If there is none, a ``resting`` body keeps its slowest pair, critically damped, so that it follows its forces;
+        other bodies raise `ModelError`.
         """
-        slow = self.omega * dt < math.pi
-        if stiff := not slow.any():
+        below = self.omega * dt < math.pi
+        if none_below := not below.any():
             if not resting:
                 raise ModelError(
                     f"dt = {write_quantity(dt, 'time')}: no mode of the body is slower than pi/dt; shorten the step"
                 )
-            slow[0] = True
-        zeta = np.maximum(self.zeta[slow], 1.0) if stiff else self.zeta[slow]
-        return Pairs(self.omega[slow], zeta, self.shapes[slow], self.coefficients[:, slow])
+            below[0] = True
+        zeta = np.maximum(self.zeta[below], 1.0) if none_below else self.zeta[below]
+        return Pairs(self.omega[below], zeta, self.shapes[below], self.coefficients[:, below])
 
 
 @dataclass(frozen=True)
 class Response:
-    """A body's answers to forces on its ports, whatever their step.
+    """A body's static and modal response to forces on its ports, for any time step.
 
     Attributes:
-        rest: (n, p) displacement under a force at rest on each.
-        vectors: (n, k) M-orthonormal.
-        pairs: modes or Ritz pairs in these.
-        fewer: the same of `FEWER` of the vectors.
-        ports: their names.
-        resting: a body without slower pairs than pi/dt follows its forces at once, instead of being refused.
+        rest: (n, p) static displacement under a unit force on each port.
+        vectors: (n, k) M-orthonormal basis.
+        pairs: modes or Ritz pairs in this basis.
+        fewer: modes or Ritz pairs in `FEWER` of the basis, for the error bar.
+        ports: names of the ports.
+        resting: a body without pairs below pi/dt follows its forces quasi-statically, instead of being refused.
     """
 
     rest: Array
@@ -108,14 +108,14 @@ class Response:
 
         Args:
             model: M, K, ports and a damping that does not couple modes.
-            bandwidth: [Hz] at which the space is right; of more than `MOST_PORTS` ports, all modes up to `MODES` times
-                it.
-            damping_ratio: uniform, added to the model's own.
-            vectors: of the Krylov space; default `VECTORS`, and `MORE` for each port but the first.
+            bandwidth: frequency [Hz] at which the Krylov space is built; a model of more than `MOST_PORTS` ports
+                takes all modes up to `MODES` times it.
+            damping_ratio: uniform modal damping, added to the model's own.
+            vectors: size of the Krylov space; default `VECTORS`, and `MORE` for each port but the first.
             resting: as the attribute.
 
         Raises:
-            ModelError: a body that nothing holds, damping that couples modes.
+            ModelError: the body is unsupported, or its damping couples modes.
         """
         damping = model.damping.plus(damping_ratio)
         if refusal := damping.refusal:
@@ -130,7 +130,7 @@ class Response:
             basis = KrylovBasis(model, factorize(model.K + shift**2 * model.M, name="K + s^2 M"), shift, most)
             basis.grow(most)
             V, ritz = basis.V, [basis.ritz(k) for k in (basis.size, max(1, int(FEWER * basis.size)))]
-            del basis  # and with it the factor, most of the memory
+            del basis  # frees the factorisation, most of the memory
         losses = [None if damping.loss is None else damping.losses(V[:, : len(C)] @ C) for *_, C in ritz]
         pairs, fewer = (
             Pairs(omega, damping.ratios(omega, loss), at_ports, C)
@@ -139,7 +139,7 @@ class Response:
         return Response(_at_rest(model, V, *ritz[0]), V, pairs, fewer, model.port_names, resting)
 
     def stress(self, functional: Any, points: Array) -> StressSpace:
-        """Return the stress at points (P, d) by C (6 P, n) of its unknowns, which multiplies columns of them."""
+        """Return the stress at points (P, d) from ``functional``, the (6 P, n) stress C per unknown."""
         columns = functional @ np.hstack([self.rest, self.vectors])
         static, spanned = np.split(np.asarray(columns).reshape(len(points), 6, -1), [self.rest.shape[1]], axis=2)
         return StressSpace(
@@ -148,8 +148,8 @@ class Response:
 
 
 def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coefficients: Array) -> Array:
-    """Return the (n, p) K^-1 B. Galerkin's solution in a Krylov space is that of conjugate gradients after as many
-    steps, with few ports exact to round-off; where it is not, a factor of K makes it."""
+    """Return the (n, p) static displacements K^-1 B. The Galerkin solution in the Krylov space is often exact to
+    round-off, like conjugate gradients after as many steps; otherwise K is factorised."""
     if omega.all():
         displacements = np.asarray(V @ (coefficients @ (shapes / omega[:, None] ** 2)))
         B = model.port_matrix
@@ -163,13 +163,13 @@ def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coe
 
 @dataclass(frozen=True)
 class StressSpace:
-    """Stress at P points of a body that responds, whatever the step of its forces.
+    """Stress at P points of a body as a function of its `Response`, for any time step.
 
     Attributes:
-        points: (P, d) where [m].
-        static: (P, 6, p) of a force at rest on each port [Pa/N].
-        spanned: (P, 6, k) of each vector of the response [Pa/(m sqrt(kg))].
-        pairs, fewer, ports, resting: of the response.
+        points: (P, d) coordinates [m].
+        static: (P, 6, p) stress under a static unit force on each port [Pa/N].
+        spanned: (P, 6, k) stress of each basis vector of the response [Pa/(m sqrt(kg))].
+        pairs, fewer, ports, resting: as in `Response`.
     """
 
     points: Array
@@ -181,11 +181,11 @@ class StressSpace:
     resting: bool = False
 
     def at_points(self, which: NDArray[np.bool_]) -> StressSpace:
-        """Return the stress at some of its points (P,)."""
+        """Return the stress at the points chosen by a mask (P,)."""
         return replace(self, points=self.points[which], static=self.static[which], spanned=self.spanned[which])
 
     def field(self, dt: float, *, fewer: bool = False) -> StressField:
-        """Return the field under forces of a step ``dt`` [s], or of ``fewer`` vectors. Raises as `Pairs.slower`."""
+        """Return the field for a step ``dt`` [s], or that of ``fewer`` vectors. Raises as `Pairs.slower`."""
         pairs = (self.fewer if fewer else self.pairs).slower(dt, resting=self.resting)
         spanned = self.spanned.reshape(6 * len(self.points), -1)[:, : len(pairs.coefficients)]
         modal = (spanned @ pairs.coefficients).reshape(len(self.points), 6, -1)
@@ -195,13 +195,13 @@ class StressSpace:
 
 @dataclass(frozen=True)
 class StressField:
-    """Stress at P points by modal coordinates and port forces.
+    """Stress at P points as a sum over modal coordinates and port forces.
 
     Attributes:
-        points: (P, d) where [m].
-        static: (P, 6, p) of a force at rest on each port [Pa/N].
-        modal: (P, 6, M) of each mode [Pa/(m sqrt(kg))].
-        body: whose modes these are.
+        points: (P, d) coordinates [m].
+        static: (P, 6, p) stress under a static unit force on each port [Pa/N].
+        modal: (P, 6, M) stress of each mode shape [Pa/(m sqrt(kg))].
+        body: the body with these modes.
     """
 
     points: Array
@@ -211,19 +211,19 @@ class StressField:
 
     @property
     def greens(self) -> ModalGreens:
-        """Return the function of the body's modes."""
+        """Return the body's modal Green's function."""
         greens = self.body.greens.modal
         assert greens is not None
         return greens
 
     @cached_property
     def left_out(self) -> Array:
-        """Return the (P, 6, p) part of the static load that the modes do not have."""
+        """Return the (P, 6, p) residual static stress: the static response less that of the retained modes."""
         return np.asarray(self.static - (self.modal / self.greens.omega**2) @ self.greens.shapes)
 
     @property
     def fields(self) -> Array:
-        """Return the (P, 6, M + p) fields of modes and followed forces."""
+        """Return the (P, 6, M + p) stress of each mode and residual stress of each port force."""
         return np.concatenate([self.modal, self.left_out], axis=2)
 
     @property
@@ -235,7 +235,7 @@ class StressField:
         return np.concatenate([_norms(self.modal), _norms(self.left_out)], axis=1)
 
     def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> StressField:
-        """Return the field of some of its points."""
+        """Return the field at the points ``which``."""
         return StressField(self.points[which], self.static[which], self.modal[which], self.body)
 
     def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
@@ -262,22 +262,22 @@ def recover(
     damping_ratio: float = 0.0,
     vectors: int | None = None,
 ) -> StressField:
-    """Return the stress of a body by one static solution a port and a space of its own.
+    """Return the stress of a body, with a Krylov space or modes made for it.
 
     Args:
-        functional: C of its unknowns, which multiplies columns of them: (6 P, n).
-        points: (P, d) of them.
-        dt: step of the force [s].
-        model, bandwidth, damping_ratio, vectors: as of `Response.from_model`, which gives the errors.
+        functional: (6 P, n) stress C per unknown of the model.
+        points: (P, d) coordinates [m].
+        dt: time step of the force [s].
+        model, bandwidth, damping_ratio, vectors: as in `Response.from_model`, whose errors are raised.
     """
     response = Response.from_model(model, bandwidth=bandwidth, damping_ratio=damping_ratio, vectors=vectors)
     return response.stress(functional, points).field(dt)
 
 
 def histories(field: Field, force: Array, dt: float, stride: int = 1) -> Array:
-    """Return the (P, 6, n + 1) stress at all its points [Pa], or of every ``stride``-th step, under forces (n + 1,) or
-    (n + 1, ports) along the ports' outward normals [N]: ``force[m]`` acts over the step that ends at m dt. A contact
-    force presses a seat: give ``-force``."""
+    """Return the (P, 6, n + 1) stress at all points of a field [Pa], or at every ``stride``-th step, under forces (n +
+    1,) or (n + 1, ports) along the ports' outward normals [N]: ``force[m]`` acts over the step that ends at m dt. A
+    contact force presses on a seat: its sign is negative here."""
     stress, first = np.empty((len(field.points), 6, 1 + (len(force) - 1) // stride)), 0
     for part in field.coordinates(force, dt, stride):
         _fill(stress[:, :, first : first + len(part)], field, part)
@@ -286,13 +286,13 @@ def histories(field: Field, force: Array, dt: float, stride: int = 1) -> Array:
 
 
 def at_time(field: Field, force: Array, dt: float, steps: int) -> Array:
-    """Return (P, 6) stress at all its points at the end of step number ``steps`` [Pa]; the force as in `histories`."""
+    """Return the (P, 6) stress at all points of a field after ``steps`` steps [Pa]; the force is as in `histories`."""
     *_, last = field.coordinates(force[: steps + 1], dt, max(1, steps))
     return np.asarray(_all(field, last[-1:])[:, :, 0])
 
 
 def at_own_times(field: Field, force: Array, dt: float, steps: Integers) -> Array:
-    """Return (P, 6) stress at each point at the end of its own step (P,) [Pa]; the force as in `histories`."""
+    """Return the (P, 6) stress of each point at the end of its own step (P,) [Pa]; the force is as in `histories`."""
     stress, first = np.zeros((len(steps), 6)), 0
     for part in field.coordinates(force, dt, 1):
         for k in np.flatnonzero((steps >= first) & (steps < first + len(part))):
@@ -302,14 +302,14 @@ def at_own_times(field: Field, force: Array, dt: float, steps: Integers) -> Arra
 
 
 def _all(field: Field, part: Array) -> Array:
-    """Return the (P, 6, m) stress at all points by coordinates (m, K)."""
+    """Return the (P, 6, m) stress at all points from coordinates (m, K)."""
     stress = np.empty((len(field.points), 6, len(part)))
     _fill(stress, field, part)
     return stress
 
 
 def _fill(stress: Array, field: Field, part: Array) -> None:
-    """Fill the (P, 6, m) stress at all points by coordinates (m, K)."""
+    """Write the (P, 6, m) stress at all points, from coordinates (m, K), into ``stress``."""
     places, kept, first = np.arange(len(field.bounds)), np.arange(len(field.radians)), 0
     for each in field.stress(places, np.ascontiguousarray(part.T), kept):
         some = each.reshape(-1, 6, len(part))
@@ -318,36 +318,33 @@ def _fill(stress: Array, field: Field, part: Array) -> None:
 
 
 def _norms(fields: Array) -> Array:
-    """Return the (P, K) norms of (P, 6, K)."""
+    """Return the (P, K) Frobenius norms of stress fields (P, 6, K)."""
     return norms(np.swapaxes(fields, 1, 2))
 
 
 def in_frames(field: StressField, force: Array, dt: float, steps: range) -> Array:
-    """Return (F, P, 6) stress at all points [Pa] at the ends of steps that are multiples of the range's own step.
-
-    Memory holds the frames, and coordinates of one block of them.
+    """Return the (F, P, 6) stress at all points [Pa] at F frames, the ends of the time steps in ``steps``.
 
     Args:
         field, force, dt: as in `seatfem.structures.fields.recovery.histories`.
-        steps: their numbers, from 0 on.
+        steps: step numbers of the frames; the first is a multiple of the range's step.
     """
     assert steps.start % steps.step == 0
-    kept: list[Array] = []
-    behind = 0
+    frames: list[Array] = []
+    first = 0
     for part in field.coordinates(force[: steps[-1] + 1], dt, steps.step):
-        kept.append(part[max(0, steps.start // steps.step - behind) :])
-        behind += len(part)
-    return np.asarray(np.tensordot(np.concatenate(kept), field.fields, axes=(1, 2)))
+        frames.append(part[max(0, steps.start // steps.step - first) :])
+        first += len(part)
+    return np.asarray(np.tensordot(np.concatenate(frames), field.fields, axes=(1, 2)))
 
 
 def response_in_frames(response: Response, force: Array, dt: float, steps: range) -> Array:
-    """Return the (F, n) unknowns of a body at the ends of steps, as `in_frames` gives stress: C of `solid_stress` times
-    them is the stress then, by mode acceleration likewise.
-    """
+    """Return the (F, n) displacement unknowns of a body at F frames, by mode acceleration as `in_frames`: the operator
+    of `solid_stress` times them is the stress of the frames."""
     size = len(response.rest)
-    rows = -(-size // 6)  # a field has six numbers a point
-    alike = sparse.eye_array(6 * rows, size, format="csr")
-    field = response.stress(sparse.csr_array(alike), np.zeros((rows, 1))).field(dt)
+    rows = -(-size // 6)  # a field has six components a point: the unknowns are read as stress by an identity
+    identity = sparse.eye_array(6 * rows, size, format="csr")
+    field = response.stress(sparse.csr_array(identity), np.zeros((rows, 1))).field(dt)
     return in_frames(field, force, dt, steps).reshape(len(steps), -1)[:, :size]
 
 
@@ -355,7 +352,7 @@ _HELD: Final = 16  # points whose whole histories are held at once
 
 
 def tensor_histories(field: Field, force: Array, dt: float) -> Iterator[Array]:
-    """Yield the (n + 1, 6) stress of each of its points, one after the other; memory holds a few of them."""
+    """Yield the (n + 1, 6) stress of each point of a field in turn; at most `_HELD` are in memory."""
     for first in range(0, len(field.points), _HELD):
         some = np.arange(first, min(first + _HELD, len(field.points)))
         yield from np.swapaxes(histories(field.at(some), force, dt), 1, 2)

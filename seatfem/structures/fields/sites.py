@@ -1,7 +1,7 @@
-"""Where stress is looked for in a mesh, and the way from the unknowns of a Mindlin plate to the stress there.
+"""Points of a mesh at which stress is evaluated, and the stress there in terms of the unknowns of a Mindlin plate.
 
-Slopes of the rotations, and grad w - a, are taken at the 2 x 2 Gauss points of an element, where those of its nine
-nodes are right to one order more than elsewhere (Barlow, IJNME 10 (1976) 243), and led on linearly to the point.
+Gradients of the plate's rotations are evaluated at the 2 x 2 Gauss points of an element, where they are accurate to one
+order more than elsewhere (Barlow, IJNME 10 (1976) 243), and extrapolated linearly to the point.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from seatfem.structures.model import SecondOrderModel
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_NEAREST: Final = 24  # elements, those with the nearest centres, in which a point is searched
-_NEWTON: Final = 12
-_INSIDE: Final = 1e-6  # reference distance by which a point may lie outside an element: one on a side is in both
+_NEAREST: Final = 24  # elements with the nearest centres, among which that around a point is searched
+_NEWTON: Final = 12  # iterations of Newton's method for reference coordinates
+_INSIDE: Final = 1e-6  # reference distance outside an element within which a point counts as inside (of both at a side)
 _BESIDE: Final = 0.05  # reference distance by which a point may lie off a curved surface
-_CUTS: Final = ("symmetry_0", "symmetry_1")
+_CUTS: Final = ("symmetry_0", "symmetry_1")  # boundaries on planes of symmetry
 
 
 @dataclass(frozen=True)
 class Sites:
-    """Points of a mesh and the elements around them, over which values are averaged.
+    """P points of a mesh and the elements around each, over which stress is averaged: E pairs of point and element.
 
     Attributes:
-        points: (P, d) of them [m]; on a meridian r and z.
-        site, element: (E,) which point is seen from which element.
-        inside: (d, E) where it lies in that element's reference coordinates.
-        share: (E,) of each element in its point's mean.
+        points: (P, d) coordinates [m]; on a meridian r and z.
+        site, element: (E,) point number and element number of each pair.
+        inside: (d, E) reference coordinates of the point in the element.
+        share: (E,) weight of the element in the mean at its point.
     """
 
     points: Array
@@ -47,7 +47,7 @@ class Sites:
 
     @staticmethod
     def averaged(points: Array, site: Integers, element: Integers, inside: Array) -> Sites:
-        """Return sites with equal shares of all elements about a point."""
+        """Return sites with equal weights of all elements around a point."""
         share = 1.0 / np.bincount(site, minlength=len(points))[site]
         return Sites(points, site, element, inside, share)
 
@@ -55,16 +55,16 @@ class Sites:
         return len(self.points)
 
     def at(self, chosen: NDArray[np.bool_]) -> Sites:
-        """Return the chosen sites (P,), numbered anew."""
+        """Return the sites chosen by a mask (P,), renumbered."""
         kept, number = chosen[self.site], np.cumsum(chosen) - 1
         return Sites.averaged(self.points[chosen], number[self.site[kept]], self.element[kept], self.inside[:, kept])
 
 
 def at_points(made: shape_functions.Discretization, points: Array) -> Sites:
-    """Return the elements around points (P, d) [m].
+    """Return the sites at points (P, d) [m].
 
     Raises:
-        ModelError: a point that lies off the body by more than a twentieth of an element.
+        ModelError: a point lies off the body by more than `_BESIDE` of an element.
     """
     vertices = made.places[made.corners[:, : made.mesh.t.shape[0]]]
     count = min(_NEAREST, len(vertices))
@@ -74,15 +74,15 @@ def at_points(made: shape_functions.Discretization, points: Array) -> Sites:
     beyond = inside.sum(axis=0) if made.element.refdom.__name__ in ("RefTet", "RefTri") else inside.max(axis=0)
     off = np.maximum(-inside.min(axis=0), beyond - 1.0).reshape(len(points), count)  # of the reference element
     least = off.min(axis=1)
-    if (lost := np.flatnonzero(least > _BESIDE)).size:
-        place = ", ".join(f"{1e3 * x:.4g}" for x in points[lost[0]])
+    if (outside := np.flatnonzero(least > _BESIDE)).size:
+        place = ", ".join(f"{1e3 * x:.4g}" for x in points[outside[0]])
         raise errors.ModelError(f"the point ({place}) mm lies off the body: name one in it, or on its surface")
-    taken = (off <= np.maximum(least, _INSIDE)[:, None]).ravel()
-    return Sites.averaged(points, site[taken], element[taken], inside[:, taken])
+    chosen = (off <= np.maximum(least, _INSIDE)[:, None]).ravel()
+    return Sites.averaged(points, site[chosen], element[chosen], inside[:, chosen])
 
 
 def on_surface(made: shape_functions.Discretization) -> Sites:
-    """Return all displacement nodes on the surface, without those of planes of symmetry and of the axis alone."""
+    """Return the displacement nodes on the surface; planes of symmetry and the axis are no surface."""
     _, elements, which = outer_facets(made.mesh)
     reference, outer = np.asarray(made.element.doflocs, dtype=float), np.zeros(made.size, dtype=bool)
     for k, corners in enumerate(made.element.refdom.facets):
@@ -94,7 +94,7 @@ def on_surface(made: shape_functions.Discretization) -> Sites:
 
 
 def at_nodes(made: shape_functions.Discretization, nodes: Integers) -> Sites:
-    """Return the displacement nodes (P,), in rising order."""
+    """Return the sites at displacement nodes (P,), which must be sorted."""
     chosen = np.zeros(made.size, dtype=bool)
     chosen[nodes] = True
     element, local = np.nonzero(chosen[made.cells])
@@ -104,7 +104,7 @@ def at_nodes(made: shape_functions.Discretization, nodes: Integers) -> Sites:
 
 
 def outer_facets(mesh: Any) -> tuple[Integers, Integers, Integers]:
-    """Return the facets (f,) of the true surface, their elements and which sides of these they are."""
+    """Return the facets (f,) of the surface without planes of symmetry, their elements, and their numbers in these."""
     facets = np.setdiff1d(mesh.boundary_facets(), [f for cut in _CUTS for f in (mesh.boundaries or {}).get(cut, ())])
     if mesh.dim() == 2:
         radii = mesh.p[0, mesh.facets[:, facets]]
@@ -115,7 +115,7 @@ def outer_facets(mesh: Any) -> tuple[Integers, Integers, Integers]:
 
 
 def _inside(made: shape_functions.Discretization, element: Integers, targets: Array) -> Array:
-    """Return the (d, E) reference coordinates of targets (E, d) in elements, or beyond, by Newton's method."""
+    """Return the (d, E) reference coordinates in elements of points (E, d), inside or not, by Newton's method."""
     nodes = made.places[made.corners[element]]
     inside = np.tile(np.asarray(made.element.refdom.p, dtype=float).mean(axis=1)[:, None], len(element))
     for _ in range(_NEWTON):
@@ -131,13 +131,13 @@ _GAUSS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) / np.sqrt(3)
 
 
 def plate_points(mesh: mindlin.PlateMesh, points: Array) -> Sites:
-    """Return the sites at points (P, 2) [m]. Raises `ModelError` of one that lies off the plate."""
+    """Return the sites at points (P, 2) of a plate [m]. Raises `ModelError` if one lies off the plate."""
     element, inside = mindlin.located(mesh, points, np.full(len(points), "stress.points"))
     return Sites.averaged(points, np.arange(len(points)), element, inside.T)
 
 
 def plate_nodes(mesh: mindlin.PlateMesh) -> Sites:
-    """Return all nodes of a plate."""
+    """Return the sites at all nodes of a plate."""
     site, element = mesh.cells.ravel(), np.repeat(np.arange(len(mesh.cells)), 9)
     return Sites.averaged(mesh.points, site, element, np.tile(_NODES, (len(mesh.cells), 1)).T)
 
@@ -145,13 +145,13 @@ def plate_nodes(mesh: mindlin.PlateMesh) -> Sites:
 def plate_stress(
     mesh: mindlin.PlateMesh, material: materials.Material, thickness: float, model: SecondOrderModel, sites: Sites
 ) -> sparse.csr_array:
-    """Return (6 P, n) C, so that C u is the stress xx, yy, zz, yz, xz, xy at P sites of the face z = h/2 [Pa].
+    """Return the (6 P, n) matrix C: C u is the stress xx, yy, zz, yz, xz, xy at P sites of the face z = h/2 [Pa].
 
-    With moments M = D ((1 - nu) kappa + nu tr(kappa) I), kappa = -sym grad a, it is 6 M/h^2 in the plane and zero
-    across it; the opposite in the face z = -h/2.
+    With moments M = D ((1 - nu) kappa + nu tr(kappa) I), kappa = -sym grad a of the rotations a, the in-plane stress is
+    6 M/h^2 and the others are zero; on the face z = -h/2 the sign is opposite.
 
     Raises:
-        ModelError: a model of another mesh.
+        ModelError: the model is of another mesh.
     """
     factor = -material.young * thickness / (2 * (1 - material.poisson**2))
     nu, slopes = material.poisson, _at_gauss(mesh, sites)
@@ -164,7 +164,7 @@ def plate_stress(
 
 
 def _at_gauss(mesh: mindlin.PlateMesh, sites: Sites) -> Array:
-    """Return (E, 9, 2) slopes of the shape functions, led on from the Gauss points."""
+    """Return the (E, 9, 2) gradients of the shape functions, extrapolated from the Gauss points."""
     _, slopes = mindlin.shapes_at(_GAUSS)
     s, t = sites.inside
     weights = (1 + 3 * s[:, None] * _GAUSS[:, 0]) * (1 + 3 * t[:, None] * _GAUSS[:, 1]) / 4
@@ -175,7 +175,8 @@ def _at_gauss(mesh: mindlin.PlateMesh, sites: Sites) -> Array:
 
 
 def _of_unknowns(mesh: mindlin.PlateMesh, model: SecondOrderModel, sites: Sites, rows: Array) -> sparse.csr_array:
-    """Return (R P, n) matrix of (E, R, 9, 3) each element's share of a site, by the unknowns w and l a of its nodes."""
+    """Return the (R P, n) matrix of R quantities a site, averaged over elements with ``rows`` (E, R, 9, 3) that act on
+    the nodal unknowns w and l a (deflection; rotations times the side l)."""
     if model.dofs is None or model.dofs.points.shape[1] != len(mesh.points):
         raise errors.ModelError("the model's unknowns are not those of this plate: use the mesh of its assembly")
     count = rows.shape[1]

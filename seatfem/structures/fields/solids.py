@@ -1,12 +1,12 @@
 """Stress of solids in three dimensions and of bodies of revolution, harmonic by harmonic or in arcs of a ring.
 
-Stress is evaluated where it is asked for, by the element's own shape functions, and averaged over the elements that
-meet there. Of elements of order p its error falls at least as h^p where the displacement is smooth.
+Stress is evaluated at each point by the element's shape functions and averaged over the elements that meet there. With
+elements of order p its error falls at least as h^p where the displacement is smooth.
 
 sigma(r, th, z) = sum_n A_n cos n th + B_n sin n th     rr, tt, zz, rz
                       sum_n A_n sin n th - B_n cos n th     tz, rt
 
-with A_n the amplitudes under the ring forces sum_i s_ni cos(n th_i) F_i, B_n under those by sin(n th_i) (`RingPatch`).
+with A_n the amplitudes under the ring forces sum_i s_ni cos(n th_i) F_i, B_n those under sin(n th_i) (`RingPatch`).
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction.ring_patches import RingPatch, mixing_of
 
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
-"""Of stress; in a body of revolution rr, tt, zz, tz, rz, rt at the angle 0, the shear tz and rt at a quarter wave."""
-_TO_AXIS: Final = 1e-4  # share of an element by which a site on the axis is moved inwards, for 1/r
-_BLOCK: Final = 1024  # sites whose rows are made at once
-_INDICES: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+"""Stress components; in a body of revolution amplitudes rr, tt, zz, tz, rz, rt of cos(n th), tz and rt of sin(n th)."""
+_TO_AXIS: Final = 1e-4  # fraction of an element by which a point on the axis is moved inwards, to keep 1/r finite
+_BLOCK: Final = 1024  # sites whose rows are computed at once
+_INDICES: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))  # tensor indices of `COMPONENTS`
 
 
 def elements_of(mesh: Any, order: int | None = None) -> Discretization:
-    """Return the elements as `assemble` or, of a mesh in two dimensions, `assemble_axisymmetric` numbers them."""
+    """Return the elements of a mesh, numbered as in `assemble` or, for a meridian mesh, `assemble_axisymmetric`."""
     mesh = getattr(mesh, "mesh", mesh)
     if mesh.dim() == 3:
         return discretize(mesh, order)
@@ -49,9 +49,9 @@ def elements_of(mesh: Any, order: int | None = None) -> Discretization:
 
 @dataclass(frozen=True)
 class StressOperator:
-    """(6 P, n) C, so that C @ u is the stress of the unknowns u (n,) or (n, k) at P sites [Pa], `COMPONENTS` of each.
+    """Operator C (6 P, n): C @ u is the stress `COMPONENTS` at P sites [Pa] of the unknowns u (n,) or (n, k).
 
-    Its rows are made for `_BLOCK` sites at once, whenever it multiplies: of 20,000 sites they would take a gigabyte.
+    Each product computes the rows anew, `_BLOCK` sites at once: the matrix of 20,000 sites would take a gigabyte.
     """
 
     made: Discretization
@@ -90,18 +90,18 @@ def solid_stress(
     *,
     harmonic: int = 0,
 ) -> StressOperator:
-    """Return the stress at sites.
+    """Return the operator from a model's unknowns to the stress at sites.
 
     Args:
         made: the elements (`elements_of`).
-        material: as the model was assembled with.
-        model: it, with its `DofMap`.
-        sites: where.
-        harmonic: of a body of revolution: C u are amplitudes, of cos(n th), in tz and rt of sin(n th).
+        material: the material of the model's assembly.
+        model: the model, with its `DofMap`.
+        sites: points at which stress is evaluated.
+        harmonic: circumferential order n of a body of revolution: C u are amplitudes as `COMPONENTS` says.
 
     Raises:
-        ModelError: elements or a model that do not belong together, a material that is nearly incompressible, whose
-            volume change the elements project: its stress is not that of the displacement.
+        ModelError: the model is not of these elements, or a material is nearly incompressible: its elements project
+            the volume change, so that the stress does not follow from the displacement alone.
     """
     dofs = model.dofs
     if dofs is None or dofs.points.shape[1] != made.size:
@@ -115,13 +115,13 @@ def solid_stress(
 
 
 def _slopes(made: Discretization, element: Any, inside: Array) -> Array:
-    """Return the (E, L, d) gradients of the shape functions along the coordinates."""
+    """Return the (E, L, d) gradients of the L shape functions in space [1/m], at reference coordinates (d, E)."""
     jacobian = np.einsum("evc,eva->eac", gradients(made.geometry, inside), made.places[made.corners[element]])
     return np.asarray(gradients(made.element, inside) @ np.linalg.inv(jacobian))
 
 
 def _strain(made: Discretization, sites: Sites) -> Array:
-    """Return the (E, 6, L, 3) strains of unit nodal displacements, shear as angles."""
+    """Return the (E, 6, L, 3) strains of unit nodal displacements, with engineering shear strains."""
     slopes = _slopes(made, sites.element, sites.inside)
     out = np.zeros((len(slopes), 6, slopes.shape[1], 3))
     for row, (a, b) in enumerate(_INDICES):
@@ -147,20 +147,20 @@ def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
     return strain
 
 
-LEFT: Final = 0.05  # largest pressure of the harmonics left out, over the whole, root mean squares around the ring
-UNFELT: Final = 1e-9  # largest amplitude of a harmonic that nothing excites, over that of all forces
-_BY_COS: Final = [0, 1, 2, 4]
-_BY_SIN: Final = [3, 5]
+LEFT: Final = 0.05  # rms pressure, around the ring, of the truncated harmonics over that of all harmonics
+UNFELT: Final = 1e-9  # amplitude below which a harmonic counts as unexcited, over that of the largest harmonic
+_BY_COS: Final = [0, 1, 2, 4]  # components that vary as cos(n th) under cosine forces
+_BY_SIN: Final = [3, 5]  # components that vary as sin(n th) under cosine forces
 
 
 @dataclass(frozen=True)
 class Harmonic:
-    """Response of one Fourier harmonic and its share in each force.
+    """Response of one Fourier harmonic, and how port forces excite it.
 
     Attributes:
-        number: n.
-        field: its amplitudes at G places of the half section, by its rings' forces.
-        mixing: (ports, rings, 2) what the ports' forces are on the rings, by cos and by sin.
+        number: circumferential order n.
+        field: stress amplitudes at G places of the half section, under amplitudes of the ring forces.
+        mixing: (ports, rings, 2) cosine and sine amplitude on each ring of a unit force on each port.
     """
 
     number: int
@@ -174,8 +174,8 @@ class RingField:
 
     Attributes:
         section: (G, 2) r and z of the places [m].
-        angles: (G, A) [rad].
-        harmonics: what it is the sum of.
+        angles: (G, A) angles around the axis [rad].
+        harmonics: Fourier harmonics, whose sum is the stress.
     """
 
     section: Array
@@ -202,17 +202,17 @@ class RingField:
 
     @cached_property
     def _waves(self) -> list[tuple[Harmonic, int]]:
-        """Return the harmonics by cos (0) and by sin (1) that forces may excite."""
+        """Return the W pairs of a harmonic and cos (0) or sin (1) that forces can excite."""
         return [(harmonic, k) for harmonic in self.harmonics for k in (0, 1) if np.any(harmonic.mixing[:, :, k])]
 
     @cached_property
     def _ends(self) -> peaks.Integers:
-        """Return where the coordinates of each of these begin, and their number."""
+        """Return the (W + 1,) offsets of the coordinates of each of `_waves`; the last is the number of coordinates."""
         return np.cumsum([0, *(len(harmonic.field.radians) for harmonic, _ in self._waves)])
 
     @cached_property
     def _turns(self) -> Array:
-        """Return the (2, G, A, W) factors of each of these in rr, tt, zz, rz and in tz, rt."""
+        """Return the (2, G, A, W) angular factors of each of `_waves`, for rr, tt, zz, rz and for tz, rt."""
         out = np.empty((2, *self.angles.shape, len(self._waves)))
         for w, (harmonic, by_sin) in enumerate(self._waves):
             phase = harmonic.number * self.angles
@@ -220,7 +220,7 @@ class RingField:
         return out
 
     def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> RingField:
-        """Return the field of some of its points, each at its own angle."""
+        """Return the field at the points ``which``, each as a place with one angle."""
         place, angle = np.divmod(np.arange(self.angles.size)[which], self.angles.shape[1])
         some = tuple(replace(harmonic, field=harmonic.field.at(place)) for harmonic in self.harmonics)
         return RingField(self.section[place], self.angles[place, angle][:, None], some)
@@ -232,15 +232,15 @@ class RingField:
 
     def stress(self, which: peaks.Integers, values: Array, kept: peaks.Integers) -> Iterator[Array]:
         borders = np.searchsorted(kept, self._ends)
-        heard = np.flatnonzero(np.diff(borders))
-        amplitudes = np.empty((len(which), len(heard), 6, values.shape[1]))
-        for row, w in enumerate(heard):
+        excited = np.flatnonzero(np.diff(borders))
+        amplitudes = np.empty((len(which), len(excited), 6, values.shape[1]))
+        for row, w in enumerate(excited):
             own = slice(borders[w], borders[w + 1])
             (stress,) = self._waves[w][0].field.stress(which, values[own], kept[own] - self._ends[w])
             amplitudes[:, row] = stress[:, 0]
         out = np.empty((self.angles.shape[1], 6, values.shape[1]))
         for place, waves in zip(which, amplitudes, strict=True):
-            cos, sin = self._turns[:, place][:, :, heard]
+            cos, sin = self._turns[:, place][:, :, excited]
             for of, turn in ((slice(0, 3), cos), (slice(3, 4), sin), (slice(4, 5), cos), (slice(5, 6), sin)):
                 size = (of.stop - of.start) * values.shape[1]
                 np.matmul(turn, waves[:, of].reshape(-1, size), out=out[:, of].reshape(-1, size))
@@ -251,8 +251,8 @@ AnyField = recovery.StressField | RingField
 
 
 def turned(amplitudes: Array, angles: Array, harmonic: int, *, by_sin: bool) -> Array:
-    """Return (..., n, 3 or 6) values of amplitudes u_r, u_th, u_z, or rr, tt, zz, tz, rz, rt, of one harmonic at n
-    angles (n,), by cos, or ``by_sin``, of the forces."""
+    """Return the (..., n, 3 or 6) values at angles (n,) of amplitudes of one harmonic, u_r, u_th, u_z or rr, tt, zz,
+    tz, rz, rt, under forces that vary as its cosine, or as its sine (``by_sin``)."""
     odd = [1] if amplitudes.shape[-1] == 3 else _BY_SIN
     phase = harmonic * angles[:, None]
     even_turn, odd_turn = (np.sin(phase), -np.cos(phase)) if by_sin else (np.cos(phase), np.sin(phase))
@@ -260,8 +260,8 @@ def turned(amplitudes: Array, angles: Array, harmonic: int, *, by_sin: bool) -> 
 
 
 def felt(patches: Mapping[str, RingPatch], force: Array, most: int) -> list[int]:
-    """Return the numbers of the harmonics, up to ``most``, that leave out `LEFT` of the pressure of forces (n + 1,
-    ports), without those that nothing excites."""
+    """Return the harmonics, at most up to order ``most``, beyond which only `LEFT` of the pressure of the forces (n +
+    1, ports) lies; unexcited harmonics are omitted."""
     rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
     pushes = np.asarray(force, dtype=float).reshape(len(force), -1)
     far = max(4 * most, 4 * len(patches) // len(rings))
@@ -272,6 +272,6 @@ def felt(patches: Mapping[str, RingPatch], force: Array, most: int) -> list[int]
         ]
     )
     squares = np.where(np.arange(far + 1) > 0, 2.0, 1.0) * sizes**2  # Parseval's
-    beyond = np.cumsum(squares[::-1])[::-1]  # of this one and all further ones
+    beyond = np.cumsum(squares[::-1])[::-1]  # sum over this harmonic and all higher ones
     last = min(most, int(np.flatnonzero(beyond > LEFT**2 * beyond[0]).max(initial=0)))
     return [n for n in range(last + 1) if n == 0 or sizes[n] > UNFELT * sizes.max()]

@@ -1,8 +1,8 @@
-"""Where to shift: factorizations whose inertia counts, and block shift-invert Lanczos nearest to a shift.
+"""Eigenpairs near a shift: factorizations that count eigenvalues by inertia, and block shift-invert Lanczos.
 
-OP = (K - sigma M)^-1 M is self-adjoint in the M-inner product, with eigenvalues theta = 1/(lambda - sigma). A block
-Krylov space of it is grown from random vectors, many right-hand sides at a time; where the space is full it is
-restarted from its best Ritz vectors.
+OP = (K - sigma M)^-1 M is self-adjoint in the M-inner product, with eigenvalues theta = 1/(lambda - sigma). Its block
+Krylov space grows from random vectors, many right-hand sides at a time; a full space is restarted from its best Ritz
+vectors.
 Sources: R. Grimes, J. Lewis and H. Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228; K. Wu and H. Simon, the same,
 22 (2000) 602.
 """
@@ -18,7 +18,7 @@ from seatfem.structures.model import Array, DofMap, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend, Factorization, FactorizationError, factorize
 from seatfem.units import write_quantity
 
-_NULL = 1e-11  # of default_shift^2: round-off leaves 1e-14, and what is softer than this is no spring
+_NULL = 1e-11  # eigenvalue over default_shift^2 below which a motion is rigid; round-off is 1e-14
 
 
 def rigid_shapes(model: SecondOrderModel) -> Array:
@@ -30,7 +30,7 @@ def rigid_shapes(model: SecondOrderModel) -> Array:
     if candidates.shape[1] == 0 or len(candidates) != model.size:
         return np.zeros((model.size, 0))
     inertia = np.einsum("ij,ij->j", candidates, model.M @ candidates)
-    candidates = candidates[:, inertia > 0] / np.sqrt(inertia[inertia > 0])  # turns of a body of any size count
+    candidates = candidates[:, inertia > 0] / np.sqrt(inertia[inertia > 0])  # normalised for bodies of any size
     mass = candidates.T @ (model.M @ candidates)
     _, directions = scipy.linalg.eigh(mass)
     independent = np.diag(directions.T @ mass @ directions) > 1e-12 * np.trace(mass)
@@ -41,13 +41,13 @@ def rigid_shapes(model: SecondOrderModel) -> Array:
 
 
 def default_shift(model: SecondOrderModel) -> float:
-    """Return about the lowest elastic frequency, c/L, from the local c/h and the number of nodes [rad/s]."""
+    """Return an estimate of the lowest elastic frequency, c/L, from the local c/h and the number of nodes [rad/s]."""
     local = float(np.median(model.K.diagonal() / model.M.diagonal()))
     return float(np.sqrt(0.1 * local) * model.size ** (-1 / 3))
 
 
 def _candidates(dofs: DofMap) -> Array:
-    """Return (n_free, m) translations and, lengths made relative, rotations of the nodes, in the unknowns."""
+    """Return (n_free, m) translations and rotations (with normalised coordinates) of the nodes, in the unknowns."""
     if dofs.rigid is not None:
         return dofs.rigid
     dim, count = dofs.points.shape
@@ -62,26 +62,28 @@ def _candidates(dofs: DofMap) -> Array:
     full = np.stack([motion.T.ravel() for motion in motions], axis=1)
     if dofs.turned is not None:
         return np.asarray(dofs.turned.T @ full)
-    known = dofs.free.max(initial=-1) < len(full)  # else other unknowns than one displacement for each coordinate
+    known = dofs.free.max(initial=-1) < len(full)  # otherwise the unknowns are no nodal displacements
     return np.asarray(full[dofs.free]) if known else np.zeros((len(dofs.free), 0))
 
 
-_ZERO: Final = 10.0  # of eps max(K_ii/M_ii); free discs, h/a = 0.1 to 0.01, leave up to 0.02 in their rigid modes
+_ZERO: Final = (
+    10.0  # limit of zero eigenvalues over eps max(K_ii/M_ii); free discs of h/a = 0.1 to 0.01 have up to 0.02
+)
 
 
 def null_limit(model: SecondOrderModel) -> float:
-    """Return w^2 [1/s^2] below which an eigenvalue is zero but for round-off, eps max(K_ii/M_ii) times 10.
+    """Return w^2 [1/s^2] below which an eigenvalue is zero to round-off, eps max(K_ii/M_ii) times 10.
 
-    A thin body, its thickness h far below its radius a, has bending modes with w^2 of the order (h/a)^4 of the
-    largest K_ii/M_ii: the limit must follow round-off, not the size of the elements.
+    A thin body of thickness h and radius a has bending modes with w^2 of the order of (h/a)^4 max(K_ii/M_ii): the limit
+    must be near round-off, and cannot be relative to the size of the elements.
     """
     return float(_ZERO * np.finfo(float).eps * np.max(model.K.diagonal() / model.M.diagonal()))
 
 
-_MOVES: Final = (0.0, 1e-4, -1e-3, 7e-3, -2e-2)  # of a shift that cannot be factorized, relative
-_COUNTED: Final = 1e-3  # residual of a first solve: of thin bodies 1e-6, which Lanczos and the count bear
-_DENSITY: Final = 0.7  # modes below w: this times the sum of (w^2 M_ii/K_ii)^(3/2), second-order elements
-_FEWEST: Final = 0.5  # in the place of no mode at all, for logarithms
+_MOVES: Final = (0.0, 1e-4, -1e-3, 7e-3, -2e-2)  # relative changes of a shift that cannot be factorized
+_COUNTED: Final = 1e-3  # largest residual of a first solve; thin bodies have 1e-6, which does no harm
+_DENSITY: Final = 0.7  # number of modes below w over the sum of (w^2 M_ii/K_ii)^(3/2), for second-order elements
+_FEWEST: Final = 0.5  # replaces a count of zero in logarithms
 
 
 class ConvergenceError(ArithmeticError):
@@ -89,11 +91,11 @@ class ConvergenceError(ArithmeticError):
 
 
 class CountError(ConvergenceError):
-    """No factorization counts eigenvalues, or its count contradicts what is found."""
+    """No factorization counts eigenvalues, or its count contradicts the eigenvalues found."""
 
 
 class CrowdedError(ConvergenceError):
-    """More eigenvalues than may be looked for: ``count``."""
+    """More eigenvalues (``count``) than are allowed."""
 
     def __init__(self, text: str, count: int) -> None:
         super().__init__(text)
@@ -111,17 +113,17 @@ class Shift:
 
 @dataclass(frozen=True)
 class Counted:
-    """So many eigenvalues below ``value`` [1/s^2]."""
+    """The ``count`` of eigenvalues below ``value`` [1/s^2]."""
 
     value: float
     count: int
 
 
 def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> Shift:
-    """Return the shift ``value``, or one close to it where that is an eigenvalue.
+    """Return the factorized shift ``value``, or one close to it if that is an eigenvalue.
 
     Raises:
-        CountError: none of several can be factorized with a count of its pivots.
+        CountError: no shift near it can be factorized with a count of negative pivots.
     """
     problem: object = "its pivots cannot be counted"
     for move in _MOVES:
@@ -150,8 +152,8 @@ def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> S
 def expected(model: SecondOrderModel, count: float) -> float:
     """Return w^2 [1/s^2] below which about ``count`` modes of a compact body lie: Weyl's law, summed node by node.
 
-    The cube of an element's size over the wave speed is of the order of (M_ii/K_ii)^(3/2); in a section its square. A
-    consistent mass is scaled to have all of the body's on its diagonal.
+    (M_ii/K_ii)^(3/2) is of the order of the cube of an element's size over the wave speed; in a section its square is
+    used. A consistent mass is scaled such that its diagonal sums to the body's mass.
     """
     dim = 3 if model.dofs is None else len(model.dofs.points)
     mass = model.M.diagonal()
@@ -162,11 +164,9 @@ def expected(model: SecondOrderModel, count: float) -> float:
 
 
 def between(counts: Sequence[Counted], target: float) -> float:
-    """Return where the count is about ``target``: between the nearest counts on both sides, or beyond them all.
-
-    Counts grow with a power of w: beyond them all with that of a solid body, 3, or what the nearest two say, down to
-    that of a bar in bending, 1/2.
-    """
+    """Return the value at which the count is about ``target``, by interpolation between the nearest counts, or by
+    extrapolation with a power of w: 3 as for a solid, or by the nearest two counts, at least 1/2 as for bending of
+    a bar."""
     low = sorted((one for one in counts if one.count < target), key=lambda one: -one.value)
     high = sorted((one for one in counts if one.count >= target), key=lambda one: one.value)
     if low and high:
@@ -179,7 +179,7 @@ def between(counts: Sequence[Counted], target: float) -> float:
 
 
 def _power(counts: Sequence[Counted], usual: float) -> float:
-    """Return the power by which w^2 grows with the count, of the first two."""
+    """Return the power with which w^2 grows with the count, by the first two; ``usual`` if they are not enough."""
     if len(counts) < 2 or counts[0].count == counts[1].count:
         return usual
     first, second = counts[:2]
@@ -191,8 +191,8 @@ def _count_of(counted: Counted) -> float:
     return max(counted.count, _FEWEST)
 
 
-_DEPENDENT: Final = 1e-24  # squared length, of that before orthogonalisation, of a vector that lies in the space
-_ILL: Final = 1e-4  # of the Gram matrix of a block: below it, orthonormalising once leaves more than round-off
+_DEPENDENT: Final = 1e-24  # squared length after over before orthogonalisation, below which a vector is dependent
+_ILL: Final = 1e-4  # eigenvalue of a block's Gram matrix below which it is orthonormalised again
 _CHUNK: Final = 4096  # rows rotated at a time
 
 
@@ -201,10 +201,10 @@ class RitzValues:
     """Approximate eigenpairs, nearest to the shift first.
 
     Attributes:
-        values: (m,) lambda [1/s^2].
+        values: (m,) eigenvalues lambda [1/s^2].
         theta: (m,) 1/(lambda - sigma).
         errors: (m,) ||OP y - theta y|| / |theta| in the M-norm.
-        coefficients: (m, m) of their vectors in the basis.
+        coefficients: (m, m) coefficients of their vectors in the basis.
     """
 
     values: Array
@@ -218,11 +218,11 @@ class BlockLanczos:
 
     Args:
         factor: factorization of K - sigma M, definite or not.
-        known: (n, k) M-orthonormal eigenvectors not to be found again; (n, 0) without.
-        block: columns solved for at once.
+        known: (n, k) M-orthonormal eigenvectors to be excluded; (n, 0) without.
+        block: number of right-hand sides that are solved at once.
         limit: largest number of vectors.
-        below: eigenvalues below the shift, which restarts keep even where more of those above are nearer.
-        seed: of the random start; the same one gives the same vectors.
+        below: number of eigenvalues below the shift, which restarts keep even if those above it are nearer.
+        seed: seed of the random start; the same one gives the same vectors.
     """
 
     def __init__(
@@ -242,8 +242,8 @@ class BlockLanczos:
         self.block = min(block, n - known.shape[1])
         self.below = below
         self.limit = min(max(limit, 2 * self.block), n - known.shape[1])
-        self.size = 0  # vectors whose image is known
-        self.solves = 0  # right-hand sides so far
+        self.size = 0  # vectors whose image by OP is computed
+        self.solves = 0  # right-hand sides solved so far
         self.restarts = 0
         self._rng = np.random.default_rng(seed)
         self._vectors = np.empty((n, self.limit + 2 * self.block), order="F")
@@ -255,17 +255,17 @@ class BlockLanczos:
 
     @property
     def width(self) -> int:
-        """Return the number of columns of the newest block, whose image is not known yet."""
+        """Return the number of columns of the newest block, whose image is not computed yet."""
         return int(self._mass_block.shape[1])
 
     @property
     def unseen(self) -> int:
-        """Return the directions that are in no block yet."""
+        """Return the number of dimensions outside known vectors, basis and newest block."""
         return self.model.size - int(self.known.shape[1]) - self.size - self.width
 
     @property
     def exhausted(self) -> bool:
-        """Return whether the space holds every vector there is, and its image."""
+        """Return whether the basis spans the whole space, with all images computed."""
         return self.width == 0 and self.unseen == 0
 
     @property
@@ -281,7 +281,7 @@ class BlockLanczos:
         momentum = self.model.M @ image
         before = np.sum(image * momentum, axis=0)
         overlap = np.zeros((last, last - first))
-        for start in (self._coupled, 0):  # what the recurrence says, then all that round-off leaves
+        for start in (self._coupled, 0):  # by the recurrence, then against all vectors for round-off
             V = self._vectors[:, start:last]
             part = V.T @ momentum
             image -= V @ part
@@ -298,7 +298,7 @@ class BlockLanczos:
         following, mass, self._link = _orthonormal(self.model, image, momentum, _DEPENDENT * before)
         self._mass_block = mass
         self._vectors[:, self.size : self.size + following.shape[1]] = following
-        if self.width == 0 and self.unseen > 0:  # an invariant space: beside it there are others
+        if self.width == 0 and self.unseen > 0:  # the space is invariant: continue outside it
             self.renew()
 
     def renew(self) -> None:
@@ -317,7 +317,7 @@ class BlockLanczos:
         self._link = np.concatenate([self._link, np.zeros((new.shape[1], self._link.shape[1]))])
 
     def ritz(self) -> RitzValues:
-        """Return Ritz pairs of the space."""
+        """Return the Ritz pairs of the space with their errors."""
         theta, coefficients = np.linalg.eigh(self._projected[: self.size, : self.size])
         order = np.argsort(-np.abs(theta))
         theta, coefficients = theta[order], coefficients[:, order]
@@ -326,7 +326,7 @@ class BlockLanczos:
         return RitzValues(self.sigma + 1 / safe, theta, errors, coefficients)
 
     def vectors(self, ritz: RitzValues, chosen: Array) -> Array:
-        """Return (n, len(chosen)) M-normalised OP y/theta of chosen Ritz vectors y: inverse iteration at no cost."""
+        """Return the (n, len(chosen)) M-normalised OP y/theta of chosen Ritz vectors y, a step of inverse iteration."""
         coefficients = ritz.coefficients[:, chosen]
         residual = self._residual(coefficients) / ritz.theta[chosen]
         together = np.concatenate([coefficients, residual]) / np.sqrt(1 + np.sum(residual**2, axis=0))
@@ -354,7 +354,7 @@ class BlockLanczos:
         return np.asarray(self._link @ coefficients[self.size - self._link.shape[1] : self.size])
 
     def _fresh(self) -> tuple[Array, Array]:
-        """Return random vectors, M-orthonormal to all there are."""
+        """Return random vectors, M-orthonormal to all vectors so far, and M times these."""
         count = min(self.block, self.unseen)
         new = self.factor.solve(self.model.M @ self._rng.standard_normal((self.model.size, count)))
         self.solves += count

@@ -1,11 +1,12 @@
-"""Sparse symmetric factorization: made once, solved with many times; or, of large bodies, of their coarse space alone.
+"""Sparse symmetric factorization, and solution by conjugate gradients on two grids for large bodies.
 
-PARDISO (Intel MKL through pypardiso) where it can be imported, otherwise a METIS ordering with SciPy's SuperLU.
+The factorization is by PARDISO (Intel MKL through pypardiso) if it can be imported, otherwise by SciPy's SuperLU with a
+METIS ordering.
 
-On two grids, conjugate gradients solve without factors of the whole. The coarse space is that of linear functions
-between the corners of quadratic tetrahedra, a seventh of the unknowns, whose matrix P'AP is factorized. A step of
-Jacobi's iteration, a correction by the coarse space and another such step are one symmetric preconditioner.
-Source: W. Hackbusch, Multi-Grid Methods and Applications, Springer (1985), chapters 2 and 11.
+On two grids only a coarse matrix P'AP is factorized. The coarse space is that of linear functions between the corners
+of quadratic tetrahedra, a seventh of the unknowns. A step of Jacobi's iteration, a correction by the coarse space and
+another Jacobi step are one symmetric preconditioner of conjugate gradients. Source: W. Hackbusch, Multi-Grid Methods
+and Applications, Springer (1985), chapters 2 and 11.
 """
 
 import ctypes
@@ -27,24 +28,24 @@ from scipy.sparse.linalg import splu
 from seatfem.structures.model import Array, DofMap, as_csr
 
 Backend = Literal["auto", "pardiso", "superlu"]
-MKL_RUNTIME: Final = "PYPARDISO_MKL_RT"  # where pypardiso is told the path of MKL
+MKL_RUNTIME: Final = "PYPARDISO_MKL_RT"  # environment variable of pypardiso with the path of MKL
 SINGLE: Final = ", single precision"
 """Suffix to the name of the backend."""
 TWO_GRIDS: Final = "conjugate gradients on two grids"
-"""Name of the backend without factors of the whole."""
-_MOST_STEPS: Final = 12  # of their first solve, above which they would take longer than a factor
-_COARSE: Final = 1e-3  # error allowed to solutions in the coarse space: they are a part of a preconditioner
-_CONVERGES: Final = 0.03  # error of a solve in single precision up to which one step of refinement leaves it squared
+"""Name of the backend that factorizes a coarse matrix only."""
+_MOST_STEPS: Final = 12  # most conjugate gradient steps of a first solve; beyond, a factorization is faster
+_COARSE: Final = 1e-3  # error allowed to solutions in the coarse space, a part of the preconditioner
+_CONVERGES: Final = 0.03  # error of a solve in single precision up to which a step of refinement squares it
 _ROUGH: Final = 1e-8  # residual of a first solve above which solves are refined: two steps, four times the time
-_SETTINGS: Final = {  # of PARDISO, by the number of iparm
-    1: 1,  # these, instead of its defaults, which refine every solve
+_SETTINGS: Final = {  # parameters of PARDISO, by the number of iparm
+    1: 1,  # use these settings instead of the defaults, which refine every solve
     2: 3,  # nested dissection
     10: 8,  # perturbs pivots below 1e-8
     21: 1,  # Bunch-Kaufman pivots
     24: 1,  # two-level factorization
     37: -90,  # rows of one node together, where nine in ten of their columns agree: the ordering takes a quarter
 }
-_STEPS: Final = 8  # the iparm of refinement
+_STEPS: Final = 8  # number of the iparm for steps of refinement
 _REMEDY = "; fix a body that can move freely, or look for inside-out elements and a material without stiffness"
 
 
@@ -59,9 +60,9 @@ class Factorization:
     Attributes:
         size: number of unknowns.
         backend: "pardiso" or "superlu", and `SINGLE` of factors in single precision; or `TWO_GRIDS`.
-        negative_pivots: number of negative eigenvalues of the matrix (Sylvester), ``None`` if the backend cannot tell.
+        negative_pivots: number of negative eigenvalues of the matrix (Sylvester), ``None`` if the backend cannot count.
         residual: ||A x - b|| / ||b|| of its first solve.
-        refined: each solve is refined once, by a product in double precision.
+        refined: whether each solve is refined once, by a product in double precision.
     """
 
     size: int
@@ -94,12 +95,12 @@ def factorize(
         definite: whether a matrix that is not positive definite is an error; ``False`` for counting eigenvalues.
         backend: "auto" takes PARDISO if it can be imported.
         tolerance: largest relative residual of the first solve.
-        allowed: relative error of a solution that does no harm; where PARDISO's factors in single precision, of half
-            the memory, leave no more, at once or after a step of refinement, they are kept; 0: they are not tried.
-        name: of the matrix in messages, e.g. "K + s^2 M".
+        allowed: relative error allowed to solutions; PARDISO's factors in single precision, with half the memory, are
+            used if they meet it, directly or with a step of refinement; 0: they are not tried.
+        name: name of the matrix in messages, e.g. "K + s^2 M".
 
     Raises:
-        FactorizationError: not positive definite, singular, or the residual is above the tolerance.
+        FactorizationError: the matrix is not positive definite or singular, or the residual is above the tolerance.
     """
     matrix = as_csr(matrix)
     zero = int(np.sum(matrix.diagonal() == 0))
@@ -128,15 +129,15 @@ def factorize(
 
 
 def _in_single_precision(matrix: sparse.csr_array, solver_class: Any, allowed: float) -> Factorization | None:
-    """Return a factorization whose solutions are ``allowed`` off, as far as a step of refinement tells of the first;
-    ``None`` where rounded numbers are not positive definite or leave more: thin and nearly incompressible bodies."""
+    """Return a factorization in single precision whose solutions have a relative error of at most ``allowed``,
+    estimated by a step of refinement; ``None`` if there is none, as for thin and nearly incompressible bodies."""
     try:
         solve, _ = _pardiso(matrix, True, solver_class, single=True)
     except FactorizationError:
         return None
     size = matrix.shape[0]
     loads = matrix.diagonal()[:, None] * np.stack([np.ones(size), np.cos(np.arange(size, dtype=float))], axis=1)
-    first = solve(loads)  # of loads that small elements feel no more than large ones
+    first = solve(loads)  # loads scaled by the diagonal, independent of the size of elements
     errors = np.linalg.norm(solve(loads - matrix @ first), axis=0) / np.linalg.norm(first, axis=0)
     error = 2 * float(errors.max())
     if not (error <= allowed or (error < _CONVERGES and error**2 <= allowed)):
@@ -151,11 +152,11 @@ def _in_single_precision(matrix: sparse.csr_array, solver_class: Any, allowed: f
 
 
 def solve_on_two_grids(matrix: sparse.csr_array, dofs: DofMap | None, allowed: float) -> Factorization | None:
-    """Return what solves with a positive definite K + s^2 M to a relative error of about ``allowed`` in its norm.
+    """Return a solver for a positive definite K + s^2 M with a relative error of about ``allowed`` in its norm.
 
-    A handful of steps of conjugate gradients in single precision, however fine the mesh, of compact bodies. ``None``
-    where a first solve takes more than twelve, as of thin and nearly incompressible bodies, and where the unknowns are
-    not the displacements of quadratic tetrahedra along the axes.
+    It takes a few steps of conjugate gradients in single precision on any mesh of a compact body. ``None`` if a first
+    solve takes more than `_MOST_STEPS`, as for thin and nearly incompressible bodies, or if the unknowns are not the
+    displacements of quadratic tetrahedra along the axes.
     """
     coarse = None if dofs is None or dofs.turned is not None else _linear_functions(dofs)
     if coarse is None:
@@ -206,7 +207,8 @@ def solve_on_two_grids(matrix: sparse.csr_array, dofs: DofMap | None, allowed: f
 
 
 def _linear_functions(dofs: DofMap) -> sparse.csr_array | None:
-    """Return the unknowns of linear functions of the corners, of quadratic tetrahedra; ``None`` of others."""
+    """Return P, the unknowns of linear functions of the corners; ``None`` for elements other than quadratic
+    tetrahedra."""
     mesh: Any = dofs.mesh
     if mesh is None or mesh.elem.refdom.__name__ != "RefTet":
         return None
@@ -221,13 +223,13 @@ def _linear_functions(dofs: DofMap) -> sparse.csr_array | None:
 
 
 def _residual(matrix: sparse.csr_array, solve: Callable[[Array], Array]) -> float:
-    """Return ||A x - b|| / ||b|| of a vector b without symmetry."""
+    """Return ||A x - b|| / ||b|| for a vector b without symmetry."""
     rhs = np.cos(np.arange(matrix.shape[0], dtype=float))
     return float(np.linalg.norm(matrix @ solve(rhs) - rhs) / np.linalg.norm(rhs))
 
 
 def _pardiso_class() -> Any:
-    """Return pypardiso's solver with the place of MKL, as each one would search all files of the environment for it."""
+    """Return pypardiso's solver class, or ``None``; MKL's path is set first, to save a search through all files."""
     if MKL_RUNTIME not in os.environ and (path := _mkl_runtime()) is not None:
         os.environ[MKL_RUNTIME] = str(path)
     try:
@@ -237,7 +239,7 @@ def _pardiso_class() -> Any:
 
 
 def _mkl_runtime() -> Path | None:
-    """Return the library that the package mkl has installed; ``None`` for another installation."""
+    """Return the path of MKL's library in the package mkl; ``None`` if MKL is installed otherwise."""
     try:
         files = metadata.files("mkl") or ()
     except metadata.PackageNotFoundError:
@@ -249,9 +251,10 @@ def _mkl_runtime() -> Path | None:
 def _pardiso(
     matrix: sparse.csr_array, definite: bool, solver_class: Any, *, single: bool = False
 ) -> tuple[Callable[[Array], Array], int]:
-    """Return PARDISO on the upper triangle: Cholesky, or LDL' with its inertia, ``single`` in numbers of half the size.
+    """Return a solver by PARDISO (Cholesky, or LDL' with its inertia) and the number of negative pivots; ``single``: in
+    single precision.
 
-    Left to itself it refines each solve twice; here only one that leaves much without. Source of the settings: Intel
+    By default PARDISO refines each solve twice; here only if the first residual is large. Source of the settings: Intel
     oneMKL Developer Reference, "pardiso iparm Parameter".
     """
     upper = sparse.csr_matrix(sparse.triu(matrix, format="csr"))
@@ -265,7 +268,7 @@ def _pardiso(
         raise FactorizationError(_pardiso_message(code, definite))
 
     def solve(rhs: Array) -> Array:
-        if rhs.size == 0:  # an exhausted Krylov space asks for nothing; the library would refuse
+        if rhs.size == 0:  # a complete Krylov space has no candidates; the library would fail
             return np.empty_like(rhs, order="F")
         x, code = call(33, rhs)
         if code:
@@ -292,10 +295,11 @@ def _pardiso_message(code: int, definite: bool) -> str:
 
 
 def _calls(solver: Any, upper: sparse.csr_matrix, kind: type) -> Callable[[int, Array], tuple[Array, int]]:
-    """Return a call of the library itself by its phase and right-hand sides, which gives solutions and its error code.
+    """Return a function that calls the library with a phase and right-hand sides, and returns solutions and an error
+    code.
 
-    The 1-based index arrays are made once: the wrapper would compare or hash the whole matrix and rebuild these in
-    every call, and takes double precision only. Numbers are scaled to the range of single precision.
+    The 1-based index arrays are made once: pypardiso would compare or hash the whole matrix and rebuild them in every
+    call, and allows double precision only. Values are scaled to the range of single precision.
     """
     integer, pointer = ctypes.c_int32, ctypes.POINTER(ctypes.c_int32)
     starts, columns = upper.indptr.astype(np.int32) + 1, upper.indices.astype(np.int32) + 1
@@ -331,7 +335,7 @@ def _calls(solver: Any, upper: sparse.csr_matrix, kind: type) -> Callable[[int, 
 
 
 def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | None]:
-    """Return SuperLU without pivoting, in METIS nested-dissection order."""
+    """Return a solver by SuperLU without pivoting, in METIS order, and the number of negative pivots."""
     graph = sparse.csr_array(matrix - sparse.diags_array(matrix.diagonal()))
     graph.eliminate_zeros()
     order, place = (np.asarray(p) for p in pymetis.nested_dissection(xadj=graph.indptr, adjncy=graph.indices))

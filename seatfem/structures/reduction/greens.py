@@ -1,4 +1,4 @@
-"""The way from a second-order model to the Green's function of its ports, by the reduction that suits."""
+"""The Green's function of a second-order model's ports, by a reduction that is named or chosen."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _OURS: Final[tuple[type[Reducer], ...]] = (Krylov, Modal, Transient, Lanczos, Se
 
 
 def reducers() -> Mapping[str, Reducer]:
-    """Return one of each kind, ours first, then those that were defined elsewhere.
+    """Return all reductions by name, those of this package first, then those defined elsewhere.
 
     Raises:
-        ModelError: two kinds have one name.
+        ModelError: two reductions have the same name.
     """
     by_name: dict[str, Reducer] = {}
     for kind in dict.fromkeys((*_OURS, *defined())):
@@ -43,7 +43,7 @@ def reducers() -> Mapping[str, Reducer]:
 
 
 def named(name: str) -> Reducer:
-    """Return the reduction of that name. Raises `ModelError`, which lists those there are."""
+    """Return the reduction of that name. Raises `ModelError` with the known names if there is none."""
     known = reducers()
     if name not in known:
         raise ModelError(f"method {name!r} is unknown; choose from {', '.join((AUTO, *known))}")
@@ -51,7 +51,7 @@ def named(name: str) -> Reducer:
 
 
 def refusal(reducer: Reducer, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-    """Return why a reduction cannot be used, here or on the ranks of PETSc; "" where it can."""
+    """Return why a reduction cannot be used, in this process or distributed over PETSc's ranks; "" if it can."""
     if aims.distributed and not reducer.distributes:
         able = " and ".join(name for name, each in reducers().items() if each.distributes)
         return f"backend='slepc' has {able}, not {reducer.name}: leave seat.greens.backend out, or take one of them"
@@ -59,17 +59,17 @@ def refusal(reducer: Reducer, model: SecondOrderModel, damping: Damping, aims: A
 
 
 def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reducer, str]:
-    """Return (the cheapest that can be used, why in a sentence with numbers), all of them asked.
+    """Return the cheapest reduction that can be used, and the reason in a sentence with numbers.
 
     Raises:
-        ModelError: none can be used; why each does not.
+        ModelError: none can be used; the message gives the reason of each.
     """
     known = [each for each in reducers().values() if each.distributes or not aims.distributed]
     refused = {each.name: why for each in known if (why := each.refusal(model, damping, aims))}
-    serving = [(each.cost(model, aims), each) for each in known if each.name not in refused]
-    if not serving:
+    usable = [(each.cost(model, aims), each) for each in known if each.name not in refused]
+    if not usable:
         raise ModelError("; ".join(dict.fromkeys(refused.values())))
-    (cost, best), *others = sorted(serving, key=lambda one: one[0].seconds)
+    (cost, best), *others = sorted(usable, key=lambda one: one[0].seconds)
     time = f"about {in_time(cost.seconds)} predicted" if cost.seconds else "in no time"
     against = [
         f"{other.name} {in_time(predicted.seconds)}" for predicted, other in others if predicted.seconds < math.inf
@@ -78,7 +78,7 @@ def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reduc
     return best, "; ".join([f"{model.size} unknowns: {cost.effort}, {time}", *against, *reasons])
 
 
-MEASURE: Final = 1e-100, 1e100  # of the entries of M, K and ports, SI
+MEASURE: Final = 1e-100, 1e100  # accepted range of the largest entry of M, of K and of each port [SI]
 
 
 def greens_function(
@@ -98,21 +98,20 @@ def greens_function(
     M^-1 K.
 
     The error is that of g convolved with a Hann pulse of width 1/bandwidth, over the duration, relative to the largest
-    value of the convolution; ``error_estimate.reduction`` states it. What happens above the band is carried by a
-    passive exponential with the static compliance left out and the first velocity 1/Z of the continuum.
+    value of the convolution; ``error_estimate.reduction`` states it. Motion above the band is represented by a passive
+    exponential with the residual static compliance and the initial velocity 1/Z of the continuum.
 
     Args:
-        bandwidth: [Hz].
-        duration: [s], how long g is needed: ``valid_for`` of the answer, which is without limit for modes, and where
-            ``damping_ratio`` has forgotten the band's tail before (`method.memory`). A run that lasts longer is
-            refused.
+        bandwidth: frequency up to which g is accurate [Hz].
+        duration: time for which g is needed [s]: its ``valid_for``, which is without limit for modes, and if damping
+            makes g vanish before (`method.memory`). A longer run is refused.
         tolerance: largest estimated relative error.
         damping_ratio: uniform modal damping ratio, added to the model's own damping: C and loss factors.
         method: "krylov" (one factorization, Ritz pairs), "lanczos" (diagonal mass, products only), "modes"
             (eigensolve + residual flexibility), "second_order" (any C: complex poles), "transient" (any C: time
             stepping). "auto" chooses; ``origin["reason"]`` says why, with numbers.
-        max_vectors: most Krylov vectors, or Lanczos steps; default 800, of a second-order space 500, of Lanczos 20,000.
-            Modes and time stepping do not ask for it.
+        max_vectors: most Krylov vectors, or Lanczos steps; default 800, for a second-order space 500, for Lanczos
+            20,000; not used by modes and time stepping.
         ports: names of the ports to use; default: all of the model's.
         backend: sparse factorization; "slepc": krylov and modes by PETSc and SLEPc on several ranks, which the
             environment states (docs/large_seats.md).
@@ -120,7 +119,7 @@ def greens_function(
 
     Raises:
         ModelError: an unusable argument or damping. ConvergenceError: the tolerance is not reached.
-        FactorizationError: K + s^2 M is not positive definite; PETSc is not to be had, or has failed.
+        FactorizationError: K + s^2 M is not positive definite; PETSc is not available, or has failed.
     """
     return reduce_model(
         model,
@@ -149,7 +148,7 @@ def reduce_model(
     backend: Backend | Literal["slepc"] = "auto",
     progress: Progress = silent,
 ) -> Reduction:
-    """Return the same as `greens_function`, with the modes found on the way."""
+    """Return the same as `greens_function`, with the modes if the reduction computes any."""
     local: Backend = "auto" if backend == "slepc" else backend
     aims = Aims(bandwidth, duration, tolerance, max_vectors, local, distributed=backend == "slepc")
     return reduced(model if ports is None else model.with_ports(ports), aims, damping_ratio, method, progress)
@@ -162,7 +161,7 @@ def reduced(
     method: str = AUTO,
     progress: Progress = silent,
 ) -> Reduction:
-    """Return the same as `reduce_model`, of all ports, with the aims in one."""
+    """Return the result of `reduce_model` for all ports, with bandwidth, duration, tolerance etc. as ``aims``."""
     if not (damping_ratio >= 0 and math.isfinite(damping_ratio)):
         raise ModelError(f"damping_ratio = {damping_ratio} must be >= 0 and finite")
     named_reducer = None if method == AUTO else named(method)
@@ -195,7 +194,7 @@ def reduced(
 
 
 def _refuse_beyond_measure(model: SecondOrderModel) -> None:
-    """Raise `ModelError` of numbers whose products leave the range of floats."""
+    """Raise `ModelError` for entries whose products would leave the range of floats."""
     sizes = {name: abs(matrix).max() for name, matrix in (("M", model.M), ("K", model.K))}
     sizes |= {f"port {name!r}": abs(port.vector).max() for name, port in model.ports.items()}
     for name, size in sizes.items():

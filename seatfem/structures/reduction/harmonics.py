@@ -1,10 +1,10 @@
-"""Off-axis and several contacts on a body of revolution: Fourier harmonics, and those above all waves of the band.
+"""The Green's function of contacts on a body of revolution that are off the axis or several, by Fourier harmonics.
 
 G_ij(t) = sum over n of s_ni s_nj cos n(th_i - th_j) g_n(t)
 
-with g_n the ring's response in harmonic n. Harmonics with waves in the band are reduced like any model. The others
-answer at once: of their static compliances, close to C/n, a few are computed, the rest interpolated, and a passive
-exponential carries their sum and the first velocity that the patches still lack.
+with g_n the ring's response in harmonic n. Harmonics with natural frequencies in the band are reduced like any model.
+The others are quasi-static: a few of their static compliances, close to C/n, are computed, the rest interpolated, and a
+passive exponential has their sum and the part of g(0+) that the patches still lack.
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ class Tail:
         self._numbers: list[int] = []
         self._scaled: list[Array] = []  # n R_n, (rings, rings)
         narrowest = min(patch.width for patch in patches.values())
-        self._far = int(200 / narrowest) + 20  # beyond, s_n^2/n sums to less than 1e-4 of its whole
+        self._far = int(200 / narrowest) + 20  # beyond this, s_n^2/n sums to less than 1e-4 of the total
 
     @property
     def next(self) -> int:
-        """Return the next harmonic whose compliance is wanted."""
+        """Return the next harmonic whose compliance is to be computed."""
         return self.last + max(1, int((_STEP - 1) * self.last))
 
     def add(self, model: SecondOrderModel, backend: factorization.Backend) -> None:
-        """Solve the harmonic `next`."""
+        """Compute the compliance of the harmonic `next` from its model."""
         self.last = self.next
         static = model.port_matrix.T @ factorization.factorize(model.K, backend=backend).solve(model.port_matrix)
         self._numbers.append(self.last)
@@ -65,15 +65,15 @@ class Tail:
         return summed(self.patches, harmonics, self._law(harmonics), self._places)
 
     def diagonal(self) -> Array:
-        """Return the (p,) diagonal of `compliance`, its largest values; in no time."""
+        """Return the (p,) diagonal of `compliance`, its largest values, at little cost."""
         return self._diagonal(self.reduced + 1)
 
     def doubt(self) -> float:
-        """Return the half of the largest compliance that was extrapolated [m/N]; ``inf`` before two were computed."""
+        """Return half of the largest extrapolated compliance [m/N], as its error; ``inf`` before two are computed."""
         return math.inf if len(self._numbers) < 2 else float(self._diagonal(self.last + 1).max()) / 2
 
     def _diagonal(self, first: int) -> Array:
-        """Return the (p,) sum from a harmonic on of s_ni^2 R_n: patches as wide on one ring share it."""
+        """Return the (p,) sums of s_ni^2 R_n over harmonics from ``first`` on, equal for equal widths on one ring."""
         harmonics = np.arange(first, max(self._far, 20 * self.last))
         law, known = self._law(harmonics), dict[tuple[float, int], float]()
         for patch, place in zip(self.patches.values(), self._places, strict=True):
@@ -84,21 +84,22 @@ class Tail:
         )
 
     def _law(self, harmonics: NDArray[np.int64]) -> Array:
-        """Return the (rings, rings, n) R_n."""
+        """Return the (rings, rings, n) interpolated compliances R_n."""
         known, scaled = np.log(self._numbers), np.array(self._scaled)
         at, rings = np.log(harmonics), range(scaled.shape[1])
         return np.array([[np.interp(at, known, scaled[:, i, j]) / harmonics for j in rings] for i in rings])
 
 
 def static_lag(greens: modal.ModalGreens, start: Array, damping: Damping, t: Array, width: float) -> float:
-    """Return the largest difference, after the pulse, of a harmonic from the relaxation of its compliance [m/(N s)]."""
+    """Return the largest difference, after the pulse, between a harmonic and the relaxation with its static compliance
+    [m/(N s)]."""
     if np.any(greens.omega == 0):
         return math.inf
     instant = residual.relaxation(greens.static_compliance(), start, damping.beta).filtered(t, width)
     return float(np.abs(greens.filtered_matrix(t, width) - instant).max())
 
 
-_FEWEST = 4  # harmonics reduced at least: the lowest frequency first falls, then rises with n
+_FEWEST = 4  # fewest harmonics that are reduced: the lowest frequency first falls, then rises with n
 
 
 def ring_greens(
@@ -167,11 +168,11 @@ def combine_harmonics(
     """Return one Green's function of all patches from the models ``build(n)``, whose ports are the rings by boundary
     name.
 
-    Each mode of a harmonic n > 0 stands twice, as cos and as sin n th. ``error.reduction``, as that of `reduce_model`,
-    sums what the harmonics left out, each weighted by its share, and the uncertainty of the static tail.
+    Each mode of a harmonic n > 0 occurs twice, with cos n th and with sin n th. ``error.reduction``, as that of
+    `reduce_model`, is the weighted sum of the errors of the harmonics and of the static tail.
 
     Raises:
-        ModelError: overlapping patches, damping that couples the modes.
+        ModelError: patches overlap, or damping couples the modes.
         ConvergenceError: ``max_harmonic`` is reached before the tolerance.
     """
     check_patches(patches)
@@ -226,7 +227,7 @@ def _static_tail(
     aims: Aims,
     max_harmonic: int,
 ) -> tuple[Tail, float]:
-    """Return harmonics above ``done``, and their uncertainty relative to the response: a pulse's peak is 2/width."""
+    """Return static harmonics above ``done``, and their error over the response: a pulse's peak is 2/width."""
     tail = Tail(total.patches, total.rings, done)
     while (doubt := total.relative(tail.doubt() * 2 * aims.bandwidth)) > aims.tolerance / 6:
         if tail.last >= max_harmonic:
@@ -240,20 +241,20 @@ def _static_tail(
 
 @dataclass
 class _Sum:
-    """The harmonics reduced so far, as seen by the patches."""
+    """The sum of the harmonics reduced so far, at the patches."""
 
     patches: Mapping[str, RingPatch]
     rings: list[str]
     t: Array
     width: float
     parts: list[modal.ModalGreens] = field(default_factory=list)
-    """(p, columns, nt) under the patches that are looked at."""
+    """Harmonics at the patches; ``response``: (p, columns, nt) their sum after the pulse."""
     response: Array | float = 0.0
     error: float = 0.0
 
     @property
     def columns(self) -> list[int]:
-        """Return the patches whose push is looked at: of equal arcs, which follow each other, those on one of them."""
+        """Return the patches under whose impulse the error is estimated: of equal arcs all around, those of one arc."""
         listed = list(self.patches.values())
         equal = len({patch.width for patch in listed}) == 1 and len(listed) * listed[0].width > 1.999 * math.pi * len(
             self.rings
@@ -261,11 +262,11 @@ class _Sum:
         return [k for k, patch in enumerate(listed) if not equal or patch.angle == listed[0].angle]
 
     def touches_from(self, harmonic: int) -> bool:
-        """Return whether a patch sees any harmonic from this one on: whole rings see only n = 0."""
+        """Return whether any harmonic from this one on moves a patch: whole rings respond to n = 0 only."""
         return harmonic == 0 or any(patch.width < 2 * math.pi * (1 - 1e-12) for patch in self.patches.values())
 
     def add(self, harmonic: int, greens: modal.ModalGreens) -> None:
-        """Turn the rings' harmonic into the patches' part of it."""
+        """Add a harmonic of the rings to the sum at the patches."""
         parts = [greens.combined(x.T, tuple(self.patches)) for x in mixing(self.patches, self.rings, harmonic)]
         if parts:
             felt = sum(self._append(part) for part in parts)
@@ -278,11 +279,9 @@ class _Sum:
         return response
 
     def beyond(self, harmonic: int, error: float) -> float:
-        """Return the error, relative to the response, of all harmonics from this one on whose own ``error`` falls like
-        1/n^2.
-
-        With the patches' coefficients, at most 2/(n w) or 1, the terms fall like 1/n^4 and sum to n/3 times the first.
-        """
+        """Return the error, relative to the response, of all harmonics from this one on, if their ``error`` falls like
+        1/n^2: with the patches' coefficients, at most 2/(n w) or 1, terms fall like 1/n^4 and sum to n/3 of the
+        first."""
         narrowest = min(patch.width for patch in self.patches.values())
         envelope = min(1.0, 2 / (max(harmonic, 1) * narrowest))
         return self.relative(error * envelope**2 * max(1.0, harmonic / 3))
@@ -292,14 +291,14 @@ class _Sum:
         return error / float(np.abs(self.response).max())
 
     def close(self, rest: modal.Residual, error: float) -> None:
-        """Add what the harmonics that were not reduced do; ``error`` is relative to the whole."""
+        """Add the relaxation of the harmonics that are not reduced; ``error`` is relative to the response."""
         p = len(self.patches)
         part = modal.ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, p)), rest, tuple(self.patches))
         self._append(part)
         self.error += error * float(np.abs(self.response).max())
 
     def greens(self, origin: Mapping[str, object], valid_for: float) -> modal.ModalGreens:
-        """Return all parts in one, without the modes and relaxations that no patch sees."""
+        """Return the Green's function of the sum, without modes and relaxations that move no patch."""
         modes = np.concatenate([part.shapes for part in self.parts])
         relaxing = np.concatenate([part.residual.shapes for part in self.parts])
         seen, felt = modes.any(axis=1), relaxing.any(axis=1)

@@ -1,6 +1,6 @@
-"""A Krylov space of (K + s^2 M)^-1 M: its growing M-orthonormal basis, and far fewer vectors than modes in the band.
+"""Reduction to a Krylov space of (K + s^2 M)^-1 M, with an orthonormal basis of fewer vectors than modes in the band.
 
-Rigid-body shapes, where they are known, are its first vectors with a stiffness of exactly zero.
+Rigid-body shapes, if known, are its first vectors, with a stiffness of exactly zero.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class KrylovBasis:
 
     @property
     def complete(self) -> bool:
-        """Return whether V spans an invariant subspace: nothing more can be found."""
+        """Return whether V spans an invariant subspace, which no further vector enlarges."""
         return self.size == self.model.size or self._next.shape[1] == 0
 
     def grow(self, size: int) -> None:
@@ -79,7 +79,7 @@ class KrylovBasis:
             square = float(w @ momentum)
             before = before if again else math.sqrt(square)
             w = w - self.V @ parts
-        norm = math.sqrt(max(square - float(parts @ parts), 0.0))  # little is taken away the second time
+        norm = math.sqrt(max(square - float(parts @ parts), 0.0))  # without cancellation, as the second parts are small
         if not norm > 1e-11 * before:
             return
         if k == self._vectors.shape[1]:
@@ -94,10 +94,8 @@ class KrylovBasis:
         self._ports[k] = self._vectors[:, k] @ self.model.port_matrix
 
     def ritz(self, size: int | None = None) -> tuple[Array, Array, Array]:
-        """Return (omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V.
-
-        ``size``: on so many of its first vectors.
-        """
+        """Return (omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V, or on
+        its first ``size`` vectors."""
         k = self.size if size is None else size
         omega, coefficients = ritz_pairs(self._stiffness[:k, :k], self.rigid, self.shift)
         return omega, coefficients.T @ self._ports[:k], coefficients
@@ -113,7 +111,7 @@ class KrylovBasis:
 
 def ritz_pairs(stiffness: Array, rigid: int, shift: float) -> tuple[Array, Array]:
     """Return (omega (k,), coefficients (k, k)) of the Ritz pairs of a projected K on vectors with V'MV = I, the first
-    ``rigid`` of which are rigid motions. Raises `ModelError` of an indefinite K."""
+    ``rigid`` of which are rigid motions. Raises `ModelError` for an indefinite K."""
     values, vectors = np.linalg.eigh(stiffness[rigid:, rigid:])
     if values.min(initial=0.0) < -1e-8 * shift**2:
         raise ModelError(f"K is indefinite, check its constraints: Ritz value {values[0]:.2e} 1/s^2 relative to M")
@@ -123,24 +121,28 @@ def ritz_pairs(stiffness: Array, rigid: int, shift: float) -> tuple[Array, Array
     return np.sqrt(np.concatenate([np.zeros(rigid), np.where(values < zero, 0.0, values)])), coefficients
 
 
-_LOOSER: Final = 10.0  # times what factors may leave: of 1 % asked for, g moved by 0.03 % where each solve left 0.1 %
+_LOOSER: Final = (
+    10.0  # error allowed to solves on two grids over that of factors: solves off by 0.1 % changed g by 0.03 %
+)
 
 
 @dataclass(frozen=True)
 class Here:
-    """This process; `slepc.Ranks` answers the same. ``tolerance``: of g; solutions behind a basis need less."""
+    """Linear algebra in this process; `slepc.Ranks` has the same methods. ``tolerance``: that of g, from which the
+    allowed error of solves follows."""
 
     model: SecondOrderModel
     backend: Backend
     tolerance: float = 0.0
 
     def factorize(self, square: float, *, allowed: float = 0.0) -> Factorization:
-        """Return the factorization of K + ``square`` M, positive definite; its solutions may be ``allowed`` off."""
+        """Return the factorization of the positive definite K + ``square`` M; ``allowed``: relative error of
+        solutions."""
         matrix = self.model.K + square * self.model.M
         return factorize(matrix, backend=self.backend, allowed=allowed, name="K + s^2 M")
 
     def basis(self, shift: float, limit: int) -> KrylovBasis:
-        """Return a basis that is empty but for the rigid motions, about -``shift``^2."""
+        """Return a basis about -``shift``^2 that contains the rigid motions only."""
         model, factor, allowed = self.model, None, allowed_error(self.model.size, self.tolerance)
         mesh: Any = None if model.dofs is None else model.dofs.mesh
         if mesh is not None and self.backend == "auto":
@@ -151,13 +153,13 @@ class Here:
         return KrylovBasis(self.model, factor, shift, limit, eigen_search.rigid_shapes(self.model))
 
     def spectrum(self, progress: Progress) -> Spectrum | reduction.slepc.RanksSpectrum:
-        """Return a spectrum of which nothing is known yet."""
+        """Return a spectrum without any eigenpairs yet."""
         return Spectrum(self.model, backend=self.backend, progress=progress)
 
 
 @contextmanager
 def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | reduction.slepc.Ranks]:
-    """Yield what the aims ask for, while it is needed."""
+    """Yield the linear algebra of this process, or that of PETSc's ranks if the aims ask for it."""
     if not aims.distributed:
         yield Here(model, aims.backend, aims.tolerance)
         return
@@ -166,20 +168,23 @@ def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | reduction
 
 
 _BLOCK = 10  # fewest vectors between two checks
-_CRAWLS = 60  # vectors for each port, damped bodies take 30 to 50: beyond, a higher shift takes half as many
-_HIGHER = 2.5  # that shift, over the band's; what a tight tolerance lacks lies at two to four times the band. Undamped
-# bodies begin with it: up to 65 % fewer vectors over 2.5 to 12 periods of the band, at most 12 % more
+_CRAWLS = (
+    60  # vectors per port beyond which a higher shift is taken, which needs half as many; damped bodies need 30 to 50
+)
+_HIGHER = (
+    2.5  # that shift over the band's: errors at tight tolerances lie at two to four times the band. Undamped bodies
+)
+# begin with it: up to 65 % fewer vectors over 2.5 to 12 periods of the band, at most 12 % more
 
 
 @dataclass(frozen=True)
 class Krylov(Reducer):
-    """V grows until the estimated error of g after the Hann pulse of the band over the duration is in tolerance.
+    """Reduction to a Krylov space V, which grows until the error of g after the Hann pulse is within tolerance.
 
-    The modes handed back are those Ritz pairs in the band that are converged modes of the body, the ones that the ports
-    excite: for pictures.
+    Its modes, for pictures, are the Ritz pairs in the band that are converged modes, which the ports excite.
 
     Attributes:
-        most: vectors, unless the aims say otherwise.
+        most: most vectors, unless the aims state a number.
     """
 
     most: int = 800
@@ -188,12 +193,12 @@ class Krylov(Reducer):
     distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return the cost of far fewer vectors than there are modes in the band."""
+        """Return the cost of one factorization and `USUAL` vectors for each port."""
         vectors = USUAL * len(model.ports)
         return Cost(factorized(model, vectors), f"one factorization and about {vectors} vectors")
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """Reduce as `Reducer.reduce`; raises `ConvergenceError` too where the basis loses its orthogonality."""
+        """Reduce as `Reducer.reduce`; raises `ConvergenceError` also if the basis loses its orthogonality."""
         with backend_of(model, aims) as backend:
             space = _Vectors(model, damping, aims, aims.max_vectors or self.most, backend, progress)
             greens, error = space.converge(progress)
@@ -214,7 +219,7 @@ class Krylov(Reducer):
 
 
 class _Vectors(RitzSpace):
-    """The basis so far, and its Ritz pairs."""
+    """The Krylov basis so far, and its Ritz pairs."""
 
     def __init__(
         self,

@@ -1,15 +1,15 @@
-"""Lanczos, without a factorization: Gauss quadrature of g by Lanczos' recursion.
+"""Reduction without a factorization: Gauss quadrature of g by Lanczos' recursion.
 
 With A = M^-1/2 K M^-1/2 and q = M^-1/2 B,
 
     g(t) = q' sin(sqrt(A) t)/sqrt(A) q  ~  R' [sin(sqrt(T) t)/sqrt(T)]_11 R,      q = Q_1 R
 
 T the block tridiagonal matrix of k block Lanczos steps: the Gauss quadrature of the spectral measure, nodes theta_j
-(eigenvalues of T), weights from the first rows of its eigenvectors. Only two blocks of vectors are kept, and no
-vector is orthogonalised again: the copies of converged nodes that appear share one weight between them. sin(sqrt(x) t)/
-sqrt(x) is of degree t sqrt(theta_max)/2 in x to any accuracy, a k-point Gauss rule exact to degree 2 k - 1, so the
-quadrature is exact to round-off while t < 4 k/sqrt(theta_max), and worth nothing beyond. A mass that is not diagonal
-takes ten times as long.
+(eigenvalues of T), weights from the first rows of its eigenvectors. Only two blocks of vectors are stored, and no
+vector is reorthogonalised: spurious copies of converged nodes share their weight. sin(sqrt(x) t)/sqrt(x) is
+approximated to any accuracy by a polynomial of degree t sqrt(theta_max)/2 in x, and a k-point Gauss rule is exact to
+degree 2 k - 1, so the quadrature is exact to round-off for t < 4 k/sqrt(theta_max), and useless beyond. A mass that is
+not diagonal takes ten times as long.
 
 Sources: Golub and Meurant, Matrices, Moments and Quadrature with Applications (2010); Druskin and Knizhnerman, Numer.
 Linear Algebra Appl. 2 (1995) 205 (without orthogonalisation); Zimmerling, Druskin and Simoncini, J. Sci. Comput. 103
@@ -29,20 +29,20 @@ from seatfem.structures.model import Array, Damping, ModelError, SecondOrderMode
 from seatfem.structures.reduction import lanczos_recursion, residual
 from seatfem.structures.reduction.reducer import Cost, Grown, Reducer, Reduction, RitzSpace
 
-_CEILING = 12.0  # bandwidths; nodes above follow the pulse as a spring, to 1/144
-_PRODUCT = 1.2e-9  # s for each entry of K in a product, measured
-_ROW = 3e-8  # s for each unknown in a step, beside the product
+_CEILING = 12.0  # frequency over the bandwidth above which nodes are springs, with an error of 1/144
+_PRODUCT = 1.2e-9  # time for each entry of K in a product [s], measured
+_ROW = 3e-8  # further time for each unknown in a step [s]
 
 
 @dataclass(frozen=True)
 class Lanczos(Reducer):
-    """Lanczos steps until the estimated error of g after the Hann pulse over the duration is in tolerance.
+    """Reduction by Lanczos steps, until the estimated error of g after the Hann pulse is within tolerance.
 
-    The steps grow by an eighth from check to check. ``origin["brackets"]`` holds Gauss (lower) and Gauss-Radau (upper)
+    Their number grows by an eighth between checks. ``origin["brackets"]`` has Gauss (lower) and Gauss-Radau (upper)
     bounds of the trace of B'(K + s^2 M)^-1 B at s = 1/duration and s = 2 pi bandwidth.
 
     Attributes:
-        most: steps, unless the aims say otherwise.
+        most: most steps, unless the aims state a number.
     """
 
     most: int = 20_000
@@ -52,7 +52,7 @@ class Lanczos(Reducer):
     diagonal_mass = True
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Say why it cannot be used: it needs damping that a mode's frequency determines."""
+        """Return why it cannot be used: it needs damping ratios that depend on a mode's frequency only."""
         if damping.refusal:
             return damping.refusal
         if damping.loss is not None:
@@ -63,10 +63,9 @@ class Lanczos(Reducer):
         return ""
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return 1.2 T sqrt(theta_max)/4 steps over the duration T, theta_max by 20 of them, a product a port each.
-
-        With a mass that is not diagonal it is asked for by name: it serves where no memory holds a factorization.
-        """
+        """Return the cost of 1.2 T sqrt(theta_max)/4 steps over the duration T, with one product a port in each,
+        theta_max by 20 steps; infinite for a mass that is not diagonal, as a last resort if memory allows no
+        factorization."""
         if not model.mass_is_diagonal:
             return Cost(math.inf, "products with K, and M inverted by conjugate gradients")
         recursion = lanczos_recursion.Recursion(model)
@@ -75,7 +74,7 @@ class Lanczos(Reducer):
         return Cost(products * (_PRODUCT * model.K.nnz + _ROW * model.size), f"{products} products with K")
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """Reduce as `Reducer.reduce`; raises `ModelError` too, of an indefinite K."""
+        """Reduce as `Reducer.reduce`; raises `ModelError` also for an indefinite K."""
         space = _Nodes(model, damping, aims, aims.max_vectors or self.most, progress)
         greens, error = space.converge(silent)
         progress("reduction", 1.0)
@@ -120,10 +119,8 @@ class _Nodes(RitzSpace):
 
 
 def nodes(recursion: lanczos_recursion.Recursion, ceiling: float) -> tuple[Array, Array, Array]:
-    """Return (omega (m,), shapes (m, p), beyond (p, p)): Gauss nodes up to ``ceiling`` [rad/s], compliance of the rest.
-
-    Rigid-body motions come first, at exactly 0.
-    """
+    """Return the Gauss nodes up to ``ceiling`` [rad/s] as omega (m,) and shapes (m, p), rigid-body motions first at
+    exactly 0, and the static compliance (p, p) of the higher nodes [m/N]."""
     values, first = recursion.eigen(ceiling**2)
     noise = 1e-12 * recursion.highest()
     if values.size and values[0] < -noise:

@@ -1,4 +1,4 @@
-"""Block Lanczos on M^-1 K without a factorization: three terms, two blocks of vectors in memory; its Gauss rule."""
+"""Block Lanczos on M^-1 K without a factorization: three terms and two blocks of vectors; its Gauss rule."""
 
 import math
 from collections.abc import Callable
@@ -12,17 +12,17 @@ from impact.notices import silent
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.eigen_search import rigid_shapes
 
-TOLERANCE: Final = 1e-13  # relative residual of M z = r; g is off by ten times as much
-MOST: Final = 200  # iterations; tetrahedra take 30 to 40
-_DEPENDENT: Final = 1e-13  # of the Gram matrix of ports, each made one
+TOLERANCE: Final = 1e-13  # relative residual of M z = r; the error of g is ten times as large
+MOST: Final = 200  # most iterations of conjugate gradients; tetrahedra take 30 to 40
+_DEPENDENT: Final = 1e-13  # eigenvalue of the normalised Gram matrix of ports below which they are linearly dependent
 
 
 def gauss_rule(diagonal: Array, below: Array) -> tuple[Array, Array]:
     """Return (values (k,) ascending, first components (k,)) of the eigenpairs of a symmetric tridiagonal matrix.
 
-    Implicit QL with Wilkinson's shift, applied to the first row of the vectors only: O(k^2) time, O(k) memory, and no
-    trouble with the clusters of equal values that Lanczos leaves, on which LAPACK's dstemr can fail.
-    Source: Golub and Welsch, Math. Comp. 23 (1969) 221.
+    Implicit QL with Wilkinson's shift, applied to the first row of the vectors only: O(k^2) time, O(k) memory, and
+    robust for the clusters of equal values that Lanczos produces, on which LAPACK's dstemr can fail. Source: Golub and
+    Welsch, Math. Comp. 23 (1969) 221.
 
     Args:
         diagonal, below: (k,) and (k - 1,).
@@ -73,16 +73,16 @@ def _ql(d: Array, e: Array, z: Array) -> None:
 class Recursion:
     """T = tridiag(B_j, A_j, B_j+1') with p x p blocks, grown step by step from M^-1 B = Q_1 R, in M's inner product.
 
-    Beside each block Q it keeps the dual P = M Q, Q'P = 1. A mass that is not diagonal is inverted once a step by
-    conjugate gradients: scaled by its diagonal, that of elements has a condition number of 5 (linear) or about 10
-    (quadratic tetrahedra), whatever the mesh. Source: A. Wathen, IMA J. Numer. Anal. 7 (1987) 449. Known rigid-body
-    motions are taken out of the ports and kept apart.
+    It stores each block Q with its dual P = M Q, Q'P = 1. A mass that is not diagonal is inverted once a step by
+    conjugate gradients: scaled by its diagonal, a finite-element mass has a condition number of 5 (linear) or about 10
+    (quadratic tetrahedra) on any mesh. Source: A. Wathen, IMA J. Numer. Anal. 7 (1987) 449. Known rigid-body motions
+    are removed from the ports and treated separately.
 
     Attributes:
         start: (w, p) R; w <= p is the rank of the ports.
         rigid: (r, p) port components of the M-orthonormal rigid-body shapes.
-        steps: blocks in T.
-        complete: whether the ports span an invariant subspace of that size: nothing more can be found.
+        steps: number of blocks in T.
+        complete: whether the blocks span an invariant subspace, which no further block enlarges.
     """
 
     def __init__(self, model: SecondOrderModel) -> None:
@@ -116,7 +116,7 @@ class Recursion:
         return len(self._diagonal)
 
     def extend(self, steps: int, progress: Callable[[int], None] = lambda done: silent("", 0.0)) -> None:
-        """Go on until there are ``steps`` blocks."""
+        """Continue the recursion until there are ``steps`` blocks."""
         while self.steps < steps and not self.complete:
             residual = np.asarray(self._K @ self._now)
             _subtract(residual, self._dual_before, np.ascontiguousarray(self._link.T))
@@ -127,15 +127,15 @@ class Recursion:
             self._diagonal.append((block + block.T) / 2)
             self._below.append(self._link)
             scale = max(np.abs(self._diagonal[0]).max(), np.abs(block).max())
-            self.complete = bool(np.abs(self._link).max() < 1e-13 * scale)  # no sooner: round-off adds copies of nodes
+            self.complete = bool(np.abs(self._link).max() < 1e-13 * scale)
             if self.steps % 50 == 0:
                 progress(self.steps)
 
     def _solve(self, right: Array) -> Array:
-        """Return M^-1 right, column by column at once.
+        """Return M^-1 ``right`` for all its columns.
 
         Raises:
-            ModelError: a mass that is not positive definite, or worse scaled than any of elements.
+            ModelError: the mass is not positive definite, or worse scaled than any of finite elements.
         """
         solution = self._inverse * right
         if self._diagonal_mass:
@@ -195,7 +195,7 @@ class Recursion:
         return values[values <= below], np.asarray(first[values <= below])
 
     def resolvent(self, square: float) -> Array:
-        """Return (p, p) Gauss value of q'(A + s^2)^-1 q, s^2 = ``square``, without the rigid motions: a lower bound."""
+        """Return the (p, p) Gauss value of q'(A + s^2)^-1 q, s^2 = ``square``, without rigid motions: a lower bound."""
         bands = self.banded()
         bands[0] += square
         return self._corner(bands)
@@ -235,7 +235,7 @@ class Recursion:
 
 @numba.njit(cache=True)
 def _subtract(w: Array, block: Array, factors: Array) -> None:
-    """Do w -= block @ factors, for few columns: one pass; threads of a BLAS would cost more than they bring."""
+    """Compute w -= block @ factors for few columns in one pass, which is faster than threads of a BLAS."""
     for i in range(w.shape[0]):
         for j in range(w.shape[1]):
             for k in range(w.shape[1]):
@@ -244,7 +244,7 @@ def _subtract(w: Array, block: Array, factors: Array) -> None:
 
 @numba.njit(cache=True)
 def _gram(a: Array, b: Array) -> Array:
-    """Return a'b of two tall blocks."""
+    """Return a'b for two blocks of few columns."""
     out = np.zeros((a.shape[1], b.shape[1]))
     for i in range(a.shape[0]):
         for j in range(a.shape[1]):
@@ -254,7 +254,7 @@ def _gram(a: Array, b: Array) -> Array:
 
 
 def _orthonormal(moved: Array, left: Array) -> tuple[Array, Array, Array]:
-    """Return (Q, P, R) with Q R = ``moved``, P R = ``left``, Q'P = 1 and R upper triangular, of M Q = P."""
+    """Return (Q, P, R) with Q R = ``moved``, P R = ``left``, Q'P = 1, P = M Q and R upper triangular."""
     if left.shape[1] == 1:
         size = float(np.sqrt(max(_gram(left, moved)[0, 0], 0.0)))
         return (moved / size, left / size, np.array([[size]])) if size > 0 else (moved, left, np.array([[size]]))

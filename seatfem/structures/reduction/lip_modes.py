@@ -1,17 +1,16 @@
-"""A lip struck in many arcs: its modes in the band, counted, and its residual; bodies of revolution and of any
-shape.
+"""The Green's function of a lip in many arcs, by all modes in the band and a residual.
+
+For a body of revolution (`lip_greens`)
 
 G_ij(t) = sum over n, k of s_ni s_nj cos n(th_i - th_j) phi_nk^2 sin(w_nk t)/w_nk  +  an exponential
 
-of modes up to a cutoff, whose number does not grow with that of the arcs. The exponential begins with 1/Z_i on each
-arc and has the static compliance that the modes leave out. `harmonics` keeps Krylov vectors of each harmonic instead:
-closer to g above the band, but thousands of pairs, which every arc feels.
+and for a body of any shape (`face_greens`), by one model whose ports are the arcs and one factorization,
 
 G_ij(t) = sum over k of phi_ki phi_kj sin(w_k t)/w_k  +  an exponential
 
-of modes up to a cutoff, whose number does not grow with that of the arcs; as `lip_modes`, of one model whose ports are
-the arcs. All statics take one factorization. Krylov vectors of so many ports would be as many pairs, which every arc
-feels.
+with modes up to a cutoff, whose number does not grow with that of the arcs. The exponential has g(0+) = 1/Z_i on each
+arc and the residual static compliance. Krylov spaces (`harmonics`) are closer to g above the band, but have thousands
+of pairs, all of which move every arc.
 """
 
 from __future__ import annotations
@@ -34,9 +33,9 @@ from seatfem.structures.reduction.modes import ConvergenceError, Modes, solve_mo
 from seatfem.structures.reduction.residual import relaxation, residual, semidefinite
 from seatfem.units import write_quantity
 
-FEWEST: Final = 4  # harmonics whose modes are looked for: the lowest frequency first falls, then rises with n
-MOST: Final = 1000  # harmonics
-DOUBT: Final = 0.002  # of the compliance of an arc, that the harmonics not computed may leave
+FEWEST: Final = 4  # fewest harmonics whose modes are computed: the lowest frequency first falls, then rises with n
+MOST: Final = 1000  # most harmonics of the static compliance
+DOUBT: Final = 0.002  # largest error of an arc's compliance by harmonics that are extrapolated
 
 
 def lip_greens(
@@ -52,16 +51,16 @@ def lip_greens(
     name.
 
     Args:
-        build: the model of a harmonic.
-        patches: on the rings, by port.
-        aims: the band, in which the error is judged; the tolerance is not asked for.
-        damping_ratio: of every mode.
-        static: without modes.
-        progress: informed of the harmonics.
+        build: function that returns the model of a harmonic.
+        patches: patches on the rings, by port.
+        aims: bandwidth and duration for which the error is estimated; the tolerance is not used.
+        damping_ratio: damping ratio of every mode.
+        static: whether to omit modes.
+        progress: receives the progress over the harmonics.
 
     Raises:
-        ModelError: overlapping patches. FactorizationError: a body that is free to move. ConvergenceError: arcs so
-        narrow that `MOST` harmonics do not sum up to their compliance.
+        ModelError: patches overlap. FactorizationError: the body is free to move. ConvergenceError: arcs are so narrow
+        that `MOST` harmonics do not represent their compliance.
     """
     ring_patches.check_patches(patches)
     rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
@@ -87,7 +86,7 @@ def lip_greens(
     impedance = np.array([first.ports[patch.boundary].impedance or math.inf for patch in patches.values()], dtype=float)
     start = np.diag(damping.first_velocity() * 2 * math.pi / (widths * impedance))
     omega, zetas, all_shapes = (np.concatenate(each) for each in zip(*parts, strict=True))
-    rest = relaxation(_left_of(compliance, omega, all_shapes), start, damping.beta)
+    rest = relaxation(_residual_compliance(compliance, omega, all_shapes), start, damping.beta)
     greens = ModalGreens(omega, zetas, all_shapes, rest, tuple(patches))
     cutoff, t = BEYOND * aims.bandwidth, oscillator.error_times(aims.duration, aims.width)
     error = modal.modal_error(greens, t, aims.bandwidth, cutoff, [0]) if len(greens.omega) else 0.0
@@ -112,7 +111,7 @@ def _statics(
     aims: Aims,
     progress: Progress,
 ) -> tuple[Array, int, float]:
-    """Return the static compliance (p, p) [m/N], the last harmonic computed, and what those beyond it may leave."""
+    """Return the static compliance (p, p) [m/N], the last harmonic computed, and the error by those extrapolated."""
     of_rings = first.port_matrix.T @ factorize(first.K, backend=aims.backend, name="K").solve(first.port_matrix)
     places = [first.port_names.index(patch.boundary) for patch in patches.values()]
     whole = (of_rings + of_rings.T)[np.ix_(places, places)] / 2
@@ -128,29 +127,29 @@ def _statics(
     return whole + tail.compliance(), tail.last, doubt
 
 
-def _left_of(compliance: Array, omega: Array, shapes: Array) -> Array:
-    """Return the (p, p) part of a static compliance that modes do not have."""
+def _residual_compliance(compliance: Array, omega: Array, shapes: Array) -> Array:
+    """Return the (p, p) residual compliance: a static compliance less that of the modes."""
     bent = shapes / omega[:, None]
     return semidefinite(compliance - bent.T @ bent, 1e-3 * float(np.abs(compliance).max()))
 
 
-PUSHED: Final = 8  # ports under whose impulses the error is judged, all around the lip
+PUSHED: Final = 8  # ports around the lip under whose impulses the error is estimated
 
 
 def face_greens(
     model: SecondOrderModel, aims: Aims, damping_ratio: float = 0.0, *, static: bool = False
 ) -> tuple[ModalGreens, Modes | None]:
-    """Return the Green's function of all ports of a model, and the modes that it is made of.
+    """Return the Green's function of all ports of a model, and its modes.
 
     Args:
-        model: its ports are the parts of the lip.
-        aims: the band, in which the error is judged; the tolerance is not asked for.
-        damping_ratio: of every mode, beside the model's own.
+        model: model whose ports are the parts of the lip.
+        aims: bandwidth and duration for which the error is estimated; the tolerance is not used.
+        damping_ratio: damping ratio of every mode, added to the model's own damping.
         static: without modes: the exponential from 1/Z_i on each part to the static compliance.
 
     Raises:
-        ModelError: damping that couples the modes. FactorizationError: a body that is free to move, where no modes are
-        asked for. ConvergenceError: more than `MOST_MODES` modes, or some that are not found.
+        ModelError: damping couples the modes. FactorizationError: the body is free to move, with ``static``.
+        ConvergenceError: more than `MOST_MODES` modes, or modes that are not found.
     """
     damping = model.damping.plus(damping_ratio)
     if damping.refusal and not static:
@@ -169,7 +168,7 @@ def face_greens(
 
 
 def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
-    """Return all up to `BEYOND` times the band; `ConvergenceError` of too many names a band with few enough."""
+    """Return all modes up to `BEYOND` times the band; the `ConvergenceError` for too many names a lower band."""
     try:
         return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, limit=MOST_MODES, backend=aims.backend)
     except eigen_search.CrowdedError as crowded:

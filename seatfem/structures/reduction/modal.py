@@ -1,4 +1,4 @@
-"""Modal truncation: modes up to a cutoff, a passive exponential for the others."""
+"""Reduction by modal truncation: modes up to a cutoff, and a passive exponential for the others."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 
 ALL_MODES: Final = 200  # unknowns up to which all modes cost less than a Krylov space (measured)
-_FREE: Final = 0.03  # s over the last mode of a free body: what the others add to g is 0.1 % off
-MODES_ARE_CHEAP: Final = 3000  # unknowns up to which they cost little all the same
+_FREE: Final = 0.03  # shift s over the last mode of a free body: an error of 0.1 % in its residual flexibility
+MODES_ARE_CHEAP: Final = 3000  # unknowns up to which modes cost little all the same
 
 
 @dataclass(frozen=True)
 class Modal(Reducer):
-    """All modes up to a cutoff, the residual flexibility of the others as a passive exponential.
+    """Reduction to all modes up to a cutoff, with the residual flexibility of the others as a passive exponential.
 
-    The cutoff rises until the estimated error is within the tolerance. It is the sum of what the exponential's lag
-    does (against a bare spring) and of what the modes left out still ring after the pulse: with x = cutoff/bandwidth
-    at most R0 2 bandwidth/(x^2 - 1), all in phase, and usually near what dropping the top 30 % changes.
+    The cutoff rises until the estimated error is within the tolerance. The error is the sum of that by the
+    exponential's lag (against a bare spring) and that by vibration of the truncated modes after the pulse: with x =
+    cutoff/bandwidth at most R0 2 bandwidth/(x^2 - 1), all in phase, and usually near the change by dropping the top 30
+    % of the modes.
 
     Attributes:
-        most: modes; where more would be needed, `reduce` raises `ConvergenceError`.
+        most: most modes; if more are needed, `reduce` raises `ConvergenceError`.
     """
 
     most: int = 1500
@@ -42,13 +43,13 @@ class Modal(Reducer):
     distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return no cost on a small model, where any other reduction takes longer; else ten times Krylov's."""
+        """Return zero for a small model, for which any other reduction takes longer; else ten times Krylov's cost."""
         if model.size <= ALL_MODES:
             return Cost(0.0, f"all modes at once (up to {ALL_MODES})")
         return Cost(factorized(model, 10 * USUAL * len(model.ports)), "the modes, ten times as many vectors")
 
     def advice(self, model: SecondOrderModel) -> str:
-        """Advise to take Krylov vectors, on a large model."""
+        """Return the advice to use Krylov vectors for a large model."""
         if model.size <= MODES_ARE_CHEAP:
             return ""
         return (
@@ -57,7 +58,7 @@ class Modal(Reducer):
         )
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """Reduce as `Reducer.reduce`; the modes found are all up to the cutoff."""
+        """Reduce as `Reducer.reduce`, with all modes up to the cutoff."""
         scale = eigen_search.default_shift(model)
         small = dense_modes(model, scale) if model.size <= DENSE and not aims.distributed else None
         with krylov.backend_of(model, aims) as backend:
@@ -69,7 +70,7 @@ class Modal(Reducer):
                 if small is None:
                     try:
                         spectrum.below(square, self.most)
-                        spectrum.first(1)  # a band below the lowest mode knows that one
+                        spectrum.first(1)  # the lowest mode, even if the band is below it
                     except eigen_search.CountError as problem:
                         raise eigen_search.CountError(f"{problem}: use method='krylov'") from problem
                     except eigen_search.ConvergenceError as problem:
@@ -86,7 +87,7 @@ class Modal(Reducer):
                     break
                 cutoff *= 1.3
             progress("reduction", 1.0)
-            return Reduction(_told(greens, error, count, cutoff), modes)
+            return Reduction(_documented(greens, error, count, cutoff), modes)
 
 
 def with_modes(
@@ -94,11 +95,11 @@ def with_modes(
 ) -> modal.ModalGreens:
     """Return the Green's function of a model's ports by known ``modes``, all up to ``cutoff`` [Hz]; see `Modal`.
 
-    ``pushed``: numbers of the ports under whose impulses its error is judged.
+    ``pushed``: numbers of the ports under whose impulses its error is estimated.
     """
     static = _static(model, modes, krylov.Here(model, aims.backend), deflated=True)
     greens, error = _of_modes(model, damping, modes, cutoff, aims, static, pushed)
-    return _told(greens, error, len(modes.omega), cutoff)
+    return _documented(greens, error, len(modes.omega), cutoff)
 
 
 def _of_modes(
@@ -110,18 +111,18 @@ def _of_modes(
     static: tuple[float, Array, bool],
     pushed: Sequence[int] | None = None,
 ) -> tuple[modal.ModalGreens, float]:
-    """Return the function and its error."""
+    """Return the Green's function by modes up to ``cutoff`` and its relative error."""
     shapes = modes.shapes.T @ model.port_matrix
-    extra = _left_out(model, modes, shapes, *static)
+    extra = _residual_compliance(model, modes, shapes, *static)
     zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
     greens = residual.truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
     return greens, modal_error(greens, error_times(aims.duration, aims.width), aims.bandwidth, cutoff, pushed)
 
 
-def _told(greens: modal.ModalGreens, error: float, found: int, cutoff: float) -> modal.ModalGreens:
-    """Return the function with its error and where it came from."""
+def _documented(greens: modal.ModalGreens, error: float, count: int, cutoff: float) -> modal.ModalGreens:
+    """Return the Green's function with its error and provenance."""
     checks = {"reciprocity": 0.0, **residual.passivity(greens)}
-    origin = {"modes": found, "cutoff_Hz": cutoff, "counted": True, "checks": checks}
+    origin = {"modes": count, "cutoff_Hz": cutoff, "counted": True, "checks": checks}
     return greens.with_error(base.ErrorEstimate(reduction=error), origin)
 
 
@@ -150,10 +151,10 @@ def modal_error(
 def _static(
     model: SecondOrderModel, modes: Modes, backend: krylov.Here | reduction.slepc.Ranks, *, deflated: bool = False
 ) -> tuple[float, Array, bool]:
-    """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s below the modes left out, P = 1 - M R R' of rigid modes R.
+    """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s below truncated modes, P = 1 - M R R' with rigid modes R.
 
-    P B are loads that its inertia balances, under which a free body does not move away. ``deflated``: with all modes in
-    place of R, so that only those left out yield, and no digits are lost in a difference.
+    P B are loads balanced by inertia, under which a free body does not move away. ``deflated``: R are all known modes,
+    so that the result is the compliance of the truncated ones, without cancellation in a difference.
     """
     loads, last, rigid = model.port_matrix, float(modes.omega[-1]), modes.shapes[:, modes.omega == 0]
     shift = min(eigen_search.default_shift(model), 1e-3 * last)
@@ -165,10 +166,10 @@ def _static(
     return shift**2, loads.T @ backend.factorize(shift**2).solve(loads), deflated
 
 
-def _left_out(
+def _residual_compliance(
     model: SecondOrderModel, modes: Modes, shapes: Array, square: float, static: Array, deflated: bool
 ) -> Array:
-    """Return (p, p) static compliance of the modes not in ``modes``: `_static` minus theirs where it has them."""
+    """Return the (p, p) static compliance of the truncated modes: `_static` less ``modes`` if it includes them."""
     if len(modes.omega) == model.size:
         return np.zeros((shapes.shape[1], shapes.shape[1]))
     elastic = (modes.omega > 0) & (not deflated)

@@ -1,4 +1,4 @@
-"""Natural modes, complete by inertia, and their checks; of plates that y = 0 mirrors each even or odd."""
+"""Natural modes, proved complete by a count of eigenvalues; those of symmetric plates as even or odd modes."""
 
 from __future__ import annotations
 
@@ -23,10 +23,12 @@ if TYPE_CHECKING:
 
 __all__ = ["ConvergenceError", "Modes", "dense_modes", "eigen_residuals", "modes_of", "solve_modes"]
 
-_SURE = 1e-6  # of s^2: an eigenvalue above it is not zero, whatever the largest of K/M
-DENSE = 600  # unknowns up to which LAPACK is the quickest and finds all modes
-_LARGEST_RESIDUAL = 1e-5  # beside what round-off of K leaves
-_ROUND_OFF = 300.0  # times `null_limit`: rigid modes of rings of h/a = 0.005 leave 110, their frequencies are right
+_SURE = 1e-6  # eigenvalue over s^2 above which it is not zero, whatever the largest of K/M
+DENSE = 600  # unknowns up to which LAPACK is fastest and computes all modes
+_LARGEST_RESIDUAL = 1e-5  # largest residual, apart from round-off of K
+_ROUND_OFF = (
+    300.0  # allowed round-off over `null_limit`: rigid modes of rings of h/a = 0.005 have 110, and are accurate
+)
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,8 @@ class Modes:
         shapes: (n, m) mass-normalised shapes y [1/sqrt(kg)].
         residuals: (m,) ||K y - w^2 M y|| / ((w^2 + s^2) ||M y||), s of the order of the lowest or of the shift used.
         complete: whether a count of eigenvalues (Sylvester's law of inertia) proved that none is missing.
-        backend: what solved them.
-        solves: right-hand sides that the factorizations were solved for.
+        backend: name of the eigensolver.
+        solves: number of right-hand sides that were solved.
     """
 
     frequencies_hz: Array
@@ -82,22 +84,23 @@ def solve_modes(
     """Return the ``n`` lowest undamped modes, or all up to a frequency; free bodies include their rigid modes at
     exactly 0 Hz.
 
-    Block Lanczos on (K - sigma M)^-1 M with sigma inside the part of the spectrum that is asked for; the negative
-    pivots of K - sigma M, there and behind the last mode, count the eigenvalues, so that none is missing, repeated ones
-    included. Starts are seeded, so runs repeat. Where the factorization cannot count, the modes come from a shift below
-    the spectrum, and ``complete`` is false. Source: Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15 (1994).
+    Block Lanczos on (K - sigma M)^-1 M with sigma inside the requested part of the spectrum; the negative pivots of
+    K - sigma M, there and behind the last mode, count the eigenvalues, so that none is missing, repeated ones included.
+    Starts are seeded, so runs are reproducible. If the factorization cannot count, the modes are computed with a shift
+    below the spectrum, and ``complete`` is false. Source: Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15 (1994).
 
     Args:
         n: number of modes [20, or with ``up_to_hz`` as many as there are]; all of them if the model has fewer.
-        up_to_hz: highest frequency [Hz]; of both limits, the lower counts.
-        shift_hz: of the order of the lowest elastic frequency; default: from the size of the model.
-        check: count what lies below the last mode too; without, one factorization less, and ``complete`` is false.
-        limit: of modes up to that frequency, where there are too many to look for.
+        up_to_hz: highest frequency [Hz]; if both limits are given, the lower one counts.
+        shift_hz: frequency of the order of the lowest elastic one; default: from the size of the model.
+        check: whether to count the eigenvalues below the last mode; otherwise there is one factorization less, and
+            ``complete`` is false.
+        limit: most modes up to ``up_to_hz``.
         progress: called with ("modes", fraction) and ("factorization", fraction).
 
     Raises:
-        ModelError: an impossible n or frequency, an indefinite K. ConvergenceError: Lanczos leaves too large an error.
-        CrowdedError: there are more than ``limit``.
+        ModelError: an impossible n or frequency, an indefinite K. ConvergenceError: the error of Lanczos is too large.
+        CrowdedError: there are more than ``limit`` modes.
     """
     if n is not None and n < 1:
         raise ModelError(f"n = {n} modes asked for: give at least 1")
@@ -123,7 +126,7 @@ def solve_modes(
 
 
 def modes_of(spectrum: Spectrum | RanksSpectrum, scale: float) -> Modes:
-    """Return what a spectrum holds, with rigid modes at exactly 0 Hz and residuals checked; ``scale`` as s in `Modes`.
+    """Return the modes of a spectrum, with rigid modes at exactly 0 Hz and residuals checked; ``scale``: s in `Modes`.
 
     Raises:
         ModelError: K is indefinite. ConvergenceError: a residual is too large.
@@ -147,7 +150,7 @@ def dense_modes(model: SecondOrderModel, scale: float) -> Modes:
 
 
 def _without_count(model: SecondOrderModel, most: int | None, highest: float, scale: float, backend: Backend) -> Modes:
-    """Find modes from a shift below the spectrum, where inertia is not to be had."""
+    """Return modes from a shift below the spectrum, for factorizations without a count of pivots."""
     wanted = most or 20
     while True:
         values, shapes = uncounted(model, min(wanted, model.size), scale**2, backend)
@@ -157,7 +160,7 @@ def _without_count(model: SecondOrderModel, most: int | None, highest: float, sc
 
 
 def _lowest(modes: Modes, most: int | None, highest: float) -> Modes:
-    """Return the first ``most``, and none above ``highest`` [1/s^2]."""
+    """Return at most the first ``most`` modes, and none above ``highest`` [1/s^2]."""
     count = int(np.sum(modes.omega**2 <= highest * (1 + 1e-9)))
     kept = slice(0, count if most is None else min(most, count))
     return replace(
@@ -174,7 +177,7 @@ def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, 
         raise ModelError(f"K is indefinite, check its constraints: eigenvalue {values[0]:.2e} 1/s^2 relative to M")
     zero = values < limit
     rigid = eigen_search.rigid_shapes(model) if zero.any() else shapes[:, :0]
-    if known := min(rigid.shape[1], len(values)):  # exact ones for the computed; they span the same null space
+    if known := min(rigid.shape[1], len(values)):  # exact shapes replace the computed ones, with the same null space
         shapes = np.concatenate([rigid[:, :known], shapes[:, known:]], axis=1)
         zero = np.arange(len(values)) < known
     elif zero.any() and limit > _SURE * shift**2:
@@ -197,21 +200,20 @@ def eigen_residuals(model: SecondOrderModel, square: Array, shapes: Array, shift
     return np.asarray(residuals / ((square + shift**2) * np.linalg.norm(mass, axis=0)))
 
 
-SIGNS: Final = (1.0, 1.0, -1.0)  # of w, a_x and a_y = dw/dy in the image of an even motion
-ALMOST: Final = 1e-8  # 1 - |parity|: a mode nearer to even or odd is that but for the solver's error
+SIGNS: Final = (1.0, 1.0, -1.0)  # signs of w, a_x and a_y = dw/dy in the mirror image of an even motion
+ALMOST: Final = 1e-8  # largest 1 - |parity| of a mode that is even or odd but for the solver's error
 
 
 def with_parity(modes: Modes, model: SecondOrderModel, points: Array) -> Modes:
-    """Return the modes without what the solver's error leaves of the other parity, (y + p P y)/2, p = sign of y'M P y.
+    """Return the modes of a plate symmetric about y = 0 as even or odd ones, (y + p P y)/2, p = sign of y'M P y.
 
-    P takes a motion to its image. Rigid modes, any mixture of which is one, are first turned into even and odd ones.
-    Other modes of both parities, as pairs of equal frequency may be, stay as they are, and so do all on a mesh that is
-    not its own image.
+    P maps a motion to its mirror image. Rigid modes are first combined to even and odd ones. Modes of mixed parity,
+    such as pairs of equal frequency, are not changed, nor are any modes on a mesh without this symmetry.
 
     Args:
-        modes: of ``model``, a plate's.
-        model: three unknowns a node.
-        points: (n, 2) of its nodes.
+        modes: modes of ``model``.
+        model: model of a plate, with three unknowns a node.
+        points: (n, 2) coordinates of its nodes.
     """
     image = points * (1, -1)
     order, image_order = (np.lexsort(each.T) for each in (points, image))

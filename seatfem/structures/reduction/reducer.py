@@ -1,6 +1,4 @@
-"""What every reduction answers for itself, a subclass of `Reducer`, and what Krylov spaces have in common: growth,
-Ritz pairs, checks.
-"""
+"""The base class of all reductions, `Reducer`, and Krylov spaces: growth, Ritz pairs, error estimates."""
 
 from __future__ import annotations
 
@@ -21,14 +19,14 @@ from seatfem.structures.model import Array, Damping, SecondOrderModel
 from seatfem.structures.reduction.modes import ConvergenceError, Modes
 from seatfem.structures.reduction.residual import truncate
 
-USUAL: Final = 100  # Krylov vectors that one port usually takes
-_FACTOR, _FACTOR_ORDER = 2.5e-7, 1.47  # s, of unknowns, P2 tetrahedra by PARDISO on two cores
-_VECTOR = 8e-7  # s for each unknown and Krylov vector: solve, two products and the orthogonalisation
+USUAL: Final = 100  # usual number of Krylov vectors for one port
+_FACTOR, _FACTOR_ORDER = 2.5e-7, 1.47  # time [s] of a factorisation and its power of the unknowns; PARDISO, two cores
+_VECTOR = 8e-7  # time [s] per unknown and Krylov vector: solve, two products and the orthogonalisation
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """A Green's function, and the modes of the body that were found on the way (krylov and modes; else ``None``)."""
+    """A Green's function, and the modes of the body, if the reduction computes any (krylov and modes)."""
 
     greens: StatedGreens
     modes: Modes | None = None
@@ -41,8 +39,8 @@ class Cost:
     """Predicted effort of a reduction.
 
     Attributes:
-        seconds: on one machine of reference; only ratios are used.
-        effort: what takes them, in a few words.
+        seconds: time on a reference machine; only ratios are used.
+        effort: the main operations, in a few words.
     """
 
     seconds: float
@@ -50,19 +48,19 @@ class Cost:
 
 
 class Reducer(ABC):
-    """One way from a model to the Green's function of its ports.
+    """A reduction: a method to compute the Green's function g of a model's ports.
 
-    A concrete subclass with a ``name`` of its own is registered by being defined: ``method=name`` and a scene's
-    ``seat.greens.method`` find it, and "auto" asks it too.
+    Defining a concrete subclass with a ``name`` registers it for ``method=name``, for a scene's ``seat.greens.method``
+    and for the choice of "auto".
 
     Attributes:
-        name: what asks for it.
+        name: name of the reduction.
         oscillators: whether its g is a sum of oscillators; others are convolved by step weights.
-        any_time: whether its g holds beyond the duration it was computed for, as modes of the body do.
-        factorizes: whether it takes the memory of a sparse factorization.
-        diagonal_mass: whether it is meant for models of a diagonal mass, others being slow or refused.
-        modal_damping: whether it takes damping by ratios, which have no sparse matrix.
-        distributes: whether it can work on the ranks of PETSc.
+        any_time: whether its g is valid beyond the duration it was computed for, like modes of the body.
+        factorizes: whether it needs the memory of a sparse factorization.
+        diagonal_mass: whether it is meant for models with a diagonal mass; others are slow or refused.
+        modal_damping: whether it accepts damping ratios, which have no sparse matrix.
+        distributes: whether it can be distributed over PETSc's ranks.
     """
 
     name: ClassVar[str]
@@ -74,30 +72,30 @@ class Reducer(ABC):
     distributes: ClassVar[bool] = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Return why it cannot be used, with the remedy; "" where it can. Here: damping that modes cannot carry."""
+        """Return why it cannot be used, with a remedy, or "" if it can; by default damping that couples modes."""
         return damping.refusal
 
     @abstractmethod
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return the predicted effort on a model that it can reduce; infinite: only where nothing else works."""
+        """Return the predicted effort for a model that it can reduce; infinite: a last resort."""
 
     @abstractmethod
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """Return g of all ports with ``error_estimate.reduction``, and in ``origin`` what it took.
+        """Return g of all ports with ``error_estimate.reduction``, and details of the computation in ``origin``.
 
-        ``damping`` is the model's with what is asked for beside it.
+        ``damping``: the model's damping and the ratio added to it.
 
         Raises:
             ConvergenceError: the tolerance is not reached.
         """
 
     def advice(self, model: SecondOrderModel) -> str:
-        """Return what would have been better, of one that was asked for by name; "" where nothing."""
+        """Return advice on a better choice, for a reduction that was chosen by name; "" for none."""
         return ""
 
 
 def defined(base: type[Reducer] = Reducer) -> Iterator[type[Reducer]]:
-    """Yield every reduction that is imported by now: concrete subclasses with a name of their own, however deep."""
+    """Yield all reductions that are imported so far: concrete direct and indirect subclasses with their own name."""
     for kind in base.__subclasses__():
         if not inspect.isabstract(kind) and "name" in vars(kind):
             yield kind
@@ -105,16 +103,16 @@ def defined(base: type[Reducer] = Reducer) -> Iterator[type[Reducer]]:
 
 
 def factorized(model: SecondOrderModel, vectors: int) -> float:
-    """Return the predicted time of one factorization and so many vectors [s]."""
+    """Return the predicted time of one factorization and a number of Krylov vectors [s]."""
     return float(_FACTOR * model.size**_FACTOR_ORDER + vectors * _VECTOR * model.size)
 
 
-_SINCE: Final = 1.4  # times the change since two thirds of the vectors
+_SINCE: Final = 1.4  # error estimate over the change since two thirds of the vectors
 
 
 @dataclass
 class History:
-    """Changes of g after the pulse from one check to the next, and what is to be expected of the vectors to come."""
+    """Changes of g after the pulse from one check to the next, and the error extrapolated from them."""
 
     tolerance: float
     last: Array | None = None
@@ -138,7 +136,7 @@ class History:
         """
         before, self.last = self.last, response
         earlier = None
-        if size is not None:  # of two thirds of the vectors, or a little less; nothing older is kept
+        if size is not None:  # the response with at most two thirds of the vectors; older ones are dropped
             older = [k for k, (n, _) in enumerate(self.seen) if 3 * n <= 2 * size]
             self.seen = [*self.seen[older[-1] if older else 0 :], (size, response)]
             earlier = self.seen[0][1] if older else None
@@ -170,20 +168,20 @@ def _apart(response: Array, other: Array) -> float:
 
 G = TypeVar("G", bound=GreensFunction)
 Grown = tuple[Array, bool, bool, int | None]
-"""After a step of growth: (p, p, nt) g after the pulse [m/(N s)]; whether nothing more can be found; whether no further
-vector is allowed; the number of vectors, where it says how far the space has come (`History.add`)."""
+"""State after growth: (p, p, nt) g after the pulse [m/(N s)]; whether the space is complete; whether no further vector
+is allowed; the number of vectors, if it measures the progress of the space (`History.add`)."""
 
 
 class Space(ABC, Generic[G]):
-    """A space of vectors, and the Green's function g in it, judged after the Hann pulse of the band.
+    """A space of vectors, and the Green's function g in it, whose error is that after the Hann pulse of the band.
 
     Attributes:
-        model, damping: what is reduced.
-        aims: what g must reach.
-        history: of the checks so far.
-        t: (nt,) times at which g is looked at [s].
-        omega: (k,) of the undamped pairs in the space [rad/s], once it has grown.
-        step: ratio of the cutoffs that are tried.
+        model, damping: the model and its damping.
+        aims: bandwidth, duration and tolerance of g.
+        history: changes of g so far.
+        t: (nt,) times at which g is compared [s].
+        omega: (k,) angular frequencies of the undamped pairs in the space [rad/s], once it has grown.
+        step: ratio of successive cutoffs that are tried.
     """
 
     step: ClassVar[float] = 1.25
@@ -196,18 +194,18 @@ class Space(ABC, Generic[G]):
 
     @abstractmethod
     def grow(self) -> Grown:
-        """Add vectors; return what g in the space is then, as `Grown`."""
+        """Add vectors; return the new state of g as `Grown`."""
 
     @abstractmethod
     def truncated(self, above: float) -> tuple[G, float]:
-        """Return (g of pairs up to ``above`` [rad/s] and a residual for the others, its relative error)."""
+        """Return g with the pairs up to ``above`` [rad/s] and a residual for the others, and its relative error."""
 
     @abstractmethod
     def shortfall(self, error: float) -> str:
-        """Return what is to be said where the space is full and leaves ``error``."""
+        """Return the message for a full space whose error is still ``error``."""
 
     def converge(self, progress: Progress) -> tuple[G, float]:
-        """Return (g, its estimated error): what `History` says of vectors still to come, plus what the cut leaves out.
+        """Return g and its estimated error: that by missing vectors (`History`) plus that by truncation.
 
         Raises:
             ConvergenceError: the space is full before the tolerance is reached.
@@ -219,7 +217,7 @@ class Space(ABC, Generic[G]):
             if error <= tolerance / 2:
                 greens, cut = self._cut(tolerance / 2)
                 if complete and cut > tolerance / 2:
-                    greens, cut = self.truncated(np.inf)  # there are no more: all of them are exact
+                    greens, cut = self.truncated(np.inf)  # the space is complete: all pairs are exact
                 error += cut
                 if error <= tolerance or complete:
                     progress("reduction", 1.0)
@@ -229,7 +227,7 @@ class Space(ABC, Generic[G]):
                 raise ConvergenceError(self.shortfall(error))
 
     def _cut(self, allowed: float) -> tuple[G, float]:
-        """Return `truncated` at the lowest cutoff that costs less than ``allowed``, else the one that costs least."""
+        """Return `truncated` at the lowest cutoff with an error below ``allowed``, else that with the least error."""
         above = 2 * self.aims.band
         best, lowest = self.truncated(above)
         while lowest > allowed and np.any(self.omega > above * self.step):
@@ -241,10 +239,10 @@ class Space(ABC, Generic[G]):
 
 
 class RitzSpace(Space[modal.ModalGreens]):
-    """A space whose Ritz pairs damping does not couple."""
+    """A space whose Ritz pairs are not coupled by damping."""
 
     def see(self, omega: Array, shapes: Array, *, loss: Array | None = None, beyond: Array | None = None) -> Array:
-        """Return (p, p, nt) what pairs do after the pulse; they are those of the space from now on.
+        """Set the pairs of the space; return their (p, p, nt) response after the pulse.
 
         Args:
             omega, shapes: (k,) and (k, p), mass-normalised.
@@ -261,7 +259,7 @@ class RitzSpace(Space[modal.ModalGreens]):
         return self._response
 
     def truncated(self, above: float) -> tuple[modal.ModalGreens, float]:
-        """Truncate as `Space.truncated`: high pairs stand for no mode; kept, they would ring in the contact."""
+        """Truncate as `Space.truncated`: the highest pairs are no modes of the body, and would ring in the contact."""
         greens = truncate(self.omega, self._zeta, self._shapes, above, self._beyond, self.model, self.damping)
         dropped = self.omega > above
         stand_in = greens.residual.filtered(self.t, self.aims.width)

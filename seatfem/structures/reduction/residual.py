@@ -1,4 +1,4 @@
-"""The passive residual that stands for the modes left out, and what is checked of every Green's function."""
+"""The passive residual that replaces truncated modes, and checks of Green's functions: reciprocity, passivity."""
 
 import numpy as np
 
@@ -9,17 +9,14 @@ from seatfem.structures.reduction.eigen_search import ConvergenceError
 
 
 def reciprocity(matrix: Array) -> float:
-    """Return max |G - G'| / max |G| of (p, p) or (p, p, n) values: 0 for a symmetric function."""
+    """Return max |G - G'| / max |G| for (p, p) or (p, p, n) values: 0 for a reciprocal Green's function."""
     largest = float(np.abs(matrix).max())
     return float(np.abs(matrix - np.swapaxes(matrix, 0, 1)).max()) / largest if largest else 0.0
 
 
 def passivity(greens: modal.ModalGreens) -> dict[str, object]:
-    """Return whether it is passive, and by what margin.
-
-    Modes with zeta >= 0 beside relaxations with positive rates and a positive semidefinite compliance cannot gain
-    energy.
-    """
+    """Return whether a modal Green's function is passive, and the margins: modes with zeta >= 0, relaxations with
+    positive rates and a positive semidefinite residual compliance cannot gain energy."""
     compliance = float(np.linalg.eigvalsh(greens.residual.compliance)[0])
     least = float(greens.zeta.min(initial=np.inf))
     return {
@@ -30,27 +27,27 @@ def passivity(greens: modal.ModalGreens) -> dict[str, object]:
 
 
 def passivity_of_poles(greens: poles.PoleGreens) -> dict[str, object]:
-    """Return the same of complex poles: the mobility's real part is searched over all frequencies."""
+    """Return whether a Green's function of complex poles is passive, by its mobility's real part at all frequencies."""
     verdict = pole_passivity(greens)
     return {"passive": verdict.passive, "margin": verdict.margin, "margin_at_Hz": verdict.frequency}
 
 
 def feeding(model: SecondOrderModel, damping: Damping) -> str:
-    """Say how the model's C would feed energy; "" where it does not, as far as its diagonal shows."""
+    """Return in words how the model's damping would add energy; "" if it does not, by the diagonal of C."""
     least = 0.0 if model.C is None else float(model.C.diagonal().min(initial=0.0))
     if least < 0:
         return f"C has a diagonal value {least:g}: it must not be negative and feed energy"
     return "" if damping.coupling else damping.refusal
 
 
-_LEAST = 1e-9  # of the largest first velocity: what round-off leaves of the smallest
+_LEAST = 1e-9  # least initial velocity over the largest, to exclude round-off
 
 
 def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> modal.Residual:
-    """Return a passive stand-in for modes above the band, of static compliance R0 = ``left_out`` (p, p) [m/N].
+    """Return a passive replacement for modes above the band, of static compliance R0 = ``left_out`` (p, p) [m/N].
 
-    The `relaxation` that starts with g(0+) of the continuum, 1/Z times `Damping.first_velocity`. If a port's impedance
-    is unknown, a bare spring (no statement about g(0+)).
+    It is the `relaxation` with g(0+) of the continuum, 1/Z times `Damping.first_velocity`, or a bare spring if the
+    impedance of a port is unknown.
     """
     impedances = [port.impedance for port in model.ports.values()]
     if any(z is None for z in impedances):
@@ -62,7 +59,7 @@ def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> moda
 
 
 def semidefinite(rest: Array, allowed: float) -> Array:
-    """Return a compliance (p, p) without the negative part that round-off leaves, `ConvergenceError` of more."""
+    """Return a compliance (p, p) without negative eigenvalues; raises `ConvergenceError` if they exceed ``allowed``."""
     values, vectors = np.linalg.eigh((rest + rest.T) / 2)
     if len(values) and values[0] < -allowed:
         raise ConvergenceError(
@@ -73,10 +70,10 @@ def semidefinite(rest: Array, allowed: float) -> Array:
 
 
 def relaxation(compliance: Array, start: Array, beta: float) -> modal.Residual:
-    """Return the exponential of integral R0 = ``compliance`` (p, p) [m/N] and g(0+) = ``start`` (p, p) [m/(N s)].
+    """Return the exponential with integral R0 = ``compliance`` (p, p) [m/N] and g(0+) = ``start`` (p, p) [m/(N s)].
 
-    tau = R0/g(0+) for one port. Stiffness-proportional damping slows it to tau + ``beta``: modes far above 2/beta are
-    overdamped and creep as exp(-t/beta), and a spring beside a dashpot of ratio beta [s] does the same.
+    tau = R0/g(0+) for one port. Stiffness-proportional damping changes it to tau + ``beta``: modes far above 2/beta are
+    overdamped and creep as exp(-t/beta), like a spring parallel to a dashpot of ratio beta [s].
     """
     scale, vectors = np.linalg.eigh(start)
     scale = np.sqrt(np.maximum(scale, _LEAST * scale[-1]))
@@ -100,7 +97,7 @@ def truncate(
     kept = omega <= above
     dropped = shapes[~kept] / omega[~kept, None]
     tail = damping
-    if damping.loss is not None:  # the patch's loss: of the dropped modes, by their share of the compliance
+    if damping.loss is not None:  # mean loss of the dropped modes, weighted by their compliance
         elastic = omega > 0 if kept.all() else ~kept
         share = np.sum((shapes[elastic] / omega[elastic, None]) ** 2, axis=1)
         lost = (zeta - damping.ratios(omega))[elastic]

@@ -1,10 +1,10 @@
 """Patches on a ring, and the Fourier series of a uniform pressure on them.
 
-Over an arc of width w about th_i a force F presses on the ring of area A like F/A times
+The pressure of a force F on an arc of width w about th_i of a ring of area A is F/A times
 
     1 + 2 sum_n s_n cos n(th - th_i),      s_n = sin(n w/2)/(n w/2)
 
-and the mean of cos n(th - th_i) over the same arc is s_n again: reciprocity, term by term.
+and the mean of cos n(th - th_i) over the same arc is s_n, too: each harmonic is reciprocal.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from numpy.typing import ArrayLike, NDArray
 from seatfem.structures.model import Array, ModelError
 
 NARROWEST: Final = 1e-4
-"""Radians of a patch: its statics are a sum of 200 harmonics over its width, of which some arrays are made."""
+"""Least width of a patch [rad]: its static compliance is a sum over 200/width harmonics, in several arrays."""
 
 
 @dataclass(frozen=True)
 class RingPatch:
-    """An arc of a ring-shaped face, pushed uniformly and observed in the mean.
+    """An arc of a ring-shaped face, under uniform pressure and with its mean displacement.
 
     Attributes:
-        angle: of its middle [rad].
-        width: `NARROWEST` <= width <= 2 pi [rad].
+        angle: angle of its middle [rad].
+        width: its width [rad], `NARROWEST` <= width <= 2 pi.
         boundary: name of the ring, a boundary of the meridian mesh.
 
     Raises:
-        ModelError: a width outside its range (a line has no finite compliance), a value that is not finite.
+        ModelError: the width is outside its range (a line has no finite compliance), or a value is not finite.
     """
 
     angle: float
@@ -48,7 +48,7 @@ class RingPatch:
             raise ModelError(f"ring patch: angle = {self.angle} rad must be finite")
 
     def coefficients(self, harmonics: ArrayLike) -> Array:
-        """Return s_n of each harmonic; 1 for n = 0."""
+        """Return s_n of each harmonic n; s_0 = 1."""
         return np.asarray(np.sinc(np.asarray(harmonics) * min(self.width / (2 * math.pi), 1.0)))
 
 
@@ -66,16 +66,14 @@ def check_patches(patches: Mapping[str, RingPatch]) -> None:
 
 
 def mixing(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> list[Array]:
-    """Return the (p, rings) matrices that take a ring's harmonic, once as cos and once as sin n th, to the patches.
-
-    With them g_ij gains sum over the matrices of X g_n X'; matrices of zeros are left out.
-    """
+    """Return the (p, rings) matrices X from harmonic amplitudes of the rings, one for cos n th and one for sin n th, to
+    the patches: g_ij is a sum of X g_n X'. Matrices of zeros are omitted."""
     waves = np.moveaxis(mixing_of(patches, rings, harmonic), 2, 0)
     return [weight for wave in waves if np.any(weight := np.where(np.abs(wave) > 1e-12, wave, 0.0))]
 
 
 def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> Array:
-    """Return (p, rings, 2) what the patches' forces are on the rings, as cos and as sin n th."""
+    """Return the (p, rings, 2) amplitudes of cos n th and sin n th on the rings of a unit force on each patch."""
     out = np.zeros((len(patches), len(rings), 2))
     for i, patch in enumerate(patches.values()):
         turn = harmonic * patch.angle
@@ -85,10 +83,8 @@ def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int)
 
 
 def summed(patches: Mapping[str, RingPatch], harmonics: NDArray[np.int64], law: Array, places: list[int]) -> Array:
-    """Return (p, p) sum over n of s_ni s_nj cos n(th_i - th_j) law_n, rings ``places`` (p,), law (rings, rings, n).
-
-    cos n(th_i - th_j) is a product of cosines plus one of sines.
-    """
+    """Return the (p, p) sums over n of s_ni s_nj cos n(th_i - th_j) law_n, with ``places`` (p,) the ring of each patch
+    and ``law`` (rings, rings, n); cos n(th_i - th_j) is a product of cosines plus one of sines."""
     each = np.stack([patch.coefficients(harmonics) for patch in patches.values()])
     turns = np.array([patch.angle for patch in patches.values()])[:, None] * harmonics
     out, of = np.zeros((len(each), len(each))), np.array(places)
@@ -100,9 +96,9 @@ def summed(patches: Mapping[str, RingPatch], harmonics: NDArray[np.int64], law: 
 
 
 def first_velocities_beyond(patches: Mapping[str, RingPatch], ring_impedance: Mapping[str, float], last: int) -> Array:
-    """Return the (p, p) g(0+) that the harmonics above ``last`` have together [m/(N s)].
+    """Return the (p, p) g(0+) of all harmonics above ``last`` together [m/(N s)].
 
-    By Parseval's identity all of them give 1/Z_i of each patch, Z_i = rho c_p A_i, and nothing between disjoint ones.
+    By Parseval's identity all harmonics sum to 1/Z_i for each patch, Z_i = rho c_p A_i, and to 0 between disjoint ones.
     """
     listed = list(patches.values())
     rings = list(dict.fromkeys(patch.boundary for patch in listed))

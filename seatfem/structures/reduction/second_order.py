@@ -1,4 +1,4 @@
-"""Krylov vectors for damping that couples the modes, their two-level orthogonal basis, and the small model's poles.
+"""Reduction to a second-order Krylov space, for damping that couples the modes, and to the poles of the small model.
 
 A second-order Krylov space at one real s0, with P = s0^2 M + s0 C + K (symmetric positive definite, factorized once),
 
@@ -32,7 +32,7 @@ from seatfem.structures.reduction.reducer import USUAL, Cost, Grown, Reducer, Re
 from seatfem.structures.reduction.residual import feeding, passivity_of_poles, reciprocity, residual
 
 Complex = NDArray[np.complex128]
-_COUPLED = 1e-8  # off-diagonal of X'EX relative to its diagonal, above which vectors share a repeated pole
+_COUPLED = 1e-8  # off-diagonal entry of a Gram matrix over its diagonal, above which vectors share a repeated pole
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ class Coupled:
     """q'' + C q' + diag(w^2) q = ports F: undamped pairs, coupled by damping.
 
     Attributes:
-        omega: (k,) ascending [rad/s]; exactly 0 for rigid bodies.
-        C: (k, k) symmetric positive semidefinite [1/s].
-        ports: (k, p) [1/sqrt(kg)].
+        omega: (k,) ascending angular frequencies [rad/s]; exactly 0 for rigid motions.
+        C: (k, k) symmetric positive semidefinite damping [1/s].
+        ports: (k, p) shapes at the ports [1/sqrt(kg)].
     """
 
     omega: Array
@@ -50,12 +50,12 @@ class Coupled:
     ports: Array
 
     def below(self, above: float) -> Coupled:
-        """Return the pairs up to ``above`` [rad/s]: a congruence, passive as the whole."""
+        """Return the system of the pairs up to ``above`` [rad/s], passive as the whole."""
         kept = self.omega <= above
         return Coupled(self.omega[kept], self.C[np.ix_(kept, kept)], self.ports[kept])
 
     def left_out(self, above: float) -> Array:
-        """Return the (p, p) static compliance of the pairs above [m/N]."""
+        """Return the (p, p) static compliance of the pairs above ``above`` [rad/s] [m/N]."""
         dropped = self.omega > above
         parts = self.ports[dropped] / self.omega[dropped, None]
         return np.asarray(parts.T @ parts)
@@ -64,7 +64,7 @@ class Coupled:
 def poles(system: Coupled, port_names: tuple[str, ...]) -> PoleGreens:
     """Return the poles s and shapes r = ports'y / sqrt(y'(2 s + C) y) of (s^2 + s C + w^2) y = 0.
 
-    Bodies free to move are taken out first: undamped they are a ramp, damped a pole at exactly 0.
+    Rigid motions are removed first: undamped ones are a ramp in time, damped ones a pole at exactly 0.
     """
     free = system.omega == 0
     values, turn = np.linalg.eigh(system.C[np.ix_(free, free)])
@@ -117,14 +117,14 @@ def _pencil(C: Array, square: Array, ports: Array, zeros: int) -> tuple[Array, A
 
 
 def _gram(C: Array, s: Complex, y: Complex) -> tuple[Complex, Complex]:
-    """Return (y of unit length, Y'(s_i + s_j + C) Y): diagonal but for repeated poles."""
+    """Return the vectors with unit length, and Y'(s_i + s_j + C) Y, which is diagonal except for repeated poles."""
     y = y / np.linalg.norm(y, axis=0)
     plain = y.T @ y
     return y, np.asarray(y.T @ (C @ y) + plain * (s[:, None] + s[None, :]))
 
 
 def _groups(gram: Complex) -> list[NDArray[np.int64]]:
-    """Return the indices of vectors that are not orthogonal to each other: they share a repeated pole."""
+    """Return groups of indices of vectors that are not orthogonal to each other, as they share a repeated pole."""
     size = np.sqrt(np.abs(np.diag(gram)))
     linked = sparse.csr_matrix((np.abs(gram) > _COUPLED * np.outer(size, size)).astype(float))
     count, label = sparse.csgraph.connected_components(linked, directed=False)
@@ -178,7 +178,7 @@ class SecondOrderBasis:
 
     @property
     def complete(self) -> bool:
-        """Return whether Q spans an invariant subspace: nothing more can be found."""
+        """Return whether Q spans an invariant subspace, which no further vector enlarges."""
         return self.size == self.model.size or self._done == len(self._pairs)
 
     def coupled(self, damping: Damping) -> Coupled:
@@ -199,12 +199,12 @@ class SecondOrderBasis:
             self._done += 1
             u, low = self._q[:, : len(upper)] @ upper, self._mq[:, : len(lower)] @ lower
             mass = self._mq[:, : len(upper)] @ upper
-            # in units of the shift: r_j -> s^j r_j keeps both halves of a pair of one size
+            # scaled by the shift, r_j -> s^j r_j, so that both halves of a pair are of the same size
             right = 2 * self.shift**2 * mass + self.shift * (self.C @ u) + self.shift**2 * low
             self._add_pair(self._append(-self.factor.solve(right)), upper)
 
     def _append(self, w: Array) -> Array:
-        """Orthonormalise ``w`` against Q, append the rest unless it is nothing; return its coefficients."""
+        """Orthonormalise ``w`` against Q and append it, unless it lies in the span of Q; return its coefficients."""
         before = np.sqrt(w @ (self.model.M @ w))
         coefficients = np.zeros(self.size)
         for _ in range(2):  # twice is enough (Kahan, Parlett)
@@ -226,7 +226,7 @@ class SecondOrderBasis:
         return np.append(coefficients, norm)
 
     def _add_pair(self, upper: Array, lower: Array) -> None:
-        """Orthonormalise (upper, lower) against the pairs so far; drop what is dependent."""
+        """Orthonormalise (upper, lower) against the pairs so far and append it, unless it depends on them."""
         width = self.size
         x = np.concatenate([np.pad(upper, (0, width - len(upper))), np.pad(lower, (0, width - len(lower)))])
         before = np.linalg.norm(x)
@@ -246,14 +246,14 @@ _BLOCK = 10  # fewest vectors between two checks
 
 @dataclass(frozen=True)
 class SecondOrderKrylov(Reducer):
-    """Q grows until the estimated error of g after the Hann pulse of the band over the duration is in tolerance.
+    """Reduction to a second-order Krylov space Q, which grows until the estimated error of g is within tolerance.
 
-    The shift is s0 = 2 pi bandwidth. What the undamped pairs of the small model above a cutoff leave is a passive
-    exponential, as of the other reductions: a congruence, not a choice among the poles, so nothing gains energy.
-    Modal damping is taken beside the model's C: the uniform ratio, and the loss matrix by modal strain energy.
+    The shift is s0 = 2 pi bandwidth. Undamped pairs of the small model above a cutoff are replaced by a passive
+    exponential, as in the other reductions; a truncation of pairs, unlike one of poles, keeps the model passive. Modal
+    damping is added to the model's C: the uniform ratio, and the loss matrix by modal strain energy.
 
     Attributes:
-        most: vectors, unless the aims say otherwise.
+        most: most vectors, unless the aims state a number.
     """
 
     most: int = 500
@@ -262,11 +262,11 @@ class SecondOrderKrylov(Reducer):
     oscillators = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Say why it cannot be used: any C will do that feeds no energy."""
+        """Return why it cannot be used: the damping C must not add energy."""
         return feeding(model, damping)
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return twice the vectors of a Krylov space without C."""
+        """Return the cost of one factorization and twice the vectors of a Krylov space without C."""
         vectors = 2 * USUAL * len(model.ports)
         return Cost(factorized(model, vectors), f"one factorization with C and about {vectors} vectors")
 
@@ -287,7 +287,7 @@ class SecondOrderKrylov(Reducer):
 
 
 class _Coupled(Space[PoleGreens]):
-    """The basis so far, and the small model whose pairs damping couples."""
+    """The basis so far, and the small model, whose pairs are coupled by damping."""
 
     step = 1.4
 

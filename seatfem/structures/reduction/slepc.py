@@ -1,8 +1,8 @@
 """The reductions of PETSc and SLEPc over MPI: factors by MUMPS and vectors in the memory of all ranks.
 
-The ranks run `_slepc_ranks.py` in the interpreter of petsc4py, which is given K, M and ports by files in a private
-folder and asked by lines of JSON. The Krylov space, its growth and its error estimate are those of the built-in
-reduction; modes come from SLEPc's spectrum slicing, all of them by inertia.
+The ranks run `_slepc_ranks.py` in the interpreter of petsc4py; K, M and ports pass to it by files in a private folder,
+commands by lines of JSON. The Krylov space, its growth and its error estimate are those of the built-in reduction;
+modes come from SLEPc's spectrum slicing, which counts them by inertia so that none is missed.
 
 Sources: P. Amestoy, I. Duff, J.-Y. L'Excellent and J. Koster, SIAM J. Matrix Anal. Appl. 23 (2001) 15 (MUMPS); V.
 Hernandez, J. Roman and V. Vidal, ACM Trans. Math. Software 31 (2005) 351 (SLEPc); C. Campos and J. Roman, Numer.
@@ -30,12 +30,12 @@ from seatfem.structures.reduction import eigen_search, krylov
 from seatfem.structures.reduction.factorization import Factorization, FactorizationError
 from seatfem.units import write_quantity
 
-TAIL: Final = 12  # lines of what the ranks wrote, in messages
-PATIENCE: Final = 5.0  # s for the ranks to end by themselves
-START: Final = 120.0  # s for all ranks to read the model, beside a second for each 10 MB
-EIGEN_TOLERANCE: Final = 1e-11  # relative, of (lambda - sigma)^-1
-COUNTED: Final = 1e-3  # residual of a first solve at an indefinite shift, as `eigen_search` takes it
-SPARE: Final = 1.2  # room on the disk over what the files take
+TAIL: Final = 12  # last lines of the ranks' log quoted in messages
+PATIENCE: Final = 5.0  # time for the ranks to exit by themselves before they are killed [s]
+START: Final = 120.0  # time for all ranks to read the model [s], plus one second for each 10 MB
+EIGEN_TOLERANCE: Final = 1e-11  # relative tolerance of the eigenvalues (lambda - sigma)^-1
+COUNTED: Final = 1e-3  # largest relative residual of the first solve at an indefinite shift, as in `eigen_search`
+SPARE: Final = 1.2  # free disk space required over the size of the files
 MEANINGS: Final = {
     -5: "not enough memory",
     -7: "not enough memory",
@@ -46,11 +46,11 @@ MEANINGS: Final = {
     -19: "not enough memory",
     -51: "more entries than 32-bit indices count in its ordering",
 }
-"""Of MUMPS's INFOG(1). Source: MUMPS Users' Guide, "Error and warning diagnostics"."""
+"""Meanings of MUMPS's INFOG(1). Source: MUMPS Users' Guide, "Error and warning diagnostics"."""
 
 
 class RanksError(FactorizationError):
-    """PETSc's ranks are not to be had, or ended without an answer; the message holds what they wrote last."""
+    """PETSc's ranks cannot be started, or ended without an answer; the message quotes the end of their log."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Ranks:
         """Return the answer to one command.
 
         Raises:
-            RanksError: they have ended, or have not answered in time.
+            RanksError: the ranks have ended, or have not answered in time.
         """
         try:
             line = self.worker.ask(json.dumps({"do": do, **values}), self.setting.seconds)
@@ -78,11 +78,11 @@ class Ranks:
         return dict(json.loads(line))
 
     def give(self, name: str, array: Array) -> None:
-        """Write what the ranks are to read."""
+        """Write the array for the ranks to read, as file ``name``.npy."""
         np.save(self.folder / f"{name}.npy", array)
 
     def take(self, name: str, shape: tuple[int, ...]) -> Array:
-        """Return what they wrote. Raises `RanksError` of another shape than was asked for."""
+        """Return the array ``name`` written by the ranks. Raises `RanksError` if its shape is not ``shape``."""
         values: Array = np.load(self.folder / f"{name}.npy", mmap_mode="r", allow_pickle=False)
         if values.shape != shape or values.dtype != np.float64:
             raise RanksError(
@@ -119,20 +119,20 @@ class Ranks:
         return self.take("left", columns.shape).reshape(right.shape)
 
     def basis(self, shift: float, limit: int) -> krylov.KrylovBasis:
-        """Return a basis like `KrylovBasis`, its vectors on the ranks."""
+        """Return a `KrylovBasis` whose vectors stay on the ranks."""
         return _Basis(self, shift, limit)
 
     def spectrum(self, progress: Progress) -> RanksSpectrum:
-        """Return a spectrum like `Spectrum`."""
+        """Return a `RanksSpectrum` of the model, with no eigenpairs yet."""
         return RanksSpectrum(self, progress)
 
 
 @contextmanager
 def on_ranks(model: SecondOrderModel) -> Iterator[Ranks]:
-    """Keep the model, within the block, in the memory of the ranks, which end with it, however it ends.
+    """Start the ranks with the model in their memory; they are ended when the block is left, also by an exception.
 
     Raises:
-        RanksError: without an interpreter that has petsc4py and slepc4py, or mpiexec, or room for the files.
+        RanksError: no interpreter with petsc4py and slepc4py, no mpiexec, or too little disk space for the files.
     """
     try:
         setting = petsc_setting()
@@ -164,7 +164,7 @@ def on_ranks(model: SecondOrderModel) -> Iterator[Ranks]:
 
 
 def _write(model: SecondOrderModel, folder: Path) -> int:
-    """Write K, M, ports and rigid motions; return how many bytes. Raises `RanksError` where they do not fit."""
+    """Write K, M, ports and rigid motions; return their size in bytes. Raises `RanksError` if the disk is too full."""
     arrays: dict[str, Any] = {"ports": model.port_matrix, "rigid": eigen_search.rigid_shapes(model)}
     for name, matrix in (("K", model.K), ("M", model.M)):
         arrays |= {f"{name}_p": matrix.indptr, f"{name}_i": matrix.indices, f"{name}_x": matrix.data}
@@ -181,11 +181,11 @@ def _write(model: SecondOrderModel, folder: Path) -> int:
 
 def _ended(worker: processes.LineWorker, log: Path) -> RanksError:
     code = worker.code()
-    said = [line for line in log.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip("- \t")]
-    how = "" if code is None else f" by signal {-code}" if code < 0 else f" with exit code {code}"
+    lines = [line for line in log.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip("- \t")]
+    cause = "" if code is None else f" by signal {-code}" if code < 0 else f" with exit code {code}"
     killed = "; 137 or signal 9: the system may have been out of memory" if code in (137, -9) else ""
     return RanksError(
-        f"slepc: the ranks ended{how}{killed}; check them by `seatfem doctor`\n" + "\n".join(said[-TAIL:])
+        f"slepc: the ranks ended{cause}{killed}; check them by `seatfem doctor`\n" + "\n".join(lines[-TAIL:])
     )
 
 
@@ -220,7 +220,7 @@ class _Basis(krylov.KrylovBasis):
 
 
 class RanksSpectrum:
-    """The lowest eigenpairs of (K, M), complete by inertia: what `Modal` asks of a `Spectrum`."""
+    """The lowest eigenpairs of (K, M), complete by inertia, with the methods of `Spectrum` that `Modal` uses."""
 
     counted, factorization = True, "mumps"
 
@@ -230,12 +230,12 @@ class RanksSpectrum:
         self.top, self.solves = -np.inf, 0
 
     def first(self, n: int) -> None:
-        """Have at least the ``n`` lowest."""
+        """Compute at least the ``n`` lowest eigenpairs."""
         while len(self.values) < min(n, self.model.size):
             self.below(4 * self.top)
 
     def below(self, value: float, most: int | None = None) -> None:
-        """Find what `Spectrum.below` does."""
+        """Compute all eigenpairs with eigenvalues below ``value``, as `Spectrum.below`."""
         if value <= self.top:
             return
         self.progress("factorization", 0.0)

@@ -1,10 +1,10 @@
 """The lowest eigenpairs of (K, M), complete by inertia, growing as more of them are asked for.
 
-The shift lies inside what is looked for: K - sigma M is then indefinite, and its negative pivots (Sylvester) say how
-many eigenvalues lie below. Lanczos goes on until they are found; those found above the shift are counted at a gap
-behind them, which takes another factorization. With the shift in the middle it takes two thirds of the solves that a
-shift below the spectrum would; just above the last it takes half as many again, and counts them all: where a
-factorization costs more than that, the cheaper place.
+The shift lies inside the wanted part of the spectrum: K - sigma M is then indefinite, and the number of its negative
+pivots (Sylvester) is that of the eigenvalues below. Lanczos continues until all of them are found; those above the
+shift are counted at a gap behind them, by another factorization. A shift in the middle takes two thirds of the solves
+of one below the spectrum; a shift just above the last eigenvalue takes half as many again, but counts all of them,
+which is cheaper if a factorization costs more than these solves.
 """
 
 from typing import Final
@@ -29,35 +29,35 @@ from seatfem.structures.reduction.eigen_search import (
 from seatfem.structures.reduction.factorization import Backend, factorize
 from seatfem.units import write_quantity
 
-TOLERANCE: Final = 1e-8  # ||OP y - theta y||/|theta|: the eigenvalue is then right to its square, or to round-off
-WIDEST: Final = 8  # columns of a block: 16 cost a quarter less each, and half as many again are needed
-_AT_ONCE: Final = 160  # eigenvalues about one shift; more of them cost less about several
-_ROOM: Final = 3 * 2**30  # bytes of a basis, unless twice the eigenvalues need more
-_BELOW: Final = 0.6  # of those looked for, below the shift: fewest solves (half or less of them: a sixth more)
-_ALL: Final = 1.3  # of those looked for, below a shift that is to count them all: a sixth less are often found there
-_MANY: Final = 1.7  # times those looked for: a shift with more of them below it costs more than another factorization
-_EXTRA: Final = 0.27  # eigenvalues, over unknowns^0.47, whose solves for a shift above them cost a factorization in 3-D
-_NEAR: Final = 1e8  # |theta sigma| of an eigenvalue so near to the shift that it leaves too few digits to the others
-_GAP: Final = 1e-4  # relative distance of two eigenvalues between which they are counted, where there is one
-_SEARCHES: Final = 14
-_FEW: Final = 40  # eigenvalues for which a better shift does not pay another factorization
-_MOST_SOLVES: Final = 60  # for each eigenvalue; three or four are usual
+TOLERANCE: Final = 1e-8  # largest ||OP y - theta y||/|theta|; the error of an eigenvalue is its square, or round-off
+WIDEST: Final = 8  # columns of a block: of 16 columns each costs a quarter less, but half as many again are needed
+_AT_ONCE: Final = 160  # most eigenvalues about one shift; for more of them several shifts cost less
+_ROOM: Final = 3 * 2**30  # memory of a basis [bytes], unless twice the eigenvalues need more
+_BELOW: Final = 0.6  # fraction of the wanted eigenvalues below a shift with the fewest solves (up to 0.5: a sixth more)
+_ALL: Final = 1.3  # estimated over wanted eigenvalues below a shift that is to count all; often a sixth fewer are there
+_MANY: Final = 1.7  # most eigenvalues below such a shift, over the wanted: beyond, another factorization is cheaper
+_EXTRA: Final = 0.27  # most eigenvalues from one shift above them, over unknowns^0.47, in 3-D; beyond, two are cheaper
+_NEAR: Final = 1e8  # |theta sigma| of an eigenvalue so near to the shift that others lose too many digits
+_GAP: Final = 1e-4  # least relative distance of two eigenvalues between which a count is made, if there is such a gap
+_SEARCHES: Final = 14  # most factorizations in the search for a shift
+_FEW: Final = 40  # eigenvalues up to which a better shift is not worth another factorization
+_MOST_SOLVES: Final = 60  # most solves for each eigenvalue; three or four are usual
 
 
 class Spectrum:
     """Eigenpairs of (K, M), the lowest first, none missing.
 
     Args:
-        lowest: [1/s^2] of the order of the lowest that is not zero; ``None``: from the model.
-        room: bytes that a basis may take.
-        seed: of random starts; the same one gives the same vectors.
+        lowest: estimate of the lowest eigenvalue that is not zero [1/s^2]; ``None``: from the model.
+        room: memory of a basis [bytes].
+        seed: seed of random starts; the same one gives the same vectors.
 
     Attributes:
-        values, shapes: (m,) [1/s^2] and (n, m), M-orthonormal.
-        top: [1/s^2] below which there is no other.
-        counted: whether inertia proved that.
-        solves, restarts: right-hand sides and restarts that it took.
-        factorization: what factorized last.
+        values, shapes: (m,) eigenvalues [1/s^2] and (n, m) M-orthonormal eigenvectors.
+        top: value below which there are no other eigenvalues [1/s^2].
+        counted: whether that is proved by inertia.
+        solves, restarts: numbers of right-hand sides and of restarts.
+        factorization: backend of the last factorization.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Spectrum:
         self._lowest = lowest
 
     def first(self, n: int, *, check: bool = True) -> None:
-        """Have at least the ``n`` lowest; without ``check`` the last of them are not counted."""
+        """Compute at least the ``n`` lowest eigenpairs; without ``check`` the last of them are not counted."""
         n = min(n, self.model.size)
         while len(self.values) < n:
             have = len(self.values)
@@ -91,10 +91,10 @@ class Spectrum:
                 self._about(shift, upto, None, check)
 
     def below(self, value: float, most: int | None = None) -> None:
-        """Have all below ``value`` [1/s^2], which moves a little where it is an eigenvalue.
+        """Compute all eigenpairs below ``value`` [1/s^2], which is moved slightly if it is an eigenvalue.
 
         Raises:
-            CrowdedError: they are more than ``most``.
+            CrowdedError: there are more than ``most``.
         """
         if value <= self.top:
             return
@@ -116,13 +116,13 @@ class Spectrum:
         return shift
 
     def _fill(self, top: Shift) -> None:
-        """Have all below a shift whose number is known."""
+        """Compute all eigenpairs below a shift, whose number is known."""
         missing = top.count - len(self.values)
         if missing < 0:
             raise CountError(
                 f"{len(self.values)} eigenvalues are found, {top.count} counted below {top.value:.6e} 1/s^2"
             )
-        if missing > WIDEST and not self._once(missing):
+        if missing > WIDEST and not self._is_one_shift_cheaper(missing):
             lower = max(self.top, 0.0)
             shift = self._shift(lower + 0.5 * (top.value - lower))
             self._about(shift, top.count, top, True)
@@ -131,7 +131,8 @@ class Spectrum:
         self.top = top.value
 
     def _about(self, shift: Shift, upto: int, top: Shift | None, check: bool) -> None:
-        """Find all below a shift and above it up to the number ``upto``, which lie below ``top`` or before a gap."""
+        """Compute the eigenpairs below a shift, and those above up to number ``upto``, below ``top`` or before a
+        gap."""
         have, end = len(self.values), None if top is None else Counted(top.value, top.count)
         shift, lanczos = self._started(shift, upto - have)
         if shift.count < have:
@@ -151,7 +152,7 @@ class Spectrum:
             self.progress("modes", min(0.99, (have + good) / (upto + 1)))
             if lanczos.exhausted or lanczos.solves > _MOST_SOLVES * (need + lanczos.block):
                 raise self._failure(lanczos, ritz, shift, need)
-            if good >= need + 2 * lanczos.block:  # all around is found: repeated more often than the block is wide
+            if good >= need + 2 * lanczos.block:  # an eigenvalue may be repeated more often than the block is wide
                 lanczos.renew()
             aim = lanczos.size + max(lanczos.block, need // 8)
         self._take(lanczos, ritz, settled)
@@ -160,7 +161,7 @@ class Spectrum:
         self.progress("modes", 1.0)
 
     def _started(self, shift: Shift, need: int) -> tuple[Shift, BlockLanczos]:
-        """Return Lanczos about a shift, which moves where an eigenvalue is too near."""
+        """Return the Lanczos process about a shift, which is moved if an eigenvalue is too near."""
         block = min(WIDEST, max(4, need))
         fits = int(self.room / (8 * self.model.size))
         limit, have = max(2 * need + 4 * block, min(4 * need + 8 * block, fits)), len(self.values)
@@ -196,7 +197,7 @@ class Spectrum:
         return Counted(counted.value, counted.count)
 
     def _take(self, lanczos: BlockLanczos, ritz: RitzValues, found: Array) -> None:
-        """Add what was found to what is known."""
+        """Add the Ritz pairs ``found`` of a Lanczos process to the eigenpairs."""
         shapes = lanczos.vectors(ritz, found)
         values = np.concatenate([self.values, np.einsum("nm,nm->m", shapes, self.model.K @ shapes)])
         order = np.argsort(values, kind="stable")
@@ -204,8 +205,8 @@ class Spectrum:
         self.solves += lanczos.solves
         self.restarts += lanczos.restarts
 
-    def _once(self, want: int) -> bool:
-        """Return whether so many take fewer operations from one shift above them than from two factorizations."""
+    def _is_one_shift_cheaper(self, want: int) -> bool:
+        """Return whether one shift above ``want`` eigenvalues takes fewer operations than two factorizations."""
         solid = self.model.dofs is None or len(self.model.dofs.points) == 3
         return solid and want <= _EXTRA * self.model.size**0.47
 
@@ -222,7 +223,7 @@ class Spectrum:
     def _search(self, have: int, upto: int) -> Shift:
         """Return a shift with a part of the eigenvalues from ``have`` to ``upto`` below it, or hardly more than all."""
         want = upto - have
-        once = self._once(want)
+        once = self._is_one_shift_cheaper(want)
         target, most = have + (_ALL if once else _BELOW) * want, (_MANY if once else 1.3) * want + 4
         best: Shift | None = None
         counts: list[Counted] = []
@@ -250,10 +251,10 @@ class Spectrum:
 
 
 def _settled(ritz: RitzValues, shift: Shift, have: int, upto: int, end: Counted | None) -> Array | None:
-    """Return which Ritz pairs are those from ``have`` to ``upto``; ``None`` while some are missing.
+    """Return the indices of Ritz pairs that are the eigenpairs from ``have`` to ``upto``; ``None`` if any is missing.
 
     Raises:
-        CountError: more are found than there are by inertia.
+        CountError: there are more than the inertia counts.
     """
     good = ritz.errors <= TOLERANCE
     below = np.flatnonzero(good & (ritz.values < shift.value))
@@ -274,7 +275,7 @@ def _settled(ritz: RitzValues, shift: Shift, have: int, upto: int, end: Counted 
 
 
 def _grow(lanczos: BlockLanczos, size: int) -> None:
-    """Grow by at least one block more, up to ``size`` vectors; a full basis is restarted from its better half."""
+    """Grow by at least one block, up to ``size`` vectors; a full basis is restarted from its better half."""
     while not lanczos.exhausted:
         if lanczos.full:
             lanczos.restart(lanczos.limit // 2)

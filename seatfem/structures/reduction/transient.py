@@ -1,14 +1,13 @@
-"""Time stepping: an integrator that knows nothing of modes.
+"""Reduction by time integration of the full model, for any damping matrix.
 
-A unit force is switched on at the port at t = 0 and held; the port's displacement is the step response S, its
-velocity is g. Newmark's average acceleration with step h needs one factorization,
+A constant unit force acts on the port from t = 0 on; the port's displacement is the step response S, its velocity g.
+Newmark's average acceleration with step h needs one factorization,
 
     (M + h/2 C + h^2/4 K) v_{n+1} = M v_n - h/2 C v_n - h K (u_n + h/4 v_n) + h F,   u_{n+1} = u_n + h/2 (v_n + v_{n+1})
 
-and keeps u equal to the integral of the piecewise-linear v, so the samples of v are a `SampledGreens` whose
-step response is exactly the integrator's. The first step is made of two backward Euler halves, which have the same
-matrix: they quench the frequencies that h cannot resolve and the order stays two. Source: Rannacher,
-Numer. Math. 43 (1984).
+and u is the integral of the piecewise linear v, so the samples of v are a `SampledGreens` whose step response is
+exactly the integrator's. The first step consists of two backward Euler steps of h/2, with the same matrix, which damp
+the frequencies that h does not resolve; the order remains two. Source: Rannacher, Numer. Math. 43 (1984).
 """
 
 import math
@@ -30,10 +29,8 @@ from seatfem.structures.reduction.residual import feeding, reciprocity
 def march(
     model: SecondOrderModel, dt: float, n_steps: int, *, backend: Backend = "auto", progress: Progress = silent
 ) -> Array:
-    """Return (p, p, n_steps + 1) velocities of the ports under unit step forces: samples of g [m/(N s)].
-
-    Symmetric to the round-off of the solves.
-    """
+    """Return the (p, p, n_steps + 1) velocities of the ports under unit step forces, samples of g [m/(N s)], symmetric
+    to round-off."""
     M, K, B = model.M, model.K, model.port_matrix
     C = as_csr((model.size, model.size)) if model.C is None else model.C
     factor = factorize(M + dt / 2 * C + dt**2 / 4 * K, backend=backend, name="M + h/2 C + h^2/4 K")
@@ -53,14 +50,14 @@ def march(
 
 @dataclass(frozen=True)
 class Transient(Reducer):
-    """Samples of g by time stepping, accurate to the tolerance after the Hann pulse of the bandwidth.
+    """Reduction to samples of g by time stepping, accurate to the tolerance after the Hann pulse of the bandwidth.
 
-    The runs with h and 2 h differ by three times the error of h (second order). Half of the difference is stated, as
-    2 h is coarse; h is halved until that is within the tolerance. The first h is the one whose phase error
-    w T (w h)^2/12 at the bandwidth is the tolerance.
+    The runs with h and 2 h differ by three times the error of h (second order). Half of the difference is stated as the
+    error, as 2 h is coarse; h is halved until it is within the tolerance. The first h has a phase error w T (w h)^2/12
+    at the bandwidth equal to the tolerance.
 
     Attributes:
-        most: steps; where more would be needed, `reduce` raises `ConvergenceError`.
+        most: most steps; if more are needed, `reduce` raises `ConvergenceError`.
     """
 
     most: int = 100_000
@@ -70,7 +67,7 @@ class Transient(Reducer):
     modal_damping = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Say why it cannot be used: what depends on frequency has no sparse C; any C that feeds no energy will do."""
+        """Return why it cannot be used: damping is to be a matrix C that adds no energy, no function of frequency."""
         if model.loss is not None and model.loss.nnz:
             return (
                 "loss factors (structural damping) are defined by the frequency and cannot be stepped in time; use "
@@ -84,7 +81,7 @@ class Transient(Reducer):
         return feeding(model, damping)
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return a cost that is the last choice: samples end with the duration, and cost the contact solver more."""
+        """Return an infinite cost, as a last resort: samples end with the duration and are slow in the solver."""
         return Cost(math.inf, "time steps")
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
@@ -125,7 +122,7 @@ def _run(model: SecondOrderModel, duration: float, n: int, backend: Backend, pro
 
 
 def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
-    """Raise `ModelError` of an indefinite K: of a body that is merely free, K + s^2 M is positive definite."""
+    """Raise `ModelError` for an indefinite K; for a free body K + s^2 M is positive definite."""
     try:
         factorize(model.K + 1e-6 * eigen_search.default_shift(model) ** 2 * model.M, backend=backend, name="K + s^2 M")
     except FactorizationError as error:

@@ -1,4 +1,4 @@
-"""The error budget of a run: what the neighbours on its ladders change, floors, jumps and the end of the record."""
+"""The error budget of a run: changes by coarser or finer keys, floors, jumps of measures and the end of the record."""
 
 from __future__ import annotations
 
@@ -64,16 +64,16 @@ def error_budget(
 ) -> variations.Budget:
     """Return the errors of the measures of a run by source: the run is repeated with each key coarser, or finer, alone.
 
-    The keys, and the neighbours that tell of each, are those of `seatfem.study.ladders.table`; the march repeats the
-    run with a step twice and four times as long, and `impact.runs.variations.budget_of` compares. Beside them:
+    The keys and their values in these runs are those of `seatfem.study.ladders.table`; further runs have time steps
+    twice and four times as long, and `impact.runs.variations.budget_of` compares. In addition:
 
-    - time_step: also half the step through the impact that is judged, and, where waves cross a rod within the step,
-      one that they do not: all longer ones agree with each other;
-    - a floor of each source, which no comparison may go below, and `WITHIN_PARTS` for a plate on a lip in arcs;
-    - what the end of the record cuts off, and what measures may jump by within the bar of the impulse.
+    - time_step: half the step through the judged impact and, where waves cross a rod within one step, a step that
+      resolves them, as all longer ones agree with each other;
+    - a floor of each source, and `WITHIN_PARTS` for a plate on a lip in arcs;
+    - errors by the end of the record, and jumps of measures while the impulse varies within its error bar.
 
-    ``stress``: the reed's in ``touches``, if wanted; ``look``: at that of a plate in other runs; ``progress``: hears of
-    each run; ``flights``: of the striker, where other runs share them.
+    ``stress``: the reed's stress in ``touches``, if wanted; ``look``: how other runs evaluate a plate's stress;
+    ``progress``: receives the progress; ``flights``: the striker's motion without contact, if other runs share it.
     """
     result, flights = touches.seat, flights or contact.Flights(striker, scene.run.duration, scene.contact.preload)
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
@@ -99,12 +99,12 @@ def error_budget(
     if finer is None:
         finer = variations.times(2.0, variations.changes(values_of_record(own, like), run(problem, result.dt / 2)))
     if shorter := march.step_of_waves(problem, result.dt, scene.run.duration):
-        apart = variations.changes(values_of_record(own, like), run(problem, shorter))
-        finer = {name: max(value, finer.get(name, 0.0)) for name, value in apart.items()}
-    at_once = _at_once(len(result.force) * len(problem.contacts))
+        change = variations.changes(values_of_record(own, like), run(problem, shorter))
+        finer = {name: max(value, finer.get(name, 0.0)) for name, value in change.items()}
+    parallel = _parallel_runs(len(result.force) * len(problem.contacts))
     values = values_with_clock(own)
     budget = variations.budget_of(
-        run, problem, values, result.dt, sources, filter_width=width, finer=finer, threads=at_once
+        run, problem, values, result.dt, sources, filter_width=width, finer=finer, threads=parallel
     )
     budget = _with_end(scene, problem, budget, result.dt, like)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP, RECORD) if name in sources))
@@ -114,13 +114,13 @@ def error_budget(
         floors["model"] = safety.FLOOR_OF_SPRING
     budget = with_floors(variations.Budget(budget.values, known_parts, (*names, *unknown)), floors)
     if scene.reed.thin_plate is not None and computed.division.arcs > 1:
-        budget = with_share(budget, "model", safety.WITHIN_PARTS)  # no number of parts makes it smaller
+        budget = with_share(budget, "model", safety.WITHIN_PARTS)  # an error that more arcs do not reduce
     return with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
 
 
 def with_cut_landings(budget: variations.Budget, landings: Landings | None, first_cut: bool) -> variations.Budget:
-    """Return the budget with unknown duration and impulse of landings that the end of the record cuts, unknown peak of
-    one cut shortly after its peak, and unknown duration of a first contact that is cut."""
+    """Return the budget with infinite errors of what the end of the record cuts: duration and impulse of landings, the
+    peak of one cut shortly after it, and the duration of a first contact."""
     if landings is None or not budget.parts:
         return budget
     cut = [
@@ -142,10 +142,10 @@ def with_cut_landings(budget: variations.Budget, landings: Landings | None, firs
 
 
 def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]) -> variations.Budget:
-    """Return the budget in which the record of a landing has no smaller parts than measures of that landing.
+    """Return the budget with errors in the record of a judged landing at least as large as those of its measures.
 
-    Half the step is marched through the judged landing alone, measures jump, and plans know more of them: the record of
-    that landing, which the same forces make, knows its numbers no better.
+    The errors of measures include half the time step, jumps and predictions of the plan; the numbers in the record come
+    from the same forces and are no more accurate.
     """
     pairs = (
         (landing_name("seat", landings.index(landing), key), prefix + measure)
@@ -153,17 +153,17 @@ def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]
         for measure, keys in KEYS_OF_MEASURES.items()
         for key in keys
     )
-    same = {name: measure for name, measure in pairs if name in budget.values and measure in budget.values}
+    measure_of = {name: measure for name, measure in pairs if name in budget.values and measure in budget.values}
     parts = {
-        source: {**part, **{name: max(part[name], part[measure]) for name, measure in same.items()}}
+        source: {**part, **{name: max(part[name], part[measure]) for name, measure in measure_of.items()}}
         for source, part in budget.parts.items()
     }
     return replace(budget, parts=parts)
 
 
 def with_floors(budget: variations.Budget, floors: Mapping[str, float]) -> variations.Budget:
-    """Return the budget with parts of each source no smaller than its floor in `seatfem.study.safety`, relative to the
-    measure; times of landings have none, as a share of the time before them means nothing."""
+    """Return the budget with errors of each source at least its floor in `seatfem.study.safety`, relative to the value;
+    times of landings have no floor."""
     raised = {
         source: {
             name: value if is_time(name) else max(value, floors.get(source, 0.0) * abs(budget.values[name]))
@@ -175,7 +175,7 @@ def with_floors(budget: variations.Budget, floors: Mapping[str, float]) -> varia
 
 
 def with_share(budget: variations.Budget, source: str, share: float) -> variations.Budget:
-    """Return the budget with a ``share`` of each value added to a known source, but to times of landings."""
+    """Return the budget with a ``share`` of each value, except times of landings, added to the errors of a source."""
     if source not in budget.parts:
         return budget
     more = {name: 0.0 if is_time(name) else share * abs(value) for name, value in budget.values.items()}
@@ -185,8 +185,8 @@ def with_share(budget: variations.Budget, source: str, share: float) -> variatio
 def _with_end(
     scene: Scene, problem: ContactProblem, budget: variations.Budget, dt: float, like: Landings | None
 ) -> variations.Budget:
-    """Return the budget with the error by the end of the record; where g, or the course of a load or of a base, is
-    unknown beyond it, by earlier touches."""
+    """Return the budget with the error by the end of the record, from a longer run or, where the Green's function, a
+    load or a base motion is unknown beyond the end, from the run itself."""
     duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
     off = min(clock_off(budget), duration / 2)
     if off > 0:
@@ -194,14 +194,14 @@ def _with_end(
         longest = max(duration, min(duration + off, known))
         try:
             record = contact.record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
-        except TimeSeriesError:  # a course that covers the run, but not this much more
+        except TimeSeriesError:  # a load or base motion ends before the longer run
             record = contact.record_of(scene, problem, dt, like=like, stresses=False)
         budget = with_end(budget, record.blow, duration, off)
     return without_clock(budget)
 
 
 def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> variations.Budget:
-    """Return the budget with the jumps of measures while the impulse is within its bar, added to its main source."""
+    """Return the budget with jumps of measures within the error bar of the impulse, added to its main source."""
     if not budget.parts or not (0 < (share := budget.relative("impulse")) < math.inf):
         return budget
     source, jumps = budget.dominant("impulse"), dict.fromkeys(budget.values, 0.0)
@@ -211,22 +211,22 @@ def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> varia
         for prefix, landing in measures.judged_landings(blow.landings).items():
             if prefix + name in jumps:
                 jumps[prefix + name] = measure.jump_of_landing(blow, landing, share)
-    lasting = measures.ContactDuration()
+    duration = measures.ContactDuration()
     for number, landing in enumerate(blow.landings):
         if (name := landing_name("seat", number, "duration_s")) in jumps:
-            jumps[name] = lasting.jump_of_landing(blow, landing, share)
+            jumps[name] = duration.jump_of_landing(blow, landing, share)
     return replace(budget, parts={**budget.parts, source: variations.total(budget.parts[source], jumps)})
 
 
-def _at_once(steps: int) -> int:
-    """Return how many runs are marched at once: one a core, if memory holds the histories of so many ``steps``."""
+def _parallel_runs(steps: int) -> int:
+    """Return how many runs of so many ``steps`` run in parallel: one a core, if memory holds their histories."""
     room = resources.available_memory() / (contact.STEP_BYTES * steps)
     return max(1, int(min(compiling.threads(), room)))
 
 
 def sources_of(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], tuple[str, ...]]:
-    """Return the variations for `error_budget` by source, from the neighbours of a run on each of its ladders; and the
-    names of striker's and stopper's errors that are not known."""
+    """Return the varied problems for `error_budget` by source, from the coarser and finer values of each key; and the
+    names of the striker's and stopper's errors that cannot be estimated."""
     sources: dict[str, variations.Terms | None] = {source: () for source in SOURCES if source != "time_step"}
     unknown = []
     for ladder in table.ladders():

@@ -1,6 +1,4 @@
-"""The bodies of a scene as they are marched: computed, driven by loads and bases, held by springs; and the contact
-problem that they make.
-"""
+"""The bodies of a scene, with their loads, bases and springs, and the contact problem that they form."""
 
 from __future__ import annotations
 
@@ -28,8 +26,8 @@ from seatfem.study.scene.contact import Stopper
 from seatfem.units import write_quantity
 
 STRAYS: Final = 0.01
-"""Most that a body may bend by the inertia that is left out, over the way of its base."""
-LOOKS: Final = 20_000  # times at which a course is looked at
+"""Largest deflection of a body by its neglected inertia, over the displacement of its base."""
+LOOKS: Final = 20_000  # instants at which a base motion is sampled
 
 
 def solve_body(
@@ -41,21 +39,21 @@ def solve_body(
     *,
     mesh_error: bool = True,
 ) -> Solved | None:
-    """Return a body, computed by a method for a ``duration`` [s], once in a process; ``None`` for a closed form.
+    """Return a body solved by a method for a ``duration`` [s], cached in the process; ``None`` for a closed form.
 
     Raises:
-        What the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError; keys
-        in their messages are those of the table ``role``.
+        LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError, with keys of the scene's
+        table ``role`` in their messages.
     """
     if not structure.traits.is_solved:
         return None
     with problems.in_role(role, structure):
-        return _solved(_Asked(key_of(structure, method), mesh_error, structure, method, duration, progress))
+        return _solved(_Arguments(key_of(structure, method), mesh_error, structure, method, duration, progress))
 
 
 @dataclass(frozen=True)
-class _Asked:
-    """Arguments of a computed Green's function, by which it is cached in a process."""
+class _Arguments:
+    """Arguments of `solve_body`; ``key`` and ``duration`` identify the result in the process's cache."""
 
     key: str
     mesh_error: bool
@@ -66,29 +64,28 @@ class _Asked:
 
 
 @lru_cache(maxsize=6)
-def _solved(asked: _Asked) -> Solved:
-    cache = Cache(None) if asked.structure.traits.is_kept else None
-    how = (asked.method, asked.duration, cache)
-    return build(asked.structure, *how, progress=asked.progress, mesh_error=asked.mesh_error)
+def _solved(call: _Arguments) -> Solved:
+    cache = Cache(None) if call.structure.traits.is_kept else None
+    return build(call.structure, call.method, call.duration, cache, progress=call.progress, mesh_error=call.mesh_error)
 
 
 def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None) -> Body:
     """Return the scene's striker under its loads, on its base and springs.
 
-    ``n_modes``: of a body known by its own modes, in place of those that it states; ``greens``: of a body whose Green's
-    function has to be computed.
+    ``n_modes``: number of modes of a beam, in place of the stated one; ``greens``: Green's function of a striker that
+    is not in closed form.
     """
     reed, gas = scene.reed, scene.gas
     with problems.in_role("reed", reed):
         body = reed.body(greens, n_modes, scene.geometry.contact_at)
-        of_gas = () if gas is None else gas_loads(gas, reed, body)
-        body = replace(body, loads=(*body.loads, *external_loads(scene.load, reed, body), *of_gas))
+        gas_forces = () if gas is None else gas_loads(gas, reed, body)
+        body = replace(body, loads=(*body.loads, *external_loads(scene.load, reed, body), *gas_forces))
         carried = on_its_base(scene.mount("reed"), body)
         return on_its_springs(scene.spring, scene.contact.gap, reed, carried)
 
 
 def stopper_of(scene: Scene) -> Body | None:
-    """Return the scene's stopper as its own keys state it; ``None`` where there is none."""
+    """Return the scene's stopper, solved as its keys state; ``None`` if there is none."""
     if scene.stopper is None:
         return None
     solved = solved_stopper(scene.geometry, scene.run.duration)
@@ -103,8 +100,8 @@ def stopper_of(scene: Scene) -> Body | None:
 
 
 def solved_stopper(geometry: ContactGeometry, duration: float) -> Solved | None:
-    """Return the stopper for a ``duration`` [s], computed as its keys state, with its mesh error; ``None`` for a closed
-    form, or none."""
+    """Return the stopper, solved for a ``duration`` [s] as its keys state, with its mesh error; ``None`` for a closed
+    form, or without a stopper."""
     if geometry.stopper is None:
         return None
     stopper = geometry.stopper.body
@@ -115,9 +112,9 @@ def solved_stopper(geometry: ContactGeometry, duration: float) -> Solved | None:
 
 
 def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = None) -> impact.ContactProblem:
-    """Return striker and seat in contact by the scene's law: one contact, or one for each part of the patch; a striker
-    whose ports are other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own,
-    where it has one."""
+    """Return the contact problem of striker and seat: one contact, or one for each part of the seat's patch, in which a
+    striker without such ports moves as a rigid face; then those with the stopper. ``stopper``: in place of the
+    scene's."""
     division, geometry = Division.from_greens(seat.greens), scene.geometry
     law, seat, apart = scene.contact.law, on_its_base(scene.mount("seat"), seat), geometry.has_two_places
     gaps, films = geometry.gaps(division), geometry.films(division)
@@ -155,11 +152,11 @@ def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = N
 
 
 def on_its_base(mount: drives.Mount, body: Body) -> Body:
-    """Return the ``body`` carried by its base and under its own inertia, where that is known, or by the
-    wave that comes along it.
+    """Return the ``body`` with the motion of its base and, if its weight is known, the inertia that this causes; or
+    with the displacement by an incoming wave.
 
     Raises:
-        GreensFunctionError: a body that nothing holds; `TimeSeriesError`, a file that cannot be used.
+        GreensFunctionError: nothing holds the body; `TimeSeriesError`: the file of the motion cannot be used.
     """
     role, structure, base, wave = mount.role, mount.structure, mount.base, mount.wave
     if wave is not None and body.base is None and (speed := structure.wave_speed) is not None:
@@ -175,22 +172,21 @@ def on_its_base(mount: drives.Mount, body: Body) -> Body:
         )
     motion, loads = base.motion(), body.loads
     modes = 0 if body.greens.modal is None else len(body.greens.modal.omega)
-    if structure.traits.has_weight and modes:  # a spring in its place has no inertia
+    if structure.traits.has_weight and modes:  # a spring baseline has no inertia
         shape, mass = structure.weight(body)
-        alike = np.zeros(modes)  # as many as it has: what it is compared with may have fewer, or one more
-        alike[: len(shape)] = shape[:modes]
-        loads = (*loads, motion.load(alike, mass))
+        padded = np.zeros(modes)  # the body of a comparison may have fewer modes, or one more
+        padded[: len(shape)] = shape[:modes]
+        loads = (*loads, motion.load(padded, mass))
     return replace(body, loads=loads, base=motion.displacement)
 
 
 def check_base(mount: drives.Mount, greens: GreensFunction, duration: float) -> None:
-    """Refuse a base that moves so fast that the body, of which the rigid motion alone is known, bends by its inertia
-    over the ``duration`` of the run [s].
+    """Refuse a base motion under which a body whose inertia is not modelled would bend by more than `STRAYS`.
 
-    It bends by some a/w^2 of its lowest frequency: under a course at a tenth of that by 1 % of its way.
+    Under an acceleration a it bends by about a/w^2, w its lowest angular frequency; ``duration``: of the run [s].
 
     Raises:
-        GreensFunctionError: naming frequency, way and limit.
+        GreensFunctionError: the message names frequency, displacement and limit.
     """
     base, structure = mount.base, mount.structure
     if base is None or (structure.traits.has_weight and greens.modal is not None):
@@ -214,7 +210,7 @@ def check_base(mount: drives.Mount, greens: GreensFunction, duration: float) -> 
 
 
 def _lowest(greens: GreensFunction) -> float:
-    """Return the body's lowest natural angular frequency [rad/s]; ``inf`` for a spring, 0 where it is not known."""
+    """Return the body's lowest natural angular frequency [rad/s]; ``inf`` for a spring, 0 if it is not known."""
     if greens.rod is not None:
         return math.pi / (2 * greens.rod.transit)
     if greens.modal is None:
@@ -224,11 +220,11 @@ def _lowest(greens: GreensFunction) -> float:
 
 
 def on_its_springs(springs: Sequence[drives.ValveSpring], gap: float, reed: Structure, body: Body) -> Body:
-    """Return the ``body`` of a reed on its valve springs, under the force that they have as it lies undeformed, ``gap``
-    above the closed one [m]: preload + stiffness gap, towards the seat. Itself where there are none.
+    """Return the ``body`` of a reed on its valve springs, if any; their force towards the seat is preload + stiffness
+    ``gap`` on the undeformed reed, which lies a ``gap`` above its closed position [m].
 
     Raises:
-        GreensFunctionError: a body without modes; one that the springs leave free to move.
+        GreensFunctionError: the body has no modes, or the springs leave it free to move.
     """
     if not springs:
         return body
@@ -258,7 +254,7 @@ def external_loads(loads: Sequence[drives.ExternalLoad], reed: Structure, body: 
     """Yield the known loads on the ``reed`` as a ``body``."""
     for load in loads:
         if load.pressure is not None:
-            yield _blown(load, reed, body)
+            yield _pressure_load(load, reed, body)
         elif load.force is not None:
             place = load.at if load.point is None else np.array([load.point])
             yield Load(reed.pushed_at(body, place).ravel(), load.force.course)
@@ -270,23 +266,23 @@ def external_loads(loads: Sequence[drives.ExternalLoad], reed: Structure, body: 
                 yield Load(shape, scaled(load.base_motion.course, -mass))
 
 
-def _blown(load: drives.ExternalLoad, reed: Structure, body: Body) -> Load:
-    """Return the load of a pressure, p(t) A(0), and its change with the lift, A/A(0): 1 for a constant area."""
+def _pressure_load(load: drives.ExternalLoad, reed: Structure, body: Body) -> Load:
+    """Return the load p(t) A(0) of a pressure, with the factor A(lift)/A(0) if its area depends on the lift."""
     assert load.pressure is not None
     assert load.area is not None
     closed = load.area(0.0)
-    lifts, ratios = np.array(load.area.lift), np.array(load.area.area) / closed  # asked for every few steps
+    lifts, ratios = np.array(load.area.lift), np.array(load.area.area) / closed  # evaluated every few steps
     by_opening = (lambda opening: float(np.interp(opening, lifts, ratios))) if load.by_lift else None
     shape = reed.pushed_at(body, None, by="pressure")[:, 0]
     return Load(shape, scaled(load.pressure.course, closed), by_opening)
 
 
-SLACK: Final = 1e-2  # of the largest deflection of its ports: what modes left out may be off by
+SLACK: Final = 1e-2  # overlap by mode truncation that is accepted, over the largest deflection of the ports
 
 
 def check_start(stopper: Stopper | None, striker: Body, contacts: Sequence[impact.Contact]) -> None:
-    """Raise `SceneError` for a striker that is bent into what it is to strike, where it is deepest: rigid contact would
-    throw it out within one step. What yields, as a spring, may begin compressed."""
+    """Raise `SceneError` for a striker that overlaps seat or stopper at the start: rigid contact would throw it out
+    within one step. A compliant contact may start compressed."""
     if striker.state is None or striker.greens.modal is None:
         return
     bent = striker.greens.modal.shapes.T @ striker.state.displacement

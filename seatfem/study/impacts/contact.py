@@ -1,4 +1,4 @@
-"""Runs of a contact problem: limits of its time step, marches, and what measures are taken from."""
+"""Runs of a contact problem: limits of the time step, time integration, and records for the measures."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ from seatfem.study.scene.waves import Gauged
 from seatfem.units import write_quantity
 
 STEPS_PER_RADIAN = 4  # steps per radian of the highest rate in either body: a fortieth of a rod's transit
-STEPS_PER_FILTER = 20
-GAS_PER_DEGREE = 2
+STEPS_PER_FILTER = 20  # steps in the filter's width of a method without a step
+GAS_PER_DEGREE = 2  # updates of the gas per degree of the crank
 LEAST_STEPS_PER_FILTER = 2  # fewest steps in the filter's width that resolve the filtered force
 MAX_STEPS = 20_000_000
 STEP_BYTES = 530  # bytes per step of all histories of a run, and of their file while it is put together
 CONTACT_BYTES = 48  # bytes per step of each further contact
 PAIR_TIME = 6e-9  # time [s] of a step for each pair of contacts, by spring laws; rigid ones take a quarter
-LONGEST_MARCH = 86400.0  # longest predicted time of the march [s]
+LONGEST_MARCH = 86400.0  # longest predicted computing time of a run [s]
 
 StressLook = Callable[[impact.ContactStepper, float | None], ReedStress | None]
-"""Function that returns the largest stresses of a reed in a march, also before and after the begin of a landing [s]."""
+"""Function that returns a reed's largest stresses in a run, also before and after the start of a landing [s]."""
 
 
 class RunError(ValueError):
@@ -59,14 +59,14 @@ def stress_of(
     stopper: Array | None = None,
     since: float | None = None,
 ) -> ReedStress | None:
-    """Return the reed's largest bending stresses under the contact forces of seat and stopper, (n + 1,) each; ``None``
-    for a rigid mass. ``opening``: (n + 1,) the seats' mean, by which loads that follow the lift are as the march had
-    them. ``since``: the time at which a landing begins, before and after which they are distinguished, too [s]."""
+    """Return the reed's largest bending stresses under contact forces (n + 1,) of seat and stopper; ``None`` for a
+    rigid mass. ``opening``: (n + 1,) mean gap at the seat, for loads that depend on the lift; ``since``: start of a
+    landing [s], before and after which the largest stresses are reported separately, too."""
     if not geometry.reed.traits.has_stress:
         return None
-    pushed = touches.pushes(striker, force, stopper)
-    marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
-    stress = geometry.reed.stress(pushed, dt, marched, geometry.contact_at)
+    forces = touches.pushes(striker, force, stopper)
+    body = without_springs(with_recorded_loads(striker, opening, dt), forces, dt)
+    stress = geometry.reed.stress(forces, dt, body, geometry.contact_at)
     return None if stress is None else stress.largest(coarsely=coarsely, since=since)
 
 
@@ -84,7 +84,7 @@ def stress_in_run(
 
 
 def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
-    """Return the look at the bending stress of a beam, coarsely; ``None`` of other reeds."""
+    """Return the function that evaluates a beam's bending stress on a coarse grid; ``None`` for other reeds."""
     if not geometry.reed.traits.has_stress:
         return None
 
@@ -98,8 +98,8 @@ def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
 
 @dataclass(frozen=True)
 class Flights:
-    """The striker of a run without contact, over ``duration`` [s] and with a ``preload`` or not: computed once for each
-    step [s], and anew for any other striker."""
+    """The striker's motion without contact over a ``duration`` [s], with or without a ``preload``: cached for each time
+    step [s], but not for other strikers."""
 
     striker: impact.Body
     duration: float
@@ -107,7 +107,7 @@ class Flights:
     known: dict[float, motion.Discrete] = field(default_factory=dict)
 
     def __call__(self, striker: impact.Body, dt: float) -> motion.Discrete:
-        """Return a striker, its motion without contact known; with a preload from equilibrium under its loads."""
+        """Return a striker with its motion without contact; under a preload it starts in equilibrium with its loads."""
         if striker is self.striker and dt in self.known:
             return self.known[dt]
         discrete = motion.Discrete.from_body(striker, dt, step_count(dt, self.duration))
@@ -130,19 +130,19 @@ def run_contacts(
     *,
     engine: history.Engine = "auto",
 ) -> touches.Touches:
-    """Run the scene once: contact between striker and seat, and with a stopper, by the scene's laws. ``flights``: of
-    the striker, where several runs share them."""
+    """Run the scene once: contact of the striker with seat and stopper by the scene's laws. ``flights``: the striker's
+    motion without contact, if several runs share it."""
     check_base(scene.mount("seat"), seat, scene.run.duration)
     problem, bodies = problem_of(scene, striker, impact.Body(seat)), None
     if flights is not None:
-        flown = flights(striker, dt)
-        bodies = (flown, *(motion.Discrete.from_body(body, dt, flown.loads.shape[1]) for body in problem.targets))
+        flight = flights(striker, dt)
+        bodies = (flight, *(motion.Discrete.from_body(body, dt, flight.loads.shape[1]) for body in problem.targets))
     result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, bodies=bodies, progress=progress)
-    met = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
+    run = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
-        return met
-    force, above, lift = met.seat.force, met.stopper_force, lift_of(met)
-    return replace(met, strains=gauge_strains(scene.gauged, striker, force, above, result.dt, lift))
+        return run
+    force, above, lift = run.seat.force, run.stopper_force, lift_of(run)
+    return replace(run, strains=gauge_strains(scene.gauged, striker, force, above, result.dt, lift))
 
 
 def marched(
@@ -151,17 +151,17 @@ def marched(
     duration: float,
     flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
 ) -> impact.ContactStepper:
-    """March a problem over a ``duration`` for its forces alone, a fraction of the cost of a run with energies.
+    """Integrate a problem over a ``duration`` [s] for its forces only, far cheaper than a run with energies.
 
-    ``flight``: the striker without contact at a step [s], as `Flights` returns it, which several runs may share.
+    ``flight``: function such as `Flights`, which several runs may share.
     """
     striker = problem.striker
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
-    flown = (flight or Flights(striker, duration, problem.preload))(striker, dt)
-    targets = (motion.Discrete.from_body(body, dt, flown.loads.shape[1]) for body in problem.targets)
-    prepared = impact.prepare(problem, dt, duration, bodies=(flown, *targets))
+    discrete = (flight or Flights(striker, duration, problem.preload))(striker, dt)
+    targets = (motion.Discrete.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
+    prepared = impact.prepare(problem, dt, duration, bodies=(discrete, *targets))
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
     return stepper
@@ -178,9 +178,10 @@ def record_of(
     stresses: bool = True,
     look: StressLook | None = None,
 ) -> touches.RunRecord:
-    """Return the record of a run for its measures, from its forces as `marched`.
+    """Return the record of a run for its measures, from forces only (`marched`).
 
-    ``stresses``: whether with those that are asked for; ``look``: at them, in place of `bending_look`.
+    ``stresses``: whether to include the stresses that the scene needs; ``look``: their function, in place of
+    `bending_look`; ``like``: landings of a neighbouring run, whose partners are sought.
     """
     stepper = marched(problem, dt, scene.run.duration if duration is None else duration, flight)
     landings = landings_of_march(stepper, scene.run.filter_width, None if like is None else like.static)
@@ -199,10 +200,10 @@ def blow_of_march(
     displacement: bool = True,
     stress: StressLook | None = None,
 ) -> measures.ContactRecord:
-    """Return what the measures of a march without energies are taken from, with its ``landings`` on the seat.
+    """Return the record of a run without energies for its measures, with its ``landings`` on the seat.
 
-    ``like``: those of a neighbouring run, whose judged one is looked for; ``None``: of the march's own.
-    ``displacement``: whether with that of the seat; ``stress``: the look at the reed's, if wanted.
+    ``like``: landings of a neighbouring run, the partner of whose judged one is judged; ``None``: the run's own.
+    ``displacement``: whether to include the seat's; ``stress``: function of the reed's stress, if wanted.
     """
     prepared, choice, force = stepper.prepared, scene.accuracy.landing, touches.force_of(stepper)
     judged = measures.judged_landing(landings, choice, like)
@@ -224,13 +225,14 @@ def blow_of_march(
 
 
 def strains_of(gauged: Sequence[Gauged], stepper: impact.ContactStepper) -> Strains:
-    """Return the strain at the gauges in a march."""
+    """Return the strain at the gauges in a run without energies."""
     striker, dt, stopper = stepper.prepared.problem.striker, stepper.prepared.dt, touches.stopper_force_of(stepper)
     return gauge_strains(gauged, striker, touches.force_of(stepper), stopper, dt, stepper.opening)
 
 
 def fallback_step(run: Run, gas: CompressorGas | None, *bodies: GreensFunction) -> float:
-    """Return the step of a method without one [s]: 1/4 rad of the highest rate, 1/20 of the filter, or `gas_step`."""
+    """Return the time step of a method without one [s]: the least of 1/4 rad of the highest rate, 1/20 of the filter's
+    width, 1/200 of the run, and `gas_step`."""
     limits = [run.filter_width / STEPS_PER_FILTER, run.duration / 200]
     limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (body.highest_rate for body in bodies) if rate > 0]
     return min(*limits, gas_step(gas))
@@ -242,7 +244,7 @@ def gas_step(gas: CompressorGas | None) -> float:
 
 
 def check_step(scene: Scene) -> None:
-    """Raise `RunError` for a stated step or a seat that cannot serve, before anything expensive happens."""
+    """Raise `RunError` for an unusable time step, reed or seat, before anything expensive is computed."""
     for role, body in (("reed", scene.reed), ("seat", scene.seat)):
         if body.slender is not None and (thick := body.slender.too_thick()):
             raise RunError(thick.replace("reed.", f"{role}."))
@@ -275,9 +277,9 @@ def check_step(scene: Scene) -> None:
 
 
 def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
-    """Refuse more steps than can be stored, or than memory holds, and more contacts than these and time allow.
+    """Raise `RunError` for more steps or contacts than memory and computing time allow.
 
-    ``parts``: of the seat's lip; ``None``: as far as the scene states them.
+    ``parts``: number of parts of the seat's lip; ``None``: as the scene states it.
     """
     steps, room = scene.run.duration / dt, available_memory()
     contacts = parts or (scene.contact.ports or 1) * scene.contact.rings

@@ -1,4 +1,4 @@
-"""The gas of a run: its loads on the reed in the march, and its results in numbers."""
+"""The gas of a run: its loads on the reed, and its results in numbers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ OPEN = 0.01  # lift, over its largest, above which the valve counts as open
 
 
 def gas_of(gas: CompressorGas) -> Compressor | Prescribed:
-    """Return the gas that drives the reed, by its table [gas]."""
+    """Return the gas model of the table [gas]."""
     common = (gas.areas, *gas.plenums, gas.valve)
     if (crank := gas.crank) is None:
         return Prescribed(gas.course, gas.fluid.gas, *common)
@@ -36,26 +36,24 @@ def gas_of(gas: CompressorGas) -> Compressor | Prescribed:
 
 
 def gas_loads(gas: CompressorGas, reed: Structure, body: Body) -> Iterator[Load]:
-    """Yield the gas loads on the ``reed`` as a ``body``: a prescribed pressure is one load for each direction of
-    dp."""
+    """Yield the gas loads on the ``body`` of a ``reed``; a prescribed pressure is one load for each sign of dp."""
     drive, shape = gas_of(gas), reed.pushed_at(body, None, by="pressure")[:, 0]
     if isinstance(drive, Compressor):
         at_start = drive.valve.push(0.0, drop(drive, float(drive.start()[PRESSURE])))
         yield Load(shape, partial(np.full_like, fill_value=at_start, dtype=float), feedback=drive)
         return
     for table, sign in ((drive.valve.force, 1.0), (drive.valve.force_back, -1.0)):
-        by_opening = partial(_share, table) if len(set(table.area)) > 1 else None
-        yield Load(shape, partial(_pushed, drive, float(table.area[0]), sign), by_opening)
+        by_opening = partial(_area_ratio, table) if len(set(table.area)) > 1 else None
+        yield Load(shape, partial(_pressure_force, drive, float(table.area[0]), sign), by_opening)
 
 
-def _share(table: AreaTable, opening: float) -> float:
+def _area_ratio(table: AreaTable, opening: float) -> float:
     return table(opening) / float(table.area[0])
 
 
-def _pushed(drive: Prescribed, area: float, sign: float, time: Array) -> Array:
-    """Return the force (n,) of dp on an area where it has this sign [N]."""
-    over = np.asarray(drive.pressure(time))
-    dp = drop(drive, over)
+def _pressure_force(drive: Prescribed, area: float, sign: float, time: Array) -> Array:
+    """Return the (n,) force dp A at the times at which dp has this sign, else 0 [N]."""
+    dp = drop(drive, np.asarray(drive.pressure(time)))
     return np.where(sign * dp > 0, dp, 0.0) * area
 
 
@@ -65,10 +63,10 @@ class GasRun:
 
     Attributes:
         asked: the table [gas].
-        drive: the cylinder.
-        history: of the gas.
-        angle: (n + 1,) crank angle [deg] at its times.
-        volume: (n + 1,) of the cylinder [m^3]; ``None`` where its pressure is prescribed.
+        drive: model of the cylinder, or the prescribed pressure.
+        history: pressure, flow and masses over time.
+        angle: (n + 1,) crank angle at these times [deg].
+        volume: (n + 1,) volume of the cylinder [m^3]; ``None`` if its pressure is prescribed.
     """
 
     asked: CompressorGas
@@ -90,16 +88,14 @@ class GasRun:
 
 
 def lift_of(touches: Touches) -> Array:
-    """Return the mean opening (n + 1,) of the contacts at the seat, as the march takes it [m]."""
+    """Return the (n + 1,) mean gap of the contacts at the seat, which the gas sees as the lift [m]."""
     return touches.seat.gap if touches.parts is None else np.asarray(touches.parts.gap.mean(axis=1))
 
 
 def gas_keys(run: GasRun, touches: Touches, duration: float) -> dict[str, object]:
-    """Return the gas keys for summary.json. Lists have a value for each cycle of a run of this
-    ``duration`` [s] from the start, or ``None``.
+    """Return the gas keys for summary.json; lists have a value, or ``None``, for each cycle of a ``duration`` [s].
 
-    The valve is open above `OPEN` of its largest lift; where it falls below, it strikes the seat: the seating velocity
-    is its speed there.
+    The valve is open above `OPEN` of its largest lift; the seating velocity is its speed where it falls below that.
     """
     gas, dt, lift, turn = run.asked, touches.seat.dt, lift_of(touches), run.asked.turn
     largest = float(np.max(lift))
@@ -145,8 +141,8 @@ def cycles_of(gas: CompressorGas, duration: float) -> int:
 
 
 def cycle_masses(gas: CompressorGas, duration: float, history: GasHistory, *, of_other: bool) -> dict[str, list[float]]:
-    """Return, by key of summary.json, the mass that passes in each cycle [kg]; through the other valve, too, where it
-    is known."""
+    """Return, by key of summary.json, the mass that flows in each cycle [kg]; with ``of_other`` also that through the
+    other valve."""
     edges = np.minimum(np.arange(cycles_of(gas, duration) + 1) * gas.turn, history.time[-1])
     columns = {"forward": FORWARD, "back": BACK, **({"other_valve": OTHER} if of_other else {})}
     return {
@@ -156,7 +152,7 @@ def cycle_masses(gas: CompressorGas, duration: float, history: GasHistory, *, of
 
 
 def gas_notes(gas: CompressorGas | None) -> tuple[str, ...]:
-    """Return which of the areas nobody measured."""
+    """Return a note on effective areas that were not measured."""
     if gas is None:
         return ()
     valve = gas.areas
@@ -171,7 +167,7 @@ def gas_notes(gas: CompressorGas | None) -> tuple[str, ...]:
 
 
 def write_gas(run: GasRun, path: Path) -> Path:
-    """Write the record of the gas, a line for each span of steps over which it takes the lift as constant."""
+    """Write the history of the gas as CSV, one line for each span of steps over which it takes the lift as constant."""
     h = run.history
     heads = ["time [s]", "angle [deg]", "pressure [Pa]", "lift [m]", "reed flow [kg/s]"]
     columns = [h.time, run.angle, h.pressure, h.lift, h.flow(FORWARD, BACK)]

@@ -28,14 +28,14 @@ Strains = Mapping[str, Array]
 def gauge_strains(
     gauged: Sequence[Gauged], striker: Body, force: Array, stopper: Array | None, dt: float, opening: Array
 ) -> Strains:
-    """Return the strain at gauges in a run, from the forces (n + 1,) of the seat's contact and of the stopper's, if
-    there is one [N], and the mean opening (n + 1,) at the seat [m], at steps ``dt`` [s]."""
+    """Return the strain at gauges in a run, from the contact forces (n + 1,) of seat and stopper, if there is one [N],
+    and the mean ``opening`` (n + 1,) at the seat [m], at time steps ``dt`` [s]."""
     if not gauged:
         return {}
     pushed = pushes(striker, force, stopper)
     marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
-    on = {"seat": force, "reed": pushed, "stopper": stopper}
-    return {each.gauge.name: _strain(each, on[each.gauge.of], dt, marched) for each in gauged}
+    forces = {"seat": force, "reed": pushed, "stopper": stopper}
+    return {each.gauge.name: _strain(each, forces[each.gauge.of], dt, marched) for each in gauged}
 
 
 def _strain(gauged: Gauged, force: Array | None, dt: float, striker: Body) -> Array:
@@ -55,7 +55,7 @@ def gauge_values(strains: Strains) -> Values:
 
 
 def write_strains(folder: Path, strains: Strains, dt: float) -> Path:
-    """Write gauges.csv, the courses of all gauges, a row a step at the time of its middle; return its path."""
+    """Write gauges.csv, the histories of all gauges, one row a step at its middle; return its path."""
     columns: Sequence[Array] = list(strains.values())
     time = dt * (np.arange(1, len(columns[0])) - 0.5)
     heads = ["time [s]", *(f"{name} [m/m]" for name in strains)]
@@ -70,15 +70,15 @@ def valve_spring_keys(
     seat: GreensFunction,
     touches: Touches,
 ) -> dict[str, object]:
-    """Return the keys of the force of all valve springs together, towards the ``seat``: the largest one and that as the
-    hardest landing begins; none where there are no such springs."""
+    """Return the keys of the total force of the valve springs towards the ``seat``: the largest, and that at the start
+    of the hardest landing; none without springs."""
     if not isinstance(striker, SprungBody):
         return {}
     dt = touches.seat.dt
     marched = with_recorded_loads(striker, lift_of(touches), dt)
     ports = on_the_ports(geometry, striker.greens, seat, touches)
-    (moved,) = spring_displacements(marched, ports, dt, striker.springs.stiffness[:, None])
-    force = np.asarray(sum(spring.force_on_undeformed(geometry.contact.gap) for spring in springs) + moved)
+    (change,) = spring_displacements(marched, ports, dt, striker.springs.stiffness[:, None])
+    force = np.asarray(sum(spring.force_on_undeformed(geometry.contact.gap) for spring in springs) + change)
     hard = None if touches.landings is None else touches.landings.hardest
     return {
         "valve_spring_force_max_N": float(force.max()),

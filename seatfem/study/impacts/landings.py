@@ -1,8 +1,8 @@
-"""Landings of a scene's run, on seat and stopper, with their status; the scenes in which the reed lands on its seat.
+"""Landings of a scene's run on seat and stopper, their status, and the scenes that count in statistics.
 
-A scene without a landing, or one that the end of the run cuts off in its landing, has numbers, but no answer: an
-impulse of zero, or the part of a peak that there was time for. Beside others they would bend every mean. They count for
-what needs no landing on the seat: numbers of the stopper, of the gas, of the static load, and the count of landings.
+A run without a landing, or one that ends during it, has numbers without meaning: an impulse of zero, or a part of a
+peak. In statistics over many scenes it counts only for what needs no landing on the seat: numbers of the stopper, of
+the gas, of the static load, and the count of landings.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ class Landings:
     """All landings of one run.
 
     Attributes:
-        seat, stopper: on each of the two, in the order of time.
-        static: the quasi-static load.
-        pressed_time: how long the seat is touched outside all landings [s].
-        pressed_load: largest averaged force meanwhile [N].
+        seat, stopper: landings on each of the two, in the order of time.
+        static: the quasi-static load that presses the striker on either.
+        pressed_time: total time of contact with the seat outside all landings [s].
+        pressed_load: largest averaged force in this time [N].
         opened: whether the seat is free of contact at any time.
     """
 
@@ -61,15 +61,13 @@ class Landings:
 
     @property
     def hardest(self) -> Landing | None:
-        """Return the hardest landing on the seat; ``None`` where there is none."""
+        """Return the hardest landing on the seat; ``None`` without landings."""
         return hardest(self.seat)
 
     @property
     def status(self) -> Status:
-        """Return whether the seat was landed on, and whether the end of the run cuts the landing that counts.
-
-        Cut off is the hardest landing, or one that closed at least half as fast as it: it might have become harder.
-        """
+        """Return whether there are landings on the seat, and whether the end of the run cuts one that counts: the
+        hardest, or one with at least half its closing speed, which might have become harder."""
         if (hard := self.hardest) is None:
             return "no landing" if self.opened else "never opened"
         fast = (one.closing_speed >= 0.5 * hard.closing_speed for one in self.seat if one.cut_off)
@@ -81,9 +79,9 @@ class Landings:
 
 
 def landings_of_result(problem: ContactProblem, result: ImpactResult, width: float) -> Landings:
-    """Return the landings of a run with its energies; ``width``: of the filter [s]."""
+    """Return the landings of a run with energies; ``width``: width of the filter [s]."""
     force, solid, gap = (values.reshape(len(result.time), -1) for values in (result.force, result.solid, result.gap))
-    striker = with_recorded_loads(problem.striker, np.asarray(gap[:, _seats(problem)].mean(axis=1)), result.dt)
+    striker = with_recorded_loads(problem.striker, np.asarray(gap[:, _is_seat(problem)].mean(axis=1)), result.dt)
     march = _March(problem, force, solid, gap, result.dt, width)
     load = static_load(_with_striker(problem, striker), result.dt * (len(force) - 1))
     pushed = striker.load_amplitudes(mid_steps(result.dt, len(force) - 1))
@@ -93,10 +91,10 @@ def landings_of_result(problem: ContactProblem, result: ImpactResult, width: flo
 def landings_of_march(
     stepper: impact.ContactStepper, width: float, load: StaticLoad | None = None, *, rebound: bool = True
 ) -> Landings:
-    """Return the landings of a march without energies, as far as it has come; ``width``: of the filter [s].
+    """Return the landings of a run without energies up to its present step; ``width``: width of the filter [s].
 
-    ``load``: the quasi-static load, where it is known already; ``rebound``: whether restitution is wanted, which
-    replays the striker.
+    ``load``: the quasi-static load, if it is known already; ``rebound``: whether to compute restitution, for which the
+    striker's motion is computed again.
     """
     prepared, n = stepper.prepared, stepper.done
     problem, dt = prepared.problem, prepared.dt
@@ -115,9 +113,9 @@ def landings_of_march(
 
 
 def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, dt: float, width: float) -> Landings:
-    """Return the landings of a run with one contact, without film or preload, by its force [N] and gap [m], (n + 1,).
+    """Return the landings of a run with one contact, without film or preload, from its force [N] and gap [m], (n + 1,).
 
-    Loads must not depend on the opening; ``width``: of the filter [s].
+    Loads must not depend on the opening; ``width``: width of the filter [s].
     """
     n = len(force) - 1
     pushed = problem.striker.load_amplitudes(mid_steps(dt, n))
@@ -131,7 +129,7 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
 
 
 def static_load_of_march(stepper: impact.ContactStepper) -> StaticLoad:
-    """Return the quasi-static load of a march as far as it has come, loads that follow the opening as it had them."""
+    """Return the quasi-static load of a run up to its present step, with the loads that depended on the opening."""
     prepared = stepper.prepared
     striker = with_recorded_loads(prepared.problem.striker, stepper.opening, prepared.dt)
     return static_load(_with_striker(prepared.problem, striker), prepared.dt * stepper.done)
@@ -143,14 +141,14 @@ def _with_striker(problem: ContactProblem, striker: impact.Body) -> ContactProbl
     return ContactProblem(striker, contacts=problem.contacts, preload=problem.preload)
 
 
-def _seats(problem: ContactProblem) -> NDArray[np.bool_]:
-    """Return (p,) which contacts are the seat's."""
+def _is_seat(problem: ContactProblem) -> NDArray[np.bool_]:
+    """Return a (p,) mask of the contacts with the seat."""
     return np.array([contact.side > 0 for contact in problem.contacts])
 
 
 @dataclass(frozen=True)
 class _March:
-    """Forces, what of them is solid [N], and gaps [m] of all contacts, (n + 1, p) each; step and filter [s]."""
+    """Forces with and without the film [N], and gaps [m] of all contacts, (n + 1, p) each; time step and filter [s]."""
 
     problem: ContactProblem
     force: Array
@@ -160,22 +158,23 @@ class _March:
     width: float
 
     def landings(self, load: StaticLoad, stored: Stored, pushed: Array) -> Landings:
-        """Return the landings of the march; ``pushed`` (L, n): amplitudes of the striker's loads [N]."""
-        seats = _seats(self.problem)
+        """Return the landings; ``stored``: striker's energy after steps; ``pushed`` (L, n): amplitudes of its
+        loads [N]."""
+        seats = _is_seat(self.problem)
         on_seat = self._record(seats, load)
         on_stopper = self._record(~seats, load) if not np.all(seats) else None
-        landed = find_landings(on_seat) if np.any(seats) else ()
-        stopped = () if on_stopper is None else find_landings(on_stopper)
-        landed, stopped = (
+        on_seat_landings = find_landings(on_seat) if np.any(seats) else ()
+        on_stopper_landings = () if on_stopper is None else find_landings(on_stopper)
+        on_seat_landings, on_stopper_landings = (
             tuple(replace(one, restitution=value) for one, value in zip(each, rebounds, strict=True))
             for each, rebounds in (
                 (each, restitutions(self.problem, self.force[1:], self.dt, each, stored, pushed, side=side))
-                for each, side in ((landed, 1), (stopped, -1))
+                for each, side in ((on_seat_landings, 1), (on_stopper_landings, -1))
             )
         )
-        time, largest = pressed_on(on_seat, landed) if np.any(seats) else (0.0, 0.0)
+        time, largest = pressed_on(on_seat, on_seat_landings) if np.any(seats) else (0.0, 0.0)
         opened = not bool(np.all(np.any(on_seat.solid[1:] > 0, axis=1)))
-        return Landings(landed, stopped, load, time, largest, opened)
+        return Landings(on_seat_landings, on_stopper_landings, load, time, largest, opened)
 
     def _record(self, face: NDArray[np.bool_], load: StaticLoad) -> ContactRecord:
         stopper = bool(np.any(face)) and self.problem.contacts[int(np.argmax(face))].side < 0
@@ -199,12 +198,12 @@ NO_LANDING_NEEDED: Final = ("stopper_", "gas_", "gauge_", "peak_gauge_strain", "
 
 
 def has_landed(summary: Mapping[str, object]) -> bool:
-    """Return whether the reed landed, and the end of the run did not cut that off; a summary that has no status did."""
+    """Return whether the reed has landed without being cut off; a summary without a status counts as landed."""
     return summary.get(STATUS, LANDED) == LANDED
 
 
 def needs_landing(key: str) -> bool:
-    """Return whether a key of summary.json, or its error bar, speaks of a landing on the seat."""
+    """Return whether a key of summary.json, or its error bar, has a meaning only with a landing on the seat."""
     return not key.removeprefix(BAR).removeprefix("spring_").startswith(NO_LANDING_NEEDED)
 
 
@@ -214,10 +213,10 @@ def counts(summary: Mapping[str, object], key: str) -> bool:
 
 
 def left_out_in_words(statuses: Iterable[object], what: str = "scenes") -> str:
-    """Return how many of the ``what`` with these landing statuses are left out, and why; "" of none."""
-    every = list(statuses)
-    why = Counter(str(status) for status in every if status != LANDED)
-    if not why:
+    """Return in words how many of the ``what`` with these landing statuses are left out, and why; "" if none."""
+    all_statuses = list(statuses)
+    excluded = Counter(str(status) for status in all_statuses if status != LANDED)
+    if not excluded:
         return ""
-    reasons = ", ".join(f"{count} {status}" for status, count in sorted(why.items(), key=lambda each: -each[1]))
-    return f"{why.total()} of {len(every)} {what} left out: {reasons}"
+    reasons = ", ".join(f"{count} {status}" for status, count in sorted(excluded.items(), key=lambda each: -each[1]))
+    return f"{excluded.total()} of {len(all_statuses)} {what} left out: {reasons}"

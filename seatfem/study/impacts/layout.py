@@ -1,4 +1,4 @@
-"""This module lays a scene out for `seatfem.pictures.layout`: bodies in their places, loads and motions in words."""
+"""The drawing of a scene as data for `seatfem.pictures.layout`: bodies in their places, loads and motions in words."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -23,35 +23,35 @@ from seatfem.study.scene.waves import Wave
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
-"""Points of the reed's shape at its start."""
-SAMPLES: Final = 1024  # instants of the run at which the range of a load is taken
-WHOLLY: Final = 0.999  # share of a struck face below the reed, by sampled points, that counts as all of it
+"""Points at which the reed's initial shape is drawn."""
+SAMPLES: Final = 1024  # instants of the run from which the range of a load is taken
+WHOLLY: Final = 0.999  # fraction of a struck face below the reed, by sampled points, that counts as all of it
 SHOWN_ARCS: Final = 400
 """Most arcs whose borders are drawn."""
 
 
 def layout_of(scene: Scene, division: Division | None = None) -> Layout:
-    """Return bodies, dimensions, loads and words of the scene's drawing.
+    """Return bodies, dimensions, loads and notes of the scene's drawing.
 
-    ``division``: of the lip into arcs, as planned; ``None``: as the scene states it.
+    ``division``: planned division of the lip into arcs; ``None``: as the scene states it.
 
     Raises:
-        ModelError, GeometryError: a file whose faces cannot be found.
-        MeshingError, OSError: gmsh cannot be run; a file is not there.
+        ModelError, GeometryError: the faces in a file cannot be found.
+        MeshingError, OSError: gmsh cannot be run; a file is absent.
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
     at = scene.geometry.own_place
     shape = None if reed.thin_plate is None else reed.thin_plate.geometry()
-    root = shape.centre[0] if shape is not None and shape.is_clamped else at  # away, of the contact's middle
+    root = shape.centre[0] if shape is not None and shape.is_clamped else at  # distance from the contact's middle
     seen = reed.views(at).turned_over()
     thickness = max((float(loop[:, 1].max()) for loop in seen.section), default=0.0)
     stated = division or Division(contact.ports or 1, contact.rings)
-    if stated.arcs > 1:  # the seat's arcs are where it is met
+    if stated.arcs > 1:  # the contact is drawn on the arcs of the seat
         seen = replace(seen, contact=(), struck=())
-    behind = None
+    stopper_body = None
     if stopper is not None:
         along = 0.0 if stopper.at is None or at is None else stopper.at - at
-        behind = Placed(
+        stopper_body = Placed(
             "stopper",
             stopper.body.views().turned_over(),
             (along, 0.0),
@@ -61,18 +61,18 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     placed = Placed("reed", seen, height=contact.gap)
     low, high = seen.extent
     ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)
-    springs = [(spring.words, _of_springs(spring, reed, root)) for spring in scene.spring]
+    springs = [(spring.words, _spring_places(spring, reed, root)) for spring in scene.spring]
     actions = (
-        *_of_reed(reed, root, during, ends),
-        *_of_loads(scene.load, root, during, ends),
+        *_reed_actions(reed, root, during, ends),
+        *_load_actions(scene.load, root, during, ends),
         *(Action(words, float(at[:, 0].min()), float(at[:, 0].max()), -1) for words, at in springs),
-        *_of_others(scene.wave, scene.base, scene.gas),
+        *_other_actions(scene.wave, scene.base, scene.gas),
     )
     return Layout(
         title=scene.title or f"{seen.name} on {seat.views.name}",
         seat=seat,
         reed=placed,
-        stopper=behind,
+        stopper=stopper_body,
         gap=contact.gap,
         lift=None if stopper is None else scene.geometry.stopper_gap,
         start=_start(reed, at),
@@ -85,7 +85,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
 
 
 def facts_of(layout: Layout) -> str:
-    """Return the sizes that count in a sentence: "reed 32 x 12 x 0.3 mm over a lip of 9 to 11 mm diameter, gap 0"."""
+    """Return the main sizes in a sentence: "reed 32 x 12 x 0.3 mm over a lip of 9 to 11 mm diameter, gap 0"."""
     words = [f"{_body_words(layout.reed)} over {_face_words(layout.seat.views)}", f"gap {length_text(layout.gap)}"]
     if layout.stopper is not None and layout.lift is not None:
         words.append(f"stopper at {length_text(layout.lift)} ({layout.stopper.views.name})")
@@ -93,7 +93,7 @@ def facts_of(layout: Layout) -> str:
 
 
 def cover_note(layout: Layout) -> str:
-    """Return how much of the struck face lies beside the reed in plan, "" where nothing does."""
+    """Return a note if the reed covers only a part of the struck face in plan; "" if it covers all."""
     share = layout.covered
     if share is None or share > WHOLLY:
         return ""
@@ -127,7 +127,7 @@ def _face_words(views: BodyViews) -> str:
 
 
 def _start(reed: Structure, at: float | None) -> Array | None:
-    """Return (n, 2) x and deflection of a reed with positions along it that is released from a deflected shape."""
+    """Return (n, 2) position and deflection [m] of a beam that is released from a deflected shape, else ``None``."""
     if reed.slender is None or at is None:
         return None
     x = np.linspace(0.0, reed.slender.span, START_POINTS)
@@ -135,8 +135,8 @@ def _start(reed: Structure, at: float | None) -> Array | None:
     return np.column_stack([x - at, shape]) if np.abs(shape).max() > 0 else None
 
 
-def _of_springs(spring: drives.ValveSpring, reed: Structure, at: float | None) -> Array:
-    """Return the (n, 2) places of valve springs, of those spread around a circle some."""
+def _spring_places(spring: drives.ValveSpring, reed: Structure, at: float | None) -> Array:
+    """Return the (n, 2) places at which valve springs are drawn [m]."""
     if spring.at is not None:
         return np.array([(_along(spring.at, at), 0.0)])
     points, plate = spring.places, reed.thin_plate
@@ -146,7 +146,7 @@ def _of_springs(spring: drives.ValveSpring, reed: Structure, at: float | None) -
 
 
 def _arcs(seat: Structure, division: Division) -> Array:
-    """Return the (n, 2, 2) lines between the arcs of the lip."""
+    """Return the (n, 2, 2) end points of the lines between arcs of the lip [m]."""
     if not 1 < division.arcs <= SHOWN_ARCS:
         return np.zeros((0, 2, 2))
     lip = seat.lip(division.arcs, division.rings)
@@ -156,8 +156,8 @@ def _arcs(seat: Structure, division: Division) -> Array:
     return np.stack([one, other], axis=1)
 
 
-def _of_others(waves: Sequence[Wave], bases: Sequence[drives.Base], gas: CompressorGas | None) -> Iterator[Action]:
-    """Yield waves, bases that move, and the pressure of the gas."""
+def _other_actions(waves: Sequence[Wave], bases: Sequence[drives.Base], gas: CompressorGas | None) -> Iterator[Action]:
+    """Yield incoming waves, base motions, and the pressure of the gas."""
     for wave in waves:
         peak = float(np.abs(wave.course().value).max())
         yield Action(f"a wave of strain up to {peak:.3g} comes along the {wave.of}", 0.0, 0.0, 0)
@@ -168,8 +168,8 @@ def _of_others(waves: Sequence[Wave], bases: Sequence[drives.Base], gas: Compres
         yield Action(f"pressure of the gas, {gas.valve} valve, port Ø {length_text(port)}", -port / 2, port / 2, 0)
 
 
-def _of_reed(reed: Structure, at: float | None, during: Array, ends: tuple[float, float]) -> Iterator[Action]:
-    """Yield the motion and the loads that the table of the reed has."""
+def _reed_actions(reed: Structure, at: float | None, during: Array, ends: tuple[float, float]) -> Iterator[Action]:
+    """Yield the motion and the loads that the table [reed] states."""
     if (pressure := getattr(reed, "pressure", None)) is not None:
         radius = getattr(reed, "pressure_radius", None)
         yield _course("pressure", pressure, during, *(ends if radius is None else (-radius, radius)))
@@ -184,7 +184,7 @@ def _of_reed(reed: Structure, at: float | None, during: Array, ends: tuple[float
     yield from _release(reed)
 
 
-def _of_loads(
+def _load_actions(
     loads: Sequence[drives.ExternalLoad], at: float | None, during: Array, ends: tuple[float, float]
 ) -> Iterator[Action]:
     for load in loads:
@@ -203,7 +203,7 @@ def _of_loads(
 
 
 def _release(reed: Any) -> Iterator[Action]:
-    """Yield how a reed starts that is deflected or moves in one of its modes."""
+    """Yield the initial deflection or modal velocity of the reed."""
     release = getattr(reed, "release", None)
     deflection = getattr(reed, "deflection", None)
     if release is None:
@@ -240,9 +240,9 @@ def _value(words: str, value: float, dimension: str, ends: tuple[float, float]) 
 def _course(
     words: str, course: Any, during: Array, low: float, high: float, more: str = "", area: float = 0.0
 ) -> Action:
-    """Return the load of a constant value, or of a file with its range ``during`` the run.
+    """Return a load in words: its constant value, or its range at the instants ``during`` and its file.
 
-    ``area``: on which a pressure acts while the reed is closed [m^2]; its forces are in the detail.
+    ``area``: area of a pressure on the closed reed [m^2], for the forces in the detail.
     """
     dimension, values = type(course).quantity, np.asarray(course.course(during))
     ends = dict.fromkeys((float(values.min()), float(values.max())))
@@ -256,7 +256,7 @@ def _course(
 
 
 def _notes(geometry: ContactGeometry, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:
-    """Yield notes on what the views do not show."""
+    """Yield notes on properties that the views do not show."""
     contact, reed, stopper = geometry.contact, geometry.reed, geometry.stopper
     yield from (f"the {body.role} {body.views.note}" for body in bodies if body.views.note)
     if division.count > 1:
@@ -291,7 +291,7 @@ def draw_scene(scene: Scene, path: Path, division: Division | None = None) -> La
     """Draw a scene in section and plan to a file, .png, .svg or .pdf, written whole or not at all; return its layout.
 
     Raises:
-        SceneError: a file that cannot be read, bodies that cannot meet as they lie.
+        SceneError: a file cannot be read, or the bodies as placed cannot meet.
         PictureError: matplotlib is missing, or cannot write this format.
         Also what `layout_of` raises.
     """

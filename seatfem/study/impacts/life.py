@@ -1,4 +1,4 @@
-"""Life judged from the stress histories of one run, as [life] asks, and as JSON holds it; starts no runs."""
+"""Fatigue life from the stress histories of one run, by the table [life], its keys and its JSON form."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from seatfem.study.scene import ContactGeometry
 from seatfem.study.scene.life import LifeTable
 
 Histories = Iterable[tuple[str, Array]]
-"""Places by name, their body first, with (n + 1,) stress of one axis or (n + 1, 6) tensors over the whole run [Pa]."""
+"""Pairs of a place ("body, place") and its stress over the run [Pa]: (n + 1,) uniaxial, or (n + 1, 6) tensors."""
 STRESS: Final = "stress"
-"""The measure whose error bar is that of the margin of a beam."""
+"""The measure whose error bar gives that of the margin of a beam."""
 
 
 @dataclass(frozen=True)
 class LifeResult:
-    """Life of the bodies of one run, for the strengths in the scene.
+    """Fatigue life of the bodies of one run, for the strengths in the scene.
 
     Attributes:
-        bodies: the worst places of each, and by which strength.
-        below: the same below a contact of Hertz; ``None`` where nobody asked.
-        speed: allowed and largest speed of closing; ``None`` where no limit is stated, or nothing closed.
+        bodies: for each body, life and margins at its worst places, and the strength.
+        below: the same for depths below a Hertzian contact; ``None`` if not asked for.
+        speed: allowed and largest closing speed; ``None`` without a stated limit or a contact.
     """
 
     bodies: tuple[tuple[Judged, strength.Strength], ...] = ()
@@ -43,13 +43,13 @@ class LifeResult:
 
     @property
     def of_one_axis(self) -> tuple[Judged, strength.Strength] | None:
-        """Return the judgement of the body with the least margin over the design life."""
+        """Return the result of the body with the least margin over the design life (uniaxial, on critical planes)."""
         candidates = [each for each in self.bodies if each[0].life is not None]
         return min(candidates, key=lambda each: each[0].life.margin if each[0].life else math.inf, default=None)
 
     @property
     def of_several_axes(self) -> tuple[Judged, strength.Strength] | None:
-        """Return the judgement of the body with the least margin by the criterion of several axes."""
+        """Return the result of the body with the least margin by the multiaxial criterion."""
         candidates = [each for each in self.bodies if each[0].tensor_at is not None]
         return min(candidates, key=lambda each: each[0].tensor_margin or 0.0, default=None)
 
@@ -57,11 +57,11 @@ class LifeResult:
 def lasting(
     life: LifeTable | None, touches: Touches, first: int, reed: Histories, seat: Histories = (), stiffness: float = 0.0
 ) -> LifeResult:
-    """Return the life of the bodies under the block of stress of one run; tensors are judged on their critical planes,
-    and by the criterion of several axes where one is asked for.
+    """Return the life of the bodies under the repeated stress block of one run; tensors are evaluated on critical
+    planes and, if the scene has one, by a multiaxial criterion.
 
-    ``life``: the table [life]; ``first``: step of the block, as `block_from` returns it; ``reed``, ``seat``: their
-    histories of stress; ``stiffness``: of Hertz's contact [N/m^1.5], 0 of other laws.
+    ``life``: the table [life]; ``first``: first step of the block (`block_from`); ``reed``, ``seat``: stress histories;
+    ``stiffness``: stiffness of a Hertzian contact [N/m^1.5], 0 for other laws.
     """
     if life is None:
         return LifeResult()
@@ -71,8 +71,8 @@ def lasting(
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
         if demand is not None and life.of_bending:
             block = ((name, thinned(each[first:])) for name, each in histories)
-            judgement = judged(on_planes(block, tensors=demand.several_axes is not None), demand)
-            bodies.append((judgement, demand.strength))
+            result = judged(on_planes(block, tensors=demand.several_axes is not None), demand)
+            bodies.append((result, demand.strength))
     contact = life.demand("contact")
     below = None if contact is None else (judged(_below_contact(life, stiffness, touches), contact), contact.strength)
     return LifeResult(tuple(bodies), below, speed)
@@ -86,19 +86,19 @@ def beam_histories(
     *,
     few: bool = False,
 ) -> Iterator[tuple[str, Array]]:
-    """Yield histories as `seatfem.structures.kinds.striking.KnownStress.histories` does, the places of the ``stress``
-    peaks among them."""
+    """Yield the stress histories of `seatfem.structures.kinds.striking.KnownStress.histories`, those at the places of
+    the ``stress`` peaks included."""
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
-    also = {peak.at for peak in peaks if peak is not None}
-    marched = loads.without_springs(with_recorded_loads(striker, lift_of(touches), dt), force, dt)
-    if (known := geometry.reed.stress(force, dt, marched, geometry.contact_at)) is not None:
-        yield from known.histories(also, few=few)
+    peak_places = {peak.at for peak in peaks if peak is not None}
+    body = loads.without_springs(with_recorded_loads(striker, lift_of(touches), dt), force, dt)
+    if (known := geometry.reed.stress(force, dt, body, geometry.contact_at)) is not None:
+        yield from known.histories(peak_places, few=few)
 
 
 def block_from(life: LifeTable | None, turn: float | None, touches: Touches) -> int:
-    """Return the step from which the block of stress is taken that repeats: the whole run, or the crank's last
-    ``turn`` [s]."""
+    """Return the first step of the repeated stress block: 0 for the whole run, or a crank ``turn`` [s] before the
+    end."""
     if life is None or life.block != "last cycle":
         return 0
     assert turn is not None
@@ -106,14 +106,14 @@ def block_from(life: LifeTable | None, turn: float | None, touches: Touches) -> 
 
 
 def _below_contact(life: LifeTable, stiffness: float, touches: Touches) -> Iterator[tuple[str, Array]]:
-    """Yield depths below a contact of Hertz with the stress there, where [life] asks for it."""
+    """Yield depths below a Hertzian contact and the stress there, if [life] asks for it."""
     if life.contact_modulus is not None and stiffness:
         largest = float(touches.seat.solid.max())
         yield from hertz_path(largest, stiffness=stiffness, modulus=life.contact_modulus, poisson=life.contact_poisson)
 
 
 def life_keys(lasting: LifeResult) -> dict[str, object]:
-    """Return the keys of the life for summary.json; ``None`` for a margin or a life without end."""
+    """Return the keys of the life for summary.json; ``None`` for an infinite margin or life."""
     keys: dict[str, object] = {}
     if (worst := lasting.of_one_axis) is not None and worst[0].life is not None:
         keys |= {
@@ -134,10 +134,10 @@ def life_keys(lasting: LifeResult) -> dict[str, object]:
 
 
 def asked_keys(life: LifeTable | None, lasting: LifeResult, bars: Mapping[str, float]) -> dict[str, object]:
-    """Return the life asked for, its strengths, and the error bars of its margins, from those of the stress.
+    """Return the demands of [life], the strengths, and the error bars of the margins for summary.json.
 
-    Margins are inversely proportional to stress: `impact.life.places.margin_error`. ``bars``: of the stress in the
-    bodies, by their names, relative; where there is none, as without contact, the margin has none, either.
+    Margins are inversely proportional to stress: `impact.life.places.margin_error`. ``bars``: relative error bars of
+    the stress by body; the margin of a body without one, as without contact, has none.
     """
     keys: dict[str, object] = {}
     if life is None:
@@ -169,12 +169,12 @@ def asked_keys(life: LifeTable | None, lasting: LifeResult, bars: Mapping[str, f
 
 
 def body_of(place: str) -> str:
-    """Return the body that a place is on."""
+    """Return the body of a place of `Histories`."""
     return place.split(",")[0]
 
 
 def life_notes(life: LifeTable | None, lasting: LifeResult) -> tuple[str, ...]:
-    """Return in sentences what breaks at once, and a life that nothing closed on."""
+    """Return advice on the life, such as on immediate failure, and a note if no closing speed can be compared."""
     worst = lasting.of_one_axis
     notes = [] if worst is None or worst[0].life is None else [f"life: {advice}" for advice in worst[0].life.advice]
     if life is not None and lasting.speed is None and life.allowed_speed() is not None:
@@ -183,7 +183,7 @@ def life_notes(life: LifeTable | None, lasting: LifeResult) -> tuple[str, ...]:
 
 
 def as_json(lasting: LifeResult) -> dict[str, Any]:
-    """Return a life as mappings, lists and numbers; the strengths are those of the scene."""
+    """Return a life as JSON-compatible values, without the strengths, which the scene has."""
     return {
         "bodies": [asdict(judged) for judged, _ in lasting.bodies],
         "below": None if lasting.below is None else asdict(lasting.below[0]),
@@ -195,7 +195,7 @@ def from_json(life: LifeTable | None, numbers: Mapping[str, Any]) -> LifeResult:
     """Return the life that `as_json` wrote for a run of a scene with this table [life].
 
     Raises:
-        ValueError, TypeError, LookupError: numbers that no such life has.
+        ValueError, TypeError, LookupError: the numbers do not match the table.
     """
     if life is None:
         return LifeResult()

@@ -1,4 +1,4 @@
-"""Stress in the faces of a plate that strikes: its field, and the largest of it under the forces of a march."""
+"""Stress in the faces of a plate that strikes: its field, and the largest stress under the forces of a run."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ if TYPE_CHECKING:
     from seatfem.structures.fields import peaks
     from seatfem.structures.fields.recovery import Largest, LargestStress, StressField
 
-AT_REST: Final = 1e-2  # of the lowest frequency: what moves so slowly bends a free plate as if at rest
-AS_IF_HELD: Final = 1e-8  # residual of a first solve, as of a plate that is held
-MODES_LOOKED_AT: Final = 12  # lowest modes whose most stressed places are checked in pre-runs
-PLACES_OF_A_MODE: Final = 3
+AT_REST: Final = 1e-2  # frequency at which a free plate is solved for its static bending, over its lowest frequency
+AS_IF_HELD: Final = 1e-8  # relative residual of a first solve of a plate that is held
+MODES_LOOKED_AT: Final = 12  # lowest modes whose most stressed places are evaluated in pre-runs
+PLACES_OF_A_MODE: Final = 3  # number of such places of each mode
 
 
 @dataclass(frozen=True)
 class _Columns:
-    """Stress of a plate at P points, for each port's force at rest and for each elastic mode.
+    """Stress of a plate at P points, for a static force on each port and for each elastic mode.
 
     Attributes:
-        points: (P, 2) where [m].
-        static: (P, 6, p) of a unit force at rest on each port [Pa/N].
-        modal: (P, 6, M) of each elastic mode [Pa/(m sqrt(kg))].
-        few: numbers of the points of which one bears nearly the largest stress, whatever strikes.
+        points: (P, 2) coordinates [m].
+        static: (P, 6, p) stress under a static unit force on each port [Pa/N].
+        modal: (P, 6, M) stress of each elastic mode shape [Pa/(m sqrt(kg))].
+        few: numbers of the points one of which has nearly the largest stress in any impact.
     """
 
     points: Array
@@ -53,12 +53,12 @@ class _Columns:
 
 
 def has_plate_stress(reed: Structure, striker: Body) -> bool:
-    """Return whether a plate strikes whose stress can be known."""
+    """Return whether the striker is a plate with modes, from which its stress follows."""
     return reed.thin_plate is not None and striker.greens.modal is not None
 
 
 def lips_of_plate(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
-    """Return the lips that touch the plate that strikes: its own face first, then the seat's lip in these parts."""
+    """Return the contact patches on the striking plate: its own face, then the seat's lip by `division`."""
     return _plate_of(geometry).lips(geometry.on_the_reed(geometry.lip(division.arcs, division.rings)))
 
 
@@ -69,31 +69,32 @@ def _plate_of(geometry: ContactGeometry) -> ThinPlate:
 
 
 def _touching_lips(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
-    """Return those of `lips_of_plate` that really touch: the seat's, else its own; a stopper meets its own, too."""
+    """Return the patches of `lips_of_plate` that are in contact: the seat's or else its own, which also meets a
+    stopper."""
     lips = lips_of_plate(geometry, division)
     return lips if geometry.stopper is not None else lips[-1:]
 
 
 def touched_points(geometry: ContactGeometry, greens: GreensFunction, division: rings.Division) -> Array:
-    """Return (k, 2) points of the patches with which a plate touches [m]."""
+    """Return the (k, 2) points of a plate's contact patches [m]."""
     return _points_of(_plate_of(geometry).plate(greens), _touching_lips(geometry, division))
 
 
 def singular_points(geometry: ContactGeometry, greens: GreensFunction, division: rings.Division) -> Array:
-    """Return (k, 2) points of a plate that strikes beside which its theory knows no stress [m]."""
+    """Return the (k, 2) points near which plate theory gives no stress in the striking plate [m]."""
     return _singular(_plate_of(geometry).plate(greens), _touching_lips(geometry, division))
 
 
 def plate_field(
     geometry: ContactGeometry, striker: Body, division: rings.Division, *, few: bool = False
 ) -> StressField:
-    """Return the stress in the face z = h/2 of the plate that strikes.
+    """Return the stress field in the face z = h/2 of the plate that strikes.
 
-    It is known at the nodes away from what has no stress in plate theory: within one thickness of sharp corners, of the
-    ends of the clamp and of what touches. The field is that of the elastic modes and of what each port's force at rest
-    does beside them. ``few``: at some 40 nodes alone, those most stressed by the lowest modes and by the ports.
+    It has the nodes at which plate theory gives a stress, farther than one thickness from sharp corners, ends of the
+    clamp and contact patches, and includes elastic modes and the static response to each port's force. ``few``: only
+    some 40 nodes, those most stressed by the lowest modes and by the ports.
 
-    The body of the field is the whole striker: `struck_by` takes its start, its loads and its elastic modes.
+    The field's body is the whole striker; `struck_by` replaces it by its elastic modes with the loads of a run.
     """
     plate = _plate_of(geometry).plate(striker.greens)
     lips, touched = lips_of_plate(geometry, division), _touching_lips(geometry, division)
@@ -104,7 +105,7 @@ def plate_field(
 
 @dataclass(frozen=True, eq=False)
 class _Plate:
-    """A plate and what touches it, equal to another where its modes, lips and ports are."""
+    """A plate with its contact patches and ports, by which its stress is cached."""
 
     plate: sheets.PlateModes
     lips: tuple[lip.AnyLip, ...]
@@ -122,31 +123,31 @@ class _Plate:
 
 
 @lru_cache(maxsize=4)
-def _columns(asked: _Plate) -> _Columns:
-    """Return the stress of a plate by modes and ports; found once in a process."""
-    plate = asked.plate
+def _columns(key: _Plate) -> _Columns:
+    """Return the stress of a plate by modes and ports; cached in the process."""
+    plate = key.plate
     sheet, sites = plate.sheet, fields.sites.plate_nodes(plate.mesh)
-    model, thickness = plate.with_ports(asked.lips).with_ports(asked.ports), sheet.shape.thickness
+    model, thickness = plate.with_ports(key.lips).with_ports(key.ports), sheet.shape.thickness
     rigid, shapes = plate.modes.omega == 0, plate.modes.shapes
     stiffness, loads, tolerance = model.K, model.port_matrix, AS_IF_HELD
-    if rigid.any():  # its inertia balances the loads
+    if rigid.any():  # inertia relief: rigid-body inertia balances the loads
         moving = shapes[:, rigid]
         slow = AT_REST * float(plate.modes.omega[~rigid].min())
         stiffness, loads = stiffness + slow**2 * model.M, loads - model.M @ (moving @ (moving.T @ loads))
-        tolerance /= AT_REST**2  # a first solve pushes rigid motions, too, which yield as much more than bending
+        tolerance /= AT_REST**2  # round-off in the rigid motions, more compliant than bending by this factor
     functional = fields.sites.plate_stress(plate.mesh, sheet.material, thickness, model, sites)
     solutions = (
         structures.reduction.factorization.factorize(stiffness, tolerance=tolerance, name="K").solve(loads),
         shapes[:, ~rigid],
     )
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in solutions)
-    away = ~fields.corners.near(sites.points, _singular(plate, asked.touched), thickness)
+    away = ~fields.corners.near(sites.points, _singular(plate, key.touched), thickness)
     points, static, modal = sites.points[away], static[away], modal[away]
     return _Columns(points, static, modal, _most_stressed(static, modal))
 
 
 def _most_stressed(static: Array, modal: Array) -> peaks.Integers:
-    """Return the numbers of the points most stressed by each of the lowest modes and by all ports together."""
+    """Return the indices of the points most stressed by each of the lowest modes and by all ports together."""
     by_mode = np.linalg.norm(modal[:, :, :MODES_LOOKED_AT], axis=1)
     by_ports = np.linalg.norm(static.sum(axis=2), axis=1)[:, None]
     order = np.argsort(-np.concatenate([by_mode, by_ports], axis=1), axis=0)
@@ -154,8 +155,9 @@ def _most_stressed(static: Array, modal: Array) -> peaks.Integers:
 
 
 def struck_by(field: StressField, striker: Body, opening: Array, pushes: Array, dt: float) -> StressField:
-    """Return the field of a plate in a run: as it starts there, with loads that follow its lift, of which ``opening``
-    (n + 1,) is the mean at the seat [m]; ``pushes``: (n + 1, ports) forces on its ports [N]; ``dt``: step [s]."""
+    """Return the stress field of a plate with its initial state and loads in a run. ``opening``: (n + 1,) mean gap at
+    the seat [m], for loads that depend on it; ``pushes``: (n + 1, ports) forces on its ports [N]; ``dt``: time step
+    [s]."""
     body = without_springs(with_recorded_loads(striker, opening, dt), pushes, dt)
     greens = body.greens.modal
     assert greens is not None
@@ -163,12 +165,12 @@ def struck_by(field: StressField, striker: Body, opening: Array, pushes: Array, 
 
 
 def in_some_modes(body: Body, kept: NDArray[np.bool_]) -> Body:
-    """Return the body in some of its modes (M,); of a translation in none of these nothing is left."""
+    """Return the body with the modes chosen by a mask (M,) only, and its initial state and loads in these."""
     greens, start = body.greens.modal, body.modal_start()
     assert greens is not None
-    some = replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept])
+    fewer = replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept])
     state = ModalState(start.displacement[kept], start.velocity[kept])
-    return Body(some, state=state, loads=tuple(replace(load, shape=load.shape[kept]) for load in body.loads))
+    return Body(fewer, state=state, loads=tuple(replace(load, shape=load.shape[kept]) for load in body.loads))
 
 
 def stresses_of_plate(reed: ThinPlate, field: StressField, found: LargestStress) -> ReedStress:
@@ -177,7 +179,7 @@ def stresses_of_plate(reed: ThinPlate, field: StressField, found: LargestStress)
 
 
 def _peak(reed: ThinPlate, field: StressField, found: Largest) -> PeakStress:
-    """Return the largest stress, its distance from the root, or of a free plate from its centre, and its time."""
+    """Return the largest stress, its distance from the root (free plates: from the centre), and its time."""
     k, shape = int(found.von_mises.argmax()), reed.geometry()
     x, y = field.points[k] - (0.0 if shape.is_clamped else np.asarray(shape.centre))
     at = float(x if shape.is_clamped else math.hypot(x, y))
@@ -186,12 +188,12 @@ def _peak(reed: ThinPlate, field: StressField, found: Largest) -> PeakStress:
 
 @dataclass(frozen=True)
 class PlateLook:
-    """Computes the stress of a plate from the contact forces of a march.
+    """Function that computes the largest stress of a plate from the contact forces of a run.
 
     Attributes:
-        reed: the plate that is marched.
-        field: of the plate, its body the striker as it starts.
-        division: of the seat's patch, whose parts are ports of that body.
+        reed: the plate.
+        field: its stress field, whose body is the striker in its initial state.
+        division: division of the seat's patch into parts, the ports of that body.
     """
 
     reed: ThinPlate
@@ -200,13 +202,13 @@ class PlateLook:
 
     @classmethod
     def at_few_places(cls, geometry: ContactGeometry, striker: Body, division: rings.Division) -> PlateLook | None:
-        """Return the look at the places that modes and ports stress most; ``None`` of strikers that are no plates."""
+        """Return the function for the places that modes and ports stress most; ``None`` if the striker is no plate."""
         if not has_plate_stress(geometry.reed, striker):
             return None
         return cls(_plate_of(geometry), plate_field(geometry, striker, division, few=True), division)
 
     def __call__(self, stepper: impact.ContactStepper, since: float | None) -> ReedStress | None:
-        """Return the largest stresses, before and after the time ``since`` at which a landing begins, too [s]."""
+        """Return the largest stresses, also before and after the start ``since`` of a landing [s]."""
         if not len(self.field.points):
             return None
         forces, body = Forces.from_march(stepper), self.field.body
@@ -222,10 +224,10 @@ class Forces:
     """Contact forces of one run.
 
     Attributes:
-        parts: (n + 1, parts) of each part of the seat's patch [N].
-        division: of the patch into these.
-        stopper: (n + 1,) likewise; ``None`` where there is none.
-        dt: [s].
+        parts: (n + 1, parts) force on each part of the seat's patch [N].
+        division: division of the patch into these parts.
+        stopper: (n + 1,) force on the stopper [N]; ``None`` without one.
+        dt: time step [s].
     """
 
     parts: Array
@@ -235,34 +237,34 @@ class Forces:
 
     @staticmethod
     def from_march(stepper: impact.ContactStepper) -> Forces:
-        """Return the contact forces of a march."""
+        """Return the contact forces of a run."""
         problem, parts = stepper.prepared.problem, parts_of(stepper)
         division = rings.Division.from_greens(problem.target.greens) if parts.shape[1] > 1 else rings.Division()
         return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)
 
     def by(self, wanted: rings.Division) -> Array:
-        """Return (n + 1, parts) forces on the parts of another division, of a uniform pressure in each part [N]."""
-        have = self.division
-        if have == wanted:
+        """Return the (n + 1, parts) forces on the parts of another division, for uniform pressure on each part [N]."""
+        own = self.division
+        if own == wanted:
             return self.parts
-        across = overlaps(rings.ring_borders(have.rings), rings.ring_borders(wanted.rings))
-        along = overlaps(np.linspace(0, 1, have.arcs + 1), np.linspace(0, 1, wanted.arcs + 1))
-        parts = self.parts.reshape(-1, have.arcs, have.rings)
+        across = overlaps(rings.ring_borders(own.rings), rings.ring_borders(wanted.rings))
+        along = overlaps(np.linspace(0, 1, own.arcs + 1), np.linspace(0, 1, wanted.arcs + 1))
+        parts = self.parts.reshape(-1, own.arcs, own.rings)
         return np.asarray(np.einsum("nar,ab,rc->nbc", parts, along, across, optimize=True)).reshape(len(parts), -1)
 
 
 def overlaps(have: Array, wanted: Array) -> Array:
-    """Return (h, w) the share of each of h intervals that lies in each of w others; edges (h + 1,) and (w + 1,)."""
+    """Return the (h, w) fraction of each of h intervals that lies in each of w others; edges (h + 1,) and (w + 1,)."""
     low = np.maximum(have[:-1, None], wanted[None, :-1])
     high = np.minimum(have[1:, None], wanted[None, 1:])
     return np.asarray(np.maximum(high - low, 0.0) / np.diff(have)[:, None])
 
 
 def pushes_of(greens: GreensFunction, parts: Array, division: rings.Division, stopper: Array | None) -> Array:
-    """Return (n + 1, ports) forces on the ports of a striker, away from the seat [N].
+    """Return the (n + 1, ports) forces on the ports of a striker, away from the seat [N].
 
-    Of the seat's patch in parts, of this ``division``, with (n + 1, parts) forces, and of a ``stopper`` with (n + 1,)
-    ones, which meets the first port, if there is one [N].
+    ``parts``: (n + 1, parts) forces of the seat's patch in the parts of ``division``; ``stopper``: (n + 1,) force of
+    the stopper on the first port, if there is one [N].
     """
     force = np.zeros((len(parts), len(greens.ports)))
     for name, pushed in zip(division.names, parts.T, strict=True):
@@ -273,18 +275,18 @@ def pushes_of(greens: GreensFunction, parts: Array, division: rings.Division, st
 
 
 def _singular(plate: sheets.PlateModes, touched: tuple[lip.AnyLip, ...]) -> Array:
-    """Return (k, 2) points that are touched, ends of the clamp and sharp corners [m]."""
+    """Return the (k, 2) points of contact patches, ends of the clamp and sharp corners [m]."""
     return np.concatenate(
         [_points_of(plate, touched), _ends_of_clamp(plate.mesh), fields.corners.sharp_nodes(plate.mesh)]
     )
 
 
 def _points_of(plate: sheets.PlateModes, lips: tuple[lip.AnyLip, ...]) -> Array:
-    """Return (k, 2) points of the patches of some lips [m]."""
+    """Return the (k, 2) points of contact patches [m]."""
     return np.concatenate([patch.points for patch in structures.sheets.patches_of(plate.sheet, lips).values()])
 
 
 def _ends_of_clamp(mesh: PlateMesh) -> Array:
-    """Return (2, 2) ends of the clamped line [m]; none of a free plate."""
+    """Return the (2, 2) ends of the clamped line [m]; none for a free plate."""
     line = mesh.points[mesh.lines.get(structures.mesh.plane_meshes.CLAMPED, np.zeros(0, dtype=np.int64))]
     return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]] if len(line) else line

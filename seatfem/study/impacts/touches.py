@@ -1,4 +1,4 @@
-"""The contacts of one run taken apart, and its measures."""
+"""The results of one run by contact (seat, its parts, stopper), and the measures taken from them."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, jud
 
 @dataclass(frozen=True)
 class Touches:
-    """Results of one run, contact by contact; the energies in each are those of the whole run.
+    """Results of one run by contact; the energies in each are those of the whole run.
 
     Attributes:
-        seat: its patch, all parts seen as one contact.
-        parts: part by part, where it is divided into arcs and rings.
-        stopper: where there is one, all parts seen as one contact.
-        stopper_parts: part by part, where it is divided.
-        line: along the lip, where it has several arcs.
-        landings: of the run; ``None``: not looked for.
-        strains: (n + 1,) at each gauge, by its name.
+        seat: contact with the seat, all parts of its patch joined to one.
+        parts: the parts of the seat's patch, if it is divided into arcs and rings.
+        stopper: contact with the stopper, if there is one, all parts joined to one.
+        stopper_parts: the parts of the stopper's patch, if it is divided.
+        line: force along the lip, if it has several arcs.
+        landings: landings of the run; ``None`` if not determined.
+        strains: (n + 1,) strain at each gauge, by its name.
     """
 
     seat: ImpactResult
@@ -49,41 +49,41 @@ class Touches:
 
     @property
     def stopper_force(self) -> Array | None:
-        """Return the force (n + 1,) of the stopper [N]; ``None`` where there is none."""
+        """Return the (n + 1,) contact force on the stopper [N]; ``None`` without one."""
         return None if self.stopper is None else self.stopper.force
 
 
 def taken_apart(
     geometry: ContactGeometry, problem: impact.ContactProblem, result: ImpactResult, filter_width: float
 ) -> Touches:
-    """Return the contacts of ``result`` of a problem: the seat's columns come first, the stopper's last.
+    """Return the result of a problem by contact; the seat's columns come first, the stopper's last.
 
-    ``filter_width``: of the forces by which landings are told from each other [s].
+    ``filter_width``: averaging time of the forces that separate landings [s].
     """
     division = Division.from_greens(problem.target.greens)
     landings = landings_of_result(problem, result, filter_width)
     if result.force.ndim == 1:
         return Touches(result, landings=landings)
     of_seat = seat_contacts(problem)
-    stopper = above = None
+    stopper = on_stopper = None
     if geometry.stopper is not None:
         parts_above = geometry.stopper.parts
-        above = of_contacts(result, slice(of_seat, None)) if parts_above != Division() else None
-        stopper = measures.of_contact(result, of_seat) if above is None else as_one(above, parts_above.shares)
+        on_stopper = of_contacts(result, slice(of_seat, None)) if parts_above != Division() else None
+        stopper = measures.of_contact(result, of_seat) if on_stopper is None else as_one(on_stopper, parts_above.shares)
     if of_seat == 1:
-        return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=above, landings=landings)
+        return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=on_stopper, landings=landings)
     parts = of_contacts(result, slice(of_seat))
     line = geometry.line(division, parts.force, parts.film)
     seat = as_one(parts, division.shares)
     mass = _mass_that_moves(problem, np.asarray(parts.force.sum(axis=0)), division.shares)
-    return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, above, landings)
+    return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, on_stopper, landings)
 
 
 def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Array) -> float | None:
-    """Return the sum of the forces on the seat's contacts over the acceleration that they give to the mean of these.
+    """Return the striker's effective mass [kg]: the sum of forces ``pushed`` over the mean acceleration of contacts.
 
-    It is the mass [kg] of a striker that is free and does not turn, less where it turns as well; ``None`` of one that
-    is held, and without force.
+    It is the mass of a free striker that does not rotate, and less if it does; ``None`` for one that is held, or
+    without force.
     """
     inverse = problem.striker.greens.inverse_mass()
     seen = problem.directions(problem.striker)[:, : len(shares)]
@@ -92,22 +92,22 @@ def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Arra
 
 
 def seat_contacts(problem: impact.ContactProblem) -> int:
-    """Return how many of the contacts are the seat's: the first ones."""
+    """Return the number of contacts with the seat, which are the first ones."""
     return sum(contact.side > 0 for contact in problem.contacts)
 
 
 def stopper_in(problem: impact.ContactProblem) -> Body | None:
-    """Return the stopper of a problem."""
+    """Return the stopper of a problem, or ``None``."""
     return next((contact.target for contact in problem.contacts if contact.side < 0), None)
 
 
 def force_of(stepper: impact.ContactStepper) -> Array:
-    """Return the contact force (n + 1,) of the seat's whole patch at every step done [N]."""
+    """Return the (n + 1,) contact force on the seat's whole patch up to the present step [N]."""
     return np.asarray(parts_of(stepper).sum(axis=1))
 
 
 def film_of(stepper: impact.ContactStepper) -> Array | None:
-    """Return the film's part (n + 1,) of `force_of` [N]; ``None`` where there is none."""
+    """Return the (n + 1,) force of the film, a part of `force_of` [N]; ``None`` without a film."""
     if stepper.film.size == 0:
         return None
     seat = seat_contacts(stepper.prepared.problem)
@@ -115,13 +115,13 @@ def film_of(stepper: impact.ContactStepper) -> Array | None:
 
 
 def parts_of(stepper: impact.ContactStepper) -> Array:
-    """Return the contact force (n + 1, parts) of each part of the seat's patch at every step done [N]."""
+    """Return the (n + 1, parts) contact force on each part of the seat's patch up to the present step [N]."""
     seat = seat_contacts(stepper.prepared.problem)
     return np.concatenate([stepper.prepared.rest[None, :seat], stepper.force[: stepper.done, :seat]])
 
 
 def stopper_force_of(stepper: impact.ContactStepper) -> Array | None:
-    """Return the contact force (n + 1,) of the stopper at every step done [N]; ``None`` where there is none."""
+    """Return the (n + 1,) contact force on the stopper up to the present step [N]; ``None`` without one."""
     if seat_contacts(stepper.prepared.problem) == stepper.force.shape[1]:
         return None
     seat = seat_contacts(stepper.prepared.problem)
@@ -130,7 +130,7 @@ def stopper_force_of(stepper: impact.ContactStepper) -> Array | None:
 
 
 def displacement_of(stepper: impact.ContactStepper) -> Array:
-    """Return the displacement (n + 1,) of the seat's patch, its mean [m]."""
+    """Return the (n + 1,) mean displacement of the seat's patch [m]."""
     contacts = seat_contacts(stepper.prepared.problem)
     seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done, :contacts]
     moved = mean_displacement(seat, -force.T, Division.from_greens(seat.body.greens).shares)
@@ -140,7 +140,7 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
 
 
 def on_the_ports(geometry: ContactGeometry, striker: GreensFunction, seat: GreensFunction, touches: Touches) -> Array:
-    """Return the forces (n + 1, ports) of seat and stopper on all ports of the striker, along the normal [N]."""
+    """Return the (n + 1, ports) normal forces of seat and stopper on all ports of the striker [N]."""
     force = np.zeros((len(touches.seat.force), len(striker.ports)))
 
     def add(parts: ImpactResult | None, whole: ImpactResult, names: tuple[str, ...], other: int, sign: int) -> None:
@@ -156,7 +156,7 @@ def on_the_ports(geometry: ContactGeometry, striker: GreensFunction, seat: Green
 
 
 def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:
-    """Return the forces (n + 1,), or (n + 1, 2) with two ports, of seat and stopper on the striker's ports [N]."""
+    """Return the forces of seat and stopper on the striker [N]: (n + 1,), or (n + 1, 2) if each has its own port."""
     if stopper is None:
         return force
     return np.column_stack([force, -stopper]) if len(striker.greens.ports) > 1 else force - stopper
@@ -165,11 +165,11 @@ def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:
 Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "stopper", "lip", "record"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
 STRIKER: Final = "striker"
-"""Source of error: a computed striker; a plan chooses the band of a plate."""
+"""Source of error: mesh, reduction, band and level of a striker that is not in closed form."""
 STOPPER: Final = "stopper"
 """Source of error: a stopper that is not exact."""
 LIP: Final = "lip"
-"""Source of error: one port in place of the arcs of a lip, where a plan has chosen it."""
+"""Source of error: one contact point in place of the arcs of a lip, if the plan has chosen it."""
 
 RECORD: Final = "record"
 """Source of error: the noise of a measured seat's record, and a misfit beyond it."""
@@ -178,14 +178,14 @@ RECORD: Final = "record"
 def measured(
     touches: Touches, filter_width: float, stress: stresses.ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> Values:
-    """Return the measures of a run, SI, by name; ``stress``: the reed's, if wanted; ``asked``: of which landing."""
+    """Return the measures of a run by name [SI]; ``stress``: the reed's, if wanted; ``asked``: the landing to judge."""
     return values_of(contact_record_of(touches, filter_width, stress, asked))
 
 
 def contact_record_of(
     touches: Touches, filter_width: float, stress: stresses.ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> ContactRecord:
-    """Return what the measures of a run are taken from."""
+    """Return the record of a run from which its measures are taken."""
     result, landings = touches.seat, () if touches.landings is None else touches.landings.seat
     force, moved, film, line = result.force, result.target_displacement, result.film, touches.line
     since = None if stress is None else stress_since(touches, asked)
@@ -194,7 +194,7 @@ def contact_record_of(
 
 
 def stress_since(touches: Touches, asked: LandingChoice) -> float | None:
-    """Return when the landing begins that a reed's stress is told apart by [s]; ``None`` where there is none."""
+    """Return the start of the judged landing [s], before and after which stress is reported; ``None`` without one."""
     landings = () if touches.landings is None else touches.landings.seat
     landing = judged_landing(landings, asked)
     return None if landing is None else landing.start
@@ -209,28 +209,28 @@ OF_A_LANDING: Final[Mapping[str, str]] = {
     "duration": "duration_s",
     "restitution": "restitution",
 }
-"""Fields of `impact.after.landings.Landing` that have an error bar, and their keys in a record."""
+"""Fields of `impact.after.landings.Landing` that have an error bar, and their keys in a record of summary.json."""
 
 
 def landing_name(face: Face, number: int, key: str) -> str:
-    """Return the name of a landing's key among the values of a run; landings are numbered from 0 on."""
+    """Return the name of a landing's key among the values of a run; landings are numbered from 0."""
     return f"{face} {number} {key}"
 
 
 def is_of_a_landing(name: str) -> bool:
-    """Return whether a value of a run is one of `landing_name`."""
+    """Return whether the name of a value is one of `landing_name`."""
     return name.startswith(tuple(f"{face} " for face in get_args(Face)))
 
 
 def is_time(name: str) -> bool:
-    """Return whether a value of a run is when a landing begins."""
+    """Return whether the name of a value is that of the start of a landing."""
     return is_of_a_landing(name) and name.endswith(f" {OF_A_LANDING['start']}")
 
 
 def values_of_landings(landings: Landings, like: Landings | None = None) -> dict[str, float]:
     """Return the numbers of each landing that have error bars.
 
-    ``like``: of a neighbouring run, whose landings are looked for; one without partner has infinite values.
+    ``like``: landings of a neighbouring run, whose partners are taken; one without partner has infinite values.
     """
     values: dict[str, float] = {}
     for face in get_args(Face):
@@ -245,8 +245,8 @@ def values_of_landings(landings: Landings, like: Landings | None = None) -> dict
 
 
 def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[str, float]:
-    """Return the numbers of the stopper's contact that have error bars, called as in summary.json, from its (n + 1,)
-    force at steps ``dt`` [N, s]; none without it."""
+    """Return the numbers of the stopper's contact that have error bars, by their keys in summary.json, from its force
+    (n + 1,) [N] at steps ``dt`` [s]; none without a stopper."""
     if force is None:
         return {}
     return {
@@ -260,9 +260,9 @@ class RunRecord:
     """Histories and results of one run, from which its values are taken.
 
     Attributes:
-        blow: histories of the seat's contact.
-        landings: of the run; ``None``: not looked for.
-        stopper: (n + 1,) force of the stopper [N]; ``None`` where there is none.
+        blow: histories of the contact with the seat.
+        landings: landings of the run; ``None`` if not determined.
+        stopper: (n + 1,) force on the stopper [N]; ``None`` without one.
     """
 
     blow: ContactRecord
@@ -273,7 +273,7 @@ class RunRecord:
 def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
     """Return all values of a run that have error bars, by name.
 
-    ``like``: the landings of a neighbouring run, each of which is looked for; ``None``: of the run's own.
+    ``like``: landings of a neighbouring run, whose partners are taken; ``None``: the run's own landings.
     """
     blow, landings = record.blow, record.landings
     return {
@@ -284,9 +284,9 @@ def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
 
 
 def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]:
-    """Return the error bars for summary.json, flat: error_bar_KEY of each measure, and its error_SOURCE_KEY.
+    """Return the error bars for summary.json: error_bar_KEY of each measure, and error_SOURCE_KEY of each source.
 
-    The bars of the measures ``without`` one are ``None``: something is left out that no share knows.
+    The bars of the measures in ``without`` are ``None``, as the budget lacks a source of their error.
     """
     names = [name for name in budget.values if not is_of_a_landing(name)]
     bars: dict[str, object] = {

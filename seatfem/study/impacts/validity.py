@@ -1,4 +1,4 @@
-"""Limits of the theory or the data behind a scene, and simpler models of its contact."""
+"""Limits of the theory and of the data of a scene, and simpler models of its contact."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from seatfem.study.scene.drives import ExternalLoad
 from seatfem.study.scene.problems import in_role
 from seatfem.units import write_quantity
 
-SAMPLES: Final = 4096  # instants of a run at which the largest pressure is taken
-POINTS: Final = 720  # points around a lip
-COVERED: Final = 0.95  # share of a lip above which a beam counts as covering it
+SAMPLES: Final = 4096  # instants of a run from which the largest pressure is taken
+POINTS: Final = 720  # sampled points around a lip
+COVERED: Final = 0.95  # covered fraction of a lip above which a beam counts as covering it
 THICKEST_GAS: Final = 1e-4
 """Viscosity [Pa s] above which a fluid is a liquid."""
 
@@ -37,7 +37,7 @@ def validity_advice(
     seat: GreensFunction | None = None,
     reed: GreensFunction | None = None,
 ) -> tuple[notices.Advice, ...]:
-    """Return advice where the run exceeds the limits of its theory or of its data; ``filter_width`` [s]."""
+    """Return advice if the run exceeds limits of its theory or data; ``filter_width``: averaging time [s]."""
     flat = geometry.reed.slender or geometry.reed.thin_plate
     misfits, bands = list[notices.Advice](), list[notices.Advice]()
     for role, structure, greens in (("seat", geometry.seat, seat), ("reed", geometry.reed, reed)):
@@ -62,7 +62,7 @@ def validity_advice(
 
 
 def film_notes(geometry: ContactGeometry, result: ImpactResult) -> tuple[str, ...]:
-    """Return the note that a gas would give way under the largest force of its film."""
+    """Return a note if the gas of the film would be compressed under its largest force."""
     if (keys := geometry.contact.film) is None or keys.viscosity > THICKEST_GAS:
         return ()
     film = keys.on_ring(geometry.seat.lip_face.ring)
@@ -77,7 +77,7 @@ def film_notes(geometry: ContactGeometry, result: ImpactResult) -> tuple[str, ..
 
 
 def covered_notes(geometry: ContactGeometry) -> tuple[str, ...]:
-    """Return that a beam covers only a part of the lip that it strikes, which the model presses all around."""
+    """Return a note if a beam covers only a part of the lip, which the model presses all around."""
     reed, ring = geometry.reed, geometry.seat.lip_face.ring
     beam, at = reed.slender, geometry.own_place
     if ring is None or beam is None or at is None:
@@ -96,12 +96,10 @@ def covered_notes(geometry: ContactGeometry) -> tuple[str, ...]:
 
 
 def dishing_notes(reed: Structure, seat: Structure, loads: Sequence[ExternalLoad], duration: float) -> tuple[str, ...]:
-    """Return that a beam over a port does not dish under the pressure that closes it, with the stress of a round plate.
+    """Return a note that a beam model lacks the dishing of the reed over a round port under a closing pressure.
 
-    ``duration``: of the run [s].
-
-    3 p r^2/(4 t^2) with a clamped edge, 3 (3 + nu) p r^2/(8 t^2) with one free to turn: Timoshenko, Theory of Plates
-    and Shells, section 16. Nothing without such a pressure, or where no round port is known.
+    The stress that it estimates is 3 p r^2/(4 t^2) with a clamped edge, 3 (3 + nu) p r^2/(8 t^2) with a simply
+    supported one: Timoshenko, Theory of Plates and Shells, section 16. ``duration``: of the run [s].
     """
     time = np.linspace(0.0, duration, SAMPLES)
     thickness, material = getattr(reed, "thickness", None), getattr(reed, "material", None)
@@ -122,7 +120,7 @@ def dishing_notes(reed: Structure, seat: Structure, loads: Sequence[ExternalLoad
 
 
 def stopper_notes(stopper: Stopper | None) -> tuple[str, ...]:
-    """Return the note that no plan looks at a stopper that is computed or read."""
+    """Return a note that plans do not include the error and the time of a stopper that is solved or read."""
     if stopper is None or not stopper.body.traits.is_solved:
         return ()
     return (
@@ -136,11 +134,11 @@ class Fit:
     """Quality of a fit to a measured response, as the fit states it.
 
     Attributes:
-        highest: line [Hz]; ``None`` of what is no fit.
-        unexplained: part of the response that it misses beyond the noise.
-        allowed: of that.
-        ranges: of the lines that it misses by more than the noise [Hz], the worst first.
-        worst: misfit of neighbouring lines over their noise.
+        highest: highest measured frequency [Hz]; ``None`` for a Green's function that is not fitted.
+        unexplained: fraction of the response that the fit misses beyond the noise.
+        allowed: limit of that fraction.
+        ranges: frequency ranges in which the misfit exceeds the noise [Hz], the worst first.
+        worst: largest misfit of neighbouring lines over their noise.
     """
 
     highest: float | None = None
@@ -151,7 +149,7 @@ class Fit:
 
 
 def fit_of(greens: GreensFunction) -> Fit:
-    """Return the words of a Green's function on the fit that made it."""
+    """Return the quality of the fit that is recorded in a Green's function."""
     fit = greens.provenance.get("fit")
     if not isinstance(fit, dict):
         return Fit()
@@ -165,7 +163,7 @@ def fit_of(greens: GreensFunction) -> Fit:
 
 
 def _misfits(role: str, fit: Fit) -> Iterator[notices.Advice]:
-    """Yield that the fit to a record misses more of it than its noise explains, with the lines."""
+    """Yield advice if the misfit of a record exceeds its noise, with the frequency ranges."""
     remedy = f"leave these lines out, state {role}.free = true for a free body, or measure a wider band"
     reason = "it is not the response of a linear, passive body with all its modes within the band"
     words = measured.pole_fit.in_words(list(fit.ranges))
@@ -185,12 +183,11 @@ WITHOUT_FILM: Final = "without_film"
 
 
 def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> dict[str, Touches]:
-    """Return the same impact by simpler models, by name; none where the contact is not along a lip and has no film.
+    """Return the run of the scene by simpler models, by name; none without a lip in arcs and without a film.
 
-    `WITHOUT_FILM`: the same without the film in the gap. The others are of one contact: both strike the mean of the
-    seat's lip, over the mean of the gap along it. `ONE_PORT`: the same plate, by the mean of its motion along the lip.
-    `BEAM`: what stands for the plate as a beam, where it knows one; none under the loads and with the stopper of a
-    scene.
+    `WITHOUT_FILM`: without the film in the gap. The others have one contact, with the mean displacement of the seat's
+    lip and the mean gap. `ONE_PORT`: the same plate, with its mean displacement along the lip. `BEAM`: a beam in place
+    of the plate, where there is an equivalent one and the scene has no loads and no stopper.
     """
     division, results = Division.from_greens(seat), {}
     if scene.contact.film is not None:
@@ -202,17 +199,17 @@ def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt:
     return results
 
 
-def simpler_keys(found: Mapping[str, Touches], filter_width: float) -> dict[str, object]:
-    """Return for summary.json, of each model: NAME_impulse_Ns and NAME_filtered_peak_force_N."""
+def simpler_keys(results: Mapping[str, Touches], filter_width: float) -> dict[str, object]:
+    """Return NAME_impulse_Ns and NAME_filtered_peak_force_N of each simpler model for summary.json."""
     keys: dict[str, object] = {}
-    for name, touches in found.items():
+    for name, touches in results.items():
         keys[f"{name}_impulse_Ns"] = measures.impulse(touches.seat)
         keys[f"{name}_filtered_peak_force_N"] = measures.filtered_peak_force(touches.seat, filter_width)
     return keys
 
 
 def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> Iterator[tuple[str, impact.Body]]:
-    """Yield by name the simpler bodies in place of ``striker``, whose lip is divided."""
+    """Yield simpler bodies in place of a ``striker`` with a divided lip, by name."""
     greens = striker.greens
     if set(division.names) <= set(greens.ports):
         weights = np.zeros((len(greens.ports), 1))

@@ -1,9 +1,8 @@
 """The ladder of a key: its values from coarse to fine, and the neighbours of a run or a plan on it.
 
-A key that has a finer value leaves an error. What that is, a neighbour tells: the same scene with another value of this
-one key. Five questions are asked of it, by the error budget of a run, by the plan, by the next round, by the measured
-trade, and by references that must be finer in every key. A key that is declared in `seatfem.study.ladders.table`
-answers all of them.
+A key that has a finer value causes an error, which is estimated from a neighbour: the same scene with another value of
+this one key. The error budget of a run, the plan, the next round, the measured trade, and references that must be finer
+in every key, all take these values from the key's ladder in `seatfem.study.ladders.table`.
 """
 
 from __future__ import annotations
@@ -28,25 +27,25 @@ from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.scene import Run, Scene
 
-RATIO: Final = 1.6  # between neighbouring values in a trade
+RATIO: Final = 1.6  # ratio of neighbouring values in a trade
 
 Role = Literal["seat", "reed", "stopper"]
 
 
 def large_percent(value: float) -> str:
-    """Return a share in percent, whole ones from 1 on."""
+    """Return a fraction in percent, rounded to whole percents above 100 %."""
     return percent(value) if value < 1 else f"{100 * value:,.0f} %"
 
 
 @dataclass(frozen=True)
 class ComputedRun:
-    """A run whose errors are asked for.
+    """A run whose errors are to be estimated.
 
     Attributes:
-        scene, method: what was computed, and how.
-        seat: the struck body.
-        problem: that was marched.
-        reed: the striker, where it was computed.
+        scene, method: the scene, and how it was computed.
+        seat: the solved seat.
+        problem: contact problem of the run.
+        reed: the solved striker, if it is not in closed form.
     """
 
     scene: Scene
@@ -56,7 +55,7 @@ class ComputedRun:
     reed: Solved | None = None
 
     def solved(self, role: Role) -> Solved | None:
-        """Return a body that was computed; ``None`` for a closed form, and for one that is not there."""
+        """Return a solved body; ``None`` for one in closed form, and for an absent stopper."""
         if role == "seat":
             return self.seat
         if role == "reed":
@@ -64,14 +63,14 @@ class ComputedRun:
         return None if self.body("stopper") is None else solved_stopper(self.scene.geometry, self.scene.run.duration)
 
     def body(self, role: Role) -> impact.Body | None:
-        """Return a body of the march; ``None`` for a stopper that is not there."""
+        """Return a body of the contact problem; ``None`` for an absent stopper."""
         if role == "seat":
             return self.problem.target
         return self.problem.striker if role == "reed" else touches.stopper_in(self.problem)
 
     @property
     def division(self) -> Division:
-        """Return the parts of the seat's patch."""
+        """Return the division of the seat's patch into parts."""
         return Division.from_greens(self.seat.greens)
 
     def with_greens(self, role: Role, greens: GreensFunction, weight: float = 1.0) -> Variation:
@@ -91,7 +90,7 @@ class ComputedRun:
         return Variation(with_body(self.problem, body, other), weight)
 
     def with_larger_g(self, role: Role, error: float | None) -> Terms | None:
-        """Return the run with a body's g larger by a relative error; ``None`` where the error is unknown."""
+        """Return the run with a body's g larger by a relative error; ``None`` if the error is unknown."""
         body = self.body(role)
         assert body is not None
         return of_g(self.problem, body, error)
@@ -102,10 +101,10 @@ class Elements:
     """Finite elements of a seat that a plan may choose.
 
     Attributes:
-        error: of g, that the mesh is made for; 0 of a mesh that is there.
-        model: in numbers, for the loosest tolerance that a plan chooses; ``None`` of matrices whose size is not known.
-        coarser: behind the mesh error; ``None`` where there is none.
-        tolerance: of ``model``.
+        error: error of g for which the mesh is made; 0 for a mesh from a file.
+        model: size of the model at the loosest tolerance to choose from; ``None`` for matrices of unknown size.
+        coarser: size of the coarser model for the mesh error; ``None`` without one.
+        tolerance: tolerance of ``model``.
     """
 
     error: float
@@ -116,15 +115,15 @@ class Elements:
 
 @dataclass(frozen=True)
 class Option:
-    """A way to compute a scene, or the part of it that the ladders up to here decide.
+    """One combination of values of the keys that the ladders so far have decided.
 
     Attributes:
-        method: how.
-        changes: by key, the relative error left in each measure.
-        why: the level of the seat, in words.
-        seconds, memory: predicted [s, bytes].
-        poles: of the seat's Green's function, each of which costs a march ``per_pole`` [s].
-        elements: of a seat that is meshed or assembled; ``None`` of others.
+        method: method with these values.
+        changes: relative error of each measure by each key.
+        why: reason for the level of the seat, in words.
+        seconds, memory: predicted cost [s, bytes].
+        poles: poles of the seat's Green's function, each of which costs ``per_pole`` [s] in the contact.
+        elements: finite elements of a seat that is meshed or assembled; ``None`` for others.
     """
 
     method: RunMethod
@@ -137,26 +136,26 @@ class Option:
     elements: Elements | None = None
 
     def with_seat(self, changes: Mapping[str, Changes], values: Mapping[str, Any], **costs: Any) -> Option:
-        """Return the option with other ``values`` of the seat's method, which leave these ``changes``; and ``costs``:
-        other attributes of its own."""
+        """Return the option with other ``values`` of the seat's method, their errors ``changes``, and ``costs`` (other
+        attributes)."""
         method = replace(self.method, seat=replace(self.method.seat, **values))
         return replace(self, method=method, changes={**self.changes, **changes}, **costs)
 
     @property
     def seat(self) -> Method:
-        """Return how the seat is computed."""
+        """Return the method of the seat."""
         return self.method.seat
 
 
 @dataclass(frozen=True)
 class Neighbour:
-    """A point of the measured trade beside its centre.
+    """A point of the measured trade next to its centre.
 
     Attributes:
-        name: unique in the trade.
-        varied: what is changed, in words.
-        values: of dotted keys, SI.
-        in_place: of the contact along a lip, a simpler model by its name.
+        name: name, unique in the trade.
+        varied: the varied quantity, in words.
+        values: values of dotted keys [SI].
+        in_place: name of a simpler model in place of the contact along a lip; "" for none.
     """
 
     name: str
@@ -167,15 +166,15 @@ class Neighbour:
 
 @dataclass(frozen=True)
 class Ladder:
-    """A key with values from coarse to fine; each kind of ladder answers what it can of the five questions.
+    """A key with values from coarse to fine; subclasses override the methods that apply to them.
 
     Attributes:
-        key: dotted, as in the scene, or the name of a model that stands for a choice.
-        source: of the error budget, which its error belongs to.
-        part: of a source that is a whole body, which part of its error; what is not known is named by it.
-        also: further keys whose error the same neighbour tells.
+        key: dotted key of the scene, or the name of a model.
+        source: source of the error budget to which its error belongs.
+        part: part of the error of a source that is a whole body; it names errors that are unknown.
+        also: further keys whose error the same neighbour estimates.
         falls: whether finer values are smaller.
-        of_seat: whether it decides the seat of a plan, or the march.
+        of_seat: whether the key belongs to the seat of a plan, or to its time integration.
     """
 
     key: str
@@ -190,35 +189,34 @@ class Ladder:
         return str(value)
 
     def finer(self, value: Any, factor: float, run: Run, reed: Structure) -> Any:
-        """Return a finer value, which leaves an error smaller by about ``factor``; ``None`` where no round changes it:
-        a model gives way to another plan. ``reed``: what strikes in the ``run`` that is asked for."""
+        """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds do not change the key,
+        as for models, which are planned anew. ``run``, ``reed``: tables of the scene."""
         return None
 
     def applies(self, run: ComputedRun) -> bool:
-        """Return whether a run has this key, or can err by it at all."""
+        """Return whether a run has this key and can have an error by it."""
         return True
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the runs whose changes tell what the key's value leaves in the measures of ``run``: terms add up, of
-        the variations within one the largest counts; ``None`` where it is not known."""
+        """Return the varied runs that estimate the errors by the key's value: terms add up, and within a term the
+        largest change counts; ``None`` if they are unknown."""
         return ()
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield ``option`` with each value of the key that a plan may choose, with what it leaves and costs."""
+        """Yield ``option`` with each value of the key that a plan may choose, its errors and its cost."""
         return (option,)
 
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield the points of the measured trade with other values of the key than its ``centre``, of a ``run`` with
-        this ``reed``."""
+        """Yield points of the measured trade with other values of the key than its ``centre``."""
         return iter(())
 
 
 @dataclass(frozen=True)
 class BodyLadder(Ladder):
-    """A ladder of one of the bodies, which computed bodies have and others have not."""
+    """A ladder that applies to one of the bodies if it is solved, and not in closed form."""
 
     role: Role = "seat"
 
     def applies(self, run: ComputedRun) -> bool:
-        """Return whether the body was computed."""
+        """Return whether the body was solved."""
         return run.solved(self.role) is not None

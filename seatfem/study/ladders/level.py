@@ -1,4 +1,4 @@
-"""The ladder of models: a spring, a closed form, or finite elements with waves, each with what it leaves out."""
+"""The ladder of models: a spring, a closed form, or finite elements with waves, each with its modelling error."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -30,18 +30,18 @@ from seatfem.study.safety import (
 from seatfem.study.scene.measures import short_words
 
 PER_FILTER, REED_MODES = 320, 80
-"""Of its pre-runs: with 40 and 40 the peak of a thin reed on a plate changed ten times as much as in the run."""
-CHEAP: Final = "harmonics"  # modes of half sections, of a few hundred unknowns each
+"""Steps per filter and reed modes of its pre-runs: with 40 each, a thin reed's peak changed ten times as in the run."""
+CHEAP: Final = "harmonics"  # level whose waves are cheap: modes of half sections, of a few hundred unknowns each
 CHEAPER: Final = "; seat.model = 'spring' would be enough, but would need a finer mesh or shorter steps"
 
 
 @dataclass(frozen=True)
 class Level(BodyLadder):
-    """The level of modelling of a body; the next better one, as far as that costs little, is the neighbour."""
+    """The level of a body's model; its neighbour is the next better level, if that is cheap."""
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the run with g larger by the level's own error; of the seat also with what a cheap level leaves out,
-        to first order, and with the shear of a thick beam on either side."""
+        """Return the run with g larger by the error that the level states; for the seat also the run on a better level,
+        and those with the shear deformation of thick beams."""
         solved = run.solved(self.role)
         assert solved is not None
         level = run.with_larger_g(self.role, solved.level_error)
@@ -50,7 +50,7 @@ class Level(BodyLadder):
         return (*level, *_shear(run), *_better(run))
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield a stated level alone; else a spring, a closed form that neglects something, and waves."""
+        """Yield the stated level only, or else a spring, an approximate closed form (rod), and waves."""
         scene, stated = context.scene, context.stated.seat
         if self.role != "seat":
             yield option
@@ -75,7 +75,7 @@ class Level(BodyLadder):
 
 
 def _shear(run: ComputedRun) -> Terms:
-    """Return the variations of beams with their shear, where it counts."""
+    """Return the runs with the shear deformation of beams, where it counts."""
     reed, seat, least = run.scene.reed.slender, run.scene.seat.slender, SHEAR_SHARE * run.scene.accuracy.target
     errors: dict[Role, float] = {
         "reed": 0.0 if reed is None else reed.shear_error(run.scene.contact.at),
@@ -86,7 +86,7 @@ def _shear(run: ComputedRun) -> Terms:
 
 
 def _better(run: ComputedRun) -> Terms:
-    """Return the run on a better level of the seat, as far as one is known that costs little."""
+    """Return the run on a better level of the seat, if there is a cheap one."""
     drawn, method = run.scene.seat.drawn, run.method
     better = with_start(run.seat.greens) or waves_beside(run.scene.seat, run.scene.run.duration, method.seat)
     if better is None and drawn is not None:
@@ -95,14 +95,14 @@ def _better(run: ComputedRun) -> Terms:
 
 
 def tells_waves(seat: Structure, method: Method) -> bool:
-    """Return whether a run on the statics of a seat measures what its waves change: of a body of revolution in arcs."""
+    """Return whether the budget of a static seat includes a run with waves: for a body of revolution in arcs."""
     body = seat.drawn
     return method.static and method.in_arcs and body is not None and body.elements_of(method) == CHEAP
 
 
 def method_beside(seat: Structure, method: Method) -> Method | None:
-    """Return how the seat with its waves is computed: on the mesh of its statics, in no wider a band than its first
-    resonances need; ``None`` where it has them already, or they are expensive."""
+    """Return the method of a static seat's waves for the error budget: on the same mesh, with a band up to its first
+    resonances; ``None`` if the seat is not static, or its waves are expensive."""
     body = seat.drawn
     if not tells_waves(seat, method) or body is None or (patch := body.patch()) is None:
         return None
@@ -113,18 +113,18 @@ def method_beside(seat: Structure, method: Method) -> Method | None:
 
 
 def waves_beside(seat: Structure, duration: float, method: Method) -> GreensFunction | None:
-    """Return the seat with its waves, as `method_beside` says.
+    """Return the static seat with its waves, by `method_beside`, or ``None``.
 
-    Statics end after the first velocity and lose what waves bring back, in one scene of seed 403 4.3 % of the impulse.
-    A surrogate knows neither the seat's section nor its harmonics.
+    A static seat loses the momentum that waves return, in one scene 4.3 % of the impulse, and a surrogate has neither
+    the seat's section nor its harmonics.
     """
-    how = method_beside(seat, method)
-    solved = None if how is None else solve_body("seat", seat, how, duration, mesh_error=False)
+    dynamic = method_beside(seat, method)
+    solved = None if dynamic is None else solve_body("seat", seat, dynamic, duration, mesh_error=False)
     return None if solved is None else solved.greens
 
 
 def _rod(context: PlanningContext, option: Option) -> Iterator[Option]:
-    """Yield a bar as a rod: lateral inertia and the clamped end are left out."""
+    """Yield a bar as a rod, without lateral inertia and without the compliance of its clamped end."""
     seat = context.scene.seat.drawn
     if seat is None or (form := seat.closed_form()) is None or (better := seat.beyond("rod")) is None:
         return
@@ -138,13 +138,13 @@ def _rod(context: PlanningContext, option: Option) -> Iterator[Option]:
 
 @dataclass(frozen=True)
 class WithoutWaves:
-    """Changes that a spring in place of a seat makes.
+    """Relative changes of the measures by a spring in place of a seat.
 
     Attributes:
-        changes: relative, measure by measure, without any doubt.
-        doubt: factor by which they may be larger.
+        changes: relative change of each measure, without safety factor.
+        doubt: safety factor on them.
         asked: measures that count.
-        measured: whether on a coarse real seat.
+        measured: whether they were computed on a coarse mesh of the seat.
     """
 
     changes: Changes
@@ -154,16 +154,16 @@ class WithoutWaves:
 
     @property
     def errors(self) -> Mapping[str, float]:
-        """Return the changes with their doubt, and no less than a spring can know."""
+        """Return the changes times their safety factor, at least `FLOOR_OF_SPRING`."""
         return {name: max(change, FLOOR_OF_SPRING) for name, change in times(self.doubt, self.changes).items()}
 
     def enough(self, target: float) -> bool:
-        """Return whether a spring is enough: its bar is within the part of the target that plans aim at."""
+        """Return whether a spring is enough: its error bars are within `AIM` times the target."""
         return all(safety(name) * self.errors[name] <= AIM * target for name in self.asked)
 
     @property
     def words(self) -> str:
-        """Return the largest change of what is asked for, and how it is known."""
+        """Return in words the largest change of the judged measures, and how it was estimated."""
         name = max(self.asked, key=lambda measure: self.changes[measure])
         by = "measured on a coarse mesh of the seat" if self.measured else "estimated"
         words = short_words(name)
@@ -171,9 +171,8 @@ class WithoutWaves:
 
 
 def without_waves(context: PlanningContext) -> WithoutWaves:
-    """Return what statics in place of the waves of a drawn seat change: on the coarse real seat that the plan has
-    looked at, else on its surrogate; of a lip in arcs, where that leaves open whether they are enough for the target,
-    on a coarse real seat in arcs, if that is cheap."""
+    """Return the changes by a static seat in place of its waves: on the coarse seat of the plan, or else on its
+    surrogate; for a lip in arcs, if the surrogate does not decide, on a coarse seat in arcs if that is cheap."""
     sensitivity = context.sensitivity
     if context.surrogate.band is not None and context.arcs is None:
         closely = replace(sensitivity, per_filter=PER_FILTER, reed_modes=REED_MODES)
@@ -188,13 +187,13 @@ def without_waves(context: PlanningContext) -> WithoutWaves:
 
 
 def coarse_method(context: PlanningContext) -> Method:
-    """Return the coarsest method whose seat in arcs shows its waves: up to its first resonances."""
+    """Return the coarsest method of a seat in arcs that resolves its waves up to the first resonances."""
     coarse = context.elements(context.lowest_band, COARSE_TOLERANCE, surrogate.ERRORS[0])
     return replace(coarse, level=context.waves.level)
 
 
 def changes_on(context: PlanningContext, seat: GreensFunction) -> Changes:
-    """Return what the statics of this seat alone change."""
+    """Return the changes by a static seat in place of this ``seat``."""
     bench = context.sensitivity.bench
     window = locate_contact_window(bench.scene, seat, bench.striker, bench.stopper)
     on = replace(bench, seat=seat, window=window)
@@ -202,8 +201,8 @@ def changes_on(context: PlanningContext, seat: GreensFunction) -> Changes:
 
 
 def _leaves_open(context: PlanningContext, guess: WithoutWaves) -> bool:
-    """Return whether the guess takes more of the target than a level may by itself, and may be too large by what it
-    overstates."""
+    """Return whether the estimate is neither small enough to accept a spring, nor so large, even if overstated, as to
+    reject it."""
     target = context.scene.accuracy.target
     largest = max(safety(name) * guess.changes[name] for name in guess.asked)
     return guess.doubt * largest > target / LEVEL_SHARE and largest / OVERSTATED <= AIM * target

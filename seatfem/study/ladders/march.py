@@ -1,4 +1,4 @@
-"""Ladders of the march: the time step, and the numbers of modes of bodies that are known by their own."""
+"""Ladders of the time integration: the time step, and the numbers of modes of beams."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from seatfem.units import write_quantity
 if TYPE_CHECKING:
     from seatfem.study.impacts.plate_stress import PlateLook
 
-STEPS_A_TRANSIT: Final = 16  # of a rod: 1/16 of a step is left
-MOST_STEPS: Final = 1_000_000  # of a run that is compared with
+STEPS_A_TRANSIT: Final = 16  # steps in the time that a wave takes through a rod, of the run that resolves it
+MOST_STEPS: Final = 1_000_000  # most steps of that run
 PER_FILTER: Final = (2, 8, 32)  # steps in the width of the filter, in a trade
 
 
 def fitted(dt: float, duration: float) -> float:
-    """Return a step that ends with the run, as do its double and fourfold [s]: a record of g may end there, too."""
+    """Return a step at most ``dt`` [s] of which the duration is a multiple, also of its double and fourfold."""
     return duration / (4 * math.ceil(duration / (4 * dt) * (1 - 1e-9)))
 
 
 @dataclass(frozen=True)
 class TimeStep(Ladder):
-    """The time step, whose neighbours `impact.runs.variations.budget_of` marches with every budget."""
+    """The time step, whose neighbours `impact.runs.variations.budget_of` runs in every budget."""
 
     falls: bool = True
     of_seat: bool = False
@@ -52,14 +52,14 @@ class TimeStep(Ladder):
         return fitted(value / factor, run.duration)
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield the steps that may be chosen, with what they leave: of a duration no less than a step."""
+        """Yield the steps to choose from, with their errors, which for contact durations are at least a step."""
         for rung in _steps(context):
             errors = context.sensitivity.known_to(rung.value, rung.changes)
             method = replace(option.method, time_step=rung.value)
             yield replace(option, method=method, changes={**option.changes, STEP: errors})
 
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield steps over the filter's width, as long as the run has several."""
+        """Yield fractions of the filter's width that are at most an eighth of the run."""
         for number in PER_FILTER:
             step = run.filter_width / number
             if step <= run.duration / 8:
@@ -67,7 +67,7 @@ class TimeStep(Ladder):
 
 
 def _steps(context: PlanningContext) -> tuple[Rung, ...]:
-    """Return the steps that may be chosen: the stated one alone, else those that can be stored and that a gas bears."""
+    """Return the steps to choose from: the stated one only, or else those that can be stored and resolve a gas."""
     stated, duration, sensitivity = context.stated.time_step, context.scene.run.duration, context.sensitivity
     if stated is not None:
         return (Rung(stated, sensitivity.of_stated_step(stated)),)
@@ -80,10 +80,8 @@ def _steps(context: PlanningContext) -> tuple[Rung, ...]:
 
 
 def step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float | None:
-    """Return a step that resolves how waves cross the rods of a problem [s], as far as `MOST_STEPS` allow.
-
-    ``None`` where that of the run does.
-    """
+    """Return a step that resolves the travel of waves through the rods of a problem [s], as far as `MOST_STEPS` allow;
+    ``None`` if the step of the run does."""
     crossed = min((body.greens.rod.transit for body in problem.bodies if body.greens.rod is not None), default=math.inf)
     if dt < crossed:
         return None
@@ -92,10 +90,10 @@ def step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float 
 
 
 def left_by_half_step(run: ComputedRun, touches: Touches, look: PlateLook | None = None) -> Values | None:
-    """Return twice what half the step changes in the impact of a striker with waves, marched from shortly before it.
+    """Return twice the changes by half the time step in the impact of a striker with waves, from shortly before it.
 
-    A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
-    tells. ``None``: the impact takes so much of the run that all of it may be marched.
+    Spikes of the force are as wide as a step, and longer steps do not show whether two of them fall into one filter
+    width. ``None``: the impact is so long that the whole run may as well be repeated.
     """
     scene, striker, result = run.scene, run.problem.striker, touches.seat
     if striker.greens.highest_rate == 0:
@@ -111,13 +109,13 @@ def left_by_half_step(run: ComputedRun, touches: Touches, look: PlateLook | None
     return times(2.0, changes(own, finer))
 
 
-MOST_MODES: Final = 1000
-IN_A_TRADE: Final = (10, 20, 80)
+MOST_MODES: Final = 1000  # most modes of a beam in further rounds
+IN_A_TRADE: Final = (10, 20, 80)  # reed modes in a trade
 
 
 @dataclass(frozen=True)
 class ModeCount(Ladder):
-    """The number of modes of a beam; runs with fewer of them, and of few ones with many, are the neighbours."""
+    """The number of modes of a beam; its neighbours are runs with fewer modes and, if it is small, one with many."""
 
     role: Role = "seat"
 
@@ -128,7 +126,7 @@ class ModeCount(Ladder):
         return min(MOST_MODES, math.ceil(value * FEWER ** math.ceil(math.log2(factor))))
 
     def applies(self, run: ComputedRun) -> bool:
-        """Return whether the body is a beam, of a stopper one that is met as a whole."""
+        """Return whether the body is a beam; a stopper must also have one contact only."""
         stopper = run.scene.stopper if self.role == "stopper" else None
         if stopper is not None and (run.solved("stopper") is not None or stopper.parts != Division()):
             return False
@@ -154,7 +152,7 @@ class ModeCount(Ladder):
         return run.with_greens(self.role, kind.body(None, number).greens, weight)
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield numbers of the reed's modes from few to many; of a seat that is a beam its own number."""
+        """Yield numbers of the reed's modes from few to many; for a seat that is a beam its stated number."""
         if self.role == "reed":
             for rung in _reed_modes(context):
                 reed = replace(option.method.reed, n_modes=None if rung is None else round(rung.value))
@@ -181,7 +179,7 @@ class ModeCount(Ladder):
 
 
 def _reed_modes(context: PlanningContext) -> Iterator[Rung | None]:
-    """Yield the numbers of the reed's modes that may be chosen; ``None`` of other reeds."""
+    """Yield the numbers of the reed's modes to choose from; ``None`` for a reed that is no beam."""
     stated = context.stated.reed.n_modes
     if stated is None:
         yield None

@@ -16,13 +16,13 @@ from seatfem.study.safety import MESH_BAR, MESH_BAR_OF_ARCS, MESH_ORDER
 from seatfem.study.scene import Run
 from seatfem.units import write_quantity
 
-COARSEST_OF_ARCS: Final = 0.1  # error of g by a mesh for a lip in arcs: coarser ones cost a round more than they save
-COARSER: Final = (-2, -1)  # powers of `RATIO` in a trade
+COARSEST_OF_ARCS: Final = 0.1  # largest error of g by the mesh of a lip in arcs: coarser ones only cost a further round
+COARSER: Final = (-2, -1)  # powers of `RATIO` by which meshes of a trade are finer
 
 
 @dataclass(frozen=True)
 class ElementSize(BodyLadder):
-    """Element sizes of a body; the coarser mesh behind the stated error is the neighbour."""
+    """Element sizes of a body; the neighbour is the run on the coarser mesh of the stated mesh error."""
 
     falls: bool = True
 
@@ -31,12 +31,12 @@ class ElementSize(BodyLadder):
         return write_quantity(value, "length", 3)
 
     def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
-        """Return a smaller size, the mesh converging with order `MESH_ORDER`."""
+        """Return a smaller size, for convergence of order `MESH_ORDER`."""
         return float(f"{value / factor ** (1 / MESH_ORDER):.2g}") if self.role == "seat" else None
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the run on the coarser mesh, or g larger by the stated error of the mesh."""
-        if self.key == CONTACT_SIZE:  # made coarser with the bulk
+        """Return the run on the coarser mesh or, without one, with g larger by the stated error of the mesh."""
+        if self.key == CONTACT_SIZE:  # the coarser mesh has both sizes coarser
             return ()
         solved = run.solved(self.role)
         assert solved is not None
@@ -45,7 +45,7 @@ class ElementSize(BodyLadder):
         return ((run.with_greens(self.role, solved.coarser, 1 / (solved.refinement - 1)),),)
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield the meshes for each error of g."""
+        """Yield a mesh for each error of g."""
         if self.key != SIZE or not context.reduced or option.seat.exact:
             yield option
             return
@@ -65,8 +65,8 @@ class ElementSize(BodyLadder):
 
 
 def _meshes(context: PlanningContext, band: float) -> Iterator[tuple[float, Mapping[str, Changes]]]:
-    """Yield the errors of g that meshes are made for, and what they leave in the measures, if known beforehand; none is
-    finer than the first that leaves less than any target considered can tell."""
+    """Yield the errors of g for which meshes are made, and the predicted errors of the measures, down to the first mesh
+    that is fine enough for any target."""
     if not context.drawn:
         yield 0.0, {}
         return
@@ -77,23 +77,23 @@ def _meshes(context: PlanningContext, band: float) -> Iterator[tuple[float, Mapp
         sizes = context.sizes(band, error)
         if sizes != before:
             assert context.patch is not None
-            of_mesh = mesh_error(context.patch, band, sizes, context.stated.seat.order)
+            g_error = mesh_error(context.patch, band, sizes, context.stated.seat.order)
             bar = MESH_BAR if context.arcs is None else MESH_BAR_OF_ARCS
-            yield error, {SIZE: (changes := context.per_g(bar * of_mesh))}
+            yield error, {SIZE: (changes := context.per_g(bar * g_error))}
             if context.sensitivity.worst(changes) <= context.sensitivity.finest:
                 return
         before = sizes
 
 
 def too_many_modes(context: PlanningContext, method: Method) -> bool:
-    """Return whether the modes of a body in space, struck in arcs, would be too many to look for."""
+    """Return whether a solid with its lip in arcs would have too many modes to compute."""
     model, _ = context.elements_of(method)
     return model is not None and not model.section and model.kept is not None and model.kept > MOST_MODES
 
 
 @dataclass(frozen=True)
 class ElementOrder(Ladder):
-    """The order of the seat's elements; the mesh error is that of either."""
+    """The order of the seat's elements, which has no error besides that of the mesh."""
 
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
         """Yield linear elements."""

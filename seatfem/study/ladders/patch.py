@@ -1,4 +1,4 @@
-"""Ladders of the struck patch: its rings, the arcs of a lip, one port in their place, and the parts of a stopper."""
+"""Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -33,7 +33,7 @@ from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
 from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
 from seatfem.study.scene import Run
 
-PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # of a lip, beside the centre's
+PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # numbers of arcs of a lip in a trade, besides its centre's
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class Rings(Ladder):
         return next((number for number in RING_NUMBERS if number > value), MOST_RINGS)
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the run with other rings: in place of one or two many, on the coarser mesh; in place of more one.
+        """Return the run with other rings: many in place of one or two, on the coarser mesh; one in place of more.
 
-        A patch that moves as its mean is softer than under the striker's face. Along a lip: see `of_rings_across`. A
-        rod or spring has no patch, and of a function from a file it is not known.
+        Fewer rings make the face too soft, as the striker's face is stiff. A rod or spring has no rings; their effect
+        is unknown for a response from a file. Along a lip see `of_rings_across`.
         """
         seat, division, divided = run.seat, run.division, run.seat.in_rings
         rings = division.rings
@@ -62,7 +62,7 @@ class Rings(Ladder):
         return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield the patch in every number of rings; a rod's end stays plane, matrices know no patch."""
+        """Yield each number of rings; a rod, whose end stays plane, and matrices have none."""
         along_a_lip = context.arcs is not None
         if along_a_lip or option.elements is None or context.patch is None:
             yield option
@@ -80,10 +80,10 @@ class Rings(Ladder):
 
 
 def of_rings_across(run: ComputedRun) -> Terms | None:
-    """Return the variation of the rings across the lip's arcs: more on both bodies, each open by its own height.
+    """Return the run with more rings across the lip's arcs on both bodies, each with its own gap.
 
-    On the seat as a whole over a half-space, which tells the parts from each other; the rings hardly depend on the
-    arcs, of which half as many serve. A film knows no rings.
+    The seat is that of the whole lip with a half-space under its parts, and half as many arcs are enough, as the effect
+    of rings hardly depends on them. A film allows no rings.
     """
     scene, problem, division = run.scene, run.problem, run.division
     rings, weight = arc_rings_to_compare(division.rings)
@@ -105,14 +105,14 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
 
 @dataclass(frozen=True)
 class Arcs(Ladder):
-    """The arcs of a lip: twice as many on both bodies, or half as many where no more can be."""
+    """The arcs of a lip; the neighbour has twice as many on both bodies, or half as many at the limit."""
 
     def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int:
         """Return twice as many."""
         return 2 * value
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the run with other arcs, each with its own opening, on a coarser mesh of the seat."""
+        """Return the run with other arcs, each with its own gap, on a coarser mesh of the seat."""
         scene, division, finer = run.scene, run.division, run.seat.in_rings
         if division.arcs == 1:
             return ()
@@ -130,7 +130,7 @@ class Arcs(Ladder):
         return ((Variation(varied, weight, as_before),),)
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield the option with what the arcs and the rings across them leave, which the pre-runs chose."""
+        """Yield the option with the errors by arcs and rings, whose numbers the pre-runs chose."""
         arcs = context.arcs
         if arcs is None:
             yield option
@@ -148,15 +148,15 @@ class Arcs(Ladder):
 
 @dataclass(frozen=True)
 class OnePort(Ladder):
-    """One port in place of the arcs of a lip, which a plan may choose."""
+    """One contact point in place of the arcs of a lip, which a plan may choose."""
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a plan has chosen it."""
         return method.chooses_one_port(run.scene.contact, run.method)
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return `ONE_PORT_BAR` times what as many arcs as a scene has by default, each with rings across, change,
-        against one port on the same half-space, and as it was run: one change may be small by accident."""
+        """Return the run with the default number of arcs and rings, weighted by `ONE_PORT_BAR`, against one contact
+        point on the same half-space, and against the run itself, as one change may be small by accident."""
         scene = run.scene
         lip = scene.geometry.lip(None, scene.geometry.rings_compared)
         many = _on_a_half_space(run, lip)
@@ -169,18 +169,18 @@ class OnePort(Ladder):
         return ((Variation(varied, safety.ONE_PORT_BAR, as_before), Variation(varied, safety.ONE_PORT_BAR)),)
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield the option with what one port leaves, where the pre-runs chose it."""
+        """Yield the option with the error by one contact point, if the pre-runs chose it."""
         errors = {} if context.one_port is None else {ONE_PORT: context.one_port}
         yield replace(option, changes={**option.changes, **errors})
 
     def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
-        """Yield one port in place of several."""
+        """Yield one contact point in place of several."""
         if centre.reed.bandwidth is not None and (centre.ports or 1) > 1:
             yield Neighbour("one port", "one port", in_place=ONE_PORT)
 
 
 def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens | None:
-    """Return the seat as a whole, with a half-space under the parts of a lip; ``None`` where either is not known."""
+    """Return the seat's response with a half-space under the parts of a lip; ``None`` if either is unknown."""
     surrogate = run.scene.seat.surrogate(run.scene.run.duration, run.scene.reed.face)
     whole = as_a_whole(run.seat.greens).modal or surrogate.greens.modal
     if lip is None or whole is None or surrogate.patch is None:

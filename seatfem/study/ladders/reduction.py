@@ -23,37 +23,37 @@ from seatfem.study.safety import FEWER_POLES, LEAST_FINER, OF_DRAWS
 from seatfem.study.scene import Run
 from seatfem.units import write_quantity
 
-UNCOUNTED: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
-LOOSER_AND_STRICTER: Final = (0.1, 0.003)  # tolerances that a trade compares
-OF_A_BEAM: Final = 20e3  # Hz: of the plate in whose place a beam stands, which starts as it does
+UNCOUNTED: Final = 1e-6  # time of a reduction over its bandwidth, for a body of an unknown number of modes [s/Hz]
+LOOSER_AND_STRICTER: Final = (0.1, 0.003)  # tolerances in a trade
+OF_A_BEAM: Final = 20e3  # bandwidth of the plate from which the initial state of its equivalent beam follows [Hz]
 
 
 def measured_draws(run: ladder.ComputedRun) -> tuple[GreensFunction, ...]:
-    """Return further fits to the record of a measured seat, whose spread stands for the error of a reduction."""
+    """Return further fits to the record of a measured seat, whose spread replaces the error of a reduction."""
     measured = run.scene.seat.measured
     return () if measured is None else tuple(measured.fit().draws)
 
 
 @dataclass(frozen=True)
 class Bandwidth(ladder.BodyLadder):
-    """The band of a body's reduction. Its error is what the highest modes within it change when they are left out."""
+    """The bandwidth of a body's reduction. Its error is the change by leaving out the highest modes within it."""
 
     def describe(self, value: float) -> str:
         """Return a frequency with its unit."""
         return write_quantity(value, "frequency", 3)
 
     def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
-        """Return a wider band; of a plate at most as far as its theory goes."""
+        """Return a wider band; for a plate at most the limit of its theory."""
         if self.role == "reed":
             plate = reed.thin_plate
             return float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.widest_band)))
         return next((edge for edge in look.BANDS if edge > value * (1 + 1e-9)), float(LEAST_FINER * value))
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
-        """Return the run without the highest modes of the body, as moved into its residual.
+        """Return the run with the body's highest modes moved into its residual flexibility.
 
-        A Krylov space keeps modes far beyond the band: of the seat those down to 1.6 below the last are left out.
-        Where the reduction's own error is not known, its ladder says so.
+        A Krylov space has modes far beyond the band: for the seat those within a factor `NARROWER` of the last are left
+        out. If the reduction's error is unknown, the ladder of its tolerance says so.
         """
         solved, body = run.solved(self.role), run.body(self.role)
         assert solved is not None
@@ -75,8 +75,8 @@ class Bandwidth(ladder.BodyLadder):
         return (others,) if others or self.role == "stopper" else None
 
     def extend(self, context: PlanningContext, option: ladder.Option) -> Iterable[ladder.Option]:
-        """Yield the bands up to one above which nothing counts, or in which modes are too many; of statics the
-        narrowest; of a plate that strikes the one that its pre-runs chose."""
+        """Yield bands up to one that is wide enough for any target or has too many modes; for a static seat the lowest;
+        for a plate that strikes the one that its pre-runs chose."""
         if self.role != "seat":
             of_reed = {} if context.band is None else {REED_BAND: context.band.errors}
             yield replace(option, changes={**option.changes, **of_reed})
@@ -97,7 +97,7 @@ class Bandwidth(ladder.BodyLadder):
                 return
 
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
-        """Yield narrower and wider bands; of a plate that has an equivalent beam also this beam."""
+        """Yield narrower and wider bands, and for a plate its equivalent beam."""
         name, value = ("band", centre.seat.bandwidth) if self.role == "seat" else ("reed band", centre.reed.bandwidth)
         if value is None or (self.role != "seat" and centre.ports is None) or self.role == "stopper":
             return
@@ -109,7 +109,7 @@ class Bandwidth(ladder.BodyLadder):
 
 @dataclass(frozen=True)
 class Tolerance(ladder.BodyLadder):
-    """The tolerance of a body's reduction; g is larger by the error that the reduction states."""
+    """The tolerance of a body's reduction; its neighbour has g larger by the error that the reduction states."""
 
     falls: bool = True
 
@@ -122,7 +122,7 @@ class Tolerance(ladder.BodyLadder):
         return value / factor if self.role == "seat" else None
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
-        """Return the run with g larger by the reduction's error; that of a fit to a record is among its draws."""
+        """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""
         solved = run.solved(self.role)
         assert solved is not None
         if self.role == "seat" and measured_draws(run):
@@ -130,7 +130,7 @@ class Tolerance(ladder.BodyLadder):
         return run.with_larger_g(self.role, solved.greens.error_estimate.reduction)
 
     def extend(self, context: PlanningContext, option: ladder.Option) -> Iterable[ladder.Option]:
-        """Yield the tolerances, with the cost of the seat; a stricter one keeps modes farther beyond the band."""
+        """Yield the tolerances, with the cost of the seat; a stricter one has modes farther beyond the band."""
         elements, band = option.elements, option.seat.bandwidth or 0.0
         if self.role != "seat" or elements is None:
             yield option
@@ -144,7 +144,7 @@ class Tolerance(ladder.BodyLadder):
             yield option.with_seat(errors, {"tolerance": tolerance}, **costs)
 
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
-        """Yield a looser and a stricter tolerance; none of a lip in arcs, which is reduced to modes."""
+        """Yield a looser and a stricter tolerance; none for a lip in arcs, which is reduced to modes."""
         if self.role == "seat" and centre.seat.bandwidth is not None and (centre.ports or 1) == 1:
             for tolerance in LOOSER_AND_STRICTER:
                 yield ladder.Neighbour(f"tolerance {tolerance:g}", "tolerance", {TOLERANCE: tolerance})
@@ -153,7 +153,7 @@ class Tolerance(ladder.BodyLadder):
 def _costs(
     context: PlanningContext, elements: ladder.Elements, tolerance: float, band: float, *, static: bool
 ) -> Mapping[str, float]:
-    """Return the predicted seconds, bytes and poles of a seat reduced to a tolerance."""
+    """Return the predicted time, memory and number of poles of a seat reduced to a tolerance."""
     over_band, model = UNCOUNTED * band, elements.model
     if model is None:
         return {"seconds": over_band * tolerance**TOLERANCE_POWER}
@@ -167,15 +167,15 @@ def _costs(
 
 @dataclass(frozen=True)
 class MeasuredRecord(ladder.Ladder):
-    """The record of a measured seat, which only a better measurement makes finer."""
+    """The record of a measured seat, whose error only a better measurement reduces."""
 
     def applies(self, run: ladder.ComputedRun) -> bool:
         """Return whether the seat is a fit to a record, with draws."""
         return bool(measured_draws(run))
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
-        """Return the run on each draw, with what lies above the band ringing at its end, and with g larger by a misfit
-        beyond the noise."""
+        """Return the run on each draw, that with the residual flexibility above the band as a mode at its end, and that
+        with g larger by a misfit beyond the noise."""
         fit = validity.fit_of(run.seat.greens)
         terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in measured_draws(run))]
         if fit.highest is not None and (ringing := _ringing_from(run.seat.greens, 2 * math.pi * fit.highest)):
@@ -184,7 +184,7 @@ class MeasuredRecord(ladder.Ladder):
 
 
 def _ringing_from(greens: GreensFunction, omega: float) -> GreensFunction | None:
-    """Return a fit whose bare compliance rings at ``omega`` [rad/s]; ``None`` without one."""
+    """Return a fit whose residual compliance is replaced by a mode at ``omega`` [rad/s]; ``None`` without one."""
     if (modal := greens.modal) is not None:
         ringing = ringing_on(impact.Body(greens), omega / float(modal.omega.max())) if np.any(modal.omega) else None
         return None if ringing is None else ringing.greens

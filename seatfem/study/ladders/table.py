@@ -1,7 +1,7 @@
-"""The ladders that there are.
+"""The table of all ladders.
 
 A key that is declared here is in the error budget, in plans, in further rounds and in the measured trade, and is finer
-in a reference; a way in which bodies are computed that is in no table here fails a test.
+in a reference; a test fails if a key of how bodies are computed is in no table here.
 """
 
 from collections.abc import Mapping
@@ -60,28 +60,28 @@ DECLARED: list[Ladder] = [
     patch.StopperParts("stopper.arcs", STOPPER, "patch", ("stopper.rings",), of_seat=False),
     march.ModeCount("stopper.n_modes", STOPPER, of_seat=False, role="stopper"),
 ]
-"""Those of a seat in the order in which a plan decides them."""
+"""All ladders; those of the seat in the order in which a plan decides them."""
 SAME_ANSWER: Final = "another way to the same g, to within its tolerance"
 LEFT_OUT: Final[Mapping[str, str]] = {
     f"{role}.{key}": SAME_ANSWER
     for role in ("seat", "reed", "stopper")
     for key in ("greens.method", "greens.max_vectors", "greens.backend", "mesh.shape")
 }
-"""Keys of how a scene is computed that no error bar knows, and why."""
+"""Keys of how a scene is computed that have no ladder, with the reason."""
 
 
 def ladders() -> tuple[Ladder, ...]:
-    """Return every ladder that is declared."""
+    """Return all declared ladders."""
     return tuple(DECLARED)
 
 
 def ladder_of(key: str) -> Ladder | None:
-    """Return the ladder of a key; ``None`` of a key that has none."""
+    """Return the ladder of a key; ``None`` if it has none."""
     return next((ladder for ladder in DECLARED if ladder.key == key), None)
 
 
 def source_of(key: str) -> Source:
-    """Return the source of error that a key, or a model, is behind. Raises `KeyError` where it has none."""
+    """Return the source of error to which a key, or a model, belongs. Raises `KeyError` if it has none."""
     for ladder in DECLARED:
         if key in (ladder.key, *ladder.also):
             return ladder.source

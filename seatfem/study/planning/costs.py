@@ -1,4 +1,4 @@
-"""Costs of a run: time by stage and peak memory, predicted without meshing or assembling anything."""
+"""Predicted costs of a run, time by stage and peak memory, from sizes of its models without meshing them."""
 
 import math
 from collections.abc import Mapping
@@ -23,48 +23,48 @@ from seatfem.study.scene import Scene
 __all__ = ["Cost", "predict_cost"]
 
 
-MODE_OF_PLATE: Final = 0.007  # s for each mode of a plate that strikes, with those of a coarser mesh
-BUDGET_OF_PLATE: Final = (0.9, 0.012)  # s, and s for each mode: other bands, other divisions of its lip
-BUDGET_OF_GAS: Final = 0.7  # s
-GAS_BARS: Final = 0.6  # s
-PLACES: Final = 400  # of a plate that take a plain search of every step and mode for the largest stress as long
-LIFE_OF_BEAM: Final = 0.2  # s
-SITES: Final = 40  # the same of a seat, for each square root of its surface's elements
-HARMONIC: Final = 0.16  # s of stress for each wave around a lip in arcs, whose elements make it known: two meshes
-FIRST_BLOCK: Final = 1024  # instants at which the stress is had everywhere, before little is larger than what was seen
-EVERYWHERE: Final = 2.7e-5  # s of each of these, of each wave, for each square root of the section's outline elements
-LATER: Final = 0.08  # the same of a later instant, over that
-A_LOOK: Final = 1.2e-6  # s for an error bar of each instant and wave
-LOOKS: Final = 18  # such error bars
-SHEETS_OF_PLATE: Final = 4  # pictures of curves more, with its motion
-SHEETS_OF_LIFE: Final = 6
-SHEETS_OF_STRESS: Final = 12  # histories, hot spots, and the frames of the wave
+MODE_OF_PLATE: Final = 0.007  # time for each mode of a plate that strikes, on its mesh and a coarser one [s]
+BUDGET_OF_PLATE: Final = (0.9, 0.012)  # time of its error budget, and for each mode: other bands, divisions [s]
+BUDGET_OF_GAS: Final = 0.7  # further time of the error budget with gas [s]
+GAS_BARS: Final = 0.6  # time of the error bars of gas masses [s]
+PLACES: Final = 400  # places of a plate at which evaluating every step and mode takes as long as the search for peaks
+LIFE_OF_BEAM: Final = 0.2  # time of a beam's life [s]
+SITES: Final = 40  # such places of a seat, over the square root of the number of its surface elements
+HARMONIC: Final = 0.16  # time for the stress of each harmonic of a lip in arcs, on two meshes [s]
+FIRST_BLOCK: Final = 1024  # first instants, at which stress is evaluated at all points; later few exceed the peaks
+EVERYWHERE: Final = 2.7e-5  # time per such instant, harmonic and square root of the section's outline elements [s]
+LATER: Final = 0.08  # time of a later instant, over that
+A_LOOK: Final = 1.2e-6  # time of an error bar for each instant and harmonic [s]
+LOOKS: Final = 18  # number of such error bars
+SHEETS_OF_PLATE: Final = 4  # further pictures of curves of a plate, with its motion
+SHEETS_OF_LIFE: Final = 6  # further pictures of life, in those of curves
+SHEETS_OF_STRESS: Final = 12  # further pictures of stress: histories, hot spots, frames of the wave
 
 
 def further_seconds(
     scene: Scene, method: RunMethod, seat: SeatModel | None, steps: float, modes: float, contact: float, rates: Machine
 ) -> Mapping[str, float]:
-    """Return the seconds by stage, as the run's stopwatch names them; those of shared stages come on top.
+    """Return the time [s] that plates, gas, stress, life and their pictures add to each stage of the run's stopwatch.
 
     Args:
-        scene, method: what is asked, and how it is computed.
-        seat: its finite elements; ``None`` of closed forms.
-        steps: of the run.
-        modes: of the reed.
-        contact: seconds of one march.
-        rates: of this computer; what is stated in seconds is of the default rates.
+        scene, method: the scene, and how it is computed.
+        seat: size of its finite-element model; ``None`` for closed forms.
+        steps: number of time steps of the run.
+        modes: number of modes of the reed.
+        contact: time of the contact [s].
+        rates: rates of this computer; constants in seconds are for the default rates.
     """
-    slower, plate = rates.start / Machine.start, scene.reed.thin_plate is not None
+    slowness, plate = rates.start / Machine.start, scene.reed.thin_plate is not None
     parts: dict[str, float] = {}
     pictures = 0
     if plate:
-        parts[STRIKER] = slower * MODE_OF_PLATE * modes
-        parts["error budget"] = slower * (BUDGET_OF_PLATE[0] + BUDGET_OF_PLATE[1] * modes)
+        parts[STRIKER] = slowness * MODE_OF_PLATE * modes
+        parts["error budget"] = slowness * (BUDGET_OF_PLATE[0] + BUDGET_OF_PLATE[1] * modes)
         pictures += SHEETS_OF_PLATE
     if scene.gas is not None:
-        parts["error budget"] = parts.get("error budget", 0.0) + slower * BUDGET_OF_GAS
-        parts["gas bars"] = slower * GAS_BARS
-    everywhere = PLACES * rates.stress * steps * modes if plate else slower * LIFE_OF_BEAM
+        parts["error budget"] = parts.get("error budget", 0.0) + slowness * BUDGET_OF_GAS
+        parts["gas bars"] = slowness * GAS_BARS
+    everywhere = PLACES * rates.stress * steps * modes if plate else slowness * LIFE_OF_BEAM
     if scene.stress is not None and seat is not None:
         side = seat.sizes.surface**0.5
         parts["seat stress"] = rates.stress * SITES * side * steps * seat.poles
@@ -72,8 +72,8 @@ def further_seconds(
             across = lip.width / (method.seat.rings or 1)
             waves = math.pi * lip.radius / min(across, method.seat.contact_size or across)
             first = min(steps, FIRST_BLOCK)
-            looks = EVERYWHERE * side * (first + LATER * (steps - first)) + A_LOOK * LOOKS * steps
-            parts["seat stress"] += slower * waves * (HARMONIC + looks)
+            peaks = EVERYWHERE * side * (first + LATER * (steps - first)) + A_LOOK * LOOKS * steps
+            parts["seat stress"] += slowness * waves * (HARMONIC + peaks)
         pictures += SHEETS_OF_STRESS
     if plate and scene.needs_stress:
         parts["reed stress"] = everywhere / 2
@@ -87,24 +87,24 @@ def further_seconds(
 
 
 OF_THE_SEAT: Final[tuple[str, ...]] = ("mesh", "assembly", "reduction", "mesh error")
-"""Stages that a seat computed before does without."""
-PROGRAM: Final = 190e6  # bytes of the program while it makes the seat
-CURVES: Final = 320e6  # the same when it has drawn curves
-ELEMENTS: Final = 80e6  # more, with the libraries of finite elements
+"""Stages that a reused seat does not need."""
+PROGRAM: Final = 190e6  # memory of the program while it solves the seat [bytes]
+CURVES: Final = 320e6  # memory of the program once it has drawn curves [bytes]
+ELEMENTS: Final = 80e6  # further memory of the finite-element libraries [bytes]
 PLAN: Final = 0.15  # time of a plan over that of the program's start
 SHEETS: Final = 4  # pictures of curves
-FRAMES: Final = 19  # pictures of modes and of their motion
-MESH_VIEWS: Final = 3
+FRAMES: Final = 19  # views of modes and of their motion
+MESH_VIEWS: Final = 3  # views of the mesh
 APART: Final = 0.5  # start of the process that draws bodies, over that of the program
-SLICES: Final = 64  # of a revolved section in pictures; half of them are drawn
-BUDGET_RUNS: Final = 5.0  # of an elastic seat, with a step twice as long
-CLOSED_RUNS: Final = 2.0  # of a closed form, which has no error of mesh and reduction
-COARSE_STRESS: Final = 0.4  # of the search for the stress, where only its size is asked for
-ARRAYS: Final = 44  # histories that live at once
+SLICES: Final = 64  # slices of a revolved section in pictures; half of them are drawn
+BUDGET_RUNS: Final = 5.0  # runs of the error budget of an elastic seat, at twice the time step
+CLOSED_RUNS: Final = 2.0  # those of a closed form, without errors of mesh and reduction
+COARSE_STRESS: Final = 0.4  # time of the stress in a run of the budget, over that in the run
+ARRAYS: Final = 44  # histories that are in memory at once
 SAVED: Final = 22  # histories written to the file
-OF_A_PORT: Final = CONTACT_BYTES / 8  # histories more with each port of a lip
-PORT: Final = 0.5  # time of a pole's step with each further port, over that with one, measured
-WEIGHTS: Final = 30  # poles that take as long as exact step weights
+OF_A_PORT: Final = CONTACT_BYTES / 8  # further histories for each port of a lip
+PORT: Final = 0.5  # time of a pole's step for each further port, over that for one, measured
+WEIGHTS: Final = 30  # poles that take as long as exact step weights, per log2 of the steps
 
 
 def predict_cost(
@@ -113,14 +113,14 @@ def predict_cost(
     """Return the wall time by stage, as the run's own stopwatch names them, and the peak memory.
 
     Args:
-        scene, method: what is asked, and how it is computed; a time step that is left open is estimated.
-        machine: rates of this computer; default: those known.
-        kept: whether the seat is there already, and costs nothing.
-        planning: seconds that a plan has taken, which the run will take again.
+        scene, method: the scene, and how it is computed; an open time step is estimated.
+        machine: rates of this computer; default: those calibrated.
+        kept: whether the seat is reused, and costs nothing.
+        planning: time that the plan has taken [s], which the run will take again.
 
     Raises:
-        MachineError: a damaged calibration.
-        GeometryError: a CAD file whose size cannot be read.
+        MachineError: the calibration is damaged.
+        GeometryError: the size of a CAD file cannot be read.
     """
     rates, static = machine or Machine.known(), method.seat.static
     duration = scene.run.duration
@@ -149,14 +149,14 @@ def predict_cost(
 
 
 def _waves_beside(seat: Structure, method: Method, duration: float, rates: Machine) -> float:
-    """Return the time of the seat's waves where its statics alone is run [s]."""
-    how = method_beside(seat, method)
-    model = None if how is None else count_elements(seat, how, duration)[0]
+    """Return the time to solve a static seat with its waves, for the error budget [s]; 0 for other seats."""
+    dynamic = method_beside(seat, method)
+    model = None if dynamic is None else count_elements(seat, dynamic, duration)[0]
     return 0.0 if model is None else sum(seat_seconds(model, rates).values())
 
 
 def striker_elements(reed: Structure, how: Method, duration: float) -> tuple[SeatModel, ...] | None:
-    """Return the sizes of the striker's elements, and of the coarser ones of its mesh error; ``None`` if unknown."""
+    """Return the sizes of the striker's model and of the coarser one for its mesh error; ``None`` without elements."""
     models = count_elements(reed, how, duration) if reed.traits.is_solved else ()
     return tuple(model for model in models if model is not None) or None
 
@@ -164,9 +164,9 @@ def striker_elements(reed: Structure, how: Method, duration: float) -> tuple[Sea
 def striker_poles(
     reed: Structure, how: Method, dt: float, duration: float, known: GreensFunction | None
 ) -> float | None:
-    """Return the number of poles of the striker that are marched; ``None``: it has step weights.
+    """Return the number of poles of the striker in the recursion; ``None``: it has step weights.
 
-    ``known``: what stands for one that has to be computed.
+    ``known``: Green's function from `surrogate_striker`.
     """
     if how.n_modes is not None:
         return how.n_modes
@@ -177,21 +177,21 @@ def striker_poles(
 
 
 def closed_form(seat: Structure, how: Method) -> GreensFunction | None:
-    """Return the seat's Green's function where that costs nothing to have; ``None`` for others, and for files."""
+    """Return the seat's Green's function in closed form; ``None`` for other seats."""
     return seat.closed_form() if how.exact else None
 
 
 @dataclass(frozen=True)
 class ContactModel:
-    """A march in numbers.
+    """The size of a run's time integration.
 
     Attributes:
-        steps: of the run.
-        poles, reed: of seat and reed.
-        coarse_poles: of the seat at a step twice as long.
-        runs: behind the error bars.
-        bends: whether the reed is a beam, whose stress is looked for.
-        ports: of the lip that both touch along.
+        steps: number of time steps.
+        poles, reed: numbers of poles of seat and reed.
+        coarse_poles: number of poles of the seat at a step twice as long.
+        runs: number of runs of the error budget.
+        bends: whether the reed is a beam, whose stress is computed.
+        ports: number of contact points along the lip.
     """
 
     steps: float
@@ -209,7 +209,7 @@ class ContactModel:
 
 
 def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> ContactModel:
-    """Return the size of the contact's march; ``seat``: its finite elements, as far as they have waves."""
+    """Return the size of the contact's time integration; ``seat``: its finite-element model, unless it is static."""
     closed, known = closed_form(scene.seat, method.seat), None
     if scene.reed.traits.is_solved:
         stated = stated_method(scene).reed
@@ -224,7 +224,7 @@ def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> Contact
 
 
 def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> ContactModel:
-    """Return the march with a closed form in place of finite elements, as far as known, struck by a rigid mass."""
+    """Return the size for a seat in closed form (without poles if ``None``) that a rigid mass strikes."""
     if closed is None:
         return ContactModel(steps, 0.0, 1.0, 0.0, CLOSED_RUNS)
     poles, coarse = _poles(closed, dt, steps), _poles(closed.forces_only(), 2 * dt, steps / 2)
@@ -234,14 +234,14 @@ def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> Con
 def with_striker(
     model: ContactModel, reed: Structure, method: RunMethod, dt: float, duration: float, known: GreensFunction | None
 ) -> ContactModel:
-    """Return the march with the ``reed``; ``known``: the Green's function of one still to be computed."""
+    """Return ``model`` with the ``reed`` as striker; ``known``: its Green's function from `surrogate_striker`."""
     poles = striker_poles(reed, method.reed, dt, duration, known)
     weight = _weights(model.steps) if poles is None else float(poles)
     return replace(model, reed=weight, bends=method.reed.n_modes is not None, ports=method.seat.division.count)
 
 
 def _poles(greens: GreensFunction, dt: float, steps: float) -> float:
-    """Return the poles that are marched, or as many as take the time of exact step weights."""
+    """Return the number of poles in the recursion, or the number that takes as long as exact step weights."""
     marched = greens.marched_poles(dt, steps)
     return _weights(steps) if marched is None else marched
 
@@ -267,12 +267,12 @@ def _step(
 
 
 def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
-    """Return the time of each stage [s]."""
+    """Return the time of each stage from the contact to the files [s]."""
     stress = rates.stress * model.reed if model.bends and model.reed > 1 else 0.0
 
     def run(poles: float) -> float:
-        each = rates.pole * (1 + PORT * (model.ports - 1))
-        return rates.step + each * (poles + model.reed + (model.ports if model.ports > 1 else 0))
+        per_pole = rates.pole * (1 + PORT * (model.ports - 1))
+        return rates.step + per_pole * (poles + model.reed + (model.ports if model.ports > 1 else 0))
 
     n = model.steps
     return {
@@ -285,7 +285,7 @@ def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
 
 
 def _views(seat: SeatModel, rates: Machine, *, modes: bool) -> float:
-    """Return the time for pictures of the mesh and, of a seat with waves, of its modes [s]: in another process."""
+    """Return the time for pictures of the mesh and, with ``modes``, of modes [s], drawn in another process."""
     faces, frames = seat.sizes.surface * (2 if seat.hexahedra else 1), FRAMES if modes else 0
     if seat.section:
         faces = 2 * seat.sizes.surface * SLICES + 2 * seat.sizes.elements
@@ -294,7 +294,7 @@ def _views(seat: SeatModel, rates: Machine, *, modes: bool) -> float:
 
 
 def _memory(seat: SeatModel | None, histories: float) -> float:
-    """Return the memory of the program alone [bytes]: bodies in space are drawn by a process of its own."""
+    """Return the peak memory of the program [bytes], without the process that draws bodies."""
     if seat is None:
         return CURVES + histories
     peak, stays = seat_memory(seat)

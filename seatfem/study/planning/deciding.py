@@ -1,4 +1,4 @@
-"""The cheapest way to meet a target, among all combinations of seat model, time step and number of modes."""
+"""The cheapest way to meet a target of accuracy, by combinations of seat model, time step and number of modes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,21 +22,21 @@ from seatfem.study.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SIMPLER, S
 
 
 def options(context: PlanningContext, *, of_seat: bool) -> tuple[Option, ...]:
-    """Return every way to compute the seat, or to march: each ladder extends what those before it have decided.
+    """Return all options for the seat, or for the time integration: combinations of the values of their keys.
 
-    A key that the file states is a ladder of one value.
+    A key that the file states has one value.
     """
-    ways = [Option(context.stated)]
+    combinations = [Option(context.stated)]
     for ladder in ladders():
         if ladder.of_seat == of_seat:
-            ways = [longer for way in ways for longer in ladder.extend(context, way)]
-    return tuple(ways)
+            combinations = [longer for combination in combinations for longer in ladder.extend(context, combination)]
+    return tuple(combinations)
 
 
 def _priced(context: PlanningContext, option: Option, *, closed: bool) -> Option:
-    """Return a way to march with its cost, for a seat without poles and for each of its poles.
+    """Return an option of the time integration with its cost: for a seat without poles, and for each pole of the seat.
 
-    ``closed``: the seat is a closed form, whose poles follow from the step.
+    ``closed``: whether the seat is a closed form, whose number of poles follows from the step.
     """
     dt, scene = option.method.time_step or 0.0, context.scene
     if closed:
@@ -60,8 +60,8 @@ class Decision:
     """Options chosen for one target.
 
     Attributes:
-        context: the scene.
-        seat, contact: what is chosen.
+        context: knowledge about the scene.
+        seat, contact: options for the seat and for the time integration.
     """
 
     context: PlanningContext
@@ -75,12 +75,12 @@ class Decision:
 
     @property
     def changes(self) -> Mapping[str, Changes]:
-        """Return, by key, the relative error that the choice leaves in each measure."""
+        """Return, by key, the relative error of each measure by the chosen value."""
         return {**self.contact.changes, **self.seat.changes}
 
     @property
     def shares(self) -> Mapping[Source, Changes]:
-        """Return the relative errors by source."""
+        """Return, by source of error, the relative error of each measure."""
         parts: dict[Source, Changes] = {}
         for key, errors in self.changes.items():
             source = source_of(key)
@@ -90,7 +90,7 @@ class Decision:
 
     @property
     def error(self) -> Mapping[str, float]:
-        """Return the predicted bar of each measure, relative, as `seatfem.study.accuracy.error_budget` states it."""
+        """Return the predicted relative error bar of each judged measure, as the run's error budget would state it."""
         parts, judged = self.shares.values(), self.context.scene.accuracy.judged
         return {name: safety(name) * sum(part[name] for part in parts) for name in judged}
 
@@ -100,53 +100,55 @@ class Decision:
         return self.with_seat(self.seat.seat)
 
     def with_seat(self, seat: Method) -> RunMethod:
-        """Return the method with another model of the seat than the one chosen."""
+        """Return the method with ``seat`` in place of the chosen method of the seat."""
         return replace(self.contact.method, seat=seat)
 
 
 @dataclass(frozen=True)
 class Choices:
-    """Everything that can be chosen for a scene.
+    """All options for a scene.
 
     Attributes:
-        context: the scene.
+        context: knowledge about the scene.
     """
 
     context: PlanningContext
 
     @cached_property
     def seats(self) -> tuple[Option, ...]:
-        """Return the ways to compute the seat."""
+        """Return the options for the seat."""
         return options(self.context, of_seat=True)
 
     @cached_property
     def contacts(self) -> tuple[Option, ...]:
-        """Return the ways to march."""
+        """Return the options for the time integration, with their costs."""
         closed = self.seats[0].seat.level == "closed form"
         return tuple(_priced(self.context, way, closed=closed) for way in options(self.context, of_seat=False))
 
     @cached_property
     def _bars(self) -> Array:
-        """Return the predicted bars (seats, contacts, measures)."""
+        """Return the predicted relative error bars (seats, contacts, measures)."""
         measures = self.context.scene.accuracy.judged
-        seats, contacts = (_left([option.changes for option in part], measures) for part in (self.seats, self.contacts))
+        seats, contacts = (
+            _errors([option.changes for option in part], measures) for part in (self.seats, self.contacts)
+        )
         return np.asarray((seats[:, None] + contacts[None]) * [safety(name) for name in measures], dtype=np.float64)
 
     @cached_property
     def _cost(self) -> Array:
-        """Return the cost (seats, contacts) [s]."""
+        """Return the predicted times (seats, contacts) [s]."""
         seconds, poles = (np.array([getattr(o, name) for o in self.seats]) for name in ("seconds", "poles"))
         start, each = (np.array([getattr(o, name) for o in self.contacts]) for name in ("seconds", "per_pole"))
         return np.asarray(seconds[:, None] + start + poles[:, None] * each, dtype=np.float64)
 
     def cheapest(self, target: float, longest: float = np.inf, memory: float = np.inf) -> Decision:
-        """Return the cheapest choice that meets ``target``, or, for a measure that none does, is near the least error.
+        """Return the cheapest combination that meets ``target``; a measure that none meets has nearly its least error.
 
-        A level that misses it by what it leaves out alone is no choice beside one that does not. Statics of the seat
-        may cost `SIMPLER` times as much as waves: costs are predicted no better.
+        Levels of the seat whose own error misses the target count only if all do. A static seat may cost `SIMPLER`
+        times as much as one with waves, as predicted costs are no more accurate.
 
         Args:
-            longest, memory: what a seat may take [s, bytes]; the cheapest one may take more.
+            longest, memory: limits of a seat [s, bytes]; if none is within them, the fastest one is taken.
         """
         within = np.array([o.seconds <= longest and o.memory <= memory for o in self.seats])
         if not within.any():
@@ -164,20 +166,20 @@ class Choices:
         return Decision(self.context, self.seats[np.flatnonzero(within)[seat]], self.contacts[contact])
 
     def _levels_fit(self, target: float) -> NDArray[np.bool_]:
-        """Return (seats,) whether what the level leaves out alone is within a target."""
+        """Return a (seats,) mask: whether the error by the seat's level alone is within the target."""
         measures = self.context.scene.accuracy.judged
-        errors = _left([{MODEL: o.changes[MODEL]} if MODEL in o.changes else {} for o in self.seats], measures)
+        errors = _errors([{MODEL: o.changes[MODEL]} if MODEL in o.changes else {} for o in self.seats], measures)
         return np.asarray((errors * [safety(name) for name in measures] <= target).all(axis=1))
 
     def within_means(self, wanted: Decision, target: float) -> Decision:
-        """Return ``wanted`` if memory and time allow it; else the cheapest that they do for ``target``, or near it."""
+        """Return ``wanted`` if memory and time allow its seat; else the cheapest combination within these limits."""
         memory = MEMORY * available_memory()
         if wanted.seat.seconds <= LONGEST and wanted.seat.memory <= memory:
             return wanted
         return self.cheapest(target, LONGEST, memory)
 
 
-def _left(changes: Sequence[Mapping[str, Changes]], measures: Sequence[str]) -> Array:
-    """Return the sum over the keys (options, measures)."""
+def _errors(changes: Sequence[Mapping[str, Changes]], measures: Sequence[str]) -> Array:
+    """Return the (options, measures) errors, summed over the keys."""
     rows = [[sum(errors[name] for errors in option.values()) for name in measures] for option in changes]
     return np.array(rows, dtype=np.float64).reshape(len(changes), len(measures))

@@ -1,4 +1,4 @@
-"""A plan: how a scene is going to be computed, and why."""
+"""A plan: how a scene is to be computed, with reasons, predicted cost and predicted errors."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from seatfem.study.scene import Scene
 
 @dataclass(frozen=True)
 class Choice:
-    """One key of the scene, and what became of it.
+    """The choice of one key of the scene.
 
     Attributes:
-        key: dotted, as in the file.
-        value: with unit.
-        reason: in words, with numbers.
-        given: whether the file states it; it is obeyed then.
-        leaves: the error that it leaves in the measure asked for that feels it most; "" where none is known.
+        key: dotted key, as in the file.
+        value: value with its unit.
+        reason: reason in words, with numbers.
+        given: whether the file states the value.
+        leaves: largest relative error of a judged measure by this value, in words; "" if unknown.
     """
 
     key: str
@@ -32,12 +32,12 @@ class Choice:
 
 @dataclass(frozen=True)
 class Cost:
-    """Predicted effort.
+    """Predicted cost of a run.
 
     Attributes:
-        seconds: wall time of the whole run.
-        memory: peak of the process [bytes].
-        parts: seconds by stage, adding up to ``seconds``.
+        seconds: wall time of the whole run [s].
+        memory: peak memory of the process [bytes].
+        parts: wall time by stage [s], which adds up to ``seconds``.
     """
 
     seconds: float
@@ -45,7 +45,7 @@ class Cost:
     parts: Mapping[str, float] = field(default_factory=dict)
 
     def after(self, stage: str, seconds: float) -> Cost:
-        """Return the same with another stage before it, if that takes any time."""
+        """Return the cost with another stage of ``seconds`` before it, if they are not zero."""
         if not seconds:
             return self
         return Cost(self.seconds + seconds, self.memory, {stage: seconds, **self.parts})
@@ -56,9 +56,9 @@ class Alternative:
     """Another plan for the same scene.
 
     Attributes:
-        what: what would be different.
-        cost: of it.
-        error: predicted relative error of each measure.
+        what: the key that differs, with its value.
+        cost: predicted cost.
+        error: predicted relative error of each judged measure.
     """
 
     what: str
@@ -68,20 +68,20 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Plan:
-    """A run as it is going to be computed.
+    """How a scene is to be computed.
 
     Attributes:
-        scene: what is asked, as in the file.
-        method: how it is computed: what the file states, and what was chosen for the rest.
-        choices: every key that matters for cost and error.
-        cost: predicted.
-        error: predicted relative error of each measure asked for.
+        scene: the scene, as in the file.
+        method: method of the run: keys that the file states, and chosen values of the others.
+        choices: all keys that matter for cost and error.
+        cost: predicted cost.
+        error: predicted relative error of each judged measure.
         alternatives: cheaper and more accurate plans.
-        shares: by source, then measure, the predicted relative error that it leaves.
-        kept: whether the seat's Green's function is there already.
-        notes: what is worth telling, such as a target out of reach.
-        without: levels of the seat, or `ONE_PORT`, that were found too coarse before.
-        parts: by key, then measure, what arcs and rings of a lip leave of the patch's share.
+        shares: predicted relative errors by source, then measure.
+        kept: whether the seat's Green's function is reused.
+        notes: sentences for the reader, such as on a target out of reach.
+        without: levels of the seat, or `ONE_PORT`, that earlier rounds found too coarse.
+        parts: predicted relative errors by arcs and rings of a lip, by key, then measure.
     """
 
     scene: Scene
@@ -98,7 +98,7 @@ class Plan:
 
     @property
     def level(self) -> AnyLevel:
-        """Return the model of the seat; "closed form" where nothing is discretised."""
+        """Return the level of the seat's model; "closed form" if nothing is discretised."""
         return self.method.seat.level
 
     @property
@@ -107,7 +107,7 @@ class Plan:
         return all(error <= self.scene.accuracy.target for error in self.error.values())
 
     def choice(self, key: str) -> Choice:
-        """Return the choice of a key. Raises `KeyError` where the plan has none."""
+        """Return the choice of a key. Raises `KeyError` if the plan has none."""
         for choice in self.choices:
             if choice.key == key:
                 return choice

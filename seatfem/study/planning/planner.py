@@ -29,7 +29,7 @@ from seatfem.study.scene.measures import in_words
 
 __all__ = ["plan_scene"]
 
-RUNGS: Final = 10  # seats that much finer than needed are not looked for: each is a key to form
+RUNGS: Final = 10  # values of each key, from the wanted one to finer ones, for which a cached seat is searched
 
 
 def plan_scene(
@@ -41,31 +41,31 @@ def plan_scene(
     store: Store | None = None,
     without: tuple[str, ...] = (),
 ) -> Plan:
-    """Return a plan: every open key of ``scene`` chosen, with reason and number; predicted cost and error.
+    """Return the plan of a scene: a value and a reason for every open key, and predicted cost and errors.
 
     Args:
-        scene: as in the file; what it states is obeyed.
-        machine: rates of this computer; default: those known.
-        folder: of the run, whose seat may serve again.
-        store: of seats; default: the user's.
-        without: levels of the seat, or `ONE_PORT`, that are not to be chosen: a run has found them too coarse.
+        scene: the scene; the keys that it states are kept.
+        machine: rates of this computer; default: those calibrated.
+        folder: folder of the run, whose seat may be reused.
+        store: cache of seats; default: the user's.
+        without: excluded levels of the seat, or `ONE_PORT`, which a run has found too coarse.
 
     Raises:
-        RunError: a given time step that cannot resolve the measures; more steps than can be stored.
-        LevelError: a level that does not describe the seat is asked for.
-        SceneError: a file that cannot be read, or has no such face, group or region.
+        RunError: the stated time step cannot resolve the measures, or there are more steps than can be stored.
+        LevelError: the stated level does not describe the seat.
+        SceneError: a file cannot be read, or has no such face, group or region.
     """
     start = time.perf_counter()
     contact.check_step(scene)
     check_files(scene)
     machine, target = machine or Machine.known(), scene.accuracy.target
-    compiling = compilation(machine)  # before the plan itself marches
+    compiling = compilation(machine)  # measured before the pre-runs, which compile
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
     store = Store.default() if store is None else store
     choices = Choices(context.PlanningContext.from_scene(scene, surrogate, machine, progress, without, store))
     wanted = decision = choices.cheapest(target)
-    method, at_hand = _at_hand(wanted, folder, store)
+    method, at_hand = _nearest_on_file(wanted, folder, store)
     if not at_hand:
         decision = choices.within_means(wanted, target)
         method = decision.method
@@ -90,7 +90,7 @@ def plan_scene(
 
 
 def _alternatives(choices: Choices, decision: Decision, compiling: float, planning: float) -> tuple[Alternative, ...]:
-    """Return the plans for a target looser and tighter by `STEP_UP`, which take as long to make."""
+    """Return the plans for targets looser and tighter by `STEP_UP`."""
     seen, alternatives = choices.context, []
     for target in (STEP_UP * seen.scene.accuracy.target, seen.scene.accuracy.target / STEP_UP):
         if target < 1:
@@ -102,16 +102,16 @@ def _alternatives(choices: Choices, decision: Decision, compiling: float, planni
     return tuple(alternatives)
 
 
-def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[RunMethod, str]:
-    """Return the method with the nearest seat on file that is at least as fine, and where it is; "" if nowhere."""
+def _nearest_on_file(decision: Decision, folder: Path | None, store: Store) -> tuple[RunMethod, str]:
+    """Return the method with the nearest cached seat at least as fine as wanted, and its place in words, else ""."""
     seen = decision.context
     if decision.seat.elements is None or seen.patch is None:
         return decision.method, ""
     file = None if folder is None else folder / "seat.h5"
     on_file = cache.key_at(file) if file is not None and file.is_file() else ""
     if not (on_file or _holds_any(store.folder)):
-        return decision.method, ""  # with nothing there, no key need be formed
-    (methods, same), duration = tee(_as_fine(decision)), seen.scene.run.duration
+        return decision.method, ""
+    (methods, same), duration = tee(_methods_as_fine(decision)), seen.scene.run.duration
     for method, key in zip(methods, cache.keys_of(seen.scene.seat, (each.seat for each in same)), strict=True):
         if file is not None and on_file == key and cache.load_cached(file, key, duration) is not None:
             return method, f"in {file.name}"
@@ -120,8 +120,8 @@ def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[Run
     return decision.method, ""
 
 
-def _as_fine(decision: Decision) -> Iterator[RunMethod]:
-    """Yield methods with the seat wanted and those as fine in band, mesh and tolerance, the nearest of each first."""
+def _methods_as_fine(decision: Decision) -> Iterator[RunMethod]:
+    """Yield methods with a seat at least as fine as wanted in band, mesh and tolerance, the nearest first."""
     seen, seat, elements = decision.context, decision.seat.seat, decision.seat.elements
     band, mesh, tolerance = seat.bandwidth or 0.0, 0.0 if elements is None else elements.error, seat.tolerance
     bands = () if is_given(seen.scene, BAND) else look.BANDS
@@ -129,8 +129,8 @@ def _as_fine(decision: Decision) -> Iterator[RunMethod]:
     for wider in _nearest(band, [b for b in bands if b > band]):
         for denser in _nearest(mesh, [e for e in ERRORS if e < mesh] if seen.drawn else []):
             for stricter in _nearest(tolerance, [t for t in tolerances if t < tolerance]):
-                how = seen.elements(wider, stricter, denser)
-                yield decision.with_seat(replace(how, level=seat.level, rings=seat.rings))
+                finer = seen.elements(wider, stricter, denser)
+                yield decision.with_seat(replace(finer, level=seat.level, rings=seat.rings))
 
 
 def _nearest(wanted: float, finer: Sequence[float]) -> list[float]:
@@ -140,12 +140,12 @@ def _nearest(wanted: float, finer: Sequence[float]) -> list[float]:
 def _holds_any(folder: Path) -> bool:
     try:
         return any(folder.glob("*.h5"))
-    except OSError:  # it may not be looked into
+    except OSError:  # the folder is not readable
         return False
 
 
 def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
-    """Return notes: targets out of reach, and why; seats that nothing is known of; impacts that do not happen."""
+    """Return notes for the reader of a plan: targets out of reach, errors that are unknown, runs without contact."""
     notes, seen = [], decision.context
     target, surrogate = plan.scene.accuracy.target, seen.surrogate
     if wanted.seat != decision.seat:
@@ -185,7 +185,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
             "errors of the reed's mesh, reduction and model, which are as [reed] states them: known after the run"
         )
     for model, changes in seen.simpler.items():
-        if model == validity.ONE_PORT and not is_given(plan.scene, PORTS):  # chosen, or not
+        if model == validity.ONE_PORT and not is_given(plan.scene, PORTS):  # the plan has decided on it
             continue
         errors = {name: safety(name) * changes[name] for name in plan.scene.accuracy.judged if name in changes}
         if len(errors) == len(plan.scene.accuracy.judged) and max(errors.values()) <= target:
@@ -201,7 +201,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
 
 
 def _hardly_counts(decision: Decision, target: float) -> tuple[str, ...]:
-    """Return a note where a seat need not be computed at all."""
+    """Return a note if even a spring of roughly guessed stiffness meets the target."""
     seen = decision.context
     guessed = {name: safety(name) * seen.sensitivity.guessed[name] for name in seen.scene.accuracy.judged}
     if max(guessed.values(), default=0.0) > target:

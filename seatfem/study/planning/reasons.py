@@ -54,14 +54,14 @@ COUPLED: Final = (
 
 
 def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Choice, ...]:
-    """Return every key that matters, as ``method`` has it; ``at_hand``: where its seat is already."""
+    """Return the choices of keys that matter, with values of ``method``; ``at_hand``: place of a reused seat, or ""."""
     choices: list[Choice] = []
     scene, of_the_mesh = decision.context.scene, decision.level != "rod"
     for key, reason in _REASONS.items():
         if not has_key(scene, key) or (value := method.value(key)) is None:
             continue
-        unfelt = key in _WHERE_FELT and not any(each in decision.changes for each in _WHERE_FELT[key])
-        if (key in _OF_THE_MESH and not of_the_mesh) or unfelt:
+        irrelevant = key in _WHERE_FELT and not any(each in decision.changes for each in _WHERE_FELT[key])
+        if (key in _OF_THE_MESH and not of_the_mesh) or irrelevant:
             continue
         errors = _of(decision, key)
         choices.append(
@@ -70,16 +70,16 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
     if at_hand:
         choices.insert(1, Choice("seat", "computed before", f"{at_hand}, at least as fine: no computing time", False))
     window = decision.context.sensitivity.bench.window
-    seen = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
+    number = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
     choices.append(_history(decision, method))
-    choices.append(Choice("run.duration", described(STEP, scene.run.duration), f"a quick trial run saw {seen}", True))
-    asked = scene.accuracy
-    choices.append(Choice("accuracy.target", large_percent(asked.target), _asked(asked), _told_target(asked)))
+    choices.append(Choice("run.duration", described(STEP, scene.run.duration), f"a quick trial run saw {number}", True))
+    accuracy = scene.accuracy
+    choices.append(Choice("accuracy.target", large_percent(accuracy.target), _asked(accuracy), _told_target(accuracy)))
     return tuple(choices)
 
 
 def _history(decision: Decision, method: RunMethod) -> Choice:
-    """Return how the past is remembered, and over how many steps: what the run's own choice of an engine says of it."""
+    """Return the choice of the history engine (modal recursion, FFT or direct sum), predicted as the run makes it."""
     dt = decision.contact.method.time_step or 0.0
     count = decision.context.scene.run.duration / dt
     steps, known = f"{_count(count)} steps", _poles(decision, method, dt, count)
@@ -105,7 +105,7 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
 
 
 def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tuple[int | None, str] | None:
-    """Return (poles of the seat, or ``None`` and why it has step weights); ``None`` before it can be known."""
+    """Return the number of poles of the seat, or ``None`` and why it has step weights; only ``None`` if unknown yet."""
     scene, surrogate = decision.context.scene, decision.context.surrogate
     convolved = scene.seat.is_convolved
     if decision.level not in ("rod", "closed form"):
@@ -119,7 +119,7 @@ def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tu
 
 
 def _stand_in(poles: int | None) -> base.StepKernel:
-    """Return what the choice of an engine looks at: the number of poles, or that there are step weights."""
+    """Return a kernel with this number of poles, or with step weights, for `history.choose`."""
     if poles is None:
         return base.StepKernel(None, np.zeros((1, 1, 1)), "step weights")
     zeros = np.zeros(poles)
@@ -127,13 +127,13 @@ def _stand_in(poles: int | None) -> base.StepKernel:
 
 
 def _of(decision: Decision, key: str) -> sensitivity.Changes:
-    """Return what a key changes in the measures asked for."""
+    """Return the relative errors of the judged measures by a key."""
     errors = decision.changes.get(key, {})
     return {name: errors[name] for name in decision.context.scene.accuracy.judged if name in errors}
 
 
 def _most(changes: sensitivity.Changes) -> str:
-    """Return by how much the measure changes that changes most; "" where nothing is known."""
+    """Return the largest change and its measure in words; "" if none is known."""
     if not changes:
         return ""
     name = max(changes, key=lambda measure: changes[measure])
@@ -141,7 +141,7 @@ def _most(changes: sensitivity.Changes) -> str:
 
 
 def _spoken(name: str) -> str:
-    """Return a measure in words, whichever landing it is of."""
+    """Return a measure in words, without its landing."""
     return short_words(name)
 
 
@@ -233,7 +233,7 @@ def _reed_band(decision: Decision, method: RunMethod) -> str:
 
 
 def _simpler(decision: Decision, model: str) -> str:
-    """Return what a simpler model of the striker would change in what is asked for."""
+    """Return in words the largest change of a judged measure by a simpler model of the striker; "" if unknown."""
     changes = decision.context.simpler.get(model, {})
     judged = {name: changes[name] for name in decision.context.scene.accuracy.judged if name in changes}
     return f"; {WORDS[model]} would be off by {_most(judged)}" if judged else ""
@@ -267,7 +267,7 @@ def _told_target(accuracy: Accuracy) -> bool:
 
 
 def _count(value: float) -> str:
-    """Return a number of two digits with the thousands apart."""
+    """Return a number rounded to two digits, with separators of thousands."""
     return f"{float(f'{value:.2g}'):,.0f}"
 
 
@@ -288,5 +288,5 @@ _REASONS: Final[Mapping[str, Reason]] = {
     REED_BAND: _reed_band,
 }
 _WHERE_FELT: Final = {RINGS: (RINGS,), PORTS: (PORTS, ONE_PORT), REED_BAND: (REED_BAND,)}
-"""Keys that are told where these are among what a decision leaves."""
+"""Keys that are listed only if the decision has an error by one of these."""
 _OF_THE_MESH: Final = (BAND, TOLERANCE, REDUCTION, SIZE, CONTACT_SIZE, ORDER)

@@ -1,4 +1,4 @@
-"""A plan made finer where its run missed the target, and how many rounds of that a plan expects."""
+"""Refinement of a plan whose run missed the target, and the number of rounds that a plan expects."""
 
 import math
 from dataclasses import dataclass, replace
@@ -16,24 +16,24 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.prerun.lips import rings_refused
 from seatfem.study.safety import LEAST_FINER, LONGEST, MOST_FINER, MOST_ROUNDS, in_words
 
-LEAST_WIDER: Final = 1.1  # factor by which the band of a plate must still have room
+LEAST_WIDER: Final = 1.1  # least factor by which the band of a plate is widened
 AGAIN: Final = (*costs.OF_THE_SEAT, "contact", "reed stress", "error budget")
-"""Stages of every round; the others are the run's."""
+"""Stages that every round repeats; the others happen once a run."""
 
 
 def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
-    """Return ``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
+    """Return ``plan`` refined such that the error of one ``source`` shrinks by about ``factor``.
 
-    A level of modelling that leaves something out gives way to the next, and one port to arcs; else keys are made
-    finer.
+    A simpler level (spring, rod) is replaced by the next one, and one contact point by arcs; otherwise the keys of the
+    source get finer values.
 
     Args:
-        plan: whose run missed the target.
-        source: of the error that dominates: mesh, reduction, time_step, model, patch, striker or lip.
-        factor: by which its share is too large; taken between `LEAST_FINER` and `MOST_FINER`.
+        plan: plan whose run missed the target.
+        source: source of error: mesh, reduction, time_step, model, patch, striker or lip.
+        factor: ratio of its error to the allowed one, clipped to `LEAST_FINER` ... `MOST_FINER`.
 
     Returns:
-        ``None`` where the file states what is behind the source, or nothing is.
+        ``None`` if the file states the keys of the source, or there are none.
     """
     if source in (touches.LIP, "patch") and chooses_one_port(plan.scene.contact, plan.method):
         return planner.plan_scene(plan.scene, machine, without=(*plan.without, validity.ONE_PORT))
@@ -43,7 +43,7 @@ def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None
 
 
 def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None) -> Plan | None:
-    """Return ``plan`` with the keys behind ``source`` finer; ``None`` where the file states them or none can be."""
+    """Return ``plan`` with finer values of the keys of ``source``; ``None`` if all are stated or at their limit."""
     factor = min(max(factor, LEAST_FINER), MOST_FINER)
     values = {
         ladder.key: finer
@@ -56,7 +56,7 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
         return None
     if PORTS in values or (source == "patch" and plan.method.seat.in_arcs):
         return _in_more_parts(plan, factor, machine)
-    if BAND in values and plan.method.ports is not None:  # modes alone: those of a wider band have shorter waves
+    if BAND in values and plan.method.ports is not None:  # solved by modes: those of a wider band are shorter waves
         narrower = (plan.method.seat.bandwidth or 0.0) / values[BAND]
         values |= {
             key: float(f"{narrower * plan.method.value(key):.2g}")
@@ -82,25 +82,25 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     whole = {name: sum(share.get(name, 0.0) for share in plan.shares.values()) for name in plan.error}
     reduced = {name: sum(share.get(name, 0.0) for share in shares.values()) for name in plan.error}
     error = {name: bar * reduced[name] / whole[name] if whole[name] else bar for name, bar in plan.error.items()}
-    same_seat = source in ("time_step", "model")  # the seat is there from the round before
+    same_seat = source in ("time_step", "model")  # the seat of the round before is reused
     cost = costs.predict_cost(plan.scene, method, machine, kept=same_seat)
     return replace(plan, method=method, choices=choices, shares=shares, error=error, cost=cost, kept=same_seat)
 
 
 def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan | None:
-    """Return ``plan`` with more rings across the arcs of the lip, or twice as many arcs, by what is predicted to leave
-    more; ``None`` where the file states that, or it is more than can be."""
+    """Return ``plan`` with more rings across the arcs of the lip, or twice as many arcs, whichever has the larger
+    predicted error; ``None`` if its number is stated or at its limit."""
     division, measures = plan.method.seat.division, plan.scene.accuracy.judged
     more = {PORTS: Division(2 * division.arcs, division.rings)}
     if division.arcs > 1 and not rings_refused(plan.scene.seat, plan.scene.life):
         rings = next((number for number in ACROSS if number > division.rings), None)
         more |= {} if rings is None else {RINGS: Division(division.arcs, rings)}
 
-    def left_by(key: str) -> float:
+    def error_by(key: str) -> float:
         return max((safety(name) * plan.parts.get(key, {}).get(name, 0.0) for name in measures), default=0.0)
 
     open_keys = [key for key, division in more.items() if plan.is_open(key) and division.count <= MOST_PORTS]
-    key = max((PORTS, RINGS), key=left_by) if plan.parts else next(iter(open_keys), PORTS)
+    key = max((PORTS, RINGS), key=error_by) if plan.parts else next(iter(open_keys), PORTS)
     if key not in open_keys:
         return None
     method = plan.method.along(plan.scene.geometry, more[key].arcs, more[key].rings)
@@ -123,10 +123,9 @@ def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan |
 @dataclass(frozen=True)
 class RoundsAhead:
     """Attributes:
-    number: rounds expected.
-    seconds: predicted wall time of the run with all of them [s].
-    further: of one more round, should the measured error ask for it [s]; ``None`` where nothing can be made finer.
-    """
+    number: expected number of rounds.
+    seconds: predicted wall time of the run with all of these rounds [s].
+    further: predicted wall time of one more round [s]; ``None`` if nothing can be refined."""
 
     number: int
     seconds: float
@@ -134,7 +133,7 @@ class RoundsAhead:
 
 
 def rounds_ahead(plan: Plan, machine: Machine | None = None) -> RoundsAhead:
-    """Return one round if the predicted error meets the target; else as many as it takes, or as time allows."""
+    """Return the rounds expected: one if the predicted error meets the target, else as needed or allowed."""
     number, seconds, further = 1, plan.cost.seconds, _next(plan, machine)
     while not plan.meets_target and further is not None and number < MOST_ROUNDS and _again(further) <= LONGEST:
         plan, number, seconds = further, number + 1, seconds + _again(further)
@@ -143,8 +142,8 @@ def rounds_ahead(plan: Plan, machine: Machine | None = None) -> RoundsAhead:
 
 
 def _next(plan: Plan, machine: Machine | None) -> Plan | None:
-    """Return ``plan`` with the largest source of the largest error made smaller, or the next one that can be; ``None``
-    where one that cannot is too large by itself."""
+    """Return ``plan`` with the largest source of the largest error refined that can be; ``None`` if a source that
+    cannot exceeds the target by itself."""
     worst = max(plan.error, key=lambda name: plan.error[name], default=None)
     if worst is None:
         return None
@@ -152,7 +151,7 @@ def _next(plan: Plan, machine: Machine | None) -> Plan | None:
     order = sorted(contributions, key=lambda source: -contributions[source])
     finer = {source: _finer_keys(plan, source, LEAST_FINER, machine) for source in order}
     if any(finer[source] is None and contributions[source] > plan.scene.accuracy.target for source in order):
-        return None  # whatever else is made finer
+        return None
     return next((option for option in finer.values() if option is not None), None)
 
 

@@ -1,7 +1,7 @@
-"""Cheap runs before the run: a surrogate seat, and only the impact that the measures come from.
+"""Pre-runs of a plan: inexpensive runs on a coarse or surrogate seat, of only the impact that determines the measures.
 
-The reed's free flight is exact, so a pre-run starts shortly before the first contact and ends with the contact group
-that carries the filtered peak.
+The reed's free flight is known exactly, so a pre-run starts shortly before the first contact; it ends with the group of
+contacts that contains the judged landing or the filtered peak.
 """
 
 from __future__ import annotations
@@ -46,24 +46,25 @@ from seatfem.study.scene.measures import (
 )
 from seatfem.study.scene.problems import in_role
 
-FEW: Final = 16  # reed modes of the first look
-LOOK: Final = 20_000  # steps of the first look ...
-MOST_OF_LOOK: Final = 100_000  # ... and at most, where the filter asks for more
-BEFORE: Final = 10e-6  # start of the window before the first contact [s]
-MOST: Final = 60_000  # steps of a pre-run at most
-RESOLVED: Final = 0.2  # radians of the highest mode in a step that resolves it
+FEW: Final = 16  # reed modes of the first run, which locates the contact
+LOOK: Final = 20_000  # time steps of the first run ...
+MOST_OF_LOOK: Final = 100_000  # ... and their limit, where the filter needs shorter ones
+BEFORE: Final = 10e-6  # least time between the start of the window and the first contact [s]
+MOST: Final = 60_000  # most time steps of a pre-run
+RESOLVED: Final = 0.2  # largest phase of the highest mode per step [rad] at which the step resolves all modes
 LEAST: Final = 8  # steps per filter width that every pre-run can afford
 
 
 @dataclass(frozen=True)
 class Window:
-    """The part of the run that pre-runs march.
+    """The part of the run that pre-runs compute.
 
     Attributes:
-        start: [s] of the run.
-        duration: [s].
-        groups: contact groups in the whole run, at a first look.
-        landing: [s] of the run, when the one that is judged begins; ``None``: there is none, or all of the run is.
+        start: start of the window in the time of the run [s].
+        duration: length of the window [s].
+        groups: number of contact groups in the whole run, by the first run.
+        landing: start of the judged landing in the time of the run [s]; ``None`` if there is none, or the whole run
+            is judged.
     """
 
     start: float
@@ -80,10 +81,10 @@ class Window:
 def surrogate_striker(
     reed: Structure, method: Method, duration: float, face: Face, progress: Progress = silent
 ) -> GreensFunction | None:
-    """Return the Green's function that pre-runs of a ``duration`` [s] take for a striker that has to be computed: its
-    own, by a method, only where nothing else describes it; ``None`` for a closed form.
+    """Return the Green's function of a striker in pre-runs of a ``duration`` [s]: a surrogate, or the one by ``method``
+    for a plate and where no surrogate is exact; ``None`` for a striker in closed form.
 
-    ``face``: of the seat.
+    ``face``: contact face of the seat.
     """
     if not reed.traits.is_solved:
         return None
@@ -102,20 +103,20 @@ def surrogate_striker(
 def locate_contact_window(
     scene: Scene, seat: GreensFunction, striker: GreensFunction | None = None, stopper: Body | None = None
 ) -> Window:
-    """Return where the contact is that matters: a coarse run with few modes over the whole duration.
+    """Return the window with the judged contact, from a coarse run with few modes over the whole duration.
 
-    ``striker``: what stands for one that has to be computed.
+    ``striker``: Green's function from `surrogate_striker`.
     """
     beam = scene.reed.slender
-    few = striker_of(scene, None if beam is None else min(FEW, beam.n_modes), striker)
+    body = striker_of(scene, None if beam is None else min(FEW, beam.n_modes), striker)
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
-    if few.is_deflected and (g := few.greens.modal) is not None and np.any(g.omega):
-        dt = min(dt, 1 / float(g.omega[g.omega > 0].min()))  # it may swing back as fast as that
+    if body.is_deflected and (g := body.greens.modal) is not None and np.any(g.omega):
+        dt = min(dt, 1 / float(g.omega[g.omega > 0].min()))  # a deflected striker swings back at this frequency
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
-    looked = _marched(impact.prepare(problem_of(scene, few, Body(seat.forces_only()), stopper), dt, scene.run.duration))
-    landings = landings_of_march(looked, width, rebound=False).seat
-    return window_of(scene, few, force_of(looked)[1:], dt, stopper_force_of(looked), landings)
+    march = _marched(impact.prepare(problem_of(scene, body, Body(seat.forces_only()), stopper), dt, scene.run.duration))
+    landings = landings_of_march(march, width, rebound=False).seat
+    return window_of(scene, body, force_of(march)[1:], dt, stopper_force_of(march), landings)
 
 
 def window_of(
@@ -126,18 +127,18 @@ def window_of(
     stopper: Array | None = None,
     landings: Sequence[Landing] = (),
 ) -> Window:
-    """Return the window from shortly before the first contact to the end of the group with the landing that is judged.
+    """Return the window from shortly before the first contact to the end of the contact group of the judged landing.
 
-    From the start where the flight of the ``striker`` is not free, or has no modes that tell how far it has come. Where
-    all of the run is judged, or nothing lands, the group is that of the filtered peak.
+    It begins at 0 if the flight of the ``striker`` is not free, or not known by modes. Where the whole run is judged,
+    or nothing lands, the group is that of the filtered peak.
 
     Args:
-        scene: what is asked.
-        striker: that flies.
-        force: (n,) on the seat [N].
-        dt: step [s].
-        stopper: (n + 1,) its force [N]; what it changes before the reed comes to the seat belongs to the window.
-        landings: on the seat.
+        scene: the scene.
+        striker: body in flight.
+        force: (n,) contact force on the seat [N].
+        dt: time step [s].
+        stopper: (n + 1,) contact force on the stopper [N]; contacts with it before the seat belong to the window.
+        landings: landings on the seat.
     """
     width = scene.run.filter_width
     longest = MOST * width / LEAST
@@ -147,15 +148,15 @@ def window_of(
     choice = scene.accuracy.landing
     judged = None if choice == "run" else judged_landing(landings, choice)
     peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE))) if judged is None else judged.peak_time
-    carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
+    group = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
     first = float(groups[0, 0])
     if stopper is not None and np.any(stopper):
         first = min(first, dt * (int(np.flatnonzero(stopper)[0]) - 1))
     start = max(0.0, first - max(BEFORE, 5 * dt, 2 * width))
     if scene.is_loaded or scene.contact.preload or scene.contact.film or striker.greens.modal is None:
         start = 0.0
-    end = float(groups[max(carrying, 0), 1])
-    if judged is not None and judged.pressed_on:  # the load that presses it on is no part of it
+    end = float(groups[max(group, 0), 1])
+    if judged is not None and judged.pressed_on:  # the static load that keeps it closed afterwards does not count
         end = min(end, judged.end + judged.duration + judged.end_doubt)
     stop = min(scene.run.duration, end + max(BEFORE, 2 * width))
     return Window(start, min(stop - start, longest), len(groups), None if judged is None else judged.start)
@@ -163,16 +164,16 @@ def window_of(
 
 @dataclass(frozen=True)
 class Bench:
-    """Pre-runs of one scene: the same window again and again, one thing changed at a time.
+    """Pre-runs of one scene, which repeat the same window with one quantity changed at a time.
 
     Attributes:
-        scene: whose impact they march.
-        seat: what is struck, or what stands for it, unless a run has another one.
-        window: the part of the run that they march.
-        striker: of a body that has to be computed, its Green's function or what stands for it; ``None`` of others.
-        stopper: of a scene that has one.
-        other: in place of the scene's striker.
-        look: at the stress of a plate, where it is asked for; ``None``: at a few places.
+        scene: the scene.
+        seat: Green's function of the coarse or surrogate seat, unless a run passes another one.
+        window: the part of the run that is computed.
+        striker: Green's function from `surrogate_striker`; ``None`` for a closed form.
+        stopper: the stopper, if the scene has one.
+        other: body in place of the scene's striker.
+        look: how a plate's stress is evaluated, if it is a measure; ``None``: at a few places.
     """
 
     scene: Scene
@@ -193,7 +194,7 @@ class Bench:
     )
 
     def divided(self, division: Division) -> Bench:
-        """Return the bench with the lip of both bodies in fewer parts."""
+        """Return the pre-runs with the lip of both bodies divided into fewer parts."""
         own = Division.from_greens(self.seat)
         striker = None if self.striker is None else parts_joined(self.striker, own, division)
         return replace(self, seat=divided_less(self.seat, division), striker=striker)
@@ -207,17 +208,18 @@ class Bench:
         return max(dt, self.window.duration / MOST)
 
     def resolves(self, dt: float, n_modes: int | None) -> bool:
-        """Return whether a step [s] is short beside the oscillations of all modes of the bodies, which have modes."""
+        """Return whether all bodies have modes and a step ``dt`` [s] resolves the highest of them (`RESOLVED`)."""
         striker = self._striker(dt, n_modes).body
         bodies = (self.seat, striker.greens, *(() if self.stopper is None else (self.stopper.greens,)))
-        known = (greens.modal for greens in bodies)
-        return all(g is not None and len(g.omega) and dt * g.omega.max() <= RESOLVED for g in known)
+        modals = (greens.modal for greens in bodies)
+        return all(g is not None and len(g.omega) and dt * g.omega.max() <= RESOLVED for g in modals)
 
     def measures(self, *, dt: float, n_modes: int | None = None, seat: GreensFunction | None = None) -> Values:
-        """Return the measures in the window [SI]; expensive ones only if the scene asks for them."""
+        """Return the measures in the window [SI], stress and displacement only if the scene asks for them; 0 for those
+        of landings that do not happen."""
         wanted, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
-        stoppers = self._beyond(dt)
+        stoppers = self._stopper_bodies(dt)
         problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
         prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
         stepper = _marched(prepared)
@@ -228,11 +230,11 @@ class Bench:
         values = values_of(record)
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *wanted}]
         prefixes = {HARDEST, PREFIXES[landing]}
-        never = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
-        return {**never, **values}
+        absent = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
+        return {**absent, **values}
 
     def _landings(self, stepper: impact.ContactStepper) -> tuple[Landing, ...]:
-        """Return the one landing of a pre-run that the window was made for; none where there is none."""
+        """Return the landing nearest to that for which the window was made; all landings if it was made for none."""
         if not self._loads:
             self._loads.append(static_load_of_march(stepper))
         rebound = "restitution" in self.scene.accuracy.measures
@@ -243,7 +245,7 @@ class Bench:
         return (min(landings, key=lambda landing: abs(landing.start - begins)),)
 
     def _look(self, dt: float) -> contact.StressLook | None:
-        """Return the look at the reed's stress: a beam's, or a plate's at a few places."""
+        """Return how the reed's stress is evaluated: along a beam, or at a few places of a plate."""
         if (look := contact.bending_look(self.scene.geometry)) is not None:
             return look
         if self.scene.reed.thin_plate is None:
@@ -259,24 +261,24 @@ class Bench:
         return replace(plate, field=replace(plate.field, body=advanced(plate.field.body, start)))
 
     def _striker(self, dt: float, n_modes: int | None) -> Discrete:
-        """Return the striker with its free motion, which all runs of this step share."""
+        """Return the striker with its motion without contact, cached for all runs of this time step."""
         if (dt, n_modes) not in self._strikers:
-            start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
+            start = dt * math.floor(self.window.start / dt)  # on the time grid of the run
             body = advanced(self.other or striker_of(self.scene, n_modes, self.striker), start)
             discrete = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
             self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
         return self._strikers[dt, n_modes]
 
     def _target(self, dt: float, seat: GreensFunction) -> Discrete:
-        """Return the seat without energies; the bench's own is kept, as its step weights take longer than the march."""
-        known = self._seats if seat is self.seat else {}
-        if dt not in known:
+        """Return the seat, without energies; `seat` is cached, as step weights take longer than a pre-run."""
+        cached = self._seats if seat is self.seat else {}
+        if dt not in cached:
             body = on_its_base(self.scene.mount("seat"), Body(seat.forces_only()))
-            known[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
-        return known[dt]
+            cached[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
+        return cached[dt]
 
-    def _beyond(self, dt: float) -> tuple[Discrete, ...]:
-        """Return the stopper, where there is one."""
+    def _stopper_bodies(self, dt: float) -> tuple[Discrete, ...]:
+        """Return the stopper, if the scene has one, cached for all runs of this time step."""
         if self.stopper is None:
             return ()
         if dt not in self._stoppers:
@@ -288,17 +290,16 @@ class Bench:
 def prepare_bench(
     scene: Scene, reed: Method, seat: GreensFunction, stopper: Body | None, progress: Progress = silent
 ) -> Bench:
-    """Return the bench on which the pre-runs of a scene run: its striker, by the method ``reed`` where it has to be
-    computed, and the window of its contact."""
+    """Return a scene's pre-runs, with the window of contact; ``reed``: method of a striker without surrogate."""
     striker = surrogate_striker(scene.reed, reed, scene.run.duration, scene.seat.face, progress)
     return Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)
 
 
 def advanced(body: Body, time: float) -> Body:
-    """Return a modal body after free motion over ``time`` [s]; a translation stays in its velocity.
+    """Return a modal body after free motion over ``time`` [s].
 
     Raises:
-        GreensFunctionError: a body without modes to be moved.
+        GreensFunctionError: the body has no modes.
     """
     if time == 0.0:
         return body
@@ -312,7 +313,7 @@ def advanced(body: Body, time: float) -> Body:
 
 
 def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
-    """Return |other - one|/|one|, measure by measure; 0 where both are 0, infinite where the other has no value."""
+    """Return |other - one|/|one| of each measure: 0 if both are 0, infinite if one is 0 or the other has no value."""
 
     def change(value: float, changed: float) -> float:
         return abs(changed - value) / abs(value) if value else (0.0 if not changed else math.inf)

@@ -1,4 +1,4 @@
-"""Knowledge of the planner about a scene before it chooses."""
+"""All that the planner knows about a scene before it chooses keys: a coarse seat, pre-runs, and errors by key."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from seatfem.study.prerun.sensitivity import Changes, Sensitivity
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
-TOLERANCES: Final = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
-RING_NUMBERS: Final = (1, 4, 8)
-LOOKED_AT: Final = 0.02  # share of the target, bound of what rings change above which they are looked at
-PER_ARC: Final = 0.8  # element size over the length of an arc, at most: meshes are a little coarser than asked for
+TOLERANCES: Final = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)  # tolerances of a reduction to choose from
+RING_NUMBERS: Final = (1, 4, 8)  # numbers of rings of a contact face to choose from
+LOOKED_AT: Final = 0.02  # bound of the rings' effect, over the target, above which it is computed on a coarse seat
+PER_ARC: Final = 0.8  # largest element size over the length of an arc: meshes are a little coarser than requested
 
 
 @dataclass(frozen=True)
@@ -37,18 +37,18 @@ class PlanningContext:
     """Knowledge of the planner about a scene.
 
     Attributes:
-        scene: what is asked.
-        stated: what its file states of the method, and the defaults.
-        surrogate: the seat of the pre-runs.
-        sensitivity: its pre-runs.
-        machine: that will compute it.
-        arcs: of the seat's lip; ``None``: it is struck as a whole.
-        one_port: what that leaves, where it was chosen in place of arcs; ``None``: it was not.
-        store: of seats, coarse ones among them.
-        look: what a coarse real seat may take, predicted [s]; 0: none is made.
-        band: of a plate that strikes; ``None`` of other strikers.
-        simpler: by the name of a simpler model of the striker, what it would change.
-        without: levels that are not to be chosen.
+        scene: the scene.
+        stated: method with the keys that the file states, defaults, and choices by pre-runs (arcs, band of a plate).
+        surrogate: the coarse or surrogate seat of the pre-runs.
+        sensitivity: relative changes of the measures, by pre-runs.
+        machine: rates of the computer.
+        arcs: division of the seat's lip into arcs; ``None`` if it is struck as a whole.
+        one_port: errors by one contact point, if chosen in place of arcs, else ``None``.
+        store: cache of seats, coarse ones included.
+        look: longest predicted time of a coarse seat [s]; 0: none is computed.
+        band: bandwidth of a plate that strikes, and its error; ``None`` for other strikers.
+        simpler: relative changes by simpler models, by their names.
+        without: levels of the seat, or `ONE_PORT`, that are excluded.
     """
 
     scene: Scene
@@ -74,9 +74,9 @@ class PlanningContext:
         store: Store | None = None,
         look: float | None = None,
     ) -> PlanningContext:
-        """Look at a scene by pre-runs, as closely as the tightest target asks for.
+        """Return the context of a scene, from pre-runs as accurate as the tightest target needs.
 
-        ``without``: `ONE_PORT`, or levels; ``look``: what a coarse real seat may take, predicted [s].
+        ``without``: excluded levels, or `ONE_PORT`; ``look``: longest predicted time of a coarse seat [s].
         """
         store = Store.default() if store is None else store
         longest = LONGEST_LOOK[scene.seat.drawn is None or bool(scene.seat.files())] if look is None else look
@@ -84,9 +84,9 @@ class PlanningContext:
         surrogate = look_at(scene, stated, surrogate, machine, store, longest)
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
-        if scene.stopper is not None:  # a look costs nothing: the run computes it
-            behind = scene.stopper.body.surrogate(scene.run.duration, scene.reed.face)
-            stopper = Body(behind.greens, scene.stopper.speed)
+        if scene.stopper is not None:
+            stopper_surrogate = scene.stopper.body.surrogate(scene.run.duration, scene.reed.face)
+            stopper = Body(stopper_surrogate.greens, scene.stopper.speed)
         method, whole = stated, surrogate
         arcs = lips.choose_arc_count(scene, method, whole, stopper, progress)
         if arcs is not None:
@@ -111,31 +111,31 @@ class PlanningContext:
         )
 
     def elements_of(self, method: Method) -> tuple[SeatModel | None, SeatModel | None]:
-        """Return the sizes of the seat's finite elements and of the coarser ones behind its mesh error."""
+        """Return the size of the seat's finite-element model and of the coarser one for its mesh error."""
         return count_elements(self.scene.seat, method, self.scene.run.duration)
 
     def coarse_seat(self, method: Method) -> Solved | None:
-        """Return the seat by a coarse method, within the time of a look; ``None`` where that takes longer."""
+        """Return the seat by a coarse method; ``None`` if it is predicted to take longer than `look`, or fails."""
         return coarse_seat(self.scene.seat, self.scene.run.duration, method, self.machine, self.store, self.look)
 
     @property
     def patch(self) -> Patch | None:
-        """Return the struck patch of a seat of finite elements; ``None`` for matrices, responses and closed forms."""
+        """Return the struck patch of a seat with finite elements; ``None`` for matrices, responses and closed forms."""
         return self.surrogate.patch
 
     @property
     def reduced(self) -> bool:
-        """Return whether the seat's matrices are reduced, which a band is needed for."""
+        """Return whether the seat's matrices are reduced, which needs a bandwidth."""
         return self.scene.seat.traits.is_reduced
 
     @property
     def drawn(self) -> bool:
-        """Return whether a mesh is made for the run."""
+        """Return whether the seat's geometry is meshed for the run."""
         return self.scene.seat.drawn is not None
 
     @property
     def waves(self) -> Applicability:
-        """Return how much of the seat is modelled where its waves count."""
+        """Return the level of the seat with waves: 3-D, a half section or a sector."""
         level = self.scene.seat.level(0.0)
         if self.stated.seat.lip is not None and level.level == "sector":
             return Applicability("3d", True, 0.0, "struck along a lip: no sectors are alike")
@@ -143,10 +143,9 @@ class PlanningContext:
 
     @property
     def lowest_band(self) -> float:
-        """Return the narrowest band that describes the seat [Hz]: its first resonance, a plate's in bending, and a
-        margin.
+        """Return the lowest bandwidth that describes the seat [Hz]: its first resonance and a margin.
 
-        Below it a run could not tell what a narrower band changes.
+        Below it a run could not estimate the error by its bandwidth.
         """
         if self.patch is None:
             return UNKNOWN_BODY / self.scene.run.filter_width
@@ -154,7 +153,7 @@ class PlanningContext:
 
     @property
     def bands(self) -> tuple[float, ...]:
-        """Return the band edges to choose from [Hz]; the stated one alone."""
+        """Return the bandwidths to choose from [Hz]; only the stated one, if there is one."""
         stated = self.stated.seat.bandwidth
         if stated is not None and BAND in self.stated.given:
             return (stated,)
@@ -162,14 +161,13 @@ class PlanningContext:
 
     @property
     def tolerances(self) -> tuple[float, ...]:
-        """Return the tolerances of the reduction to choose from: the stated one, and what modes leave of a lip in
-        arcs."""
+        """Return the tolerances of the reduction to choose from; a lip in arcs, solved by modes, has one value."""
         if self.arcs is not None:
             return TOLERANCES[:1]
         return (self.stated.seat.tolerance,) if TOLERANCE in self.stated.given else TOLERANCES
 
     def elements(self, band: float, tolerance: float, error: float) -> Method:
-        """Return the seat by finite elements, with a mesh for an ``error`` of g; stated keys are kept."""
+        """Return the method of a seat with finite elements, and a mesh for an ``error`` of g; stated keys are kept."""
         seat = self.stated.seat
         seat = replace(
             seat,
@@ -182,15 +180,15 @@ class PlanningContext:
         return replace(seat, size=sizes.size, contact_size=sizes.contact_size)
 
     def sizes(self, band: float, error: float) -> Sizes:
-        """Return the sizes of elements for an error of g; those of the file where it states them."""
+        """Return the element sizes for an ``error`` of g; stated sizes are kept."""
         assert self.patch is not None
         sizes = element_sizes(self.patch, self.stated.seat, band, error)
-        near = self.stated.seat.contact_size or min(sizes.contact_size, self._of_an_arc)
+        near = self.stated.seat.contact_size or min(sizes.contact_size, self._arc_element_size)
         return replace(sizes, contact_size=near)
 
     @property
-    def _of_an_arc(self) -> float:
-        """Return the element size for one element or more in each arc of a lip, of a body meshed around it [m]."""
+    def _arc_element_size(self) -> float:
+        """Return the largest element size with an element in each arc of the lip [m]; infinite without 3-D arcs."""
         lip = self.stated.seat.lip
         body, stated = self.scene.seat.elastic, self.stated.seat
         if lip is None or body is None or not stated.in_arcs or body.elements_of(stated) != "3d":
@@ -198,25 +196,25 @@ class PlanningContext:
         return PER_ARC * lip.length / lip.arcs
 
     def per_g(self, error: float) -> Changes:
-        """Return what an error of g leaves in the measures."""
+        """Return the relative errors of the measures by a relative ``error`` of the Green's function g."""
         return {name: error * value for name, value in self.sensitivity.of_g.items()}
 
     def of_rings(self, rings: int) -> Changes:
-        """Return what a patch in so many rings leaves in the measures, as the budget states it."""
+        """Return the relative errors of the measures by a contact face in so many rings, as the budget states them."""
         if self._by_rings is None:
             return self._bound_of_rings(rings)
         return times(left_by(rings) if rings > 2 else 1 + left_by(REFERENCE_RINGS), self._by_rings)
 
     def _bound_of_rings(self, rings: int) -> Changes:
-        """Return what is left at most, by the compliance that a rigid face loses."""
-        evened = UNKNOWN_PATCH
+        """Return a bound of these errors, from the compliance lost if the face stays plane."""
+        compliance_error = UNKNOWN_PATCH
         if self.patch is not None:
-            evened = PATCH_BAR * self.patch.evened / float(self.surrogate.greens.static_compliance()[0, 0])
-        return self.per_g(evened * share_left(rings))
+            compliance_error = PATCH_BAR * self.patch.evened / float(self.surrogate.greens.static_compliance()[0, 0])
+        return self.per_g(compliance_error * share_left(rings))
 
     @cached_property
     def _by_rings(self) -> Changes | None:
-        """Return what rings change on a coarse mesh of the seat; ``None`` where they hardly can, or nobody looked."""
+        """Return the changes by rings on a coarse seat; ``None`` if their bound is small, or it is not solved."""
         patch, least = self.patch, LOOKED_AT * self.scene.accuracy.target
         if patch is None or self.surrogate.band is None or self.scene.seat.drawn is None:
             return None
@@ -228,8 +226,8 @@ class PlanningContext:
 
     @cached_property
     def left_by_rings(self) -> Mapping[int, Changes]:
-        """Return what the patch leaves in every number of rings that may be taken: one where they do not matter."""
-        stated = RINGS in self.stated.given or self.one_port is not None  # arcs, which it stands for, have no more
+        """Return the errors by the contact face for each number of rings to choose from; one if they have no effect."""
+        stated = RINGS in self.stated.given or self.one_port is not None
         numbers = (self.stated.seat.rings or 1,) if stated else RING_NUMBERS
         chosen = numbers if self.sensitivity.worst(self.of_rings(1)) > 0 else numbers[:1]
         return {rings: self.of_rings(rings) for rings in chosen}

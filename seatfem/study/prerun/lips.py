@@ -1,7 +1,4 @@
-"""Numbers that pre-runs choose: arcs and rings of a lip, and modes of a plate that strikes.
-
-They stand in the method; the scene stays as its file states it.
-"""
+"""Keys that pre-runs choose: the numbers of arcs and rings of a lip, and the bandwidth of a plate that strikes."""
 
 import math
 from collections.abc import Mapping
@@ -36,7 +33,7 @@ from seatfem.study.scene import Scene
 from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.measures import all_measures
 
-MOST_ARCS: Final = 64  # arcs that are chosen without being asked for
+MOST_ARCS: Final = 64  # most arcs that a plan chooses
 
 
 @dataclass(frozen=True)
@@ -44,10 +41,10 @@ class Arcs:
     """A method with the lip in arcs.
 
     Attributes:
-        method: with their number, and that of the rings across.
-        surrogate: the seat in pre-runs.
-        errors: what the arcs leave, relative, measure by measure.
-        across: the same of the rings across them; empty where no more can be, under a film.
+        method: method with the numbers of arcs and of rings across them.
+        surrogate: seat of the pre-runs, divided in the same way.
+        errors: relative error of each measure by the number of arcs.
+        across: relative error of each measure by the number of rings; empty under a film, which allows no rings.
     """
 
     method: RunMethod
@@ -57,7 +54,7 @@ class Arcs:
 
     @property
     def total(self) -> Changes:
-        """Return what arcs and rings leave together."""
+        """Return the relative errors by arcs and rings together."""
         return total(self.errors, self.across) if self.across else self.errors
 
 
@@ -69,16 +66,16 @@ def choose_arc_count(
     progress: Progress,
     upto: int = 2 * FEWEST_ARCS,
 ) -> Arcs | None:
-    """Return the lip in as many arcs as the accuracy asks for, or the file states; ``None``: it is struck as a whole.
+    """Return the lip in as many arcs as the accuracy needs, or the file states; ``None``: it is struck as a whole.
 
-    ``method``: as the file states it; ``upto``: most that are looked at first, with twice as many beside; where these
-    are not too many, up to `MOST_ARCS`.
+    ``method``: method that the file states; ``upto``: most arcs compared; if all of them are needed, the comparison is
+    repeated with `MOST_ARCS`.
     """
-    usual = method.ports
-    if usual is None or usual == 1 or surrogate.exact or surrogate.patch is None:
+    ports = method.ports
+    if ports is None or ports == 1 or surrogate.exact or surrogate.patch is None:
         return None
     stated = PORTS in method.given
-    most = usual if stated else min(upto, MOST_CHOSEN // scene.contact.rings)
+    most = ports if stated else min(upto, MOST_CHOSEN // scene.contact.rings)
     lip = scene.geometry.lip(most)
     assert lip is not None
     most = most if stated else lip.whole(most)
@@ -87,41 +84,41 @@ def choose_arc_count(
     seat = surrogate_in_arcs(finest, surrogate).greens
     bench, division = prepare_bench(scene, finest.reed, seat, stopper, progress), Division.from_greens(seat)
     dt = bench.affordable(scene.run.filter_width / COARSE)
-    known: dict[int, Mapping[str, float]] = {}
+    cached: dict[int, Mapping[str, float]] = {}
 
     def measures(arcs: int) -> Mapping[str, float]:
-        if arcs not in known:
-            known[arcs] = bench.divided(Division(arcs, division.rings)).measures(dt=dt)
-        return known[arcs]
+        if arcs not in cached:
+            cached[arcs] = bench.divided(Division(arcs, division.rings)).measures(dt=dt)
+        return cached[arcs]
 
-    def left_by(arcs: int) -> Changes:
-        """Return what twice as many change, as the budget states it, and all that the most looked at do; of the most
-        that can be, what half as many change."""
+    def errors_of(arcs: int) -> Changes:
+        """Return the relative errors, as the budget states them: from the change by twice as many arcs, and at least
+        the change by the most arcs compared; for these, from the change by half as many."""
         if arcs == division.arcs:
             return times(OF_TWICE - 1, relative_changes(measures(arcs), measures(arcs // 2)))
-        of_twice = times(OF_TWICE, relative_changes(measures(arcs), measures(2 * arcs)))
-        return larger(of_twice, relative_changes(measures(arcs), measures(division.arcs)))
+        by_doubling = times(OF_TWICE, relative_changes(measures(arcs), measures(2 * arcs)))
+        return larger(by_doubling, relative_changes(measures(arcs), measures(division.arcs)))
 
     chosen, aim = most, ARCS_SHARE * scene.accuracy.target
     while not stated and chosen // 2 >= FEWEST_ARCS and lip.whole(chosen // 2) == chosen // 2:
-        errors = left_by(chosen // 2)
+        errors = errors_of(chosen // 2)
         if any(safety(name) * errors[name] > aim for name in scene.accuracy.judged):
             break
         chosen //= 2
     if chosen == most and upto < MOST_ARCS and not stated:
         return choose_arc_count(scene, method, surrogate, stopper, progress, MOST_ARCS)
-    arcs = left_by(chosen)
-    few = method.along(scene.geometry, chosen, scene.contact.rings)
-    rings, across = _rings_across(bench, few, surrogate, dt)
+    arcs = errors_of(chosen)
+    chosen_method = method.along(scene.geometry, chosen, scene.contact.rings)
+    rings, across = _rings_across(bench, chosen_method, surrogate, dt)
     divided = method.along(scene.geometry, chosen, rings)
     return Arcs(divided, surrogate_in_arcs(divided, surrogate), arcs, across)
 
 
 def _rings_across(bench: Bench, method: RunMethod, surrogate: Surrogate, dt: float) -> tuple[int, Changes]:
-    """Return how many rings across the arcs of ``method``, as the file states or as few as leave `ACROSS_SHARE` of the
-    target, and what they leave, as the budget states it; nothing under a film, which knows no rings.
+    """Return the number of rings across the arcs of ``method``, stated or with errors below `ACROSS_SHARE` of the
+    target, and their relative errors as the budget states them; no errors under a film, which allows no rings.
 
-    ``bench``: of the same scene, whose window serves again.
+    ``bench``: pre-runs of the same scene, whose window is reused.
     """
     scene = bench.scene
     stated, accuracy, face = scene.contact.rings, scene.accuracy, scene.seat.face
@@ -137,8 +134,8 @@ def _rings_across(bench: Bench, method: RunMethod, surrogate: Surrogate, dt: flo
         divided = method.along(scene.geometry, parts.arcs, parts.rings)
         seat = surrogate_in_arcs(divided, surrogate).greens
         striker = surrogate_striker(scene.reed, divided.reed, scene.run.duration, face)
-        every = Bench(scene, seat, bench.window, striker, bench.stopper)
-        few, many = (every.divided(Division(arcs, number)).measures(dt=dt) for number in (rings, finer))
+        finest = Bench(scene, seat, bench.window, striker, bench.stopper)
+        few, many = (finest.divided(Division(arcs, number)).measures(dt=dt) for number in (rings, finer))
         errors[rings] = times(weight, relative_changes(few, many))
         if all(safety(name) * errors[rings][name] <= ACROSS_SHARE * accuracy.target for name in accuracy.judged):
             break
@@ -146,37 +143,39 @@ def _rings_across(bench: Bench, method: RunMethod, surrogate: Surrogate, dt: flo
 
 
 def choose_more_arcs(scene: Scene, method: RunMethod, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
-    """Return twice as many arcs, where what is ``beside`` uses up half of the target: they then may use half as much.
+    """Return twice as many arcs, if the other errors (``beside``) use up half of the target; else the same arcs.
 
-    ``method``: with their number; ``surrogate``: of the whole lip.
+    ``method``: method with the present arcs; ``surrogate``: seat of the pre-runs, undivided.
     """
     target, measures = scene.accuracy.target, scene.accuracy.judged
-    full = any(safety(name) * beside[name] > target / 2 for name in measures)
-    few = any(safety(name) * arcs.errors[name] > ARCS_SHARE / 2 * target for name in measures)
+    others_are_large = any(safety(name) * beside[name] > target / 2 for name in measures)
+    arcs_are_few = any(safety(name) * arcs.errors[name] > ARCS_SHARE / 2 * target for name in measures)
     twice, rings = 2 * (method.ports or 1), method.seat.rings or 1
-    if not (full and few) or twice * rings > MOST_CHOSEN:
+    if not (others_are_large and arcs_are_few) or twice * rings > MOST_CHOSEN:
         return replace(arcs, method=method)
-    more = method.along(scene.geometry, twice, rings)
-    return replace(arcs, method=more, surrogate=surrogate_in_arcs(more, surrogate), errors=times(0.5, arcs.errors))
+    doubled = method.along(scene.geometry, twice, rings)
+    return replace(
+        arcs, method=doubled, surrogate=surrogate_in_arcs(doubled, surrogate), errors=times(0.5, arcs.errors)
+    )
 
 
 def errors_of_simpler_models(bench: Bench) -> Mapping[str, Changes]:
-    """Return the relative change by one port in place of the arcs, and a beam in place of the plate, by name.
+    """Return the relative changes by one contact point in place of the arcs, and a beam in place of the plate, by name.
 
-    The largest change counts at two steps, and on a seat that yields less: one may be small by accident. One port may
-    be chosen (`one_port_in_place`). A beam is told alone: to know its error the plate must be computed, and that is
-    what a plate costs.
+    The largest change at two time steps and on a stiffer seat counts, as one may be small by accident. One contact
+    point may be chosen (`one_port_in_place`); the beam is only reported, as its error is known once the plate is
+    solved.
     """
     scene, division = bench.scene, Division.from_greens(bench.seat)
     if division.arcs == 1 or bench.striker is None:
         return {}
     bodies = simpler_bodies(scene, striker_of(scene, None, bench.striker), division)
     dt, start = scene.run.filter_width / COARSE, bench.window.start
-    longest = min(scene.run.duration - start, MOST_STEPS * dt)  # a beam stays longer than the plate does
+    longest = min(scene.run.duration - start, MOST_STEPS * dt)  # the beam's contact lasts longer than the plate's
     bench = replace(bench, window=replace(bench.window, duration=longest))
     benches, largest = {name: replace(bench, other=body) for name, body in bodies}, dict[str, Changes]()
-    for step, yields in ((2 * dt, 1.0), (dt, 1.0), (dt, STIFFER)):
-        seat = bench.seat if yields == 1.0 else bench.seat.scaled(yields)
+    for step, scale in ((2 * dt, 1.0), (dt, 1.0), (dt, STIFFER)):
+        seat = bench.seat if scale == 1.0 else bench.seat.scaled(scale)
         own, whole = bench.measures(dt=step, seat=seat), as_a_whole(seat)
         for name, other in benches.items():
             simple = other.measures(dt=step, seat=whole)
@@ -186,14 +185,14 @@ def errors_of_simpler_models(bench: Bench) -> Mapping[str, Changes]:
 
 
 def rings_refused(seat: Structure, life: LifeTable | None) -> str:
-    """Return why the arcs of a lip are not divided across unless the file says so; "" where nothing is against it."""
+    """Return in words why the arcs of a lip may not be divided across by the plan; "" if they may."""
     if life is not None and life.contact_criterion:
         return "the life under a sphere's contact (life.contact_criterion) is computed without parts across the lip"
     return "" if seat.traits.has_rings else "the seat has no rings"
 
 
 def several_needed(scene: Scene) -> str:
-    """Return why the lip needs several ports whatever one would change; "" where nothing is against one."""
+    """Return in words why one contact point cannot replace those along the lip; "" if it can."""
     names, contact = all_measures(), scene.contact
     if along := [name for name in scene.accuracy.measures if names[name].needs_line]:
         return f"{along[0]} needs lip segments"
@@ -206,10 +205,10 @@ def several_needed(scene: Scene) -> str:
 
 
 def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], beside: Changes) -> Changes | None:
-    """Return what one port in place of the ``arcs`` leaves, where it may be taken; ``None`` where it may not.
+    """Return the relative errors by one contact point in place of the ``arcs``, or ``None`` if it is not acceptable.
 
-    That is `DOUBT_OF_ONE_PORT` times what it changes, and what the arcs leave that it is compared with: at most
-    `LIP_SHARE` of the target, and with what stands ``beside`` it the part of the target that plans aim at.
+    The error is `DOUBT_OF_ONE_PORT` times the change from the arcs, plus the error of the arcs. It may be `LIP_SHARE`
+    of the target and, with the other errors (``beside``), `AIM` times the target.
     """
     if PORTS in arcs.method.given or ONE_PORT not in simpler or several_needed(scene):
         return None
@@ -224,7 +223,7 @@ def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], 
 
 
 def surrogate_in_arcs(method: RunMethod, surrogate: Surrogate) -> Surrogate:
-    """Return the surrogate of a seat whose lip is in the arcs of the method."""
+    """Return the surrogate of a seat with its lip divided into the arcs of the method."""
     lip, whole, patch = method.seat.lip, surrogate.greens.modal, surrogate.patch
     assert lip is not None
     assert whole is not None
@@ -234,19 +233,19 @@ def surrogate_in_arcs(method: RunMethod, surrogate: Surrogate) -> Surrogate:
     return replace(surrogate, greens=on_its_patch(whole, lip, patch), exact=False, words=words)
 
 
-LEAST: Final = 1.3  # factor by which a band is widened at a time, at least ...
-MOST_BAND: Final = 3.0  # ... and at most
-MARGIN: Final = 1.3  # on what an error of second order asks for
-LOOKS: Final = 3  # bands looked at
+LEAST: Final = 1.3  # least factor by which a band is widened at a time ...
+MOST_BAND: Final = 3.0  # ... and largest
+MARGIN: Final = 1.3  # safety factor on the widening that an error of second order needs
+LOOKS: Final = 3  # most bands that are tried
 
 
 @dataclass(frozen=True)
 class PlateBand:
-    """A method with the band of a plate that strikes.
+    """A method with the bandwidth of a plate that strikes.
 
     Attributes:
-        method: with it.
-        errors: relative, measure by measure, what its highest modes leave, as the budget states it.
+        method: method with this bandwidth.
+        errors: relative error of each measure by mode truncation, as the budget states it.
     """
 
     method: RunMethod
@@ -256,10 +255,10 @@ class PlateBand:
 def choose_plate_bandwidth(
     scene: Scene, method: RunMethod, seat: GreensFunction, stopper: Body | None, progress: Progress
 ) -> PlateBand | None:
-    """Return the band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` for a
-    striker that is no plate.
+    """Return the bandwidth that the accuracy needs, at most the limit of plate theory, or that the file states;
+    ``None`` for a striker that is no plate.
 
-    ``seat``: what stands for it, undivided or in the arcs of the method.
+    ``seat``: Green's function for the pre-runs, undivided or in the arcs of the method.
     """
     if (reed := scene.reed.thin_plate) is None:
         return None
@@ -268,7 +267,7 @@ def choose_plate_bandwidth(
     for _ in range(LOOKS):
         band = method.reed.bandwidth
         assert band is not None
-        errors = _left(prepare_bench(scene, method.reed, seat, stopper, progress), band)
+        errors = _truncation_errors(prepare_bench(scene, method.reed, seat, stopper, progress), band)
         worst = max((errors[name] for name in scene.accuracy.judged), default=0.0)
         if stated or worst <= aim or band >= most * (1 - 1e-9):
             break
@@ -277,8 +276,8 @@ def choose_plate_bandwidth(
     return PlateBand(method, errors)
 
 
-def _left(bench: Bench, band: float) -> Changes:
-    """Return what the highest modes of the plate leave, whose ``band`` is known [Hz]."""
+def _truncation_errors(bench: Bench, band: float) -> Changes:
+    """Return the relative errors by truncation of the plate's modes at its ``band`` [Hz]."""
     dt = bench.affordable(bench.scene.run.filter_width / COARSE)
     own = bench.measures(dt=dt)
     errors: Changes = {}
@@ -286,4 +285,4 @@ def _left(bench: Bench, band: float) -> Changes:
     for other, share in with_other_modes(striker, band):
         change = times(share, relative_changes(own, replace(bench, other=other).measures(dt=dt)))
         errors = larger(change, errors or change)
-    return errors or dict.fromkeys(own, math.inf)  # no mode to leave out: nothing tells what the plate's bending does
+    return errors or dict.fromkeys(own, math.inf)  # no bending mode to leave out: the error is unknown

@@ -1,8 +1,8 @@
-"""Effect of each open key on the measures: pre-runs with one thing changed at a time.
+"""Effect of each open key on the measures, by pre-runs with one quantity changed at a time.
 
-Each number is the relative change of a measure that the error budget of the run will see, so that a plan predicts the
-bar that the run will state: longer steps, fewer reed modes, the seat's highest modes left out, and g larger by a few
-percent (`seatfem.study.accuracy.error_budget`). The pre-runs of a ladder go on while something is still to be gained.
+Each result is the relative change of a measure by the comparison that the run's error budget will make, so that a plan
+predicts the error bars of the run: longer steps, fewer reed modes, the seat's highest modes left out, and g larger by a
+few percent (`seatfem.study.accuracy.error_budget`). A key is varied until its changes are small.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from seatfem.structures.rings import Division, face_compliance
 from seatfem.study import safety
 from seatfem.study.prerun.bench import Bench, relative_changes
 
-COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
+COARSE: Final = 40  # steps per filter width of the pre-runs that compare models
 MODES: Final = 40  # reed modes of the pre-runs that compare seats, and the fewest of those that compare steps
-FEWEST: Final = 5  # reed modes looked at ...
-MOST: Final = 320
-LONGEST: Final = 4  # steps per filter width looked at ...
-SHORTEST: Final = 640
-ENOUGH: Final = 10.0  # change of the reed's modes with which steps are compared, over the finest that is looked at
-ALWAYS: Final = ("impulse", "filtered_peak")  # measures whose ladders are followed although they are not asked for
+FEWEST: Final = 5  # fewest reed modes ...
+MOST: Final = 320  # ... and most that are compared
+LONGEST: Final = 4  # half the fewest steps per filter width ...
+SHORTEST: Final = 640  # ... and the most that are compared
+ENOUGH: Final = 10.0  # change by reed modes at which their number is enough to compare steps, over `finest`
+ALWAYS: Final = ("impulse", "filtered_peak")  # measures that count for convergence although they are not asked for
 
 Changes = Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class Rung:
-    """One value of a ladder, and the relative change of each measure against the coarser one."""
+    """One value of a key, and the relative change of each measure from the next coarser value."""
 
     value: float
     changes: Changes
@@ -45,16 +45,16 @@ class Rung:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Pre-runs of one scene, carried out when asked for.
+    """Relative changes of the measures of one scene by each key, computed on demand.
 
     Attributes:
-        bench: where they run.
-        asked: measures that count; changes are told of all that a pre-run knows.
-        finest: relative change below which no ladder is followed further.
-        exact: whether the seat of the bench is the scene's own.
-        band: up to which the modes of that seat are known [Hz].
+        bench: pre-runs of the scene.
+        asked: measures that count in `worst`; changes are returned for all measures of a pre-run.
+        finest: relative change below which a key is not refined further.
+        exact: whether the seat of the pre-runs is that of the scene.
+        band: frequency up to which the modes of that seat are known [Hz].
         per_filter: steps per filter width of the pre-runs that compare models.
-        reed_modes: of the pre-runs that compare seats.
+        reed_modes: number of reed modes of the pre-runs that compare seats.
     """
 
     bench: Bench
@@ -83,16 +83,14 @@ class Sensitivity:
 
     @property
     def _stated_modes(self) -> int | None:
-        """Return the number of modes of the reed, where the file states it."""
+        """Return the number of modes of the reed that the file states, else ``None``."""
         beam = self.bench.scene.reed.slender
         return None if beam is None or "n_modes" not in beam.model_fields_set else beam.n_modes
 
     @cached_property
     def step_modes(self) -> int | None:
-        """Return the reed modes of the pre-runs that compare steps: as many as the run; high modes need short steps.
-
-        Where the file does not say, enough for changes of `ENOUGH` times `finest`.
-        """
+        """Return the number of reed modes of the pre-runs that compare steps: as in the run, as high modes need short
+        steps; if it is open, enough for changes of `ENOUGH` times `finest`."""
         if self.n_modes is None:
             return None
         if self._stated_modes is not None:
@@ -102,11 +100,11 @@ class Sensitivity:
 
     @cached_property
     def base(self) -> Values:
-        """Return the measures that all else is compared with."""
+        """Return the measures of the reference pre-run."""
         return self.bench.measures(dt=self.step, n_modes=self.n_modes)
 
     def of_modes(self, n_modes: int) -> Changes:
-        """Return what other numbers of modes of the reed than ``n_modes`` change, as the budget sees it."""
+        """Return the relative errors by a number of reed modes, from other numbers as in the budget."""
         change: Changes = dict.fromkeys(self.base, 0.0)
         for number, weight in other_modes(n_modes):
             change = larger(change, times(weight, self._between_modes(number, n_modes)))
@@ -114,19 +112,18 @@ class Sensitivity:
 
     @cached_property
     def modes(self) -> tuple[Rung, ...]:
-        """Return the numbers of reed modes from few to many, up to where they change nothing any more."""
+        """Return numbers of reed modes from few to many, until the changes have settled."""
         rungs: list[Rung] = []
         numbers = [max(1, round(FEWEST / safety.FEWER)), FEWEST]
         while numbers[-1] < MOST and not self._settled(rungs):
             numbers.append(min(MOST, round(numbers[-1] * safety.FEWER)))
-            half, some, n = numbers[-3:]  # two ratios of 1.4 are two
-            change = larger(self._between_modes(some, n), times(1 / 2, self._between_modes(half, n)))
+            half, fewer, n = numbers[-3:]  # two ratios of 1.4 make a factor of two
+            change = larger(self._between_modes(fewer, n), times(1 / 2, self._between_modes(half, n)))
             rungs.append(Rung(n, change))
         return tuple(rungs)
 
     def _between_modes(self, other: int, n_modes: int) -> Changes:
-        """Return the change by other modes, with the seat and with one that yields less: both decide what a mode
-        does."""
+        """Return the larger change by another number of modes on the seat and, unless it is exact, on a stiffer one."""
         seats = [1.0] if self.exact else [1.0, safety.STIFFER]
         change: Changes = dict.fromkeys(self.base, 0.0)
         for factor in seats:
@@ -141,9 +138,9 @@ class Sensitivity:
         return self._runs[n_modes, factor]
 
     def of_step(self, dt: float) -> Changes:
-        """Return what a step of ``dt`` leaves, as the budget sees it: from steps of 2 ``dt``, 4 ``dt`` and ``dt``/2.
+        """Return the relative errors by a step ``dt``, as in the budget: from steps of 2 ``dt``, 4 ``dt`` and ``dt``/2.
 
-        Of one that a pre-run cannot afford, in proportion to what the shortest affordable one leaves.
+        For a step too short for a pre-run, they are scaled from the shortest affordable one in proportion to ``dt``.
         """
         width, least = self.bench.scene.run.filter_width, self.bench.affordable(dt)
         if least > dt * (1 + 1e-9):
@@ -152,15 +149,15 @@ class Sensitivity:
         return larger(by_longer, times(2.0, self._between_steps(dt, dt / 2)))
 
     def of_stated_step(self, dt: float) -> Changes:
-        """Return `of_step`, but no less than what a step `MUCH_SHORTER` (or the shortest affordable) changes.
+        """Return `of_step`, but at least the change by a much shorter step (`MUCH_SHORTER`).
 
-        Where waves cross the seat within a step, it and all longer ones agree with each other, not with the truth;
-        where it resolves all modes of the bodies, they do not.
+        If waves cross the seat within a step, this step and all longer ones agree with each other and not with the
+        truth; this cannot happen if the step resolves all modes of the bodies.
         """
         shorter = self.bench.affordable(dt / safety.MUCH_SHORTER)
         if shorter > dt / 2 or self.bench.resolves(dt, self.step_modes):
             return self.of_step(dt)
-        share = dt / (dt - shorter)  # the march is of first order
+        share = dt / (dt - shorter)  # the time integration is of first order
         return larger(self.of_step(dt), times(share, self._between_steps(dt, shorter)))
 
     def _with_step(self, dt: float) -> Values:
@@ -170,7 +167,8 @@ class Sensitivity:
 
     @cached_property
     def steps(self) -> tuple[Rung, ...]:
-        """Time steps from long to short [s], each half as long as the one before; what the last changes counts, too."""
+        """Return time steps from long to short [s], each half the one before; their changes are at least those from the
+        last one."""
         width = self.bench.scene.run.filter_width
         rungs: list[Rung] = []
         parts = LONGEST
@@ -181,24 +179,25 @@ class Sensitivity:
         return tuple(Rung(rung.value, larger(rung.changes, self._between_steps(rung.value, last))) for rung in rungs)
 
     def _between_steps(self, dt: float, other: float) -> Changes:
-        """Return the change from a step to another one; nothing for steps that a pre-run cannot afford."""
+        """Return the change from one step to another; zero for steps that a pre-run cannot afford."""
         if not self.bench.affords(min(dt, other)):
             return dict.fromkeys(self.base, 0.0)
         return relative_changes(self._with_step(dt), self._with_step(other))
 
     def above(self, frequency: float) -> Changes:
-        """Return what a seat with modes up to ``frequency`` [Hz] leaves: those down to 1.6 below, or all above.
+        """Return the relative errors by truncating the seat's modes at ``frequency`` [Hz]: the larger change by leaving
+        out the modes of the last factor `NARROWER` below it, and those above it.
 
-        No less than with more modes: a small change may be an accident. Of a seat without modes: nothing. Beyond the
-        band in which they are known, what they leave falls with the square of the frequency: what is left out yields
-        as its statics, which are kept, but for its inertia.
+        They are at least those of higher frequencies, as a small change may be an accident, and zero for a seat without
+        modes. Beyond the band of known modes they fall with the square of the frequency: the truncated modes keep their
+        static flexibility, and only their inertia is missing.
         """
         if frequency > self.band:
             return times((self.band / frequency) ** 2, self.above(self.band))
         return self._above(math.floor(math.log(frequency, NARROWER)))
 
     def _above(self, rung: int) -> Changes:
-        """Return what the modes from this power of `NARROWER` [Hz] on change, and all above."""
+        """Return errors by truncation at the frequency `NARROWER` ** ``rung`` [Hz], at least those at higher ones."""
         if rung not in self._rungs:
             seat = self.bench.seat.modal
             if seat is None or not np.any(seat.omega > 2 * math.pi * NARROWER ** (rung - 1)):
@@ -227,29 +226,29 @@ class Sensitivity:
 
     @cached_property
     def spring(self) -> Changes:
-        """Return what a spring of the same static stiffness changes; of a lip in arcs, its statics without waves.
+        """Return the changes by a static seat: a spring or, for a lip in arcs, its static flexibility without waves.
 
-        What it changes of a contact's duration is no less than a step.
+        The change of a contact's duration is at least one time step.
         """
         if Division.from_greens(self.bench.seat).arcs == 1:
             return self.known_to(self.step, self._spring_of(1.0))
         return self.known_to(self.step, relative_changes(self.base, self._with(at_once(self.bench.seat))))
 
     def known_to(self, dt: float, changes: Changes) -> Changes:
-        """Return ``changes`` with those of a contact's duration no less than a step of ``dt`` [s].
+        """Return ``changes`` with those of contact durations at least one step ``dt`` [s].
 
-        A march knows a duration in whole steps: two may agree although a contact of a few steps lasts 20 % longer.
+        A run resolves a duration to whole steps only: of a contact of a few steps, 20 % may not show.
         """
         ends = {name: value for name, value in self.base.items() if name.endswith("contact_duration") and value}
         return {**changes, **{name: max(changes[name], dt / duration) for name, duration in ends.items()}}
 
     @cached_property
     def guessed(self) -> Changes:
-        """Return what a spring changes whose stiffness is guessed within a factor of two."""
+        """Return the changes by a spring whose stiffness is wrong by a factor of two, either way."""
         return larger(self._spring_of(0.5), self._spring_of(2.0))
 
     def _spring_of(self, factor: float) -> Changes:
-        """Return what a spring of ``factor`` times the static stiffness changes."""
+        """Return the changes by a spring of ``factor`` times the static stiffness."""
         compliance = face_compliance(self.bench.seat)
         if not (math.isfinite(compliance) and compliance > 0):
             return dict.fromkeys(self.base, math.inf)
@@ -258,7 +257,7 @@ class Sensitivity:
         return relative_changes(self.base, self._with(spring))
 
     def between(self, one: impact.GreensFunction, other: impact.GreensFunction) -> Changes:
-        """Return what one seat in place of another changes."""
+        """Return the changes from one seat to another."""
         return relative_changes(self._with(one), self._with(other))
 
     def _with(self, seat: impact.GreensFunction) -> Values:
@@ -269,16 +268,14 @@ class Sensitivity:
         return max((changes[name] for name in self.asked), default=0.0)
 
     def _settled(self, rungs: list[Rung]) -> bool:
-        """Return whether two rungs in a row change less than `finest`: one may do so by accident.
-
-        Also where they are not asked for, `ALWAYS` counts: every run states their bars.
-        """
+        """Return whether the changes of the last two rungs are below `finest`, also those of `ALWAYS`; a single one may
+        be small by accident."""
         names = {*self.asked, *ALWAYS}
         return len(rungs) > 1 and all(rung.changes[name] <= self.finest for rung in rungs[-2:] for name in names)
 
 
 def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
-    """Return the rungs from coarse to fine, none better than a finer one: a small change may be an accident."""
+    """Return the rungs from coarse to fine, with changes at least those of finer rungs: small ones may be accidents."""
     capped: list[Rung] = []
     for rung in reversed(rungs):
         capped.append(Rung(rung.value, larger(rung.changes, capped[-1].changes)) if capped else rung)
@@ -286,12 +283,11 @@ def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
 
 
 def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, float]]:
-    """Yield a plate of a ``band`` [Hz] with other modes than its own, and the share of what each changes that is left.
+    """Yield a plate of a ``band`` [Hz] with other modes, and the factor from its change to the truncation error.
 
-    First without its highest modes, as `OF_MODES` says. These tell how the next ones go on if the contact feels many of
-    them (`MANY_FELT`). In the middle of a disc, or all around a ring, it feels few: then what lies beyond the last mode
-    tells, as one mode or over octaves, as `BEYOND` lists; where no mode can be left out, it alone. A run's step hides a
-    part of what rings fast (`HIDDEN`).
+    First the highest modes are left out (`OF_MODES`); their effect extrapolates to that of the next ones if many of
+    them take part in the contact. In the middle of a disc, or all around a ring, few do: then modes beyond the last are
+    added, as one or over octaves (`BEYOND`). A run's time step hides a part of their effect (`HIDDEN`).
     """
     felt, share_beyond = modes_felt(body), safety.ALONE
     for ratio, share in safety.OF_MODES:
@@ -304,10 +300,10 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
 
 
 def modes_felt(body: Body) -> float:
-    """Return how many of a body's highest modes its contacts feel, those down to the last ratio of `OF_MODES`.
+    """Return the effective number of a body's highest modes (last ratio of `OF_MODES`) that take part in its contacts.
 
-    The participation number (sum c)^2/sum c^2 of their compliances c = |shape|^2/omega^2: n of n alike, 1 of one that
-    yields more than all others.
+    It is the participation number (sum c)^2/sum c^2 of their compliances c = |shape|^2/omega^2: n for n equal modes, 1
+    if one dominates.
     """
     g = body.greens.modal
     if g is None or not np.any(g.omega):
@@ -318,7 +314,7 @@ def modes_felt(body: Body) -> float:
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
-    """Return the numbers of reed modes to compare ``n_modes`` with, and how much of each change is left in it."""
+    """Return the numbers of reed modes to compare ``n_modes`` with, and the factor from each change to its error."""
     less = ((max(1, round(n_modes / safety.FEWER)), 1.0), (max(1, round(n_modes / safety.HALF)), 1 / 2))
     more = ((safety.MANY, 1.0),) if n_modes < safety.FEW else ()
     return tuple((number, weight) for number, weight in less + more if number != n_modes)

@@ -1,4 +1,4 @@
-"""Looks at a run once its last round is done: baselines, gas masses, stress in both bodies, their life."""
+"""Post-processing after the last round of a run: spring baseline, gas masses, stress and fatigue life of the bodies."""
 
 from __future__ import annotations
 
@@ -48,23 +48,24 @@ if TYPE_CHECKING:
 
 PICTURE: Final = "margin_map.png"
 SHARE: Final = 0.3
-"""Least range of von Mises stress of a judged point, over the largest; below it the margin is some 3 times more."""
+"""Least range of von Mises stress, over the largest, at which a margin is computed; below, it is 3 times
+larger."""
 
 
 def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Picture]:
-    """Return margin_map.png, seat_margin.vtu and reed_margin.vtu, of what has a strength and stress in finite elements,
-    where [stress] is asked for, too."""
+    """Return margin_map.png, seat_margin.vtu and reed_margin.vtu of the bodies with a strength and a stress in finite
+    elements; none unless the scene has [stress] and [life]."""
     life = done.plan.scene.life
     if stressed is None or life is None or done.plan.scene.stress is None:
         return []
     try:
-        maps = [one for one in (_of_seat(done, stressed), _of_reed(done, stressed)) if one is not None]
-    except Exception as problem:  # numbers are known already, as in `gap_of`
+        maps = [each for each in (_seat_map(done, stressed), _reed_map(done, stressed)) if each is not None]
+    except Exception as problem:  # all numbers are on file: the missing picture is reported instead
         return [(PICTURE, partial(runs.stress_wave.raising, problem))]
     if not maps:
         return []
-    several = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
-    title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{several}\n"
+    criterion = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
+    title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{criterion}\n"
     files: list[rendering.Picture] = [
         (f"{each.title}_margin.vtu", partial(pictures.moving.write_surface, each, {"margin": each.colours[0]}))
         for each in maps
@@ -73,22 +74,22 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Pi
 
 
 def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False) -> Array:
-    """Return factors (P,) on all stresses at which each point of a field uses up its design life, or reaches the limit
-    of the criterion of several axes where one is asked for; nan where the range is below `SHARE` of the largest.
+    """Return the factors (P,) on all stresses at which each point of a field uses up its design life, or reaches the
+    limit of the multiaxial criterion if there is one; nan where the range is below `SHARE` of the largest.
 
     Args:
         field, force, dt: as in `seatfem.structures.fields.recovery.histories`.
-        demand: what has to be endured.
-        since: step from which on the block repeats.
-        faces: of both faces of a plate the smaller.
+        demand: strength and design life.
+        since: first step of the load block that repeats.
+        faces: whether to take the smaller factor of both faces of a plate.
 
     Raises:
         LifeError: as `impact.life.places.judged`.
     """
     ranges = fields.peaks.mises_range(field, force, dt, since=since)
-    near = np.flatnonzero(ranges >= SHARE * ranges.max())
+    hot = np.flatnonzero(ranges >= SHARE * ranges.max())
     factors = np.full(len(ranges), np.nan)
-    for number, history in zip(near, fields.recovery.tensor_histories(field.at(near), force, dt), strict=True):
+    for number, history in zip(hot, fields.recovery.tensor_histories(field.at(hot), force, dt), strict=True):
         block = impact.life.places.thinned(history[since:])
         factors[number] = min(_margin([each], demand) for each in ((block, -block) if faces else (block,)))
     return factors
@@ -102,7 +103,7 @@ def _margin(blocks: Iterable[Array], demand: Demand) -> float:
     return math.inf if life is None else life.margin
 
 
-def _of_seat(done: Round, stressed: Stressed) -> frames.Frames | None:
+def _seat_map(done: Round, stressed: Stressed) -> frames.Frames | None:
     life, seat = done.plan.scene.life, stressed.seat
     demand = None if life is None else life.demand("seat")
     if seat is None or demand is None:
@@ -114,7 +115,7 @@ def _of_seat(done: Round, stressed: Stressed) -> frames.Frames | None:
     factors = margins(seat.field, force, done.result.dt, demand, since=first)
     nodes = fields.solids.elements_of(seat.mesh).nodes
     if isinstance(seat.field, fields.solids.RingField):
-        return _of_ring(seat.field, factors, seat.mesh, nodes)
+        return _ring_map(seat.field, factors, seat.mesh, nodes)
     assert seat.model is not None
     skin = pictures.cell_grid.skin_of(seat.model)
     values = np.full(len(skin.nodes), np.nan)
@@ -122,20 +123,20 @@ def _of_seat(done: Round, stressed: Stressed) -> frames.Frames | None:
     return pictures.frames.margin_frames("seat", skin, values)
 
 
-def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> frames.Frames:
-    """Return the map of margins (P,) at a field's points, all around the ring: any place may fail first."""
+def _ring_map(field: RingField, factors: Array, mesh: Any, nodes: Array) -> frames.Frames:
+    """Return the map of the margins ``factors`` (P,) at a field's points, all around the ring."""
     around = field.angles[0]
     skin = pictures.cell_grid.skin_of_section(
         mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)
     ).spread()
     assert skin.angles is not None
     values = np.full((nodes.shape[1], len(around)), np.nan)
-    values[runs.stress_wave.rows_of(field.section, nodes.T)] = found.reshape(field.angles.shape)
+    values[runs.stress_wave.rows_of(field.section, nodes.T)] = factors.reshape(field.angles.shape)
     turns = np.round((skin.angles - around[0]) / (2 * np.pi) * len(around)).astype(np.int64) % len(around)
     return pictures.frames.margin_frames("seat", skin, values[skin.nodes, turns])
 
 
-def _of_reed(done: Round, stressed: Stressed) -> frames.Frames | None:
+def _reed_map(done: Round, stressed: Stressed) -> frames.Frames | None:
     life, field, reed = done.plan.scene.life, stressed.reed, done.plan.scene.reed.thin_plate
     demand = None if life is None else life.demand()
     if field is None or demand is None or reed is None:
@@ -150,8 +151,8 @@ def _of_reed(done: Round, stressed: Stressed) -> frames.Frames | None:
 
 
 def gas_bars(done: Round) -> dict[str, list[float | None]]:
-    """Return for summary.json error_bar_KEY of each mass: what the step, with which the gas follows the reed, and the
-    bodies leave in it; it knows nothing of the effective areas' own. Empty without gas."""
+    """Return for summary.json error_bar_KEY of each gas mass: errors by the time step, with which the gas follows the
+    reed, and by the bodies; those of the effective areas are not included. Empty without gas."""
     scene = done.plan.scene
     if (asked := scene.gas) is None:
         return {}
@@ -178,9 +179,9 @@ def gauge_keys(done: Round) -> dict[str, object]:
 
 @dataclass(frozen=True)
 class Baseline:
-    """The spring of equal static stiffness, struck as the seat was in ``beside``; and ``simpler`` models of the seat
-    itself. ``left``, ``stiffness_bar``: the errors in it and in the stiffness [N/m], where a record is what it is from;
-    ``None`` where they are not known."""
+    """The run on a spring of the seat's static stiffness, to compare with the run ``beside``, and runs on ``simpler``
+    models of the seat. ``left``, ``stiffness_bar``: errors of its measures and of the stiffness [N/m] if the seat is a
+    measured record, else ``None``."""
 
     beside: ImpactResult
     stiffness: float
@@ -197,7 +198,7 @@ class Baseline:
 
 
 def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
-    """Return the baseline of a round; of a seat that is computed as its spring, the round's own run. Raises as
+    """Return the spring baseline of a round, which is the round's own run if its seat is a spring. Raises as
     `static_stiffness`."""
     scene = done.plan.scene
     stiffness = static_stiffness(done.seat.greens, scene.seat.column())
@@ -226,13 +227,13 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     if (measured := scene.seat.measured) is not None and (fit := measured.fit()).draws:
         with watch("spring baseline"):
             others = [static_stiffness(draw) for draw in fit.draws]
-            errors = _left_by_record(done, touches, stress, stiffness, others)
+            errors = _record_errors(done, touches, stress, stiffness, others)
             bar = SAFETY * OF_DRAWS * max(abs(other - stiffness) for other in others)
     return Baseline(done.result, stiffness, touches, stress, simpler, errors, bar)
 
 
 def _is_spring(seat: GreensFunction, spring: ModalGreens) -> bool:
-    """Return whether a seat is computed as its spring alone, but for round-off, so that its run is the baseline's."""
+    """Return whether a seat's response equals that of ``spring`` to round-off, so that its run is the baseline."""
     greens, rest = seat.modal, spring.residual
     return (
         greens is not None
@@ -243,10 +244,10 @@ def _is_spring(seat: GreensFunction, spring: ModalGreens) -> bool:
     )
 
 
-def _left_by_record(
+def _record_errors(
     done: Round, touches: Touches, stress: ReedStress | None, stiffness: float, others: Sequence[float]
 ) -> Budget:
-    """Return the errors that the step and the noise of the record cause in the baseline, the latter by its draws."""
+    """Return the baseline's errors by time step and by noise of the record, the latter from the stiffness of draws."""
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
 
     def problem(value: float) -> ContactProblem:
@@ -256,14 +257,14 @@ def _left_by_record(
         return values_of_record(record_of(scene, varied, dt, like=touches.landings, look=done.look), touches.landings)
 
     own = problem(stiffness)
-    blow = contact_record_of(touches, width, stress, scene.accuracy.landing)
-    values = values_of_record(RunRecord(blow, touches.landings, touches.stopper_force), touches.landings)
+    record = contact_record_of(touches, width, stress, scene.accuracy.landing)
+    values = values_of_record(RunRecord(record, touches.landings, touches.stopper_force), touches.landings)
     draws = tuple(Variation(problem(other), OF_DRAWS) for other in others)
     return budget_of(run, own, values, touches.seat.dt, {RECORD: (draws,)}, filter_width=width)
 
 
 def static_stiffness(greens: GreensFunction, column: Column | None = None) -> float:
-    """Return the static stiffness of the struck patch [N/m], of an endless body that of the ``column`` which it states.
+    """Return the static stiffness of the struck patch [N/m]; of an endless body, the stiffness of its ``column``.
     Raises `RunError` for a seat that is free to move."""
     compliance = rings.face_compliance(greens)
     if column is not None and np.isinf(compliance) and math.isinf(greens.mass()):
@@ -279,14 +280,13 @@ def static_stiffness(greens: GreensFunction, column: Column | None = None) -> fl
 @dataclass(frozen=True)
 class Afterwards:
     """Attributes:
-    keys: for summary.json.
-    stress: in the seat, where it is asked for.
-    spots: of the largest stress in both bodies.
-    stressed: what the life of both bodies is found from, where it is asked for.
-    life: of the bodies.
-    curves: of margins.
-    files: that were written.
-    """
+    keys: entries of summary.json.
+    stress: stress in the seat, if the scene has [stress].
+    spots: hot spots of both bodies.
+    stressed: stress fields from which life is computed, if the scene has [life].
+    life: fatigue life of the bodies.
+    curves: margins over values of one key.
+    files: files that were written."""
 
     keys: Mapping[str, object] = field(default_factory=dict)
     stress: SeatStress | None = None
@@ -309,7 +309,7 @@ class Afterwards:
         ]
 
     def notes(self, plan: Plan) -> tuple[str, ...]:
-        """Return the notes on this part of the run for its reader."""
+        """Return notes on stress, gas and life for the reader of the run."""
         scene = plan.scene
         return (
             *self.margin_missed(scene.accuracy),
@@ -348,8 +348,8 @@ def afterwards(
     """Compute gas masses, stress, life and curves of the last round.
 
     Args:
-        histories: whether those of stress are written.
-        keep: is handed all keys so far after each stage, to be on file before the next.
+        histories: whether to write stress histories.
+        keep: function called with all keys so far after each stage, which writes them to file.
     """
     scene, keys = done.plan.scene, dict[str, object]()
     if scene.gas is not None:
@@ -367,14 +367,14 @@ def afterwards(
             keys |= gauge_keys(done)
             courses = (gauges.write_strains(folder, done.touches.strains, done.result.dt),)
         keep(keys)
-    stress, of_reed = None, done.plate
+    stress, reed_stress_ = None, done.plate
     if scene.stress is not None or scene.life is not None:
         with watch("reed stress" if scene.stress is None else "seat stress"):
-            stress, of_reed = runs.stresses.stresses(done, progress)
-        keys |= runs.seat_stress.stress_keys(stress) | ({} if done.plate else plate_stress_keys(of_reed))
+            stress, reed_stress_ = runs.stresses.stresses(done, progress)
+        keys |= runs.seat_stress.stress_keys(stress) | ({} if done.plate else plate_stress_keys(reed_stress_))
         keep(keys)
-    keys |= reed_front_keys(done, done.stress if of_reed is None else of_reed.found)
-    plate = None if of_reed is None else of_reed.peaks
+    keys |= reed_front_keys(done, done.stress if reed_stress_ is None else reed_stress_.found)
+    plate = None if reed_stress_ is None else reed_stress_.peaks
     with watch("hot spots"):
         spots = runs.stress_spots.Spots.from_round(done, stress, plate)
         files = runs.stress_spots.write_spots(spots, folder, courses=histories)
@@ -384,7 +384,7 @@ def afterwards(
     if scene.life is None:
         return Afterwards(keys, stress, spots, files=files)
     with watch("life"):
-        stressed = runs.lives.Stressed.from_round(done, stress, plate, of_reed)
+        stressed = runs.lives.Stressed.from_round(done, stress, plate, reed_stress_)
         life = runs.lives.lives(done, stressed, done.touches, done.stress, progress)
         life_at_spring = runs.lives.lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
     keys |= runs.lives.run_keys(done, stressed, life, life_at_spring)
@@ -401,18 +401,18 @@ def afterwards(
     return Afterwards(keys, stress, spots, stressed, life, curves, (*files, *written))
 
 
-def reed_front_keys(done: Round, found: ReedStress | None) -> dict[str, object]:
-    """Return the largest stress after the first touch over rho c_0 v of the reed, of which a front in a slender beam's
-    free end bears 0.8445; nothing where it bears no stress that is known, ``None`` without a closing speed."""
-    if found is None or found.after_contact is None:
+def reed_front_keys(done: Round, stress: ReedStress | None) -> dict[str, object]:
+    """Return the reed's largest stress after the first touch over rho c_0 v (0.8445 for a wave front in a slender
+    beam's free end); empty where no stress is known, ``None`` without a closing speed."""
+    if stress is None or stress.after_contact is None:
         return {}
     face = done.plan.scene.reed.face
     front = summary.front_of(done.result, face.young, face.density)
-    return {"peak_reed_stress_over_rho_c0_v": None if math.isnan(front) else found.after_contact.value / front}
+    return {"peak_reed_stress_over_rho_c0_v": None if math.isnan(front) else stress.after_contact.value / front}
 
 
 def plate_stress_keys(stress: reed_stress.PlateReedStress | None) -> dict[str, object]:
-    """Return for summary.json the keys that a beam's stress has, and the error bar."""
+    """Return for summary.json the stress of a plate, under the keys of a beam's stress, and its error bars."""
     if stress is None:
         return {}
     bar = finite_or_none(stress.bar)

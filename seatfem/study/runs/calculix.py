@@ -17,7 +17,7 @@ from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs import calculix_contact
 
-MODES: Final = 20
+MODES: Final = 20  # modes of the frequency deck
 PER_PULSE: Final = 40  # steps of direct dynamics per width of the Hann pulse
 PULSES: Final = 2  # duration of the transient, in widths of the pulse
 
@@ -44,11 +44,11 @@ behind by its time step, by some 1 % at the end of the pulse and more later: hal
 
 
 def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Iterator[Path | str]:
-    """Write the decks, our answers to them (CSV) and README.txt; yield the files and a note of what is left out.
-    Nothing is written before modes and response are known.
+    """Write the decks, our answers to them (CSV) and README.txt; yield the files, and a note if the contact deck is
+    missing. Modes and response are computed before anything is written.
 
     Raises:
-        DeckError: a seat that is no mesh of ours. ModelError: elements or supports that decks do not have.
+        DeckError: the seat has no finite elements. ModelError: its elements or supports have no place in a deck.
     """
     width = plan.scene.run.filter_width
     dt = width / PER_PULSE
@@ -69,8 +69,8 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     yield write_csv(folder / "frequency.csv", ["mode", "frequency [Hz]"], enumerate(frequencies.tolist(), start=1))
     yield _deck(folder / "transient.inp", deck.transient(width, PULSES * width, dt))
     head = ["time [s]", "displacement per impulse [m/(N s)]"]
-    moved = np.ravel(greens.filtered(times, width))
-    yield write_csv(folder / "transient.csv", head, zip(times.tolist(), moved.tolist(), strict=True))
+    displacement = np.ravel(greens.filtered(times, width))
+    yield write_csv(folder / "transient.csv", head, zip(times.tolist(), displacement.tolist(), strict=True))
     try:
         words, files = _contact(plan, seat, greens, dt, folder, progress)
         yield from files
@@ -78,8 +78,8 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
         words = f"contact.inp      is not written: {reason}\n"
         yield f"no contact.inp: {reason}"
     share = "" if deck.share == 1 else f"\n{17 * ' '}The model carries {deck.share:g} of the whole load."
-    about = {"node": deck.node, "axis": deck.axis, "modes": len(frequencies), "width": width, "steps": PER_PULSE}
-    text = README.format(element=deck.element, share=share, contact=words, **about)
+    numbers = {"node": deck.node, "axis": deck.axis, "modes": len(frequencies), "width": width, "steps": PER_PULSE}
+    text = README.format(element=deck.element, share=share, contact=words, **numbers)
     write_whole(folder / "README.txt", text.encode())
     yield folder / "README.txt"
 
@@ -87,7 +87,7 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
 def _contact(
     plan: Plan, seat: calculix_contact.DeckSeat, greens: GreensFunction, dt: float, folder: Path, progress: Progress
 ) -> tuple[str, Sequence[Path]]:
-    """Write contact.inp; return the words about it, and its files. Raises `DeckError`, `ModelError` if it cannot."""
+    """Write contact.inp; return its paragraph of the README, and the files. Raises `DeckError`, `ModelError`."""
     mesh, files = "mesh.inp", list[Path]()
     if plan.scene.reed.thin_plate is not None:
         calculix_contact.check_landing(plan)

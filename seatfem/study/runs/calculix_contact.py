@@ -1,4 +1,4 @@
-"""The contact deck of a scene for CalculiX, and our own march with its very stiffness beside it."""
+"""The contact deck of a scene for CalculiX, and our own run with the same contact stiffness to compare it with."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.scene import Scene
 from seatfem.study.scene.laws import ContactLaw
 
-MOST: Final = 150_000  # most unknowns of a seat in a deck that ccx marches
-CHORDS: Final = 720  # straight pieces of a full circle
+MOST: Final = 150_000  # most unknowns of a seat whose contact ccx is to integrate in time
+CHORDS: Final = 720  # chords by which a full circle is approximated
 
 
 class DeckError(ValueError):
@@ -43,13 +43,13 @@ class DeckError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class DeckSeat:
-    """The seat as a deck of CalculiX holds it.
+    """The seat as a deck of CalculiX, and our model of it.
 
     Attributes:
-        deck: its mesh, materials and supports.
-        model: ours, undamped; its ports are the patch, or the parts of ``lip``.
-        method: by which it was meshed.
-        lip: the struck face in arcs, as the run has them; ``None`` where it is struck all around at once.
+        deck: mesh, materials and supports of the deck.
+        model: our undamped matrices; the ports are the patch, or the parts of ``lip``.
+        method: method by which the seat was meshed.
+        lip: the struck face divided into arcs; ``None`` where it is struck all around at once.
     """
 
     deck: CalculixBody
@@ -71,15 +71,15 @@ class DeckSeat:
 
 
 def deck_seat(plan: Plan, progress: Progress) -> DeckSeat:
-    """Return the seat as the run meshes it, its patch one port. Raises `DeckError`, `ModelError` for what decks
-    lack."""
+    """Return the seat on the mesh of the run, with its patch as one port. Raises `DeckError`, `ModelError` if no deck
+    can hold it."""
     body = _body(plan)
     method = replace(plan.method.seat, rings=1, lip=None)
     return _of_mesh(body, body.meshes(method, progress)[0], method, None, progress)
 
 
 def whole_seat(plan: Plan, progress: Progress) -> DeckSeat:
-    """Return all of the seat in space, its patch in the parts of the run, on this mesh. Raises as `deck_seat`."""
+    """Return the whole seat in three dimensions, its patch divided as in the run. Raises as `deck_seat`."""
     body, division = _body(plan), plan.method.seat.division
     method = replace(plan.method.seat, level="3d", rings=1, lip=None)
     mesh, _ = body.meshes(method, progress)
@@ -94,7 +94,7 @@ def whole_seat(plan: Plan, progress: Progress) -> DeckSeat:
 
 
 def _as_face(lip: AnyLip | None) -> lands.FaceLip:
-    """Return a ring of a body of revolution as any other face."""
+    """Return the struck ring of a body of revolution as a general `FaceLip`."""
     assert lip is not None
     if isinstance(lip, lands.FaceLip):
         return lip
@@ -157,7 +157,7 @@ contact.inp      *DYNAMIC, DIRECT: the reed, {cells} elements C3D20R (set STRIKE
 
 @dataclass(frozen=True)
 class ContactDeck:
-    """Content of a deck: its lines beyond the mesh, our answer by its columns, and the words about both."""
+    """Content of a contact deck: its lines after the mesh, the columns of our answer, and the README's paragraph."""
 
     lines: Sequence[str]
     answer: dict[str, Array]
@@ -173,7 +173,7 @@ def of_mass(plan: Plan, seat: DeckSeat, greens: GreensFunction, dt: float) -> Co
     touch = impact.Contact(impact.Body(greens), law=impact.LinearSpring(stiffness * seat.area))
     problem = impact.ContactProblem(impact.rigid_mass(mass=mass, velocity=velocity), contacts=[touch])
     result = impact.solve(problem, dt=dt / SUBSTEPS, duration=min(scene.run.duration, MOST_STEPS * dt))
-    duration = _ends(result, dt)
+    duration = _deck_duration(result, dt)
     steps = slice(0, round(duration / result.dt) + 1, SUBSTEPS)
     speeds = velocity + np.cumsum(result.force) * result.dt / mass
     answer = {
@@ -186,7 +186,7 @@ def of_mass(plan: Plan, seat: DeckSeat, greens: GreensFunction, dt: float) -> Co
 
 
 def check_landing(plan: Plan) -> None:
-    """Raise `DeckError` of a scene of a plate that no deck can hold."""
+    """Raise `DeckError` for a scene of a plate that no deck can hold."""
     scene = plan.scene
     _refuse(scene, {"contact.waviness": scene.contact.waviness, "reed.curvature": striking.is_curved(scene.reed)})
     if striking.is_loaded(scene.reed):
@@ -207,7 +207,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     above = 0.0 if lip is None else tilted(lip.lines_across(2), scene.contact.tilt, scene.contact.tilt_axis).min()
 
     def gap(points: Array) -> Array:
-        """Return the gap of the undeformed plate, at places from the lip's centre."""
+        """Return the gaps under the undeformed plate [m], at positions relative to the lip's centre."""
         return np.asarray(scene.contact.gap - above + tilted(points, scene.contact.tilt, scene.contact.tilt_axis))
 
     places = (lip or reed.own_lip).cells(*TOUCH_PLACES)[0].reshape(-1, 2)
@@ -227,10 +227,10 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     )
     ours, _ = face_greens(seat.model, Aims(max(seat.method.bandwidth or 0.0, 2 / width), MOST_STEPS * dt, TOLERANCE))
     problem = problem_of(scene, replace(striker, velocity=0.0, state=at_start), impact.Body(ours))
-    problem = _yielding(problem, stiffness * seat.area)
+    problem = _with_springs(problem, stiffness * seat.area)
     duration = min(scene.run.duration - dt * first, MOST_STEPS * dt)
     result = as_one(impact.solve(problem, dt=dt / SUBSTEPS, duration=duration), Division.from_greens(ours).shares)
-    duration = _ends(result, dt)
+    duration = _deck_duration(result, dt)
     steps = slice(0, round(duration / result.dt) + 1, SUBSTEPS)
     answer = {
         "time [s]": result.time[steps],
@@ -265,9 +265,9 @@ def _refuse(scene: Scene, also: dict[str, object]) -> None:
         raise DeckError(f"{keys[0]}: has no place in the deck of an impact; remove it for the comparison")
 
 
-def _stiffness(asked: ContactLaw, seat: Structure, area: float, dt: float) -> tuple[float, str]:
-    """Return the stiffness of the contact [Pa/m], and where it is from."""
-    law = asked.law()
+def _stiffness(stated: ContactLaw, seat: Structure, area: float, dt: float) -> tuple[float, str]:
+    """Return the contact stiffness per area [Pa/m], and its origin in words."""
+    law = stated.law()
     if isinstance(law, impact.LinearSpring):
         return law.stiffness / area, "contact.law, over the patch's area"
     if isinstance(law, impact.Signorini):
@@ -276,11 +276,11 @@ def _stiffness(asked: ContactLaw, seat: Structure, area: float, dt: float) -> tu
         solids = (one.solid for one in (body.material, *body.materials.values()))
         stiffest = max(one.density * float(one.c_p_along([0.0, 0.0, 1.0])) for one in solids)
         return stiffest / dt, "in place of a rigid contact: rho c_p over the time step"
-    raise DeckError(f"contact.law.kind = {asked.kind!r}: state spring or signorini")
+    raise DeckError(f"contact.law.kind = {stated.kind!r}: state spring or signorini")
 
 
-def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.ContactProblem:
-    """Return the problem with a spring in each contact, by the shares of its parts."""
+def _with_springs(problem: impact.ContactProblem, stiffness: float) -> impact.ContactProblem:
+    """Return the problem with the ``stiffness`` [N/m] divided over springs in its contacts, by their shares of area."""
     shares = Division.from_greens(problem.target.greens).shares
     springs = (impact.LinearSpring(stiffness * float(share)) for share in shares)
     return replace(
@@ -289,24 +289,24 @@ def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.Contac
 
 
 def _moved(state: ModalState, omega: Array, time: Array) -> tuple[Array, Array]:
-    """Return the modal coordinates (m, n) of free, undamped modes at times (n,), and their rates."""
+    """Return coordinates and velocities (m, n) of m free, undamped modes at n times."""
     w, first, speed = omega[:, None], state.displacement[:, None], state.velocity[:, None]
     cosine, sine = oscillator.decaying_pair(time, w, np.zeros(1))
     return first * cosine + speed * sine, speed * cosine - w**2 * first * sine
 
 
 def _first_touch(duration: float, state: ModalState, omega: Array, shapes: Array, gaps: Array, dt: float) -> int:
-    """Return the last step, before the start if need be, at which the plate is free of all places of the seat."""
+    """Return the last step before the plate first touches the seat; negative if it touches at the start already."""
 
-    def open_at(steps: Integers) -> NDArray[np.bool_]:
+    def is_open(steps: Integers) -> NDArray[np.bool_]:
         moved, _ = _moved(state, omega, np.asarray(dt * steps, dtype=np.float64))
         return np.asarray((shapes @ moved + gaps[:, None]).min(axis=0) > 0)
 
-    forwards = bool(open_at(np.zeros(1, dtype=np.int64))[0])
+    forwards = bool(is_open(np.zeros(1, dtype=np.int64))[0])
     last = math.ceil(duration / dt) if forwards else MOST_STEPS
     for first in range(0, last, FLIGHT_BLOCK):
         steps = np.arange(first, min(first + FLIGHT_BLOCK, last) + 1)
-        ends = open_at(steps if forwards else -steps) != forwards
+        ends = is_open(steps if forwards else -steps) != forwards
         if ends.any():
             step = int(steps[ends.argmax()])
             return step - 1 if forwards else -step
@@ -321,8 +321,8 @@ def _first_touch(duration: float, state: ModalState, omega: Array, shapes: Array
     )
 
 
-def _ends(result: impact.ImpactResult, dt: float) -> float:
-    """Return the duration of the deck [s], whole steps: `DECK_IN_IMPACT_DURATIONS` past the first touch."""
+def _deck_duration(result: impact.ImpactResult, dt: float) -> float:
+    """Return the duration of the deck [s] in whole steps: until `DECK_IN_IMPACT_DURATIONS` after the first touch."""
     groups = impact.measures.contact_groups(result)
     last = float(result.time[-1])
     ends = min(last, float(groups[0, 0] + DECK_IN_IMPACT_DURATIONS * np.diff(groups[0])[0])) if len(groups) else last

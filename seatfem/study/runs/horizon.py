@@ -1,4 +1,4 @@
-"""How many landings of a run are known, and statistics of those beyond: twins of the last round, marched for it."""
+"""The predictable landings of a run, by a perturbed twin of the last round, and statistics of the later ones."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from seatfem.study.impacts.landings import landings_of_march
 from seatfem.study.runs.round import Round
 
 FEWEST: Final = 3
-"""Landings from which on a run has a horizon: of fewer, all are known."""
+"""Fewest landings of a run for which a horizon is computed; fewer are all known."""
 INPUTS: Final = 1e-3
-"""Relative difference of runs whose inputs are known as well as they are on a drawing."""
+"""Relative uncertainty of inputs that are read from a drawing."""
 STAGE: Final = "ensemble"
 NO_ENSEMBLE: Final[Mapping[str, object]] = {results.ENSEMBLE: 1, results.ENSEMBLE_LANDINGS: 0}
-"""Keys of a run whose landings are all known: its own run alone, and nothing to average."""
+"""Keys of a run whose landings are all known: one member, and no landings to average."""
 
 
 def has_horizon(done: Round) -> bool:
-    """Return whether a run has so many landings that some may not be known."""
+    """Return whether a run has `FEWEST` landings or more, so that the last ones may be unpredictable."""
     landings = done.touches.landings
     return landings is not None and len(landings.seat) + len(landings.stopper) >= FEWEST
 
 
 def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
-    """Return how many landings are known, the growth of a difference, and what an ensemble says of later ones."""
+    """Return the number of known landings, the growth rate of a perturbation, and ensemble statistics of later ones."""
     scene = done.plan.scene
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
-    gap, both = _march(done, problem)
+    gap, landings = _march(done, problem)
     twin, shift = twin_of(problem, gap, PERTURBATION)
-    starts = [round(landing.start / done.result.dt) for landing in both]
+    starts = [round(landing.start / done.result.dt) for landing in landings]
     horizon = Horizon(growth_of_difference(gap, _march(done, twin)[0], starts, shift))
     known = horizon.known()
     keys: dict[str, object] = {
@@ -51,9 +51,9 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     }
     if (members := scene.run.ensemble) is None:
         return keys
-    if known >= len(both):  # later ones, which only some members have, are no sample of this run
+    if known >= len(landings):  # landings that only other members have are no sample of this run
         return {**keys, **NO_ENSEMBLE}
-    runs = [both[known:]]
+    runs = [landings[known:]]
     for number in range(1, members):
         progress(STAGE, number / members)
         runs.append(_march(done, with_wider_gaps(problem, number * ROUND_OFF * shift / PERTURBATION))[1][known:])
@@ -61,8 +61,8 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
 
 
 def ensemble_keys(runs: Sequence[Sequence[Landing]]) -> dict[str, object]:
-    """Return the statistics of the landings beyond the horizon, one sequence a member: means with their bars, twice the
-    standard error over the members, and the standard deviation of single landings."""
+    """Return statistics of the landings beyond the horizon, given one sequence for each member: means, their error bars
+    (twice the standard error over the members), and the standard deviation of single landings."""
     values = {
         results.ENSEMBLE_SPEED: [[landing.closing_speed for landing in run] for run in runs],
         results.ENSEMBLE_PEAK: [[landing.filtered_peak for landing in run] for run in runs],
@@ -72,15 +72,15 @@ def ensemble_keys(runs: Sequence[Sequence[Landing]]) -> dict[str, object]:
         means = np.array([np.mean(member) for member in members if member])
         if len(means) < 2:
             continue
-        every = np.concatenate([member for member in members if member])
+        pooled = np.concatenate([member for member in members if member])
         keys[key] = float(means.mean())
         keys[f"error_bar_{key}"] = 2 * float(means.std(ddof=1)) / math.sqrt(len(means))
-        keys[results.spread_of(key)] = float(every.std(ddof=1))
+        keys[results.spread_of(key)] = float(pooled.std(ddof=1))
     return keys
 
 
 def _march(done: Round, problem: ContactProblem) -> tuple[Array, tuple[Landing, ...]]:
-    """Return openings (n + 1, p) [m], and the landings on seat and stopper in the order of time."""
+    """March a problem; return the gaps (n + 1, p) [m], and the landings on seat and stopper in the order of time."""
     scene = done.plan.scene
     stepper = marched(problem, done.result.dt, scene.run.duration, done.flights)
     landings = landings_of_march(stepper, scene.run.filter_width, rebound=False)

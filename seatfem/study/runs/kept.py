@@ -1,7 +1,6 @@
-"""This module stores of runs the plans that they ended with and numbers that take long to compute, as JSON files named
-by the hash of all that they depend on.
+"""Cache of final plans and of expensive numbers of runs: JSON files named by the hash of all that they depend on.
 
-A plan is data: the values of its keys, and what it says. It is stored where a run met its target.
+A plan is stored if its run met the target of accuracy.
 """
 
 from __future__ import annotations
@@ -32,14 +31,14 @@ if TYPE_CHECKING:
     import pandas
 
 
-MOST_BYTES: Final = 100_000  # most bytes of a kept file
-OLDEST: Final = 2000  # files of plans, and of numbers, that are kept, the last written ones
+MOST_BYTES: Final = 100_000  # largest size of a cached file that is read
+OLDEST: Final = 2000  # most files of plans, and of numbers, in the cache; older ones are deleted
 NOTE: Final = "plan of the last run of this scene, which reached its target"
 UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
 
 def cached_plan(scene: Scene) -> Plan | None:
-    """Return the plan of this scene's last run that met its target; ``None``: there was none, or it is not sound."""
+    """Return the plan of this scene's last run that met its target; ``None`` if there is none, or its file is bad."""
     try:
         file = _plan_file(scene)
         data = json.loads(read_text(file, MOST_BYTES, ValueError))
@@ -49,8 +48,8 @@ def cached_plan(scene: Scene) -> Plan | None:
 
 
 def plan_from_json(scene: Scene, data: Mapping[str, Any], note: str) -> Plan | None:
-    """Return a plan of ``scene`` from what `plan_to_json` returns, with a ``note`` of where it is from; ``None``: it is
-    not sound."""
+    """Return the plan of ``scene`` from `plan_to_json`, with a ``note`` on its origin; ``None`` if the data are
+    invalid."""
     try:
         method = _method(stated_method(scene), scene.geometry, data["values"])
         cost = Cost(**data["cost"])
@@ -88,7 +87,7 @@ def save_plan(done: Round) -> None:
 
 
 def _method(stated: RunMethod, geometry: ContactGeometry, values: Mapping[str, object]) -> RunMethod:
-    """Return the method with these values of `FIELDS`; raises `ValueError` for what no plan has."""
+    """Return the stated method with ``values`` of `FIELDS` in it; raises `ValueError` for values that no plan has."""
     if values[MODEL] not in get_args(AnyLevel) or values[REDUCTION] != stated.value(REDUCTION):
         raise ValueError(f"{values[MODEL]}, {values[REDUCTION]} must be the stated ones")
     numbers = {key: values[key] for key in FIELDS if key not in (MODEL, REDUCTION)}
@@ -102,9 +101,8 @@ def _method(stated: RunMethod, geometry: ContactGeometry, values: Mapping[str, o
 
 
 def _plan_file(scene: Scene) -> Path:
-    """Return the file of a scene's plan, named by what the scene asks for, its files' content, and the code."""
-    asked = by_content(scene)
-    key = content_key({"scene": asked, "program": code_version()})
+    """Return the file of a scene's plan, named by the hash of the scene, of the files it reads, and of the code."""
+    key = content_key({"scene": by_content(scene), "program": code_version()})
     return cache_folder() / "ended" / f"{key}.json"
 
 
@@ -118,16 +116,16 @@ def _save_json(path: Path, data: Mapping[str, Any]) -> None:
 def cached_numbers(
     done: Round, touches: Touches, what: str, compute: Callable[[], Mapping[str, Any]]
 ) -> Mapping[str, Any]:
-    """Return numbers of one run of a round as they are on file, else as ``compute`` returns them, and store them.
+    """Return numbers of one run of a round from the cache, or compute and store them.
 
-    They are read again where scene, method, forces of the run and program are the same; a folder that cannot be
-    written to, and a file that is damaged, cost the time to compute alone.
+    The cache is valid for the same scene, method, forces of the run, and program. If the folder is not writable or a
+    file is damaged, the numbers are computed again.
 
     Args:
         done: the round.
-        touches: its own run, or one of its scene on another seat.
-        what: they are called.
-        compute: them, as JSON holds them: mappings, lists, texts, numbers.
+        touches: contact history of its run, or of a run of its scene on another seat.
+        what: name of the numbers.
+        compute: function that returns them as JSON-compatible values.
     """
     path = _number_file(done, touches, what)
     with suppress(*UNSOUND):
@@ -163,11 +161,11 @@ class RunOutcome:
     Attributes:
         summary: the content of summary.json.
         messages: warnings and notes, a sentence each.
-        files: that were written.
-        stages: seconds that each stage took.
-        met: whether the target of accuracy was met; ``None`` where nothing landed that it could be asked of.
-        modes: natural modes, where they were asked for.
-        plan: of the last round.
+        files: files that were written.
+        stages: wall time of each stage [s].
+        met: whether the target of accuracy was met; ``None`` without a landing to judge.
+        modes: natural modes, if they were computed (`write_modes`).
+        plan: plan of the last round.
     """
 
     summary: Mapping[str, object]

@@ -1,4 +1,4 @@
-"""Life of all bodies after a run, and margins over values of one quantity, for which it starts further runs."""
+"""Fatigue life of both bodies after a run, and curves of the margin over one quantity, from further runs."""
 
 from __future__ import annotations
 
@@ -46,17 +46,17 @@ from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.scene.life import OF_A_CURVE, UNITS, varied
 
-OF_SEAT = 12  # points of the seat's surface whose life is judged, the hottest
+OF_SEAT = 12  # hot spots of the seat's surface whose life is computed
 
 
 @dataclass(frozen=True)
 class Stressed:
-    """Fields of stress in the bodies of a round, for the forces of any run.
+    """Stress fields in the bodies of a round, for the forces of any run.
 
     Attributes:
-        reed: of a plate, in one of its faces; ``None`` of others.
-        seat: ``None`` where its stress is not looked for.
-        reed_bar: relative error bar of the stress in a plate; nan where it is not known.
+        reed: stress in one face of a plate; ``None`` for other reeds.
+        seat: stress in the seat; ``None`` if its life is not computed.
+        reed_bar: relative error bar of the stress in a plate; nan if unknown.
     """
 
     reed: StressField | None
@@ -65,13 +65,13 @@ class Stressed:
 
     @classmethod
     def from_round(
-        cls, done: Round, seat: SeatStress | None, plate: PlatePeaks | None, of_reed: PlateReedStress | None = None
+        cls, done: Round, seat: SeatStress | None, plate: PlatePeaks | None, plate_stress: PlateReedStress | None = None
     ) -> Stressed:
-        """Return the stressed bodies of a round whose life the scene asks for."""
+        """Return the stress fields of those bodies of a round whose life the scene asks for."""
         life = done.plan.scene.life
         reed = None if life is None or life.demand() is None or plate is None else plate.field
-        after = None if of_reed is None else of_reed.found.after_contact
-        bar = math.nan if of_reed is None or after is None else of_reed.bar / after.value
+        after = None if plate_stress is None else plate_stress.found.after_contact
+        bar = math.nan if plate_stress is None or after is None else plate_stress.bar / after.value
         return cls(reed, None if life is None or life.demand("seat") is None else seat, bar)
 
 
@@ -84,22 +84,22 @@ def lives(
     *,
     with_seat: bool = True,
 ) -> LifeResult:
-    """Return the life under the forces of one run: the round's own, or one on a spring, ``with_seat=False``.
+    """Return the fatigue life under the forces of one run: the round's own, or that on a spring (``with_seat=False``).
 
-    It is on file where the same run was judged before. ``progress``: hears of the places that are judged.
+    It is cached for runs with the same forces.
     """
     what = "life of reed and seat" if with_seat and stressed.seat is not None else "life of the reed"
 
-    def judge() -> Mapping[str, Any]:
-        return as_json(_judged(done, stressed, touches, stress, progress, with_seat=with_seat))
+    def compute() -> Mapping[str, Any]:
+        return as_json(_compute_life(done, stressed, touches, stress, progress, with_seat=with_seat))
 
-    numbers = kept.cached_numbers(done, touches, what, judge)
+    numbers = kept.cached_numbers(done, touches, what, compute)
     with suppress(*kept.UNSOUND):
         return from_json(done.plan.scene.life, numbers)
-    return _judged(done, stressed, touches, stress, progress, with_seat=with_seat)
+    return _compute_life(done, stressed, touches, stress, progress, with_seat=with_seat)
 
 
-def _judged(
+def _compute_life(
     done: Round,
     stressed: Stressed,
     touches: Touches,
@@ -111,17 +111,17 @@ def _judged(
     scene = done.plan.scene
     progress("life", 0.0)
     plate, first = stressed.reed, block_from(scene.life, scene.turn, touches)
-    reed = _of_beam(done, touches, stress) if plate is None else _of_plate(done, plate, touches, first)
-    seat = () if stressed.seat is None or not with_seat else _of_seat(done, stressed.seat, touches, first)
+    reed = _beam_histories(done, touches, stress) if plate is None else _plate_histories(done, plate, touches, first)
+    seat = () if stressed.seat is None or not with_seat else _seat_histories(done, stressed.seat, touches, first)
     life = lasting(scene.life, touches, first, reed, seat, scene.contact.law.of_a_sphere or 0.0)
     progress("life", 1.0)
     return life
 
 
-def run_keys(done: Round, stressed: Stressed, here: LifeResult, there: LifeResult) -> dict[str, object]:
-    """Return all keys of a run's life: the seat's, the spring's in its place, what was asked, and the error bar."""
-    beside = {f"spring_{key}": value for key, value in life_keys(there).items()}
-    return life_keys(here) | beside | asked_keys(done.plan.scene.life, here, bars_of(done, stressed))
+def run_keys(done: Round, stressed: Stressed, life: LifeResult, on_spring: LifeResult) -> dict[str, object]:
+    """Return for summary.json the life of a run and of its spring baseline, what the scene demands, and error bars."""
+    spring_keys = {f"spring_{key}": value for key, value in life_keys(on_spring).items()}
+    return life_keys(life) | spring_keys | asked_keys(done.plan.scene.life, life, bars_of(done, stressed))
 
 
 def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
@@ -136,16 +136,16 @@ def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
     return bars
 
 
-def _of_beam(done: Round, touches: Touches, stress: ReedStress | None) -> Histories:
-    """Yield the histories of a reed whose bending is known while it strikes, where its life is asked for."""
+def _beam_histories(done: Round, touches: Touches, stress: ReedStress | None) -> Histories:
+    """Yield the stress histories of a beam reed, if its life is asked for and its bending stress is known."""
     scene = done.plan.scene
     if scene.life is not None and scene.life.demand() is not None:
         for name, history in beam_histories(scene.geometry, done.striker, touches, stress):
             yield f"reed, {name}", history
 
 
-def _of_plate(done: Round, field: StressField, touches: Touches, first: int) -> Histories:
-    """Yield the histories in both faces where stress changes most in each part of the plate."""
+def _plate_histories(done: Round, field: StressField, touches: Touches, first: int) -> Histories:
+    """Yield the stress histories in both faces at the points of each part of the plate with the largest range."""
     (field, force), dt = struck_in(field, done, touches), touches.seat.dt
     regions = parts_of_plate(done, field.points)
     ranges = mises_range(field, force, dt, since=first)
@@ -157,8 +157,8 @@ def _of_plate(done: Round, field: StressField, touches: Touches, first: int) -> 
         yield f"{place}, face towards the seat", -stress
 
 
-def _of_seat(done: Round, seat: SeatStress, touches: Touches, first: int) -> Histories:
-    """Yield the histories where stress changes most on the surface, and at the points that the scene names."""
+def _seat_histories(done: Round, seat: SeatStress, touches: Touches, first: int) -> Histories:
+    """Yield the stress histories at the surface points with the largest range, and at the points the scene names."""
     force, dt = seat_fields.force_by_port(done, touches), touches.seat.dt
     ranges = mises_range(seat.field, force, dt, since=first)
     surface = seat.field.at(hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
@@ -172,22 +172,22 @@ def _millimetres(point: NDArray[np.float64]) -> str:
 
 
 MARGIN: Final = "life_margin"
-NEAR: Final = 1e-3  # accuracy of the allowed value that is looked for, relative
-MOST: Final = 20  # most runs of that search
-FARTHEST: Final = 20.0  # largest |log margin|: beyond it the margin counts as none, or infinite
+NEAR: Final = 1e-3  # relative accuracy of the allowed value, at which the margin is 1
+MOST: Final = 20  # most runs of the search for the allowed value
+FARTHEST: Final = 20.0  # limit of |log margin|, for margins of zero and infinity
 
 
 @dataclass(frozen=True)
 class MarginCurve:
-    """Margins by the values of one key, in the order of the values.
+    """Margins over values of one key, which rise.
 
     Attributes:
-        key, unit: dotted; "" of pure numbers.
-        values: in that unit.
-        margins: factors on stress, ``inf`` where nothing fails; of the key ``margin`` in summary.json.
-        bars: their error bars; ``None``: not known.
-        allowed: the value at which the margin is 1, the first one; ``None`` where no two values enclose one.
-        margin: which one.
+        key, unit: dotted key, and the unit of its values ("" for pure numbers).
+        values: values of the key in that unit.
+        margins: factors on stress up to failure, ``inf`` where nothing fails.
+        bars: error bars of the margins; ``None`` if unknown.
+        allowed: first value at which the margin is 1; ``None`` where no two values enclose one.
+        margin: key of the margin in summary.json.
     """
 
     key: str
@@ -200,7 +200,7 @@ class MarginCurve:
 
     @property
     def label(self) -> str:
-        """Return the label of an axis."""
+        """Return key and unit as the label of an axis."""
         return f"{self.key} [{self.unit}]" if self.unit else self.key
 
 
@@ -213,13 +213,13 @@ def traced(
     margin: str = MARGIN,
     most: int = MOST,
 ) -> MarginCurve:
-    """Run at rising values, and where two of them enclose a margin of 1, look for the value there.
+    """Compute the margin at rising values, and where two of them enclose a margin of 1, find the value there.
 
-    By Brent's method, to `NEAR` of it or in ``most`` runs, which are on the curve, too; between the two that then are
-    next to it log(margin) is taken for straight.
+    Brent's method searches to the accuracy `NEAR` or for ``most`` runs, which are added to the curve; at last
+    log(margin) is interpolated linearly between the two nearest values.
 
     Args:
-        run: margin and error bar at a value.
+        run: returns margin and error bar at a value.
     """
     known: dict[float, tuple[float, float | None]] = {}
 
@@ -227,33 +227,33 @@ def traced(
         """Return log(margin)."""
         if value not in known:
             known[value] = run(value)
-        spare = known[value][0]
-        return min(max(math.log(spare), -FARTHEST), FARTHEST) if spare > 0 else -FARTHEST
+        factor = known[value][0]
+        return min(max(math.log(factor), -FARTHEST), FARTHEST) if factor > 0 else -FARTHEST
 
     for low, high in pairwise(values):
         if excess(low) * excess(high) < 0:
-            near = NEAR * max(abs(low), abs(high)) / 2
-            scipy.optimize.brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False)
+            tolerance = NEAR * max(abs(low), abs(high)) / 2
+            scipy.optimize.brentq(excess, low, high, xtol=tolerance, rtol=NEAR / 2, maxiter=most, disp=False)
             break
     points = sorted(known)
     margins, bars = zip(*(known[value] for value in points), strict=True)
-    around = ((low, high) for low, high in pairwise(points) if excess(low) * excess(high) <= 0)
-    allowed = next((low + (high - low) * _share(excess(low), excess(high)) for low, high in around), None)
+    brackets = ((low, high) for low, high in pairwise(points) if excess(low) * excess(high) <= 0)
+    allowed = next((low + (high - low) * _zero_between(excess(low), excess(high)) for low, high in brackets), None)
     return MarginCurve(key, unit, tuple(points), margins, bars, allowed, margin)
 
 
-def _share(low: float, high: float) -> float:
-    """Return the share of the way from one value to the other at which a line through both is zero."""
+def _zero_between(low: float, high: float) -> float:
+    """Return where a line from ``low`` at 0 to ``high`` at 1 is zero."""
     return low / (low - high) if low != high else 0.0
 
 
 def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) -> tuple[MarginCurve, ...]:
-    """Return the curves that [life] asks for, each value a contact by the run's own method; none if not asked.
+    """Return the margin curves that [life] asks for; each point is a contact computed by the run's method.
 
     Args:
-        stressed: of the run.
-        price: of one contact and its life, as the run took it [s].
-        tell: hears of the price before, and of every value.
+        done, stressed: round and stress fields of the run.
+        price: time of one contact and its life in the run [s].
+        tell: receives the predicted time, then a line for each value.
     """
     life = done.plan.scene.life
     if life is None or life.curves is None:
@@ -270,10 +270,11 @@ def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) ->
 
 
 def again(done: Round, name: str, value: float) -> Round:
-    """Return a round with another speed [m/s], tilt [rad] or lift [m] by its own method, with the round's errors.
+    """Return a round computed by the same method at another speed [m/s], tilt [rad] or lift [m]; it keeps the errors
+    of ``done``.
 
     Raises:
-        KeyProblem: a value that the scene cannot have.
+        KeyProblem: the scene cannot have this value.
     """
     scene = done.plan.scene.with_geometry(varied(done.plan.scene.geometry, name, value))
     reed = None if done.reed is None else done.reed.greens
@@ -297,7 +298,7 @@ def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: fl
 
 
 def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
-    """Return for summary.json the value that each curve allows; ``None`` where it does not reach a margin of 1."""
+    """Return for summary.json the allowed value of each curve; ``None`` where no margin of 1 is enclosed."""
     named = {"speed": ("speed_m_per_s", 1.0), "tilt": ("tilt_deg", 1.0), "lift": ("lift_m", 1e-3)}
     limits = ((*named[curve.key], curve.allowed) for curve in curves)
     return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in limits}

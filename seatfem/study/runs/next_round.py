@@ -1,4 +1,4 @@
-"""The next round after one that misses its target: a finer plan within the limits, and its price."""
+"""The next round of a run whose target is missed: a finer plan within the limits, and its predicted time."""
 
 import math
 from collections.abc import Mapping
@@ -31,8 +31,8 @@ STAGES: Final[Mapping[str, tuple[str, ...]]] = {
     "seat": costs.OF_THE_SEAT,
     "contact": ("contact", "reed stress", "error budget"),
 }
-"""Stages of a round by kind; predicted times of one kind are wrong by one factor."""
-LEAST_PRICE: Final = 1e-3  # least price [s] of a further round: no prediction is as exact
+"""Stages of a round by kind: one factor of measured over predicted time is fitted to each kind."""
+LEAST_PRICE: Final = 1e-3  # floor of the predicted time [s] of a further round
 STATED: Final = "is its key stated in the file?"
 AT_ITS_END: Final[Mapping[str, str]] = {
     STRIKER: "the reed's bandwidth is stated, or at the limit of plate theory",
@@ -40,23 +40,22 @@ AT_ITS_END: Final[Mapping[str, str]] = {
     RECORD: "it is given by the measurement",
 }
 CUT_OFF: Final = "the run ends during the judged landing; a longer run.duration includes all of it"
-AFTER: Final = ("spring baseline", "files")  # last stages of a round, wrong by the factor of its contact
+AFTER: Final = ("spring baseline", "files")  # last stages of a round, whose times scale like that of its contact
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Most rounds and most time of a run.
+    """Limits on the rounds and the time of a run.
 
     Attributes:
-        rounds: at most so many.
-        seconds: wall time of the whole run [s], by prediction of each further round; a round that outlasts it is
-            stopped, and the one before is the answer. The first round is always finished. Infinite: `LONGEST` for
-            each round.
-        steady: whether rounds are chosen by predicted times alone: no clock then decides what a scene ends with.
-        stress: whether the largest stresses of a reed are looked for where the scene does not ask for them.
+        rounds: largest number of rounds.
+        seconds: wall time of the whole run [s]. A round predicted to exceed it is not begun; one that exceeds it is
+            stopped, and the round before is the answer. The first round always ends. Infinite: `LONGEST` each round.
+        steady: whether predicted times are used uncorrected, so that results do not depend on the clock.
+        stress: whether the reed's largest stresses are computed although the scene does not ask for them.
 
     Raises:
-        RunError: no round, no time.
+        RunError: ``rounds`` below 1, ``seconds`` not positive.
     """
 
     rounds: int = MOST_ROUNDS
@@ -72,7 +71,7 @@ class Limits:
 
 
 def time_ratios(spent: Mapping[str, float], plan: Plan, before: Mapping[str, float]) -> Mapping[str, float]:
-    """Return measured over predicted time of seat and contact; where this round has not computed one, as ``before``."""
+    """Return measured over predicted time of seat and contact; of one that this round reused, the ratio ``before``."""
     ratios = dict(before)
     for kind, stages in STAGES.items():
         predicted = sum(plan.cost.parts.get(stage, 0.0) for stage in stages)
@@ -83,10 +82,11 @@ def time_ratios(spent: Mapping[str, float], plan: Plan, before: Mapping[str, flo
 
 
 def price(done: Round, plan: Plan) -> float:
-    """Return the predicted wall time [s] of one more round by ``plan``, as much off as the rounds so far were."""
-    of = {**STAGES, "contact": (*STAGES["contact"], *AFTER)}
+    """Return the predicted wall time [s] of a further round by ``plan``, corrected by the rounds so far."""
+    stages = {**STAGES, "contact": (*STAGES["contact"], *AFTER)}
     return sum(
-        done.time_ratios.get(kind, 1.0) * sum(plan.cost.parts.get(stage, 0.0) for stage in of[kind]) for kind in of
+        done.time_ratios.get(kind, 1.0) * sum(plan.cost.parts.get(stage, 0.0) for stage in names)
+        for kind, names in stages.items()
     )
 
 
@@ -101,7 +101,7 @@ def changed(done: Round, plan: Plan) -> str:
 
 
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
-    """Return the refined plan, or why there is none; ``time_left``: of the time allowed [s]."""
+    """Return the refined plan, or ``None`` and the reason in words; ``time_left``: remaining time of the run [s]."""
     if limits.steady:
         done = replace(done, time_ratios={})
     if done.number >= limits.rounds:
@@ -109,21 +109,21 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
     accuracy, budget, landings = done.plan.scene.accuracy, done.left, done.touches.landings
     if accuracy.landing != "run" and landings is not None and landings.status == "cut off":
         return None, CUT_OFF
-    missing = [name for name in done.judged if budget.relative(name) > accuracy.target]
+    missed = [name for name in done.judged if budget.relative(name) > accuracy.target]
     reasons = []
-    for measure in sorted(missing, key=lambda name: -budget.relative(name)):
-        further, why = _finer_in(done, measure, time_left)
+    for measure in sorted(missed, key=lambda name: -budget.relative(name)):
+        further, why = _refined_for(done, measure, time_left)
         if further is not None:
             return further, ""
         reasons.append(why)
     return None, reasons[0]
 
 
-def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None, str]:
-    """Return a finer plan for one measure: sources made smaller, one after the other, until their sum is small.
+def _refined_for(done: Round, measure: str, time_left: float) -> tuple[Plan | None, str]:
+    """Return a plan whose error of one measure is predicted within the target, or ``None`` and the reason in words.
 
-    The cheapest that suffices by itself, else that which brings most for its price; none by more than `MOST_FINER` at
-    a time. One whose keys are stated, or at their end, stays.
+    Sources of error are refined one by one, at most by `MOST_FINER`: the cheapest that suffices by itself, else that
+    with the largest reduction per predicted time. Sources whose keys are stated or at their limit are not refined.
     """
     allowed = done.plan.scene.accuracy.target * abs(done.left.values[measure]) / safety(measure)
     if allowed == 0.0:
@@ -134,7 +134,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     remaining = dict(before)
     while sum(remaining.values()) > allowed:
         steps = _steps(plan, measure, remaining, before, allowed)
-        if plan.method.ports is not None:  # a wider band has modes that ask for a finer mesh: nothing else may do first
+        if plan.method.ports is not None:  # a wider band needs a finer mesh: other sources are refined before
             steps = [step for step in steps if step.source != "reduction"] or (steps if plan == done.plan else [])
         if not steps:
             break
@@ -145,18 +145,18 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
         else:
             step = max(steps, key=lambda step: (remaining[step.source] - step.leaves) / cost[step.source])
         plan, remaining[step.source] = step.plan, step.leaves
-        if plan.without != done.plan.without:  # another level, and a plan of its own
+        if plan.without != done.plan.without:  # the level of the model has changed: its other keys are planned anew
             break
     if plan == done.plan:
         return None, _stuck(done, remaining, allowed)
     kept = plan.method.seat == done.plan.method.seat
     plan = replace(plan, cost=costs.predict_cost(plan.scene, plan.method, kept=kept), kept=kept)
-    why = _too_much(done, plan, time_left)
+    why = _exceeded_limit(done, plan, time_left)
     return (None, why) if why else (plan, "")
 
 
 def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
-    """Return why no source is made smaller: one alone is too large and at its end, or all are that count."""
+    """Return in words why no source can be refined: one too large by itself is at its limit, or all that count are."""
     order = sorted((source for source in left if left[source] > RESERVE * allowed), key=lambda s: -left[s])
     alone = [source for source in order if left[source] > allowed and refining.refine(done.plan, source) is None]
     if alone:
@@ -167,7 +167,7 @@ def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
 
 @dataclass(frozen=True)
 class _Step:
-    """One source of error made smaller: the plan that does it, and the error left."""
+    """The refinement of one source of error: its name, the refined plan, and the source's error after it."""
 
     source: str
     plan: Plan
@@ -177,7 +177,7 @@ class _Step:
 def _steps(
     plan: Plan, measure: str, left: Mapping[str, float], before: Mapping[str, float], allowed: float
 ) -> list[_Step]:
-    """Return the sources that count and can be made smaller, largest first; none if one too large alone cannot."""
+    """Return refinements of the sources that count, largest first; none if one too large alone cannot be refined."""
     steps: list[_Step] = []
     for source in sorted(left, key=lambda source: -left[source]):
         if left[source] <= RESERVE / 2 * allowed:
@@ -188,21 +188,21 @@ def _steps(
             continue
         finer = refining.refine(plan, source, min(max(left[source] / room, LEAST_FINER), most))
         if finer is not None:
-            steps.append(_Step(source, finer, left[source] * _smaller(plan, finer, source, measure)))
+            steps.append(_Step(source, finer, left[source] * _reduction_factor(plan, finer, source, measure)))
         elif left[source] > allowed:
             return []
     return steps
 
 
-def _smaller(plan: Plan, finer: Plan, source: str, measure: str) -> float:
-    """Return the predicted factor on a source's share."""
+def _reduction_factor(plan: Plan, finer: Plan, source: str, measure: str) -> float:
+    """Return the predicted error of a source with the ``finer`` plan over that with ``plan``."""
     shares = [{str(name): part[measure] for name, part in each.shares.items()} for each in (plan, finer)]
     now, then = (share.get(source, 0.0) for share in shares)
     return then / now if now > 0 else 1 / LEAST_FINER
 
 
-def _too_much(done: Round, plan: Plan, time_left: float) -> str:
-    """Return which limit a further round would exceed, in words; "" if none."""
+def _exceeded_limit(done: Round, plan: Plan, time_left: float) -> str:
+    """Return in words which limit a further round would exceed; "" if none."""
     cost, available = plan.cost, available_memory()
     if cost.memory > MEMORY * available:
         return f"the next round would take {cost.memory / 1e9:.2g} GB, {available / 1e9:.2g} GB are available"

@@ -1,4 +1,4 @@
-"""Pictures of a run, and of the modes of a seat; and what to say where one cannot be made."""
+"""Pictures of a run and of the modes of a seat, and messages about those that cannot be drawn."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from seatfem.study.scene import ContactGeometry, Run, Scene
 if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes
 
-SHOWN_MODES = 6
+SHOWN_MODES = 6  # modes in a run's modes.png
 MODES_FILE: Final = "modes.h5"
 BODIES: Final = (
     "mesh.png",
@@ -48,7 +48,7 @@ BODIES: Final = (
     "reed_stress_wave.gif",
     "reed_stress_wave.png",
     "margin_map.png",
-)  # in space: drawn by VTK, apart
+)  # pictures in three dimensions, drawn by VTK in another process
 
 
 def draw_run(
@@ -63,10 +63,10 @@ def draw_run(
     painter: rendering.Painter | None = None,
     landings: Sequence[Mapping[str, object]] = (),
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Draw force, motion, energy, Green's function, ``more``, mesh and modes; (files written, gaps in words).
+    """Draw force, motion, energy, Green's function, ``more``, mesh and modes; return the files and messages on gaps.
 
-    ``painter``: has taken those of `ahead` for this seat. ``landings``: records as in summary.json, to be marked. Mesh
-    and modes of a seat that was computed before, whose matrices are gone, come from the store.
+    ``painter``: drawing process that `ahead` has started on. ``landings``: records as in summary.json, to be marked.
+    Pictures of mesh and modes of a seat that is reused, without its matrices, are copied from the store.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
     marked: dict[str, Any] = {"filter_width": width, "title": title, "landings": landings}
@@ -87,14 +87,14 @@ def draw_run(
         store = Store.default()
         for file in (file for file in files if file.name in names):
             store.keep(key, file)
-        copies = () if names else store.fetch(key, folder)  # where nothing of the seat can be drawn
+        copies = () if names else store.fetch(key, folder)  # the matrices of the seat are not at hand
     except (StoreError, OSError) as problem:
         return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
     return (*files, *copies), gaps
 
 
 def ahead(body: Structure, run: Run, method: RunMethod, seat: Solved, painter: rendering.Painter) -> None:
-    """Draw the pictures that need the seat alone, while the run continues; none for a seat without bodies to draw."""
+    """Begin to draw the pictures that need the seat only, while the run continues; none for a seat without a mesh."""
     bodies = [picture for picture in _seat_pictures(body, run.filter_width, seat) if picture[0] in BODIES]
     if bodies and not picture_library_gap():
         painter.take([*bodies, _greens_picture(run, method, seat)])
@@ -139,7 +139,7 @@ def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[renderin
     pictures: list[rendering.Picture] = [("mesh.png", mesh_picture(seat.mesh))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
-    # all there are: counted, and of the whole body instead of a section or sector
+    # "Modes of the seat": all modes are known, and of the whole body instead of a section or sector
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
     kept = _kept_modes(seat)
@@ -148,11 +148,11 @@ def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[renderin
 
 
 def _mode_pictures(numbered: list[tuple[int, natural_modes.Mode]], title: str, *, cut: bool) -> list[rendering.Picture]:
-    """Return modes.png and mode_1.gif; in their place what keeps the modes from being shown in space."""
+    """Return modes.png and mode_1.gif, or a picture that fails with the reason why they cannot be drawn."""
     frequencies = [mode.frequency_hz for _, mode in numbered]
     try:
         grid, shapes = in_space([mode for _, mode in numbered])
-    except Exception as problem:  # numbers are known already, as in `gap_of`
+    except Exception as problem:  # all numbers are on file: the missing picture is reported instead
         return [("modes.png", partial(raising, problem))]
     names = [_name(k, mode) for k, mode in numbered]
     sheet = partial(plots.plot_modes, grid, shapes, frequencies, title=title, cut=cut, names=names)
@@ -160,9 +160,7 @@ def _mode_pictures(numbered: list[tuple[int, natural_modes.Mode]], title: str, *
 
 
 def _kept_modes(seat: Solved) -> list[tuple[int, natural_modes.Mode]]:
-    """Return the first modes behind a Green's function, numbered."""
-    # a run whose seat is known loads no elements
-
+    """Return the first `SHOWN` modes of a seat's Green's function, numbered from 1."""
     assert seat.modes is not None
     diameters = 0 if isinstance(seat.mesh, plane_meshes.MeridianMesh) else None
     triples = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)
@@ -173,7 +171,7 @@ def _kept_modes(seat: Solved) -> list[tuple[int, natural_modes.Mode]]:
 
 
 def _save_modes(numbered: list[tuple[int, natural_modes.Mode]], title: str, path: Path) -> None:
-    """Write modes of one mesh, as `seatfem.pictures.moving` keeps them: those of a body of revolution go around."""
+    """Write modes of one mesh to a file of `seatfem.pictures.moving`; of a body of revolution all around the axis."""
     first = numbered[0][1].model
     assert first is not None
     skin = cell_grid.skin_of(first)
@@ -193,9 +191,9 @@ def mesh_picture(mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None) -> C
 def draw_all(
     pictures: list[rendering.Picture], folder: Path, progress: Progress, painter: rendering.Painter | None = None
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Draw all pictures, curves here and bodies in another process meanwhile; (files written, gaps in words).
+    """Draw all pictures, `BODIES` in another process meanwhile; return the files and messages about gaps.
 
-    ``painter``: that process, where it is there already; what it has taken is not drawn again.
+    ``painter``: that process, if it is running; pictures that it has begun are not drawn again.
     """
     files, gaps = [], []
     bodies = [] if picture_library_gap() else [picture for picture in pictures if picture[0] in BODIES]
@@ -214,26 +212,25 @@ def _by_name(draw: Callable[..., object]) -> Callable[[Path], object]:
     return lambda path: draw(path=path)
 
 
-SHOWN = 12
+SHOWN = 12  # most modes that are drawn or kept
 
 
-def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Write modes.csv, and if the unknowns have places mesh.png, modes.png, mode_1.gif, modes.vtu; return (files,
-    gaps)."""
+def draw_modes(natural: NaturalModes, folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Write modes.csv and, of a meshed body, mesh.png, modes.png, mode_1.gif, modes.vtu; return files and gaps."""
     table = folder / "modes.csv"
-    write_table(found, table)
-    if found.mesh is None or not found.modes:
+    write_table(natural, table)
+    if natural.mesh is None or not natural.modes:
         return (table,), ()
-    cut = found.modes[0].diameters is not None
-    numbered = [(k, mode) for k, mode in enumerate(found.modes, start=1) if mode.frequency_hz > 0]
+    cut = natural.modes[0].diameters is not None
+    numbered = [(k, mode) for k, mode in enumerate(natural.modes, start=1) if mode.frequency_hz > 0]
     elastic = [(k, mode) for k, mode in numbered if not mode.repeats][:SHOWN]
 
-    title = "Modes of the seat" if found.complete else "Modes of the seat, not counted"
+    title = "Modes of the seat" if natural.complete else "Modes of the seat, not counted"
 
     def paraview(path: Path) -> None:
         plots.write_vtu(*in_space([mode for _, mode in numbered]), [mode.frequency_hz for _, mode in numbered], path)
 
-    pictures: list[rendering.Picture] = [("mesh.png", mesh_picture(found.mesh))]
+    pictures: list[rendering.Picture] = [("mesh.png", mesh_picture(natural.mesh))]
     if elastic:
         pictures += [*_mode_pictures(elastic, title, cut=cut), ("modes.vtu", paraview)]
         pictures.append((MODES_FILE, partial(_save_modes, elastic, title)))
@@ -242,7 +239,7 @@ def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[t
 
 
 def in_space(modes: list[natural_modes.Mode]) -> tuple[cell_grid.CellGrid, list[Array]]:
-    """Return the body in space and the displacements of modes; a half section is revolved."""
+    """Return the body in three dimensions and the displacements of its modes; a half section is revolved."""
     model = modes[0].model
     assert model is not None
     if modes[0].diameters is None:
@@ -255,10 +252,10 @@ def in_space(modes: list[natural_modes.Mode]) -> tuple[cell_grid.CellGrid, list[
     return body.grid, shapes
 
 
-def write_table(found: NaturalModes, path: Path) -> None:
-    """Write one line a mode; an empty field where a number means nothing."""
+def write_table(natural: NaturalModes, path: Path) -> None:
+    """Write one line for each mode, with empty fields where a number does not apply."""
     heads = ("mode", "frequency_hz", "residual", "nodal_diameters", "family", "port_share")
-    modes = enumerate(found.modes, start=1)
+    modes = enumerate(natural.modes, start=1)
     rows = ((k, float(m.frequency_hz), float(m.residual), m.diameters, m.family, m.share) for k, m in modes)
     write_csv(path, heads, rows, digits=9)
 
@@ -270,7 +267,7 @@ def _amplitudes(mode: natural_modes.Mode) -> Array:
 
 
 def _name(number: int, mode: natural_modes.Mode) -> str:
-    """Return the words before the frequency."""
+    """Return a mode's number, family and nodal diameters n, to stand before its frequency."""
     if mode.diameters is None:
         return f"{number}"
     if mode.family == "torsion":

@@ -1,6 +1,5 @@
-"""A scene, carried out: plan, seat, contact, spring baseline, measures, error bars, files; and a life's margin
-against one key.
-"""
+"""The run of a scene: plan, seat, contact, spring baseline, measures, error bars, files; and curves of a life's margin
+over one key."""
 
 from __future__ import annotations
 
@@ -74,29 +73,29 @@ def run_scene(
 ) -> RunOutcome:
     """Run everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
-    The plan fills what the scene leaves open; the run measures the error left in it, and refines what dominates while
-    the target of accuracy is missed. A seat computed before, in ``folder`` or in the store, is used again. The numbers
-    of each round are on file before the next begins, marked as not the last, and all of them before the first
-    picture; one that cannot be drawn is told, and named in summary.json.
+    The plan chooses the keys that the scene leaves open; the run estimates its errors, and refines the largest in
+    further rounds while the target of accuracy is missed. A seat computed before, in ``folder`` or in the store, is
+    reused. The numbers of each round are on file before the next begins, marked as not the last, and all numbers before
+    the first picture; a picture that cannot be drawn is reported, and named in summary.json.
 
     Args:
-        tell: hears of each round what it left and took, and the price of the next.
-        limits: number of rounds and time.
+        tell: receives a line on errors and time of each round, and on the predicted time of the next.
+        limits: limits on the number of rounds and on time.
         pictures: whether to draw.
-        plan: of the scene, where there is one already.
-        histories: whether result.h5 is written.
-        painter: a process that draws bodies while the run goes on; ``None``: one that is started afterwards.
+        plan: plan of the scene, if there is one already.
+        histories: whether to write result.h5.
+        painter: process that draws bodies while the run goes on; ``None``: one is started at the end.
 
     Raises:
         OutputError: ``folder`` cannot be written to.
-        RunError: a time step that cannot resolve the measures asked for, a striker nothing can stop.
+        RunError: the time step cannot resolve the measures asked for, or nothing can stop the striker.
         Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
     start, watch, is_planned = time.perf_counter(), Stopwatch(), plan is None
     safe_files.check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
         plan = plan or cached_plan(scene)
-        if plan is None and painter is not None and scene.seat.elastic is not None:  # the seat is likely to be new
+        if plan is None and painter is not None and scene.seat.elastic is not None:  # it is likely to be drawn
             painter.begin()
         plan = plan or plan_scene(scene, progress=progress, folder=folder)
         if scene.stress is not None:
@@ -105,7 +104,7 @@ def run_scene(
     for latest in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if painter is not None:
             runs.pictures.ahead(scene.seat, scene.run, latest.plan.method, latest.seat, painter)
-        if baseline is None or baseline.beside is not latest.result:  # a round comes again where the next one failed
+        if baseline is None or baseline.beside is not latest.result:  # a round is yielded again if the next one fails
             baseline = baseline_of(latest, watch)
         gas_run = None if scene.gas is None else GasRun.from_run(scene.gas, latest.touches)
         summary = _summary(latest, baseline, gas_run, watch)
@@ -139,7 +138,7 @@ def run_scene(
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
-        with watch("pictures"):  # whatever becomes of them, all numbers are on file
+        with watch("pictures"):
             of_lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
             division = latest.plan.method.seat.division
             drawing = layout.DRAWING, lambda path: draw_layout(layout.layout_of(scene, division), path)
@@ -198,7 +197,7 @@ def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Sto
 
 
 def write_landings(path: Path, landings: Sequence[Mapping[str, object]]) -> None:
-    """Write the records of landings, a column for each of their keys; of none the first ones."""
+    """Write the records of landings, one column for each key; without landings, the first three heads only."""
     heads = list(dict.fromkeys(key for record in landings for key in record)) or ["body", "number", "time_s"]
     csv_table.write_csv(path, heads, ([record.get(key) for key in heads] for record in landings))
 
@@ -224,8 +223,6 @@ def write_modes(
     scene: Scene, folder: Path, progress: Progress = silent, *, count: int | None = None, up_to_hz: float | None = None
 ) -> RunOutcome:
     """Compute all modes of the seat [the 20 lowest]; write modes.csv, pictures, an animation, modes.vtu (ParaView)."""
-    # of no run
-
     safe_files.check_writable(folder / "modes.csv")
     watch = Stopwatch()
     check_files(scene)
@@ -258,22 +255,22 @@ def margin_curve(
     margin: str = "life_margin",
     tell: Tell = ignore,
 ) -> MarginCurve:
-    """Run a scene over values of one key, and where two of them enclose a margin of 1, look for the value there.
+    """Run a scene over values of one key, and where two of them enclose a margin of 1, find the value there.
 
-    Each run is a whole one, with its error bars and without pictures, in a folder of its own; those that look for the
-    allowed value, by Brent's method to `NEAR` of it, are on the curve, too. The table is in margin.csv.
+    Each value is a complete run with error bars, without pictures, in its own folder; the runs of the search for the
+    allowed value (Brent's method, to `lives.NEAR`) are added to the curve. The table is written to margin.csv.
 
     Args:
         scene: file with [life].
-        key: dotted, as "reed.release.velocity" or "load.0.gravity".
-        values: as the file would have them, all in one unit, such as "2 m/s" or, of a ratio, 0.1; at least two.
-        folder: of the runs.
+        key: dotted key, such as "reed.release.velocity" or "load.0.gravity".
+        values: at least two, written as in the file and in one unit, such as "2 m/s" or, for a ratio, 0.1.
+        folder: parent of the runs' folders.
         margin: "life_margin", or "life_speed_margin".
-        tell: hears of every run.
+        tell: receives a line for each run.
 
     Raises:
-        RunError: fewer than two values, several units, a scene that tells no such margin.
-        SceneError: a key or a value that the scene cannot have. Also what runs raise.
+        RunError: fewer than two values, several units, or a scene without this margin.
+        SceneError: the scene cannot have the key or the value. Also what runs raise.
     """
     numbers, unit = _in_one_unit(key, values)
 
@@ -297,7 +294,7 @@ def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: s
 
 
 def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:
-    """Return the values sorted, each once, and their unit."""
+    """Return the sorted numbers without repetitions, and their unit. Raises `RunError` as `margin_curve`."""
     try:
         quantities = [number_and_unit(value) for value in values]
     except UnitError as error:

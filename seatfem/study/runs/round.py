@@ -1,4 +1,4 @@
-"""One plan, carried out: its answer, the error left in it, what it took; and all that in words."""
+"""One round of a run: a plan's results, their errors, time and memory, and sentences about them."""
 
 from __future__ import annotations
 
@@ -46,19 +46,19 @@ class Round:
     """Plan, results and errors of one round of a run.
 
     Attributes:
-        plan: its scene was run.
-        seat: its answer, and whether it was there before (``reused``).
-        striker: of the run.
-        reed: its Green's function and what is known of it, where that was computed.
-        touches, stress: what came out, and the reed's largest stresses.
-        left: the errors in it.
+        plan: the plan that was run, with its scene.
+        seat: the solved seat: Green's function, mesh, and whether it was reused.
+        striker: the striker's Green's function and motion without contact.
+        reed: the solved reed, if it has finite elements or other computed modes.
+        touches, stress: contact history, and the reed's largest stresses.
+        left: error budget of the measures.
         number: 1, 2, ...
-        stopped: why no further round follows; "" where the target is met.
+        stopped: why no further round follows; "" if the target is met.
         spent: wall time of this round by stage [s].
-        memory: largest of the process up to its end [bytes].
-        plate: stress of a plate that strikes, where it is a measure asked for.
-        flights: of the striker, which further runs of the round share.
-        paces: measured over predicted time of seat and contact, where a round so far has measured them.
+        memory: peak memory of the process up to the end of the round [bytes].
+        plate: stress of a striking plate, if stress is a measure asked for.
+        flights: the striker's motion without contact, shared by further runs of the round.
+        time_ratios: measured over predicted time of seat and contact, from the rounds so far.
     """
 
     plan: Plan
@@ -78,7 +78,7 @@ class Round:
 
     @property
     def look(self) -> plate_stress.PlateLook | None:
-        """Return the look at the stress of a plate in other runs, where it is largest; ``None``: the usual one."""
+        """Return how runs of the error budget evaluate a plate's stress, at its largest; ``None``: no such measure."""
         reed = self.plan.scene.reed.thin_plate
         if self.plate is None or reed is None:
             return None
@@ -88,44 +88,44 @@ class Round:
 
     @property
     def result(self) -> ImpactResult:
-        """Return the impact of the seat's patch, seen as one contact."""
+        """Return the impact on the seat, with its struck patch as one contact."""
         return self.touches.seat
 
     @property
     def landed(self) -> bool:
-        """Return whether the run has what its measures need: a landing on the seat, or any contact."""
+        """Return whether the run has what its measures need: a landing on the seat or, for "run", any contact."""
         if self.plan.scene.accuracy.landing == "run":
             return bool(np.any(self.result.force))
         return self.touches.landings is None or bool(self.touches.landings.seat)
 
     @property
     def judged(self) -> tuple[str, ...]:
-        """Return the names of the values that must meet the target, those of landings left out where there is none."""
+        """Return the names of the values that must meet the target; none if the run has no landing."""
         names = self.plan.scene.accuracy.judged if self.landed else ()
         return tuple(name for name in names if name in self.left.values)
 
     @property
     def met(self) -> bool | None:
-        """Return whether the bars of all measures asked for are within the target; ``None`` where none has a value."""
+        """Return whether the error bars of all judged values are within the target; ``None`` without such values."""
         target = self.plan.scene.accuracy.target
         return all(self.left.relative(name) <= target for name in self.judged) if self.judged else None
 
     @property
     def without_bar(self) -> tuple[str, ...]:
-        """Return the measures nobody asked for, of a seat that the plan took for a spring: its pre-runs, which know
-        waves, did not look at them, and the budget's own look, where it is of first order, may miss most of what they
-        do."""
+        """Return the measures without a known error bar: the plan replaced the seat by a spring, and its pre-runs,
+        which include waves, compared only measures asked for; the budget may miss most of the effect of waves on
+        others."""
         if self.plan.level != "spring" or tells_waves(self.plan.scene.seat, self.plan.method.seat):
             return ()
-        looked_at = {*self.plan.scene.accuracy.judged, *self.plan.shares.get("model", {})}
-        return tuple(name for name in self.left.values if name not in looked_at and not is_of_a_landing(name))
+        compared = {*self.plan.scene.accuracy.judged, *self.plan.shares.get("model", {})}
+        return tuple(name for name in self.left.values if name not in compared and not is_of_a_landing(name))
 
 
 def missed(done: Round) -> tuple[str, ...]:
-    """Return which bars miss the target, by how much and by which source; and why the run stopped short."""
+    """Return sentences on the error bars that miss the target, their largest sources, and why the run stopped."""
     plan, target = done.plan, done.plan.scene.accuracy.target
-    counted = {SEAT_MODES: plan.method.seat.n_modes is not None, MODES: plan.scene.reed.slender is not None}
-    modes = [key for key, is_counted in counted.items() if is_counted]
+    has_mode_count = {SEAT_MODES: plan.method.seat.n_modes is not None, MODES: plan.scene.reed.slender is not None}
+    modes = [key for key, is_counted in has_mode_count.items() if is_counted]
     sentences = []
     for name in done.judged:
         if math.isinf(bar := done.left.relative(name)):
@@ -150,7 +150,7 @@ def missed(done: Round) -> tuple[str, ...]:
 
 
 def in_words(done: Round) -> str:
-    """Return the bar of each measure asked for, time and memory, in words."""
+    """Return a line with the error bar of each judged measure, the time and the memory of a round."""
     accuracy, budget = done.plan.scene.accuracy, done.left
     each = ((short_words(name), budget.relative(name)) for name in done.judged)
     bars = ", ".join(f"{words} {f'+-{percent(bar)}' if math.isfinite(bar) else 'not known'}" for words, bar in each)
@@ -176,7 +176,7 @@ OF_EITHER: Final = "a lower bandwidth (or fewer modes) of the seat, or of the st
 
 
 def remarks(done: Round) -> tuple[str, ...]:
-    """Return remarks in sentences, the most general first."""
+    """Return remarks on the results of a round, in sentences, the most general first."""
     scene = done.plan.scene
     empty = [name for name in scene.accuracy.judged if done.landed and name not in done.left.values]
     assumed = () if scene.reed.slender is None else scene.reed.slender.assumed()
@@ -195,7 +195,7 @@ def remarks(done: Round) -> tuple[str, ...]:
 
 
 def _advice(done: Round) -> tuple[str, ...]:
-    """Return advice on the run, in keys of the scene; none about a chosen step with an error within the target."""
+    """Return advice in terms of the scene's keys; none on a time step that the plan chose if the target is met."""
     measured = done.met is True and not done.plan.is_given(STEP)
     narrower, sentences = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
     narrower_reed = "a lower reed.greens.bandwidth" if done.plan.scene.reed.slender is None else f"fewer {MODES}"

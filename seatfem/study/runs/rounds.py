@@ -1,4 +1,5 @@
-"""A plan carried out, its error measured, and the plan refined until the target is met or cannot be."""
+"""The rounds of a run: a plan is computed, its error estimated, and it is refined until the target is met or cannot
+be."""
 
 from __future__ import annotations
 
@@ -35,11 +36,10 @@ __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
-PRICED: Final = 60.0  # predicted time [s] from which on a first round is announced with its price
+PRICED: Final = 60.0  # predicted time [s] above which it is announced before the first round
 FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
-"""Errors that end a finer round alone: all of the packages, of the factorizations and of the disk. Any other is a
-bug."""
-BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model", LIP)
+"""Errors after which the round before is the answer: of packages, factorisations and disk. Any other is a bug."""
+BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model", LIP)  # sources that pre-runs of the plan estimate, too
 
 
 def rounds(
@@ -52,18 +52,18 @@ def rounds(
     tell: Tell = ignore,
     start: float | None = None,
 ) -> Iterator[Round]:
-    """Yield rounds of run, measured error and refinement, until the target is met or nothing more can be done.
+    """Yield rounds of run, error estimate and refinement, until the target is met or nothing more can be refined.
 
-    What dominates the error is made finer; keys that the file states are left alone, and no round is begun that would
-    take more than the ``limits`` or `MEMORY` by prediction, or more steps than can be stored. Where a finer round
-    fails, the one before is the answer, its seat on file again, and comes once more, ``stopped`` telling why.
+    The largest sources of error are refined; keys that the file states are kept, and no round is begun whose prediction
+    exceeds the ``limits``, `MEMORY` or the number of steps that can be stored. If a finer round fails, its predecessor
+    is the answer: its seat is written again, and it is yielded again with the reason in ``stopped``.
 
     Args:
-        tell: hears of each round what error it left and what it took, and what the next one would.
-        start: of the run (`time.perf_counter`), from which ``limits.seconds`` count.
+        tell: receives a line on error, time and memory of each round, and on the prediction for the next.
+        start: `time.perf_counter` at the start of the run, from which ``limits.seconds`` count.
 
     Yields:
-        Each finished round, before the next begins; one that is not the last has that in ``stopped``.
+        Each finished round, before the next begins; ``stopped`` of one that is not the last says so.
     """
     if plan.cost.seconds > PRICED:
         tell(
@@ -79,7 +79,7 @@ def rounds(
             if latest.met is False:
                 further, why = next_plan(latest, limits, deadline - time.perf_counter())
         except FAILURES as problem:
-            why = _impossible(problem)
+            why = _failure_words(problem)
         tell(in_words(latest))
         if further is None:
             yield replace(latest, stopped=why)
@@ -93,10 +93,10 @@ def rounds(
                 partial(_round, limits=limits), further, folder, watch, _until(deadline, progress), latest
             )
         except FAILURES as problem:
-            yield replace(latest, stopped=_impossible(problem) + _seat_again(latest, further, folder))
+            yield replace(latest, stopped=_failure_words(problem) + _restore_seat(latest, further, folder))
             return
         except KeyboardInterrupt:
-            _seat_again(latest, further, folder)
+            _restore_seat(latest, further, folder)
             raise
 
 
@@ -116,27 +116,27 @@ def _until(deadline: float, progress: Progress) -> Progress:
 
 
 def _measured(
-    carried_out: Callable[..., Round], plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *more: Round
+    compute: Callable[..., Round], plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *previous: Round
 ) -> Round:
-    """Return a round with its number, its time and memory."""
+    """Compute a round, and return it with its number, time and memory; ``previous``: the round before, if any."""
     before = dict(watch.stages)
-    result = carried_out(plan, folder, watch, progress, *more)
+    result = compute(plan, folder, watch, progress, *previous)
     spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
-    number, known = (more[0].number + 1, more[0].time_ratios) if more else (1, {})
+    number, ratios = (previous[0].number + 1, previous[0].time_ratios) if previous else (1, {})
     return replace(
-        result, number=number, spent=spent, memory=peak_memory(), time_ratios=time_ratios(spent, plan, known)
+        result, number=number, spent=spent, memory=peak_memory(), time_ratios=time_ratios(spent, plan, ratios)
     )
 
 
-def _impossible(problem: Exception) -> str:
+def _failure_words(problem: Exception) -> str:
     if isinstance(problem, OutOfTime):
         return f"the next round was stopped: {problem}"
     reason = str(problem) or ("out of memory" if isinstance(problem, MemoryError) else type(problem).__name__)
     return f"a finer round is not possible: {reason}"
 
 
-def _seat_again(done: Round, further: Plan, folder: Path) -> str:
-    """Keep the seat of ``done`` on file, where a round that failed may have written a finer one; return why not."""
+def _restore_seat(done: Round, further: Plan, folder: Path) -> str:
+    """Write the seat of ``done`` again, as a failed round may have written a finer one; return why it cannot, or ""."""
     if _seat_key(further) == (key := _seat_key(done.plan)):
         return ""
     try:
@@ -152,7 +152,7 @@ def _seat_key(plan: Plan) -> str:
 
 
 def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *, limits: Limits) -> Round:
-    """Run the first round; at a looser tolerance, if none is stated, where no Krylov space holds what was planned."""
+    """Run the first round; if no Krylov space reaches the planned tolerance, at looser ones unless it is stated."""
     for tolerance in LOOSER if plan.is_open(TOLERANCE) else ():
         try:
             return _round(plan, folder, watch, progress, limits=limits)
@@ -164,7 +164,7 @@ def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress,
 def _round(
     plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
 ) -> Round:
-    """Run a round; ``before``: the round whose seat is used again if nothing of it has become finer."""
+    """Run a round; ``before``: the round before, whose seat and reed are reused if their methods are unchanged."""
     scene, method = plan.scene, plan.method
     if before is not None and _seat_key(before.plan) == _seat_key(plan):
         seat = before.seat
@@ -178,7 +178,7 @@ def _round(
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     bodies = [striker.greens, seat.greens]
     if scene.stopper is not None:
-        with watch("stopper"):  # once for all runs of this process
+        with watch("stopper"):  # solved once for all runs of this process
             bodies += [body.greens for body in (stopper_of(scene),) if body is not None]
     dt = method.time_step or contact.fallback_step(scene.run, scene.gas, *bodies)
     contact.check_length(scene, dt, method.seat.division.count)
@@ -198,15 +198,15 @@ def _round(
         computed = replace(computed, plate=plate, stress=None if plate is None else plate.found)
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None
-        looks = (wanted_stress, reed, computed.look, progress, flights)
-        budget = error_budget(scene, method, seat, striker, touches, *looks)
+        options = (wanted_stress, reed, computed.look, progress, flights)
+        budget = error_budget(scene, method, seat, striker, touches, *options)
     landings = () if touches.landings is None else touches.landings.seat
     budget = with_bars_of_measures(_at_least_planned(plan, budget), landings)
     return replace(computed, left=_with_recovery(budget, computed.plate))
 
 
 def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
-    """Return the budget with what mesh and modes of a plate leave in the recovery of its stress."""
+    """Return the budget with errors of a plate's stress recovery, by its mesh and modes, added to those of the reed."""
     names = [name for name in left.values if asked_name(name) == Stress.name]
     if plate is None or not names or not left.parts:
         return left
@@ -216,9 +216,9 @@ def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:
-    """Return the budget with parts of step, model and lip no smaller than the plan's pre-runs found.
+    """Return the budget with errors by step, model and lip at least as large as in the plan's pre-runs.
 
-    A change between two steps may be small by accident, and a spring in place of the seat cannot tell of waves.
+    A change between two steps may be small by accident, and a run on a spring does not include waves.
     """
 
     def at_least(source: Source, part: Values) -> Values:

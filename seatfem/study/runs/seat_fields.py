@@ -1,4 +1,4 @@
-"""The seat meshed again, and the fields of stress on it under the contact forces of a round."""
+"""Meshes of the seat for its stress, and the stress fields on them under the contact forces of a round."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ from seatfem.study.runs.round import Round
 from seatfem.study.scene.problems import Problem, SceneError
 from seatfem.study.scene.run import Stress as StressTable
 
-FIRST: Final = 4  # harmonics with a full space at least: the lowest frequency first falls, then rises with n
-STATIC: Final = 10  # vectors per port of harmonics without waves in the band
-FEWEST_ANGLES: Final = 16
-ON_IT: Final = 1e-6  # distance [m] from a node of the struck face at which a point counts as on it
+FIRST: Final = 4  # harmonics up to this n have a full Krylov space: the lowest frequency first falls, then rises with n
+STATIC: Final = 10  # Krylov vectors per port of harmonics without natural frequencies in the band
+FEWEST_ANGLES: Final = 16  # fewest angles around the axis at which stress is evaluated
+ON_IT: Final = 1e-6  # distance [m] from a node of the struck face within which a point counts as on it
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,9 @@ class SeatMesh:
     """A mesh of the seat of a plan.
 
     Attributes:
-        plan: whose seat it is.
-        mesh: drawn, or as the file has it.
-        assembled: the model on it, where it is there already.
+        plan: plan with the seat.
+        mesh: mesh made by gmsh, or read from the seat's file.
+        assembled: the model on the mesh, if it is assembled already.
     """
 
     plan: Plan
@@ -62,40 +62,40 @@ class SeatMesh:
 
     @property
     def singular(self) -> Array:
-        """Return the points (k, d) of its singular edges [m]."""
+        """Return the (k, d) points on singular edges of the mesh [m]."""
         return singular_points(self.mesh, self.body.held)
 
     @property
     def distance(self) -> float:
-        """Return the distance from singular points within which stress is left out [m]."""
+        """Return the distance from singular points within which stress is not evaluated [m]."""
         assert self.plan.scene.stress is not None
         return self.plan.scene.stress.distance
 
     @property
     def struck(self) -> Array:
-        """Return the nodes (k, d) of the struck face: corners, middles of edges and of facets [m]."""
+        """Return (k, d) points of the struck face [m]: vertices, and midpoints of edges and of facets."""
         mesh = elements_of(self.mesh).mesh
         corners = mesh.p[:, mesh.facets[:, mesh.boundaries[self.body.struck_face]]]
         pairs = [(corners[:, a] + corners[:, b]) / 2 for a, b in combinations(range(corners.shape[1]), 2)]
         return np.concatenate([*np.moveaxis(corners, 1, 0), *pairs, corners.mean(axis=1)], axis=1).T
 
     def named(self) -> Sites:
-        """Return the places of ``stress.points``. Raises `SceneError` for those off the seat, or at a singular edge."""
+        """Return the sites of ``stress.points``. Raises `SceneError` if one is off the seat, or at a singular edge."""
         assert self.plan.scene.stress is not None
         elements, wanted = elements_of(self.mesh), self.plan.scene.stress.points
-        own, problems = self._own(np.array(wanted).reshape(-1, 3)), []
-        close = near(own, self.singular, self.distance)
+        points, problems = self._in_mesh_coordinates(np.array(wanted).reshape(-1, 3)), []
+        close = near(points, self.singular, self.distance)
         for number, point in enumerate(wanted):
             path, message = ("stress", "points", number), ""
             try:
-                at_points(elements, own[[number]])
+                at_points(elements, points[[number]])
             except ModelError:
                 surface = on_surface(elements).points
-                away = np.linalg.norm(surface - own[number], axis=1)
-                node = _in_mm(surface[int(away.argmin())])
+                distances = np.linalg.norm(surface - points[number], axis=1)
+                node = _in_mm(surface[int(distances.argmin())])
                 message = (
                     f"{_in_mm(point)} mm lies off the seat: its nearest node, at {node} mm"
-                    f"{' in (r, z)' if self.flat else ''}, is {1e3 * away.min():.3g} mm away; name a point in the "
+                    f"{' in (r, z)' if self.flat else ''}, is {1e3 * distances.min():.3g} mm away; name a point in the "
                     "seat or on its surface, in its own coordinates"
                 )
             if close[number] and not message:
@@ -107,21 +107,22 @@ class SeatMesh:
                 problems.append(Problem(None, 0, f"stress.points.{number}", message, path))
         if problems:
             raise SceneError(tuple(problems))
-        return at_points(elements, own)
+        return at_points(elements, points)
 
     @property
     def flat(self) -> bool:
-        """Return whether it is a half section."""
+        """Return whether the mesh is a half section of a body of revolution."""
         return isinstance(self.mesh, MeridianMesh)
 
-    def _own(self, points: Array) -> Array:
+    def _in_mesh_coordinates(self, points: Array) -> Array:
         """Return the points in the coordinates of the mesh."""
         return np.column_stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]]) if self.flat else points
 
     # Stress
 
     def stress(self, waves: Waves | None, refinement: float = 1.0) -> MeshStress:
-        """Return the stress on it, with ``waves`` around, and how many times as large as another's its elements are."""
+        """Return the stress on the mesh, by the harmonics of ``waves`` if there are any; ``refinement``: size of its
+        elements over that of the finer mesh."""
         asked, elements = self.plan.scene.stress, elements_of(self.mesh)
         assert asked is not None
         of_named = [self.named()] if asked.points and (refinement == 1.0 or not asked.surface) else []
@@ -135,8 +136,8 @@ class SeatMesh:
         return MeshStress(where, points, to_edge, to_struck, refinement)
 
     def harmonics(self, waves: Waves | None) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
-        """Yield number, model and answers of each harmonic, and its `Harmonic.mixing`, one after the other; without
-        ``waves`` the one model's, of which nothing is mixed."""
+        """Yield number, model, response and `Harmonic.mixing` of each harmonic; without ``waves`` those of the only
+        model, with an empty mixing."""
         if waves is None:
             vectors = VECTORS + MORE * (len(self.model.ports) - 1)
             yield 0, self.model, self._response(self.model, vectors), np.zeros((0, 0, 2))
@@ -144,25 +145,25 @@ class SeatMesh:
         rings, slowest = waves.rings, 0.0
         for n in waves.numbers:
             model = self._matrices(harmonic=n)
-            waving = n <= FIRST or slowest < 2 * math.pi * BEYOND * self.bandwidth
-            most = VECTORS + MORE * (len(rings) - 1) if waving else STATIC * len(rings)
+            has_modes_in_band = n <= FIRST or slowest < 2 * math.pi * BEYOND * self.bandwidth
+            most = VECTORS + MORE * (len(rings) - 1) if has_modes_in_band else STATIC * len(rings)
             response = self._response(model, most, resting=n > 0)
             slowest = float(response.pairs.omega.min())
             yield n, model, response, mixing_of(waves.patches, rings, n)
 
     def stress_of(self, model: SecondOrderModel, sites: Sites, harmonic: int = 0) -> Any:
-        """Return C (6 P, n) of its unknowns: stress at P sites."""
+        """Return the (6 P, n) stress at P sites per unknown of the model."""
         solids = self.body.solids(regions_of(self.mesh))
         return solid_stress(elements_of(self.mesh), solids, model, sites, harmonic=harmonic)
 
     @property
     def bandwidth(self) -> float:
-        """Return the bandwidth of the seat's own response [Hz]."""
+        """Return the bandwidth of the seat's response in the plan [Hz]."""
         return bandwidth_of(self.plan)
 
     @cached_property
     def model(self) -> SecondOrderModel:
-        """Return the model on the mesh; of a body of revolution that of harmonic 0."""
+        """Return the model on the mesh; for a body of revolution that of harmonic 0."""
         return self.assembled or self._matrices()
 
     def _matrices(self, harmonic: int = 0) -> SecondOrderModel:
@@ -179,13 +180,14 @@ class SeatMesh:
 
 @dataclass(frozen=True)
 class MeshStress:
-    """Stress on one mesh of a seat, whatever presses it and at whatever step.
+    """Stress on one mesh of a seat, for any port forces and time step.
 
     Attributes:
-        where: at all nodes of the surface, or at the named points where it is looked at these alone; for each harmonic.
-        points: at the named points, likewise; none where none are named.
-        to_edge, to_struck: (P,) distance of each place from the nearest singular edge, and from the struck face [m].
-        refinement: size of the elements over that of the mesh it is compared with; 1 of the finer one.
+        where: stress at all surface nodes (or at the named points, if the scene asks for these only), by harmonic.
+        points: stress at the named points, by harmonic; empty without any.
+        to_edge, to_struck: (P,) distance of each of these places from the nearest singular edge, and from the struck
+            face [m].
+        refinement: element size over that of the finer mesh; 1 for the finer mesh.
     """
 
     where: tuple[StressSpace, ...]
@@ -195,7 +197,7 @@ class MeshStress:
     refinement: float
 
     def within(self, asked: StressTable) -> MeshStress:
-        """Return what is looked at: places away from singular edges, and from a struck face that does not count.
+        """Return the stress at places away from singular edges and, unless ``asked.struck``, from the struck face.
 
         Raises:
             ModelError: no such places.
@@ -216,27 +218,27 @@ class MeshStress:
     def field(
         self, asked: StressTable, waves: Waves | None, dt: float, *, named: bool = False, fewer: bool = False
     ) -> AnyField:
-        """Return the field under forces of a step ``dt`` [s] where it is looked at, or at the ``named`` points;
-        ``fewer``: with fewer vectors."""
+        """Return the stress field for a time step ``dt`` [s] on the surface, or at the ``named`` points; ``fewer``:
+        from fewer vectors, for the error bar."""
         spaces = self.points if named else self.where
         fields = [space.field(dt, fewer=fewer) for space in spaces]
         if waves is None:
             return fields[0]
         points = np.array(asked.points).reshape(-1, 3)
-        turns = np.arctan2(points[:, 1], points[:, 0])[:, None] if named or not asked.surface else waves.angles
+        angles = np.arctan2(points[:, 1], points[:, 0])[:, None] if named or not asked.surface else waves.angles
         mixings = (mixing_of(waves.patches, waves.rings, n) for n in waves.numbers)
         parts = tuple(map(Harmonic, waves.numbers, fields, mixings))
-        return RingField(spaces[0].points, np.broadcast_to(turns, (len(spaces[0].points), turns.shape[-1])), parts)
+        return RingField(spaces[0].points, np.broadcast_to(angles, (len(spaces[0].points), angles.shape[-1])), parts)
 
 
 @dataclass(frozen=True)
 class SeatMeshes:
-    """The two meshes of the seat of a round: those behind its Green's function, or drawn where they are needed.
+    """The two meshes of a round's seat: those of its Green's function, or meshed again where they are not at hand.
 
     Attributes:
-        plan: of the round.
-        solved: its seat.
-        progress: hears of the drawing.
+        plan: plan of the round.
+        solved: solved seat of the round.
+        progress: receives the progress of meshing.
     """
 
     plan: Plan
@@ -245,7 +247,7 @@ class SeatMeshes:
 
     @cached_property
     def both(self) -> tuple[SeatMesh, SeatMesh | None]:
-        """Return the mesh, and one coarser by `COARSENING` of a seat that is drawn."""
+        """Return the mesh, and one coarser by `COARSENING` unless the seat's mesh is read from a file."""
         body, mesh, coarser = self.plan.scene.seat.elastic, self.solved.mesh, self.solved.coarser_mesh
         assert body is not None
         if mesh is None or (coarser is None and body.drawn is not None):
@@ -254,7 +256,7 @@ class SeatMeshes:
         return SeatMesh(self.plan, mesh, known), None if coarser is None else SeatMesh(self.plan, coarser)
 
     def stress(self, waves: Waves | None, *, coarser: bool = False) -> MeshStress:
-        """Return the stress on the finer mesh, or on the ``coarser``."""
+        """Return the stress on the finer mesh, or on the ``coarser`` one."""
         fine, coarse = self.both
         if not coarser:
             return fine.stress(waves)
@@ -269,12 +271,12 @@ def bandwidth_of(plan: Plan) -> float:
 
 @dataclass(frozen=True)
 class Waves:
-    """Waves around a body of revolution that is struck in arcs of its ring.
+    """Fourier harmonics around a body of revolution that is struck on arcs of its ring.
 
     Attributes:
-        patches: by port.
-        numbers: of the harmonics.
-        angles: (A,) at which the surface is looked at [rad].
+        patches: struck patch of each port.
+        numbers: circumferential orders of the harmonics.
+        angles: (A,) angles around the axis at which stress is evaluated [rad].
     """
 
     patches: dict[str, RingPatch]
@@ -288,9 +290,9 @@ class Waves:
 
     @staticmethod
     def from_forces(seat: SeatMeshes, force: Array) -> Waves | None:
-        """Return the waves of a seat under forces by port; ``None`` where no harmonics are needed.
+        """Return the harmonics of a seat that forces (n + 1, ports) excite; ``None`` if it is not solved by harmonics.
 
-        Harmonics up to two elements of the struck ring a wave, which the mesh resolves.
+        Their wavelength around the ring is at least two elements of the struck face.
         """
         method, body = seat.plan.method.seat, seat.plan.scene.seat.elastic
         assert body is not None
@@ -314,8 +316,8 @@ class Waves:
 
 
 def check_stress(plan: Plan, progress: Progress) -> None:
-    """Raise `SceneError` of named points that are off the seat or at a singular edge, on a mesh coarser by
-    `COARSENING` where the seat is drawn."""
+    """Raise `SceneError` for named points that are off the seat or at a singular edge; a seat that is drawn is meshed
+    coarser by `COARSENING` for it."""
     scene, body, method = plan.scene, plan.scene.seat.elastic, plan.method.seat
     if scene.stress is None or not scene.stress.points or body is None:
         return
@@ -329,8 +331,8 @@ def check_stress(plan: Plan, progress: Progress) -> None:
 
 
 def force_by_port(done: Round, touches: Touches) -> Array:
-    """Return the forces (n + 1, ports) of a run on the seat; of one that is struck as a whole, shared by its rings as a
-    pressure is [N]."""
+    """Return the (n + 1, ports) forces of a run on the seat [N]; on a seat with one contact, the force is divided over
+    its rings by their areas."""
     if touches.parts is not None:
         return -touches.parts.force
     return np.asarray(-touches.seat.force[:, None] * Division.from_greens(done.seat.greens).shares)

@@ -1,4 +1,4 @@
-"""Stress in the seat of a run: its largest on the surface with an error bar, and histories at named points."""
+"""Stress in the seat of a run: the largest on its surface with an error bar, and histories at named points."""
 
 import math
 from collections.abc import Sequence
@@ -22,35 +22,35 @@ from seatfem.structures.rings import Division
 from seatfem.study.runs import seat_fields, summary
 from seatfem.study.runs.round import Round
 
-FEWER_HARMONICS: Final = 0.75  # share of the harmonics in the field that is compared, for the error bar
-MOST_SPOTS: Final = 20
-LEAST_SPOT: Final = 0.1  # least stress of a hot spot, over the largest
+FEWER_HARMONICS: Final = 0.75  # fraction of the harmonics in the comparison that gives their truncation error
+MOST_SPOTS: Final = 20  # most hot spots of a seat
+LEAST_SPOT: Final = 0.1  # least stress of a hot spot, over the largest stress
 
 
 @dataclass(frozen=True)
 class SeatStress:
-    """Stress in the seat: sites, peaks, hot spots and error bars.
+    """Stress in the seat at P sites of its surface: peaks, hot spots and error bars.
 
     Attributes:
-        meshes: of the seat, drawn where something needs them.
-        known: what is known of the stress on the finer one, whatever presses it, where it is looked at.
-        waves: around a body of revolution that is struck in arcs.
-        sites: (P, d) on its surface, away from singular edges [m]; in space where a body of revolution is struck in
-            arcs, whose components are then rr, tt, zz, tz, rz, rt.
-        section: (P,) which of them are on the section that a mesh of it shows.
-        singular: (P,) distance of each from the nearest singular edge [m].
-        on_lip: (P,) which of them are within ``stress.apart`` of the struck face.
-        spots: the numbers of the hot spots among them, the largest first.
-        peak: of each of them.
-        bar, tension_bar: of the largest von Mises stress and of the largest tension [Pa], as far as they are known.
+        meshes: the seat's two meshes, made when they are needed.
+        known: stress on the finer mesh as a function of port forces and time step.
+        waves: harmonics around a body of revolution that is struck in arcs, else ``None``.
+        sites: (P, d) coordinates away from singular edges [m]; (r, z) in a half section, x, y, z if harmonics are
+            summed, with stress components rr, tt, zz, tz, rz, rt in both cases.
+        section: (P,) mask of the sites on the half section that is drawn.
+        singular: (P,) distance to the nearest singular edge [m].
+        on_lip: (P,) mask of the sites within ``stress.apart`` of the struck face.
+        spots: numbers of the sites that are hot spots, the largest first.
+        peak: largest stress after the first touch at each site.
+        bar, tension_bar: error bars of the largest von Mises stress and of the largest tension [Pa], so far.
         time: (n + 1,) [s].
-        points: (Q, 3) that are named [m].
-        named: (Q + 1, 6, n + 1) their stress, and last that of the site of the largest [Pa].
-        snapshot: (P, 6) on the surface when it is largest [Pa].
-        front: rho c_0 v, c_0^2 = E/rho, of the first touch [Pa]; nan without one.
-        field, of_points: of all sites, and of the named points, under whatever pushes.
-        largest_at: the field at the sites of the largest von Mises stress and of the largest tension.
-        division: of the struck patch, part by part the ports of these fields.
+        points: (Q, 3) points that the scene names [m].
+        named: (Q + 1, 6, n + 1) stress histories of these points, and of the site of the largest stress [Pa].
+        snapshot: (P, 6) stress on the surface at the time of the largest stress [Pa].
+        front: rho c_0 v, c_0^2 = E/rho, at the first touch [Pa]; nan without one.
+        field, of_points: stress fields at all sites and at the named points, for any port forces.
+        largest_at: stress field at the sites of the largest von Mises stress and of the largest tension.
+        division: division of the struck patch into parts, the ports of these fields.
     """
 
     meshes: seat_fields.SeatMeshes
@@ -76,30 +76,29 @@ class SeatStress:
 
     @property
     def drawn(self) -> seat_fields.SeatMesh:
-        """Return the finer mesh with the seat's plan."""
+        """Return the finer of the seat's meshes."""
         return self.meshes.both[0]
 
     @property
     def mesh(self) -> Any:
-        """Return scikit-fem's mesh, of the body, its half section or its sector."""
+        """Return the scikit-fem mesh of the body, its half section or its sector."""
         return elements_of(self.drawn.mesh).mesh
 
     @property
     def model(self) -> SecondOrderModel | None:
-        """Return the model on it; ``None`` of a body of revolution that is struck in arcs, which has one for each
-        harmonic."""
+        """Return the model on that mesh; ``None`` for a body of revolution struck in arcs, with one a harmonic."""
         return self.drawn.model if self.waves is None else None
 
     @property
     def named_places(self) -> Array:
-        """Return the named points in the coordinates of sites: of a section r and z."""
+        """Return the named points in the coordinates of the sites: r and z on a half section."""
         if self.sites.shape[1] == 3:
             return self.points
         return np.column_stack([np.hypot(*self.points[:, :2].T), self.points[:, 2]])
 
     @property
     def is_around(self) -> bool:
-        """Return whether its components are those of cylindrical coordinates."""
+        """Return whether the stress components are in cylindrical coordinates."""
         return self.sites.shape[1] == 2 or isinstance(self.field, RingField)
 
     @property
@@ -109,12 +108,12 @@ class SeatStress:
 
 
 def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> SeatStress | None:
-    """Return the stress in the seat of a round; ``None`` where the scene asks for none.
+    """Return the stress in the seat of a round; ``None`` if the scene has no [stress].
 
-    Its bars are the changes by fewer vectors and by fewer harmonics; `left_by_mesh` adds to them.
+    Its error bars are truncation errors, from fewer vectors and fewer harmonics; other functions add further errors.
 
     Raises:
-        SceneError: a named point off the seat or at a singular edge.
+        SceneError: a named point is off the seat or at a singular edge.
     """
     scene = done.plan.scene
     if scene.stress is None:
@@ -133,7 +132,9 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     if isinstance(both, RingField) and (harmonics := len(both.harmonics)) > 1:
         count = max(1, int(FEWER_HARMONICS * harmonics))
         others.append(RingField(both.section, both.angles, both.harmonics[:count]))
-    bars = np.sum([np.abs(_both(largest(other, force, dt).after_contact) - _both(peaks)) for other in others], axis=0)
+    bars = np.sum(
+        [np.abs(_two_peaks(largest(other, force, dt).after_contact) - _two_peaks(peaks)) for other in others], axis=0
+    )
     kept = [*of_points, both.at(np.array([0]))]
     angles = len(field.points) // len(known.to_edge)
     return SeatStress(
@@ -161,10 +162,10 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
 
 
 def left_by_mesh(stress: SeatStress, done: Round) -> float:
-    """Return what the mesh leaves in the largest stress [Pa]; nan where no coarser one is known.
+    """Return the mesh error of the largest stress [Pa]; nan if there is no coarser mesh to compare with.
 
-    It is `MESH_SAFETY` times the change by a coarser mesh at any place over r - 1. A mesh leaves as much in the tension
-    as in von Mises' stress: the larger change counts for both.
+    It is `MESH_SAFETY` / (r - 1) times the change from the coarser mesh (`peak_mesh_error`), r the ratio of element
+    sizes; the larger change of von Mises stress and of tension counts for both.
     """
     scene, body = done.plan.scene, done.plan.scene.seat.elastic
     assert scene.stress is not None
@@ -176,18 +177,22 @@ def left_by_mesh(stress: SeatStress, done: Round) -> float:
     dt, force = done.result.dt, seat_fields.force_by_port(done, done.touches)
     coarse = stress.meshes.stress(stress.waves, coarser=True).within(scene.stress)
     field = coarse.field(scene.stress, stress.waves, dt)
-    peaks, other, weight = stress.peak, largest(field, force, dt).after_contact, MESH_SAFETY / (coarse.refinement - 1)
-    pairs = ((peaks.von_mises, other.von_mises), (peaks.principal, other.principal))
-    return max(peak_mesh_error(stress.sites, own, field.points, theirs, weight) for own, theirs in pairs)
+    peaks, coarse_peaks, weight = (
+        stress.peak,
+        largest(field, force, dt).after_contact,
+        MESH_SAFETY / (coarse.refinement - 1),
+    )
+    pairs = ((peaks.von_mises, coarse_peaks.von_mises), (peaks.principal, coarse_peaks.principal))
+    return max(peak_mesh_error(stress.sites, fine, field.points, coarser, weight) for fine, coarser in pairs)
 
 
-def _both(found: Largest) -> Array:
-    """Return (2,) the largest von Mises stress and the largest tension of all places [Pa]."""
-    return np.array([found.von_mises.max(), found.principal.max()])
+def _two_peaks(peaks: Largest) -> Array:
+    """Return the (2,) largest von Mises stress and largest tension of all points [Pa]."""
+    return np.array([peaks.von_mises.max(), peaks.principal.max()])
 
 
 def stress_keys(stress: SeatStress | None) -> dict[str, object]:
-    """Return for summary.json the largest von Mises stress in the seat, where and when, also over rho c_0 v."""
+    """Return for summary.json the largest stresses in the seat, with place, time, error bars and ratio to rho c_0 v."""
     if stress is None:
         return {}
     k, peak = stress.where, stress.peak
@@ -205,8 +210,8 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
 
 
 def peaks_under(stress: SeatStress, force: Array, dt: float) -> Largest:
-    """Return the largest stress at each site under other forces (n + 1, ports) [N]; of a shorter step ``dt`` [s], with
-    the faster pairs that answer a sharper blow."""
+    """Return the largest stress at each site under other forces (n + 1, ports) [N]; a shorter step ``dt`` [s] includes
+    more of the Ritz pairs, which respond to a sharper pulse."""
     asked, known = stress.meshes.plan.scene.stress, stress.known
     waves = seat_fields.Waves.from_forces(stress.meshes, force)
     assert asked is not None
@@ -216,7 +221,7 @@ def peaks_under(stress: SeatStress, force: Array, dt: float) -> Largest:
 
 
 def axes_of(place: Sequence[float] | Array, body: str) -> tuple[str, ...]:
-    """Return the names of the coordinates of a place in a body: of a seat's section r and z."""
+    """Return the names of the coordinates of a place in a body: r and z for a half section of the seat."""
     return ("r", "z") if len(place) == 2 and body == "seat" else ("x", "y", "z")[: len(place)]
 
 
@@ -254,7 +259,7 @@ def stress_pictures(
 
 
 def _front(done: Round) -> float:
-    """Return rho c_0 v of the first touch [Pa]."""
+    """Return rho c_0 v at the first touch [Pa], for the seat's material and the closing speed v."""
     body = done.plan.scene.seat.elastic
     assert body is not None
     solid = body.material.solid

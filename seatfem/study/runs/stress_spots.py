@@ -1,4 +1,4 @@
-"""Hot spots of both bodies: their list, and histories of stress at the foremost, on file and as a picture."""
+"""Hot spots of both bodies, and stress histories at the largest of them, on file and as a picture."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
 
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
-AROUND: Final = ("rr", "tt", "zz", "tz", "rz", "rt")
+AROUND: Final = ("rr", "tt", "zz", "tz", "rz", "rt")  # stress components of a body of revolution
 LIP: Final = "lip"
 LEAST: Final = 0.1  # least stress of a spot with a history, over the largest in its body
-MOST_SHOWN: Final = 8
-MOST_NUMBERS: Final = 16_000_000  # most numbers of all histories; of a longer run every second step is kept, or third
+MOST_SHOWN: Final = 8  # most histories in the picture
+MOST_NUMBERS: Final = 16_000_000  # most values of all histories together; longer runs are stored at every k-th step
 HISTORIES_FILE: Final = "stress.h5"
 PICTURE: Final = "stress_histories.png"
 _FILES: Final = {"seat": "hot_spots.csv", "reed": "reed_hot_spots.csv"}
@@ -40,14 +40,14 @@ _FILES: Final = {"seat": "hot_spots.csv", "reed": "reed_hot_spots.csv"}
 
 @dataclass(frozen=True)
 class Spot:
-    """A place of large stress.
+    """A hot spot.
 
     Attributes:
-        body, part: "seat" or "reed", and what of it is called so.
-        at: (d,) where [m].
-        edge: distance from the nearest singular edge [m]; ``inf`` where there is none.
-        value, time: the largest von Mises stress since the first touch, of a beam of |bending stress| [Pa, s].
-        component, leading: the largest of its components then, with its sign, and its name [Pa].
+        body, part: "seat" or "reed", and the name of the part of that body.
+        at: (d,) position [m].
+        edge: distance to the nearest singular edge [m]; ``inf`` if there is none.
+        value, time: largest von Mises stress (beam: |bending stress|) after the first touch, and its time [Pa, s].
+        component, leading: name and signed value [Pa] of the largest stress component at that time.
     """
 
     body: str
@@ -63,20 +63,20 @@ class Spot:
     def from_stress(
         body: str, part: str, at: Array, edge: float, time: float, state: Array, names: Sequence[str]
     ) -> Spot:
-        """Return the spot of the stress (6,), or (1,) of one axis, at its time."""
+        """Return the spot with the stress ``state`` (6,), or (1,) for a beam, at ``time``."""
         value = float(fields.recovery.von_mises(state)) if len(state) > 1 else abs(float(state[0]))
         k = int(np.argmax(np.abs(state)))
         return Spot(body, part, tuple(map(float, at)), edge, value, time, names[k], float(state[k]))
 
     @property
     def name(self) -> str:
-        """Return its body, part and place in words."""
+        """Return body, part and position in words."""
         return f"{self.body}, {self.part}, {runs.seat_stress.place_words(self.at, self.body)}"
 
 
 @dataclass(frozen=True)
 class History:
-    """Stress (6, m) or, of one axis, (1, m), of the ``components``, at a spot, at every ``stride``-th step [Pa]."""
+    """Stress history (6, m), or (1, m) for a beam, of the ``components`` at a spot, over `Spots.time` [Pa]."""
 
     spot: Spot
     components: tuple[str, ...]
@@ -84,12 +84,12 @@ class History:
 
     @property
     def leading(self) -> Array:
-        """Return the history (m,) of the component that is the largest at the spot's time."""
+        """Return the (m,) history of the component that is the largest at the spot's time."""
         return np.asarray(self.stress[self.components.index(self.spot.component)])
 
     @property
     def mises(self) -> Array | None:
-        """Return von Mises' stress (m,); ``None`` for one axis."""
+        """Return the (m,) history of von Mises stress; ``None`` for a beam."""
         return fields.recovery.von_mises(self.stress.T) if len(self.components) > 1 else None
 
 
@@ -103,16 +103,20 @@ class Spots:
 
     @staticmethod
     def from_round(done: Round, seat: seat_stress.SeatStress | None, plate: reed_stress.PlatePeaks | None) -> Spots:
-        """Return the spots of a round whose stress is known; of a beam it always is."""
+        """Return the spots of a round: of a beam or of the ``plate``, and of the ``seat`` if its stress is known."""
         named = 0 if seat is None else len(seat.points)
         stride = math.ceil(6 * (MOST_SHOWN + named) * len(done.result.time) / MOST_NUMBERS)
-        own = _of_plate(done, plate, stride) if plate is not None else _of_beam(done, stride)
-        of_seat, others = ((), ()) if seat is None else _of_seat(done, seat, stride)
-        return Spots((*(history.spot for history in own), *of_seat), (*own, *others), done.result.time[::stride])
+        reed_histories = _plate_histories(done, plate, stride) if plate is not None else _beam_histories(done, stride)
+        seat_spots, seat_histories = ((), ()) if seat is None else _seat_spots(done, seat, stride)
+        return Spots(
+            (*(history.spot for history in reed_histories), *seat_spots),
+            (*reed_histories, *seat_histories),
+            done.result.time[::stride],
+        )
 
 
 def spot_keys(spots: Spots) -> dict[str, object]:
-    """Return for summary.json the lists of both bodies, as far as they have any."""
+    """Return for summary.json the list of hot spots of each body that has any."""
     keys: dict[str, object] = {}
     for body in _FILES:
         rows = [
@@ -134,7 +138,7 @@ def spot_keys(spots: Spots) -> dict[str, object]:
 
 
 def write_spots(spots: Spots, folder: Path, *, courses: bool = True) -> tuple[Path, ...]:
-    """Write hot_spots.csv of the seat and reed_hot_spots.csv, and stress.h5 with the ``courses``."""
+    """Write hot_spots.csv (seat), reed_hot_spots.csv and, with ``courses``, the histories in stress.h5."""
     files = []
     for body, file in _FILES.items():
         if not (own := [spot for spot in spots.all if spot.body == body]):
@@ -155,10 +159,10 @@ def write_spots(spots: Spots, folder: Path, *, courses: bool = True) -> tuple[Pa
 
 
 def load_histories(path: Path) -> tuple[Array, dict[str, Array]]:
-    """Time (m,) [s], and stress (m,) [Pa] by place and component, of a stress.h5.
+    """Return time (m,) [s], and stress (m,) [Pa] by place and component, from a stress.h5.
 
     Raises:
-        StorageError: no such file, or a damaged one.
+        StorageError: the file is absent or damaged.
     """
     with opened(path, "stress") as file:
         if sum(group["stress"].size for key, group in file.items() if key != "time") > 2 * MOST_NUMBERS:
@@ -193,76 +197,79 @@ def spot_pictures(done: Round, spots: Spots) -> list[Picture]:
     ]
 
 
-def _of_beam(done: Round, stride: int) -> list[History]:
-    """Return the histories at root, contacts and the largest stress of a beam, in the face towards the seat."""
+def _beam_histories(done: Round, stride: int) -> list[History]:
+    """Return a beam's stress histories at its root, contacts and largest stress, in the face towards the seat."""
     scene, stress = done.plan.scene, done.stress
     if stress is None:
         return []
     at, touch = scene.geometry.contact_at, runs.stress_wave.touch_of(done)
     places = at if isinstance(at, tuple) else () if at is None else (at,)
     worst = (stress.after_contact or stress.initial).at
-    known = {f"{1e3 * worst:.4g} mm from the root": worst, **dict(zip(("contact", "stopper"), places, strict=False))}
-    known["root"], kept = 0.0, []
+    positions = {
+        f"{1e3 * worst:.4g} mm from the root": worst,
+        **dict(zip(("contact", "stopper"), places, strict=False)),
+    }
+    positions["root"], spot_histories = 0.0, []
     for name, course in beam_histories(scene.geometry, done.striker, done.touches, stress, few=True):
         place, _, face = name.partition(", face ")
-        if face == "towards the seat" and place in known:
-            k = _since(done, np.abs(course), touch)
-            time, where = float(done.result.time[k]), np.array([known[place]])
+        if face == "towards the seat" and place in positions:
+            k = _peak_step(done, np.abs(course), touch)
+            time, where = float(done.result.time[k]), np.array([positions[place]])
             spot = Spot.from_stress("reed", place, where, math.inf, time, course[k : k + 1], COMPONENTS)
-            kept.append(History(spot, COMPONENTS[:1], course[None, ::stride]))
-    return _foremost(kept)
+            spot_histories.append(History(spot, COMPONENTS[:1], course[None, ::stride]))
+    return _foremost(spot_histories)
 
 
-def _of_plate(done: Round, plate: reed_stress.PlatePeaks, stride: int) -> list[History]:
-    """Return the histories of the largest von Mises stress in each part of a plate, in the face away from the seat."""
+def _plate_histories(done: Round, plate: reed_stress.PlatePeaks, stride: int) -> list[History]:
+    """Return the stress histories at the von Mises peaks of all parts of a plate, in the face away from the seat."""
     parts = runs.reed_stress.parts_of_plate(done, plate.field.points)
     peak = plate.found.after_contact if math.isfinite(plate.found.spans.touch) else plate.found.initial
-    own = [np.flatnonzero(parts == part) for part in np.unique(parts)]
-    chosen = np.array([which[peak.von_mises[which].argmax()] for which in own])
-    some, force, dt = plate.field.at(chosen), runs.reed_stress.plate_pushes(done, done.touches), done.result.dt
+    by_part = [np.flatnonzero(parts == part) for part in np.unique(parts)]
+    chosen = np.array([which[peak.von_mises[which].argmax()] for which in by_part])
+    field, force, dt = plate.field.at(chosen), runs.reed_stress.plate_pushes(done, done.touches), done.result.dt
     times, edges = (
         peak.von_mises_time[chosen],
-        fields.corners.edge_distances(some.points, runs.reed_stress.singular_of_plate(done)),
+        fields.corners.edge_distances(field.points, runs.reed_stress.singular_of_plate(done)),
     )
-    states = fields.recovery.at_own_times(some, force, dt, np.round(times / dt).astype(np.int64))
+    states = fields.recovery.at_own_times(field, force, dt, np.round(times / dt).astype(np.int64))
     spot_histories = []
-    for k, course in enumerate(fields.recovery.histories(some, force, dt, stride)):
+    for k, course in enumerate(fields.recovery.histories(field, force, dt, stride)):
         part, edge, time = str(parts[chosen[k]]), float(edges[k]), float(times[k])
-        spot = Spot.from_stress("reed", part, some.points[k], edge, time, states[k], COMPONENTS)
+        spot = Spot.from_stress("reed", part, field.points[k], edge, time, states[k], COMPONENTS)
         spot_histories.append(History(spot, COMPONENTS, course))
     return _foremost(spot_histories)
 
 
-def _of_seat(done: Round, seat: seat_stress.SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
-    """Return all hot spots; the largest on the lip and elsewhere, and the named points, with histories."""
+def _seat_spots(done: Round, seat: seat_stress.SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
+    """Return all hot spots of the seat, and histories at the largest on the lip and elsewhere and at named points."""
     force, dt, names = (
         runs.seat_fields.force_by_port(done, done.touches),
         done.result.dt,
         AROUND if seat.is_around else COMPONENTS,
     )
-    times, own = seat.peak.von_mises_time[seat.spots], seat.field.at(seat.spots)
-    states = fields.recovery.at_own_times(own, force, dt, np.round(times / dt).astype(np.int64))
+    times, field = seat.peak.von_mises_time[seat.spots], seat.field.at(seat.spots)
+    states = fields.recovery.at_own_times(field, force, dt, np.round(times / dt).astype(np.int64))
     parts = np.where(seat.on_lip[seat.spots], LIP, "body")
     spots = tuple(
         Spot.from_stress("seat", str(part), seat.sites[k], float(seat.singular[k]), float(time), state, names)
         for k, part, time, state in zip(seat.spots, parts, times, states, strict=True)
     )
     first = np.sort(np.unique(parts, return_index=True)[1])
-    courses = fields.recovery.histories(own.at(first), force, dt, stride)
-    kept = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
+    courses = fields.recovery.histories(field.at(first), force, dt, stride)
+    spot_histories = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
     for point, course in zip(seat.named_places, seat.named[:-1], strict=True):
-        k = _since(done, fields.recovery.von_mises(course.T), runs.stress_wave.touch_of(done))
+        k = _peak_step(done, fields.recovery.von_mises(course.T), runs.stress_wave.touch_of(done))
         spot = Spot.from_stress("seat", "named", point, math.inf, float(done.result.time[k]), course[:, k], names)
-        kept.append(History(spot, names, course[:, ::stride]))
-    return spots, tuple(kept)
+        spot_histories.append(History(spot, names, course[:, ::stride]))
+    return spots, tuple(spot_histories)
 
 
-def _since(done: Round, size: Array, touch: float) -> int:
-    """Return the step at which ``size`` (n + 1,) is largest since the first touch, or, without one, ever."""
+def _peak_step(done: Round, size: Array, touch: float) -> int:
+    """Return the step at which ``size`` (n + 1,) is largest after the first touch or, without one, in the whole run."""
     first = 0 if math.isnan(touch) else int(np.searchsorted(done.result.time, touch))
     return first + int(size[first:].argmax())
 
 
-def _foremost(found: list[History]) -> list[History]:
-    least = LEAST * max((each.spot.value for each in found), default=0.0)
-    return sorted((each for each in found if each.spot.value >= least), key=lambda each: -each.spot.value)
+def _foremost(spots: list[History]) -> list[History]:
+    least = LEAST * max((each.spot.value for each in spots), default=0.0)
+    return sorted((each for each in spots if each.spot.value >= least), key=lambda each: -each.spot.value)

@@ -1,6 +1,4 @@
-"""Pictures of what runs through a body: forces along a lip, the plate that lands, the stress wave, series for
-ParaView.
-"""
+"""Pictures over time: forces along a lip, the landing plate, stress waves in both bodies, series for ParaView."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -30,17 +28,17 @@ from seatfem.study.runs.round import Round
 from seatfem.study.scene.lips import closed_line
 
 LANDING: Final = "landing.gif"
-FEWEST: Final = 3  # fewest arcs in which a tilt shows
-FRAMES: Final = 40
+FEWEST: Final = 3  # fewest arcs of a lip for which its pictures are drawn
+FRAMES: Final = 40  # frames of the landing
 BEFORE: Final = 0.15  # time shown before the contact, in its durations
 AFTER: Final = 0.35  # time shown after the contact, in its durations
 AROUND: Final = 120  # fewest quadrilaterals around a lip
 
 
 def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str, object]] = ()) -> list[Picture]:
-    """Return lip.png and, of a plate that was computed, landing.gif and .h5; none where the contact is not along a lip.
+    """Return lip.png and, for a plate, landing.gif and landing.h5; none if the contact is not along a lip.
 
-    They show the hardest of the ``landings`` on the seat, records as in summary.json; of none, the hardest contact.
+    They show the hardest of the ``landings`` on the seat (as in summary.json) or, without any, the hardest contact.
     """
     scene, touches = done.plan.scene, done.touches
     division = Division.from_greens(done.seat.greens)
@@ -62,7 +60,7 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
     pictures: list[Picture] = [("lip.png", partial(draw, lip, springs))]
     try:
         landing = landing_of(done, lip, landings)
-    except Exception as problem:  # numbers are known already, as in `gap_of`
+    except Exception as problem:  # all numbers are on file: the missing picture is reported instead
         return [*pictures, (LANDING, partial(raising, problem))]
     if landing is not None:
         pictures.append((LANDING, partial(frame_pictures.animate_frames, landing, title=title)))
@@ -71,12 +69,12 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
 
 
 def raising(problem: Exception, path: Path) -> None:
-    """Raise the reason why a picture cannot be made; takes the place of the function that draws it."""
+    """Raise ``problem``, which prevented a picture; stands in for the function that draws it."""
     raise problem
 
 
 def by_arc(parts: result.ImpactResult, division: Division) -> result.ImpactResult:
-    """Return a lip's parts with the rings of each arc as one: sums of forces, means of displacements and gaps."""
+    """Return a lip's contacts with the rings of each arc joined: sums of forces, means of displacements and gaps."""
     shares = division.shares.reshape(division.arcs, division.rings) * division.arcs
 
     def joined(values: Array, weights: Array) -> Array:
@@ -92,9 +90,9 @@ def by_arc(parts: result.ImpactResult, division: Division) -> result.ImpactResul
 
 
 def landing_of(done: Round, lip: result.ImpactResult, landings: Sequence[Mapping[str, object]] = ()) -> Frames | None:
-    """Return the plate over the lip during its hardest landing, without ``landings`` during its hardest contact.
+    """Return frames of the plate over the lip during its hardest landing, or without ``landings`` its hardest contact.
 
-    ``None`` of what is no plate with its modes, of loads that the march alone knows, under a preload, and without
+    ``None`` if the reed is no plate, its modes are not at hand, a load depends on the lift, or there is a preload or no
     contact.
     """
     scene, reed, touches = done.plan.scene, done.reed, done.touches
@@ -135,13 +133,13 @@ def landing_of(done: Round, lip: result.ImpactResult, landings: Sequence[Mapping
     )
 
 
-PASSES: Final = 2  # passes of shear waves along the seat that are shown
+PASSES: Final = 2  # duration of the frames, in travel times of a shear wave along the seat
 UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
 
 
 def wave_pictures(done: Round, stress: seat_stress.SeatStress | None) -> list[Picture]:
-    """Return stress_wave.gif, .png and .h5, seat_stress.pvd, and the same of a plate that strikes; none where no frames
-    are asked for, or nothing touches and no time is stated."""
+    """Return stress_wave.gif, .png and .h5, seat_stress.pvd, and likewise for a plate that strikes; none if the scene
+    asks for no frames, or if nothing touches and no times are stated."""
     settings, title = done.plan.scene.stress, done.plan.scene.title or "Stress wave"
     if stress is None or settings is None or not settings.frames:
         return []
@@ -152,7 +150,7 @@ def wave_pictures(done: Round, stress: seat_stress.SeatStress | None) -> list[Pi
     ):
         try:
             wave = make()
-        except Exception as problem:  # numbers are known already, as in `gap_of`
+        except Exception as problem:  # all numbers are on file: the missing picture is reported instead
             pictures.append((f"{stem}.gif", partial(raising, problem)))
             continue
         if wave is not None:
@@ -164,7 +162,7 @@ def wave_pictures(done: Round, stress: seat_stress.SeatStress | None) -> list[Pi
 
 
 def seat_wave(done: Round, stress: seat_stress.SeatStress) -> Frames | None:
-    """Return the stress wave in the seat, on the mesh of its stress."""
+    """Return frames of the stress wave in the seat, on the mesh of its stress; ``None`` without times to show."""
     scene, body, model = done.plan.scene, done.plan.scene.seat.elastic, stress.model
     assert body is not None
     assert scene.stress is not None
@@ -198,8 +196,8 @@ def seat_wave(done: Round, stress: seat_stress.SeatStress) -> Frames | None:
 def _around(
     done: Round, stress: seat_stress.SeatStress, skin: cell_grid.Skin, force: Array, steps: range
 ) -> tuple[Array, Array]:
-    """Return von Mises stress (F, S) and displacements (F, S, 3) u_r, u_th, u_z of a body of revolution that is struck
-    in arcs, at each point of its skin: harmonic by harmonic, so that memory holds their sums at the times shown."""
+    """Return von Mises stress (F, S) and displacements (F, S, 3) u_r, u_th, u_z of a body of revolution struck on arcs,
+    in F frames at S points of its skin: harmonics are summed one by one to save memory."""
     assert stress.waves is not None
     assert skin.angles is not None
     nodes, which = np.unique(skin.nodes, return_inverse=True)
@@ -219,7 +217,7 @@ def _around(
 
 
 def reed_wave(done: Round) -> Frames | None:
-    """Return the stress wave in the plate that strikes; ``None`` for other reeds."""
+    """Return frames of the stress wave in the plate that strikes; ``None`` for other reeds."""
     reed = done.plan.scene.reed.thin_plate
     if reed is None or done.striker.greens.modal is None:
         return None
@@ -237,7 +235,7 @@ def reed_wave(done: Round) -> Frames | None:
     rows = modal_coordinates(done.striker, force[1 : steps[-1] + 1].T, dt, steps.step)[steps.start // steps.step :]
     rows = own_coordinates(done.striker, rows)
     moved = np.zeros((len(steps), len(skin.nodes), 3))
-    bends = np.flatnonzero(plate.modes.omega[: rows.shape[1]])  # a free plate's rigid motion would hide how it bends
+    bends = np.flatnonzero(plate.modes.omega[: rows.shape[1]])  # without rigid-body modes, which would hide the bending
     moved[..., 2] = [dofs.expand(shapes[:, bends] @ q[bends])[2][skin.nodes] for q in rows]
     known = np.isfinite(mises).all(axis=0)
     return wave_frames(
@@ -247,19 +245,19 @@ def reed_wave(done: Round) -> Frames | None:
 
 
 def touch_of(done: Round) -> float:
-    """Time of the first touch of the seat [s]; nan without one."""
+    """Return the time of the first touch of the seat [s]; nan without one."""
     groups = measures.contact_groups(done.result)
     return float(groups[0][0]) if len(groups) else math.nan
 
 
 def after_touch(done: Round) -> tuple[float, float]:
-    """Return the span [s] from the first touch on, as long as the filter, in which stress depends on the step."""
+    """Return start and end [s] of one filter width after the first touch, in which stress depends on the time step."""
     touch = touch_of(done)
     return touch, touch + done.plan.scene.run.filter_width
 
 
 def _steps(done: Round, first: float, last: float) -> range:
-    """Return the numbers of the steps that are shown, each a multiple of the range's own step; none without a time."""
+    """Return the step numbers of the frames, multiples of the range's step; an empty range without times to show."""
     settings, dt = done.plan.scene.stress, done.result.dt
     assert settings is not None
     first, last = settings.frames_from or first, settings.frames_until or last
@@ -272,6 +270,6 @@ def _steps(done: Round, first: float, last: float) -> range:
 
 
 def rows_of(points: Array, among: Array) -> Array:
-    """Return the rows of ``among`` (n, d) that are the same as points (P, d)."""
+    """Return for each of the points (P, d) the number of the identical row of ``among`` (n, d)."""
     place = {tuple(each): k for k, each in enumerate(among.tolist())}
     return np.array([place[tuple(each)] for each in points.tolist()])

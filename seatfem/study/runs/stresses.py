@@ -1,6 +1,6 @@
-"""Stress of a run in both bodies, with bars that know what is left in the contact force.
+"""Stress of a run in both bodies, with error bars that include the errors of the contact force.
 
-The force of every run of the error budget is replayed on the same fields, at the places where the stress is largest.
+The forces of each run of the error budget are applied to the same stress fields, at the points of the largest stress.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ def error_bars_of(
     progress: Progress = silent,
     is_judged: Callable[[Values], bool] = lambda half: True,
 ) -> tuple[Values, Values]:
-    """Return the error bars of ``look``, as those of the measures are found, with twice what half the step changes; and
-    the values at half the step.
+    """Return the error bars of the values that ``look`` returns for a run, as for the measures, but with twice the
+    change by half the time step; and the values at half the step.
 
-    ``at_half``: the look at a run of half the step, ``None``: as at others; ``progress``: hears of each run;
-    ``is_judged``: whether the values at half the step leave any bar to be found: no further run is made without.
+    ``at_half``: replaces ``look`` for the run at half the step; ``progress``: receives the progress of the runs;
+    ``is_judged``: whether the values at half the step are worth an error bar: otherwise no further run is made.
     """
     scene, dt = done.plan.scene, done.result.dt
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
@@ -68,24 +68,24 @@ def error_bars_of(
 
 
 def contact_margin_bar(done: Round, margin: float) -> float:
-    """Return the error bar of a margin below a contact of Hertz, whose stress is as the cube root of its largest force,
-    by what is left in that; ``inf`` where that is all of it."""
+    """Return the error bar of the ``margin`` below a Hertzian contact from that of its largest force F, as the stress
+    varies as F^(1/3); ``inf`` where the force's error is as large as the force."""
     errors, _ = error_bars_of(done, lambda stepper: {"force": float(force_of(stepper).max())})
     share = errors["force"] / float(done.result.force.max())
     return margin_error(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)
 
 
-RAW: Final = 0.1
+RAW: Final = 0.1  # relative change of stress by half the time step above which no error bar is given
 REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
 
 
 def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, reed_stress.PlateReedStress | None]:
     """Return the stress in the seat, and in a plate that strikes, if the scene needs them. Raises as `seat_stress`.
 
-    What mesh and modes leave in the recovery is in their bars, and what is left in the force: its error budget again,
-    with these stresses for measures. A stress in the seat that half the step changes by more than `RAW` follows the raw
-    force of a first touch, which has no limit without a law of contact that yields: no bar is known of it, and no
-    coarser mesh is looked at for it.
+    The error bars include errors of the stress recovery, by mesh and modes, and of the contact force, by the runs of
+    the error budget. A stress in the seat that half the time step changes by more than `RAW` follows the unfiltered
+    force at first touch, which without a compliant contact law does not converge with the step: it has no error bar,
+    and needs no coarser mesh.
     """
     since = stress_since(done.touches, done.plan.scene.accuracy.landing)
     seat, reed = seat_stress(done, progress), done.plate
@@ -98,7 +98,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     of_reed = reed if done.plate is None and reed is not None and reed.found.after_contact is not None else None
     if seat is not None and of_seat is None:
         seat = replace(
-            seat, bar=seat.bar + (of_mesh := left_by_mesh(seat, done)), tension_bar=seat.tension_bar + of_mesh
+            seat, bar=seat.bar + (mesh_error := left_by_mesh(seat, done)), tension_bar=seat.tension_bar + mesh_error
         )
     if of_seat is None and of_reed is None:
         return seat, reed
@@ -119,16 +119,16 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
             values |= _peaks_of(peaks_under(of_seat, -forces.by(of_seat.division), forces.dt))
         return values
 
-    own = {} if of_seat is None else _peaks_of(of_seat.peak)
+    run_peaks = {} if of_seat is None else _peaks_of(of_seat.peak)
 
     def is_raw(half: Values) -> list[bool]:
-        return [abs(half[name] - own[name]) > RAW * own[name] for name in own]
+        return [abs(half[name] - run_peaks[name]) > RAW * run_peaks[name] for name in run_peaks]
 
     def is_judged(half: Values) -> bool:
         return of_reed is not None or not all(is_raw(half))
 
-    judged = {REED: of_reed, SEAT: of_seat}
-    what = f"errors left in {', '.join(sorted(name for name, each in judged.items() if each is not None))}"
+    bodies = {REED: of_reed, SEAT: of_seat}
+    what = f"errors left in {', '.join(sorted(name for name, each in bodies.items() if each is not None))}"
     bars_and_half = kept.cached_numbers(
         done,
         done.touches,
@@ -139,8 +139,8 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     )
     errors, raw = bars_and_half["bars"], is_raw(bars_and_half["half"])
     if of_seat is not None:
-        of_mesh = math.nan if all(raw) else left_by_mesh(of_seat, done)
-        bars = np.array([of_seat.bar, of_seat.tension_bar]) + of_mesh + [errors[name] for name in own]
+        mesh_error = math.nan if all(raw) else left_by_mesh(of_seat, done)
+        bars = np.array([of_seat.bar, of_seat.tension_bar]) + mesh_error + [errors[name] for name in run_peaks]
         bar, tension_bar = (float(each) for each in np.where(raw, math.nan, bars))
         seat = replace(of_seat, bar=bar, tension_bar=tension_bar)
     if of_reed is not None:
@@ -149,7 +149,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
 
 
 def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
-    """Return in sentences what the stress of a seat leaves out, and why it has no bar."""
+    """Return sentences on what the stress in a seat does not include, and on why it has no error bar."""
     sentences: list[str] = []
     if seat is None:
         return ()
@@ -172,5 +172,5 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
 
 
 def _peaks_of(peaks: Largest) -> dict[str, float]:
-    """Return the largest stresses in the seat."""
+    """Return the largest von Mises stress and tension in the seat, by name [Pa]."""
     return {SEAT: float(peaks.von_mises.max()), TENSION: float(peaks.principal.max())}

@@ -37,8 +37,8 @@ JUDGED: Final[Mapping[str, str]] = {
     "duration_s": HARDEST + "contact_duration",
     "restitution": HARDEST + "restitution",
 }
-"""Keys of the hardest landing, and the measures that they are."""
-FREQUENCIES: Final = 10  # of the striker that are told
+"""Keys of the hardest landing, and the measures whose values they are."""
+FREQUENCIES: Final = 10  # most natural frequencies of the striker in summary.json
 
 
 def summarise(
@@ -49,10 +49,10 @@ def summarise(
     *,
     driven: bool = False,
 ) -> dict[str, object]:
-    """Return the keys of the seat's contact; ``None`` if there was none, and if a rigid mass bears no bending stress.
+    """Return the keys of the contact with the seat; values are ``None`` without contact, or for stress in a rigid mass.
 
-    A stopper may meet the striker, too: the impulses of a free one, which came back from it, tell no restitution.
-    ``driven``: whether loads or moving bases change its speed between the blows: so do they.
+    The restitution of a free striker follows from its impulses, unless a stopper threw it back, or it is ``driven``:
+    loads or moving bases change its speed between contacts.
     """
     result, stopper = touches.seat, touches.stopper
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
@@ -67,7 +67,7 @@ def summarise(
     touched = len(groups) > 0
     thrown_back = stopper is not None and bool(np.any(stopper.force))
     values = measured(touches, filter_width, stress, asked)
-    own = None if thrown_back else values.get("restitution") if driven else _restitution(result)
+    restitution = None if thrown_back else values.get("restitution") if driven else _restitution(result)
     shown = {name: each for name, each in all_measures().items() if not each.judged_by}
     keys = {each.key: values.get(name) for name, each in shown.items() if name in values or not each.of_some}
     return (
@@ -83,7 +83,7 @@ def summarise(
             **({"contact_cut_off": True} if measures.first_is_cut(result) else {}),
             "contact_count": len(groups),
             "contact_count_raw": len(raw),
-            "restitution": _restitution(result) if math.isinf(result.striker_mass) else own,
+            "restitution": _restitution(result) if math.isinf(result.striker_mass) else restitution,
             "peak_time_s": finite_or_none(measures.peak_time(result, filter_width)),
             "hardest_blow": None if math.isnan(start) else number + 1,
             "hardest_blow_start_s": finite_or_none(float(start)),
@@ -128,10 +128,10 @@ def landing_keys(landings: Landings | None, values: Mapping[str, float]) -> dict
 
 
 def landing_records(touches: Touches, left: Budget, without: Collection[str] = ()) -> list[dict[str, object]]:
-    """Return all landings on seat and stopper in the order of time, with the error bars of their numbers.
+    """Return records of all landings on seat and stopper in the order of time, with error bars.
 
-    A place is the middle of the first part of the seat's lip to touch; ``None`` of other contacts. The bars of the
-    measures ``without`` one are ``None``.
+    The place of a landing is the middle of the part of the seat's lip that touched first, and ``None`` without a lip.
+    Error bars of the measures in ``without`` are ``None``.
     """
     if (landings := touches.landings) is None:
         return []
@@ -149,7 +149,7 @@ def _landing_record(
     names = {key: landing_name(face, number, key) for key in OF_A_LANDING.values()}
     bars = {key: left.bar(name) if name in left.values else math.inf for key, name in names.items()}
     if face == "seat" and touches.landings is not None and landing is touches.landings.hardest:
-        for key, measure in JUDGED.items():  # what plans know of it is in these
+        for key, measure in JUDGED.items():  # their error bars include errors predicted by the plan
             if measure in left.values:
                 bars[key] = max(bars[key], left.bar(measure))
     unknown = {key for key, measure in JUDGED.items() if measure in without and face == "seat"}
@@ -173,13 +173,13 @@ def _landing_record(
 
 
 def landing_bar_keys(records: Sequence[Mapping[str, object]], number: object) -> dict[str, object]:
-    """Return the error bars of the hardest landing, of this number, from its record."""
+    """Return the error bars of the hardest landing, whose ``number`` is given, from its record."""
     hard = next((each for each in records if each["body"] == "seat" and each["number"] == number), {})
     return {f"error_bar_landing_{key}": hard.get(f"error_bar_{key}") for key in OF_A_LANDING.values()}
 
 
 def spring_bar_keys(left: Budget | None) -> dict[str, object]:
-    """Return error_bar_spring_KEY of each measure of the baseline; none where its errors are not looked at."""
+    """Return error_bar_spring_KEY of each measure of the baseline; none if its errors were not computed."""
     if left is None:
         return {}
     names = [name for name in left.values if not is_of_a_landing(name)]
@@ -187,40 +187,40 @@ def spring_bar_keys(left: Budget | None) -> dict[str, object]:
 
 
 def _place(line: Line, arc: int) -> tuple[float | None, float]:
-    """Return the angle [deg] and the length along the line [m] of the middle of an arc of a lip."""
+    """Return the angle [deg] and the arc length along the line [m] of the middle of an arc of a lip."""
     middle = float(np.cumsum(line.lengths)[arc] - line.lengths[arc] / 2)
     return line.degrees_at(middle / float(line.lengths.sum())), middle
 
 
 def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
-    """Return of a contact along a lip, beside its measures, its arcs, over what it is averaged, where it is largest: by
-    the angle, and by the length along it from the first arc's beginning."""
+    """Return the keys of a contact along a lip: its arcs, the averaging length and time, and the places of the first
+    touch and of the largest force and impulse per length, as angle and arc length from the start of the first arc."""
     if line is None:
         return {}
-    pressed = (line.force if line.film is None else line.force - line.film) > 0
-    first = int(np.argmax(pressed.any(axis=1)))
+    is_pressed = (line.force if line.film is None else line.force - line.film) > 0
+    first = int(np.argmax(is_pressed.any(axis=1)))
     places = {
         "line_force_peak": line_force_peak(line.force[1:], dt, width, line.length, line.share, line.pieces)[1],
         "line_impulse_peak": line_impulse_peak(line.force[1:], dt, line.length, line.share, line.pieces)[1],
     }
-    length, keys, touched = float(line.lengths.sum()), {}, bool(pressed.any())
+    length, keys, is_touched = float(line.lengths.sum()), {}, bool(is_pressed.any())
     for name, place in places.items():
-        keys[f"{name}_at_deg"] = line.degrees_at(place) if touched else None
-        keys[f"{name}_at_m"] = place * length if touched else None
+        keys[f"{name}_at_deg"] = line.degrees_at(place) if is_touched else None
+        keys[f"{name}_at_m"] = place * length if is_touched else None
     middles = np.cumsum(line.lengths) - line.lengths / 2
     return keys | {
         "ports": line.force.shape[1],
         "lip_length_m": length,
         "line_force_arc_m": line.share * length,
         "line_force_width_s": width,
-        "first_touch_at_deg": _mean_angle(line, pressed[first]) if touched else None,
-        "first_touch_at_m": float(middles[pressed[first]][0]) if touched else None,
-        "largest_share_of_lip_pressed": float(pressed.mean(axis=1).max()),
+        "first_touch_at_deg": _mean_angle(line, is_pressed[first]) if is_touched else None,
+        "first_touch_at_m": float(middles[is_pressed[first]][0]) if is_touched else None,
+        "largest_share_of_lip_pressed": float(is_pressed.mean(axis=1).max()),
     }
 
 
 def _mean_angle(line: Line, pressed: NDArray[np.bool_]) -> float | None:
-    """Return the mean angle of arcs around a line, in degrees; ``None`` where angles do not name places."""
+    """Return the mean angle [deg] of the pressed arcs; ``None`` for a line whose places are not given by angles."""
     if line.edges is None:
         return None
     turns = ((line.edges[1:] + line.edges[:-1]) / 2)[pressed]
@@ -242,7 +242,7 @@ def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:
 
 
 def stopper_face_keys(stopper: Stopper) -> dict[str, object]:
-    """Return which face of the stopper is met, and in how many arcs, where it is divided."""
+    """Return the kind of the stopper and, if its face is divided, the number of arcs and the tilt."""
     keys: dict[str, object] = {"stopper_kind": stopper.body.kind}
     if stopper.parts == rings.Division():
         return keys
@@ -250,7 +250,7 @@ def stopper_face_keys(stopper: Stopper) -> dict[str, object]:
 
 
 def _restitution(result: ImpactResult, group: int = 0) -> float | None:
-    """Return the restitution; ``None`` where it is not defined: no contact, one that is not over, no approach."""
+    """Return the restitution of a contact; ``None`` if undefined: no contact, one that has not ended, no approach."""
     try:
         value = measures.restitution(result, group=group)
     except measures.MeasureError:
@@ -273,8 +273,8 @@ def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> di
 
 
 def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:
-    """Return the largest stress in the reed before and after the first touch, at t = 0, and before the landing that was
-    looked at; ``None`` without one."""
+    """Return the largest stress in the reed: in all, before and after the first touch, at t = 0, and before the judged
+    landing; ``None`` where it is unknown."""
     known = (stress.at_start, stress.before_landing) if stress else (None, None)
     start, landing = (None if peak is None else peak.value for peak in known)
     return {
@@ -303,8 +303,8 @@ def greens_error_keys(greens: GreensFunction) -> dict[str, object]:
 
 
 def reed_keys(kind: str, striker: Body, reed: method.Solved | None) -> dict[str, object]:
-    """Return kind and lowest natural frequencies of the striker, the latter where all its modes are known (Ritz pairs
-    are not); of a computed one, whether it was cached, and the stated error of its g."""
+    """Return the kind of the striker and its lowest natural frequencies (no Ritz values); for a reed that was solved,
+    also whether it came from the cache, and the error estimates of its Green's function."""
     modal = striker.greens.modal if reed is None or reed.greens.provenance.get("method") == "modes" else None
     lowest = [] if modal is None else [float(f) for f in modal.frequencies_hz if f > 0][:FREQUENCIES]
     known: dict[str, object] = {"reed_kind": kind, **({"reed_frequencies_Hz": lowest} if lowest else {})}
@@ -331,7 +331,7 @@ def accuracy_keys(done: Round) -> dict[str, object]:
 
 
 def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
-    """Return every choice of the plan that was carried out, with its unit, and the predicted time and memory."""
+    """Return every choice of the plan of the last round, and the predicted time, memory and errors."""
     return {
         "plan_wall_time_s": seconds,
         "plan_seat_level": plan.level,
@@ -348,7 +348,7 @@ def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
 
 
 def timing_keys(watch: Stopwatch, start: float) -> dict[str, object]:
-    """Time spent up to now [s], in all since ``start`` (`time.perf_counter`) and by stage."""
+    """Return the time [s] since ``start`` (`time.perf_counter`), and that of each stage so far."""
     return {
         "wall_time_s": time.perf_counter() - start,
         "stages_s": {stage: round(spent, 3) for stage, spent in watch.stages.items()},

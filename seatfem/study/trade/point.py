@@ -31,15 +31,15 @@ ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_B
 
 
 def stated_choices(plan: Plan) -> Settings:
-    """Return everything that decides the fidelity of a planned scene, as settings."""
+    """Return all values of a plan's method, which determine its accuracy and cost, as settings of a scene."""
     values = {key: plan.method.value(key) for key in FIELDS if has_key(plan.scene, key)}
     return {key: written(key, value) for key, value in values.items() if value is not None}
 
 
 PROCESSOR: Final = "processor_s"
 COSTS: Final = (PROCESSOR, "memory_bytes", "start_s")
-"""Processor seconds of all threads, mesher included, or the limit if stopped; largest memory of the process; seconds
-from the start of the process to the beginning of the computation."""
+"""Keys of the costs: processor time of all threads, mesher included, or the limit if stopped [s]; peak memory of the
+process [B]; time from the start of the process to the beginning of the computation [s]."""
 ABOUT: Final = (landings.STATUS, "seat_model", "seat_dof", "seat_poles", "reduction", "time_step_s", "engine")
 REPEATED_BELOW: Final = 4.0  # processor time [s] below which a point is run twice: the first time loads and compiles
 
@@ -49,15 +49,15 @@ class Point:
     """A scene at one fidelity.
 
     Attributes:
-        name: unique in its ladder.
+        name: name, unique among the points of a trade.
         family: the model of the seat: "spring", "rod", "axisymmetric", "harmonics", "sector", "3d", "as given".
-        varied: what of the centre is changed: "diagonal" (mesh and band together), "mesh", "order", "band", ...
-        settings: what the scene is made to say.
-        engine: of the history.
-        in_place: of the contact along a lip, a simpler model by its name: `ONE_PORT`, `BEAM`.
-        after: name of a coarser point without whose end this one is not tried.
-        least_steps: in the width of the filter, where the scene leaves the step open.
-        predicted: seconds, where they are; what is predicted to take far too long is not tried.
+        varied: the parameter that differs from the central point: "diagonal" (mesh and band together), "mesh", ...
+        settings: values that replace those of the scene file.
+        engine: history engine of the march.
+        in_place: name of the simpler model used in place of a contact along a lip: `ONE_PORT`, `BEAM`.
+        after: name of a coarser point that must have ended for this one to be tried.
+        least_steps: least number of steps in the width of the filter, where the scene leaves the step open.
+        predicted: predicted time [s], 0 if unknown; a point predicted to take far too long is not tried.
     """
 
     name: str
@@ -72,9 +72,9 @@ class Point:
 
 
 def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
-    """Compute the point's seat, contact and measures; no error bars, files, pictures. Whatever fails is the outcome.
+    """Compute seat, contact and measures of a point without error bars, files or pictures; a failure is an `Outcome`.
 
-    Its summary has the measures [SI] by name, `ABOUT` and `COSTS`. ``start``: seconds that the program took to load.
+    The summary has the measures [SI] by name, `ABOUT` and `COSTS`. ``start``: time that the program took to load [s].
     """
     loaded = {"start_s": start}
     try:
@@ -90,7 +90,7 @@ def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
 
 
 def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
-    """Return wall and processor time [s], and the summary."""
+    """Compute the point once; return wall time and processor time [s], and the summary."""
     wall, processor, watch = time.perf_counter(), _processor_time(), Stopwatch()
     method = stated_method(scene)
     if point.in_place:
