@@ -25,7 +25,7 @@ from seatfem import pictures
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import fields, method, rings
 from seatfem.structures.estimates.surrogate import Column
-from seatfem.study import runs
+from seatfem.study import impacts, runs
 from seatfem.study.impacts import gas, gauges, validity
 from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, strains_of, stress_in_run
 from seatfem.study.impacts.life import LifeResult, block_from, life_notes
@@ -59,7 +59,7 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Pi
     try:
         maps = [one for one in (_of_seat(done, stressed), _of_reed(done, stressed)) if one is not None]
     except Exception as problem:  # numbers are known already, as in `gap_of`
-        return [(PICTURE, partial(runs.stress_wave.raising, problem))]
+        return [(PICTURE, partial(runs.pictures.raising, problem))]
     if not maps:
         return []
     several = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
@@ -297,12 +297,14 @@ class Afterwards:
 
     def pictures(self, done: Round) -> list[rendering.Picture]:
         """Return the pictures of stress, life and curves."""
+        of_seat: list[rendering.Picture] = []
+        title = done.plan.scene.title or "Stress in the seat"
+        if self.stress is not None:
+            of_seat = runs.seat_stress.stress_pictures(self.stress, title, runs.stress_wave.after_touch(done))
         return [
-            *runs.seat_stress.stress_pictures(
-                self.stress, done.plan.scene.title or "Stress in the seat", runs.stress_wave.after_touch(done)
-            ),
+            *of_seat,
             *runs.stress_spots.spot_pictures(done, self.spots),
-            *runs.stress_wave.wave_pictures(done, self.stress),
+            *([] if self.stress is None else runs.stress_wave.wave_pictures(done, self.stress)),
             *margin_pictures(done, self.stressed),
             *runs.lives.curve_pictures(self.curves),
         ]
@@ -367,7 +369,8 @@ def afterwards(
             courses = (gauges.write_strains(folder, done.touches.strains, done.result.dt),)
         keep(keys)
     stress, of_reed = None, done.plate
-    if scene.stress is not None or scene.life is not None:
+    of_plate = impacts.plate_stress.has_plate_stress(scene.reed, done.striker)
+    if scene.stress is not None or (scene.life is not None and of_plate):
         with watch("reed stress" if scene.stress is None else "seat stress"):
             stress, of_reed = runs.stresses.stresses(done, progress)
         keys |= runs.seat_stress.stress_keys(stress) | ({} if done.plate else plate_stress_keys(of_reed))

@@ -1,7 +1,6 @@
 """Stress in the seat of a run: its largest on the surface with an error bar, and histories at named points."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
@@ -21,6 +20,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.rings import Division
 from seatfem.study.runs import seat_fields, summary
 from seatfem.study.runs.round import Round
+from seatfem.study.runs.stress_spots import place_words
 
 FEWER_HARMONICS: Final = 0.75  # share of the harmonics in the field that is compared, for the error bar
 MOST_SPOTS: Final = 20
@@ -192,17 +192,6 @@ def peaks_under(stress: SeatStress, force: Array, dt: float) -> Largest:
     waves = seat_fields.Waves.from_forces(stress.drawn, force)
     ((field, _),) = stress.drawn.fields(dt, stress.drawn.places(waves)[:1], waves)
     return largest(field, force, dt).after_contact
-
-
-def axes_of(place: Sequence[float] | Array, body: str) -> tuple[str, ...]:
-    """Return the names of the coordinates of a place in a body: of a seat's section r and z."""
-    return ("r", "z") if len(place) == 2 and body == "seat" else ("x", "y", "z")[: len(place)]
-
-
-def place_words(place: Sequence[float] | Array, body: str) -> str:
-    """Return a place with its axes, in millimetres: ``"(r, z) = (4.62, 6) mm"``."""
-    axes, values = ", ".join(axes_of(place, body)), ", ".join(f"{1e3 * x:.3g}" for x in place)
-    return f"({axes}) = ({values}) mm" if len(place) > 1 else f"{axes} = {values} mm"
 
 
 def stress_pictures(

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -26,6 +25,7 @@ from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.touches import Touches, on_the_ports
 from seatfem.study.runs import reed_stress, seat_fields, seat_stress
+from seatfem.study.runs.pictures import raising
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.lips import closed_line
 
@@ -68,11 +68,6 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
         pictures.append((LANDING, partial(frame_pictures.animate_frames, landing, title=title)))
         pictures.append(("landing.h5", partial(moving.save_moving, landing)))
     return pictures
-
-
-def raising(problem: Exception, path: Path) -> None:
-    """Raise the reason why a picture cannot be made; takes the place of the function that draws it."""
-    raise problem
 
 
 def by_arc(parts: result.ImpactResult, division: Division) -> result.ImpactResult:
@@ -168,7 +163,7 @@ def seat_wave(done: Round, stress: seat_stress.SeatStress) -> Frames | None:
     scene, body, model = done.plan.scene, done.plan.scene.seat.elastic, stress.model
     assert body is not None
     assert scene.stress is not None
-    extent, touch = float(np.ptp(stress.mesh.p, axis=1).max()), touch_of(done)
+    extent, touch = float(np.ptp(stress.mesh.p, axis=1).max()), done.touch
     steps = _steps(done, touch, touch + PASSES * extent / body.slowest)
     if not steps:
         return None
@@ -248,16 +243,9 @@ def reed_wave(done: Round) -> Frames | None:
     )  # fmt: skip
 
 
-def touch_of(done: Round) -> float:
-    """Time of the first touch of the seat [s]; nan without one."""
-    groups = measures.contact_groups(done.result)
-    return float(groups[0][0]) if len(groups) else math.nan
-
-
 def after_touch(done: Round) -> tuple[float, float]:
     """Return the span [s] from the first touch on, as long as the filter, in which stress depends on the step."""
-    touch = touch_of(done)
-    return touch, touch + done.plan.scene.run.filter_width
+    return done.touch, done.touch + done.plan.scene.run.filter_width
 
 
 def _steps(done: Round, first: float, last: float) -> range:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from impact import life
@@ -177,6 +178,19 @@ source = "report, page"
 
     def measured(self, key: str = "strength") -> life.strength.Strength | None:
         """Return the strength as a key's file has it; ``None`` without one. Raises `KeyProblem` for what is wrong."""
+        return self.of_seat if key == "seat_strength" else self.of_reed
+
+    @cached_property
+    def of_reed(self) -> life.strength.Strength | None:
+        """Return the strength of the reed's material; errors as `measured`."""
+        return self._read("strength")
+
+    @cached_property
+    def of_seat(self) -> life.strength.Strength | None:
+        """Return the strength of the seat's material; errors as `measured`."""
+        return self._read("seat_strength")
+
+    def _read(self, key: str) -> life.strength.Strength | None:
         if (path := getattr(self, key)) is None:
             return None
         try:
