@@ -20,11 +20,13 @@ from impact.gas.compressor import Compressor, drop, gas_history
 from impact.greens.base import Array, GreensFunction
 from impact.runs.variations import Values, narrower
 from seatfem.machine.resources import Machine
+from seatfem.structures.cache import build
 from seatfem.structures.estimates.costs import count_elements, seat_seconds
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import Method, at_once, spring_of
 from seatfem.structures.rings import ACROSS, FEWEST_ARCS, Division, divided_less, parts_joined
-from seatfem.study.impacts.contact import problem_of, record_of, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
+from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.gas import gas_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import values_of_record
@@ -58,8 +60,8 @@ BY_USER: Final = (BEAM_REED, FILM, GAS)
 FINER: Final = (
     Finer(band=1.6, stricter=2.0, step=2.0),
     Finer(mesh=1.6, band=1.6, stricter=2.0, step=2.0),
-    Finer(mesh=1.6, band=1.6, stricter=2.0, step=2.0, reduction="modes"),
-    Finer(mesh=1.25, band=1.25, stricter=1.5, step=2.0),
+    Finer(mesh=1.6, band=1.6, stricter=2.0, plates=2.5, step=2.0, reduction="modes"),
+    Finer(mesh=1.25, band=1.25, stricter=1.5, plates=1.6, step=2.0),
 )
 """From the finest on; every key is finer in each of them."""
 RATIOS: Final = (1.4, 2.0, 2.8, 4.0)  # between numbers of modes and bands that are looked at below the chosen one
@@ -182,8 +184,8 @@ def _truth(scene: Scene, method: RunMethod, landings: Landings | None, by: Finer
         rings = method.seat.rings or 1
         how = replace(how, seat=replace(how.seat, rings=2 * rings if rings in RING_NUMBERS[1:] else max(8, 2 * rings)))
     finer = as_stated(finer, how)
-    seat = seat_of(finer, method=how.seat, mesh_error=False).greens
-    reed = solved_striker(finer, method=how.reed, mesh_error=False)
+    seat = build(finer.seat, how.seat, finer.run.duration, mesh_error=False).greens
+    reed = solve_body("reed", finer.reed, how.reed, finer.run.duration, mesh_error=False)
     striker = striker_of(finer, how.reed.n_modes, None if reed is None else reed.greens)
     assert how.time_step is not None
     like = None if landings is None else replace(landings, static=None)  # type: ignore[arg-type]
@@ -299,7 +301,7 @@ def _can_be_whole(truth: Truth) -> bool:
 
 
 def _solved(truth: Truth, method: Method) -> GreensFunction:
-    return seat_of(truth.scene, method=method, mesh_error=False).greens
+    return build(truth.scene.seat, method, truth.scene.run.duration, mesh_error=False).greens
 
 
 def _of_parts(plan: Plan, truth: Truth) -> Iterator[Question]:

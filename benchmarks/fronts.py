@@ -15,8 +15,10 @@ from table import forget, spent
 from impact.bodies.body import Body
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
+from seatfem.structures.cache import build
 from seatfem.structures.method import Method
-from seatfem.study.impacts.contact import problem_of, record_of, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
+from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.method import RunMethod
 from seatfem.study.planning.plan import Plan
@@ -101,14 +103,14 @@ def _seats(plan: Plan) -> Iterator[Method]:
 def _points(scene: Scene, method: RunMethod, truth: Truth) -> Iterator[tuple[float, str, RunMethod, float]]:
     """Yield (seconds, words, method, largest error of an asked measure) with one seat."""
     start = spent()
-    seat = seat_of(scene, method=method.seat, mesh_error=False).greens
+    seat = build(scene.seat, method.seat, scene.run.duration, mesh_error=False).greens
     of_seat, modes = spent() - start, method.reed.n_modes
     numbers = [None] if modes is None else sorted({max(1, round(modes / ratio)) for ratio in FEWER})
     assert method.time_step is not None
     for number in numbers:
         forget()
         start = spent()
-        reed = solved_striker(scene, method=method.reed, mesh_error=False)
+        reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, mesh_error=False)
         striker = striker_of(scene, number, None if reed is None else reed.greens)
         of_striker, problem = spent() - start, problem_of(scene, striker, Body(seat))
         for factor in LONGER:

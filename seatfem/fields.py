@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 FILE_LIMIT = 8192 * MB
 GROUPS = ("reeds", "seats", "strikers", "imported")
-"""Of kinds of structures, in the order of lists."""
+"""Groups of kinds of structures, in the order in which lists show them."""
 Made = TypeVar("Made", bound="DataclassInstance")
 Contradictions = Iterator[tuple[str, str]]
-"""Keys to change, and why."""
+"""Pairs of a key to change and the reason."""
 
 
 class KeyProblem(ValueError):
@@ -34,7 +34,7 @@ class KeyProblem(ValueError):
 
 @contextmanager
 def keys_of(table: str) -> Iterator[None]:
-    """Name the problems of a ``table`` by the dotted keys of the table around it."""
+    """Prefix the key of a `KeyProblem` that is raised within with the name of its ``table``."""
     try:
         yield
     except KeyProblem as problem:
@@ -42,13 +42,13 @@ def keys_of(table: str) -> Iterator[None]:
 
 
 def within(table: str, contradictions: Iterable[tuple[str, str]]) -> Contradictions:
-    """Yield the contradictions in a ``table`` by the dotted keys of the table around it."""
+    """Yield contradictions with the name of their ``table`` before each key."""
     yield from ((f"{table}.{key}", words) for key, words in contradictions)
 
 
 @contextmanager
 def problem_of(key: str, *errors: type[Exception], drop: str = "") -> Iterator[None]:
-    """Tell these ``errors`` as problems of the ``key``, their messages without the prefix ``drop``."""
+    """Raise ``errors`` from within as a `KeyProblem` of the ``key``, their messages without the prefix ``drop``."""
     try:
         yield
     except errors as error:
@@ -61,16 +61,16 @@ class Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False, defer_build=True)
 
     sample: ClassVar[str] = ""
-    """What a table of this class may begin with (`seatfem init`): lines of TOML, its required keys among them."""
+    """Lines of TOML with which `seatfem init` begins a table of this class, its required keys among them."""
 
     inlined: ClassVar[str] = ""
-    """The field whose own keys stand in this table itself, in place of it."""
+    """Name of a field whose own keys are written directly in this table."""
 
     also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
     """Names of other kinds under which this one is meant, where one of these keys of its own stands beside them."""
 
     def given_keys(self, *keys: str) -> list[str]:
-        """Return the keys, of these, that have a value."""
+        """Return those of the ``keys`` that have a value."""
         return [key for key in keys if getattr(self, key) is not None]
 
     def contradictions(self) -> Contradictions:
@@ -84,7 +84,7 @@ class Table(BaseModel):
         return self
 
     def check_one_of(self, keys: tuple[str, ...], nothing: str) -> None:
-        """Raise `KeyProblem` unless exactly one of these keys has a value; ``nothing``: what it means that none has."""
+        """Raise `KeyProblem` unless exactly one of the ``keys`` has a value; ``nothing``: message where none has."""
         if len(given := self.given_keys(*keys)) != 1:
             words = f"{' and '.join(given)} are given" if given else nothing
             raise KeyProblem(given[1] if given else keys[0], f"{words}: give exactly one of {', '.join(keys)}")

@@ -12,14 +12,10 @@ from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
 
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
-FLAPPER = f"""kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
-{STEEL}"""
+FLAPPER = (
+    f'kind = "flapper"\nroot_width = "8 mm"\ntaper_length = "2 mm"\nneck_width = "6 mm"\nneck_length = "15 mm"\n'
+    f'paddle_diameter = "16 mm"\nthickness = "0.3 mm"\n{STEEL}'
+)
 """With modes at 196.6, 915.2 (torsion) and 1644 Hz; without its table's name, as the other bodies."""
 LIP = f"""kind = "annular"
 bore_radius = "5 mm"
@@ -27,32 +23,17 @@ lip_width = "1 mm"
 lip_edge_radius = "0 mm"
 {STEEL}"""
 """A lip from 5 to 6 mm, that the flapper covers."""
-BAR = """
-kind = "bar"
-length = "10 mm"
-width = "2 mm"
-height = "3 mm"
-damping_ratio = 0.05
-material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
-model = "3d"
-mesh = { size = "2 mm", contact_size = "2 mm" }
-greens = { bandwidth = "100 kHz" }
-"""
+BAR = (
+    '\nkind = "bar"\nlength = "10 mm"\nwidth = "2 mm"\nheight = "3 mm"\ndamping_ratio = 0.05\n'
+    'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\nmodel = "3d"\n'
+    'mesh = { size = "2 mm", contact_size = "2 mm" }\ngreens = { bandwidth = "100 kHz" }\n'
+)
 """A slender block as a seat; without its table's name."""
-REED_ON_SPRING = """
-[seat]
-kind = "spring"
-stiffness = "27.8 N/um"
-[reed]
-kind = "cantilever"
-length = "25.4 mm"
-damping_ratio = 0.03
-release = { tip_deflection = "1 mm" }
-[run]
-duration = "0.75 ms"
-filter_width = "8 us"
-[accuracy]
-"""
+REED_ON_SPRING = (
+    '\n[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "cantilever"\nlength = "25.4 mm"\n'
+    'damping_ratio = 0.03\nrelease = { tip_deflection = "1 mm" }\n[run]\nduration = "0.75 ms"\nfilter_width = "8 us"\n'
+    "[accuracy]\n"
+)
 """A beam that lands once; what is asked of its accuracy follows."""
 
 

@@ -1,11 +1,20 @@
-"""A ring or a racetrack of curved 27-node hexahedra, its section a tensor mesh."""
-
-from __future__ import annotations
+"""A seat of revolution: its half section, and the ring or racetrack of curved 27-node hexahedra that it makes."""
 
 import math
 
 import numpy as np
 import skfem
+
+INNER, EDGE, OUTER, HEIGHT = 4e-3, 5e-3, 7e-3, 5e-3
+"""Radii of the bore, of the lip's outer edge and of the rim, and the height of `meridian`."""
+
+
+def meridian() -> skfem.MeshQuad:
+    """The half section in 3 by 4 quadrilaterals; the lip is the innermost third of the upper side."""
+    mesh = skfem.MeshQuad.init_tensor(np.linspace(INNER, OUTER, 4), np.linspace(0, HEIGHT, 5))
+    return mesh.with_boundaries(
+        {"contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < EDGE + 1e-9), "fixed": lambda x: np.isclose(x[1], 0.0)}
+    )
 
 
 def around(flat: skfem.MeshQuad, slices: int, straight: int = 0, length: float = 0.0) -> skfem.MeshHex2:

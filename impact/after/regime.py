@@ -1,8 +1,9 @@
 """Dimensionless numbers of an impact, and warnings about a result: unresolved contacts, energy gain, round-off."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -129,11 +130,11 @@ def in_words(found: Regime) -> str:
 def _nearest(name: str, scales: dict[str, float], plain: dict[str, float]) -> tuple[float, float]:
     """Return the (peak, impulse) errors at the nearest point of a map, ``scales`` on logarithmic axes; ``nan`` off the
     map."""
-    rows = read_rows(MAPS / name)
-    distance = np.zeros(len(rows))
+    table = _map(name)
+    distance = np.zeros(len(table["peak_error"]))
     for wanted, logarithmic in ((scales, True), (plain, False)):
         for key, value in wanted.items():
-            axis, at = np.array([row[key] for row in rows]), value
+            axis, at = table[key], value
             if logarithmic:
                 axis, at = np.log(axis), math.log(value) if value > 0 else value
             steps = np.diff(np.unique(np.round(axis, 6)))
@@ -141,8 +142,14 @@ def _nearest(name: str, scales: dict[str, float], plain: dict[str, float]) -> tu
             if not axis.min() - cell <= at <= axis.max() + cell:
                 return math.nan, math.nan
             distance += ((axis - at) / cell) ** 2
-    row = rows[int(np.argmin(distance))]
-    return row["peak_error"], row["impulse_error"]
+    nearest = int(np.argmin(distance))
+    return float(table["peak_error"][nearest]), float(table["impulse_error"][nearest])
+
+
+@cache
+def _map(name: str) -> Mapping[str, Array]:
+    rows = read_rows(MAPS / name)
+    return {key: np.array([row[key] for row in rows]) for key in rows[0]}
 
 
 def _ratio(above: float, below: float) -> float:

@@ -61,8 +61,7 @@ class EnergyLedger:
 
     @property
     def residual(self) -> float:
-        """Return max |input - stored - dissipated| over the largest sum of the sizes of what is stored; 0 without
-        any."""
+        """Return max |input - stored - dissipated| over the largest sum of stored energies; 0 without any."""
         largest = float(np.max(np.abs(self.striker) + np.abs(self.target) + np.abs(self.contact)))
         error = float(np.max(np.abs(self.input - self.stored - self.dissipated)))
         return error / largest if largest > NO_ENERGY else 0.0
@@ -183,8 +182,7 @@ class ImpactResult:
         )
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return the histories by time [SI], a row a step; raises `impact.names.FrameError` where pandas is
-        missing."""
+        """Return the histories by time [SI], a row a step; raises `impact.names.FrameError` without pandas."""
         of_contacts = {"force_N": self.force, **{f"{name}_m": getattr(self, name) for name in _WAYS}}
         energies = {f"energy_{name}_J": getattr(self.energy, name) for name in _TERMS}
         return frame_of({"time_s": self.time, **of_contacts, **energies}, "time_s")

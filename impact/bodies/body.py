@@ -135,8 +135,7 @@ class Body:
 
     @property
     def mass(self) -> float:
-        """Return the mass of the rigid translation along the normal at the first port [kg]; ``inf`` if the body is
-        held."""
+        """Return the mass of the rigid translation along the normal at the first port [kg]; ``inf`` if held."""
         return self.greens.mass()
 
     @property

@@ -161,11 +161,7 @@ def reed(
         beam.residual(_left_out(beam, at, shapes / modes.omega[:, None]), at, damping_ratio, float(modes.omega[-1])),
         port_names=("contact",) if len(at) == 1 else tuple(f"contact_{i + 1}" for i in range(len(at))),
         error=ErrorEstimate(mesh=0.0),
-        origin={
-            **beam.description,
-            "damping_ratio": damping_ratio,
-            "contact_at": at[0] if len(at) == 1 else list(at),
-        },
+        origin={**beam.description, "damping_ratio": damping_ratio, "contact_at": at[0] if len(at) == 1 else list(at)},
     )
     state = None if release is None else release.state(beam, modes)
     return Body(greens, state=state, loads=tuple(part for load in loads for part in load.modal(modes)))

@@ -1,4 +1,4 @@
-"""Stresses at a contact in closed form: Hertz, uniform disk, first contact of waves, a beam tip arrested at once.
+"""Stresses at a contact in closed form: Hertz, uniform disk, plane waves of a first contact, a beam's tip arrested.
 
 Stress is > 0 in tension. Depths are z >= 0 below the surface on the axis of the contact. "Johnson" is K. L. Johnson,
 Contact Mechanics, Cambridge 1985.
@@ -27,7 +27,7 @@ class ContactStressError(ValueError):
 
 @dataclass(frozen=True)
 class HertzContact:
-    """A Hertzian contact under load.
+    """Size, pressure and approach of a Hertzian contact under load.
 
     Attributes:
         half_width: radius a of the circle or half-width b of the strip [m].
@@ -42,7 +42,7 @@ class HertzContact:
 
 @dataclass(frozen=True)
 class HertzImpact:
-    """Quasi-static elastic impact: largest force [N], largest approach [m], contact duration [s]."""
+    """Result of Hertz's quasi-static elastic impact: largest force [N], largest approach [m], contact duration [s]."""
 
     force: float
     approach: float
@@ -51,7 +51,7 @@ class HertzImpact:
 
 @dataclass(frozen=True)
 class ShearMaximum:
-    """Largest shear stress on the axis, and its depth, both relative: over the pressure and over the half-width."""
+    """Largest shear stress on the axis and its depth, relative to the pressure and the half-width."""
 
     stress: float
     depth: float
@@ -80,8 +80,7 @@ def hertz_circular(*, force: float, reduced_modulus: float, radius: float) -> He
 
 
 def hertz_line(*, force_per_length: float, reduced_modulus: float, radius: float) -> HertzContact:
-    """Return the contact of cylinders: b = sqrt(4 N' R/(pi E*)), p0 = 2 N'/(pi b), N' [N/m]. Source: Johnson 4.43,
-    4.45."""
+    """Return the contact of cylinders: b = sqrt(4 N' R/(pi E*)), p0 = 2 N'/(pi b), N' [N/m]. Johnson 4.43, 4.45."""
     _positive(force_per_length=force_per_length, reduced_modulus=reduced_modulus, radius=radius)
     b = math.sqrt(4 * force_per_length * radius / (math.pi * reduced_modulus))
     return HertzContact(b, 2 * force_per_length / (math.pi * b), math.nan)
@@ -135,8 +134,8 @@ def disk_axis_stress(depth: ArrayLike, *, poisson: float) -> tuple[Array, Array]
 
 
 def circular_shear_maximum(*, poisson: float) -> ShearMaximum:
-    """Return the largest |sigma_z - sigma_r|/2 under a circular Hertz contact, over p0, at z/a: 0.310, 0.481 (nu =
-    0.3)."""
+    """Return the largest |sigma_z - sigma_r|/2 under a circular Hertz contact, over p0, at z/a: 0.310, 0.481 for
+    nu = 0.3."""
     return _shear_maximum(lambda z: circular_axis_stress(z, poisson=poisson))
 
 
@@ -146,8 +145,8 @@ def line_shear_maximum() -> ShearMaximum:
 
 
 def disk_shear_maximum(*, poisson: float) -> ShearMaximum:
-    """Return the largest |sigma_z - sigma_r|/2 on the axis of a uniform disk, over p, at z/a: 0.333, 0.637 (nu =
-    0.3)."""
+    """Return the largest |sigma_z - sigma_r|/2 on the axis of a uniform disk, over p, at z/a: 0.333, 0.637 for
+    nu = 0.3."""
     return _shear_maximum(lambda z: disk_axis_stress(z, poisson=poisson))
 
 
@@ -173,7 +172,7 @@ def pressure_wave_speed(*, young: float, poisson: float, density: float) -> floa
 
 
 def first_contact_pressure(*, speed: float, impedance: float, impedance_2: float = math.inf) -> float:
-    """Return p = v z_1 z_2/(z_1 + z_2) [Pa]: flat bodies meet at the relative speed v, until the first release wave.
+    """Return the pressure v z_1 z_2/(z_1 + z_2) [Pa] of flat bodies that meet at v, until the first release wave.
 
     z = rho c [Pa s/m], with c_p for bodies and c_0 for rods; equal bodies rho c v/2, a rigid second one rho c v.
     """

@@ -76,8 +76,8 @@ def point_step_response(tau: ArrayLike, *, poisson: float) -> Array:
     """Return f(tau), shape of ``tau``: w = F f(c_s t/r)/(pi mu r) is the surface's displacement along a point load F
     H(t) [m].
 
-    Zero before the pressure wave, -inf at the Rayleigh wave tau = c_s/c_R, (1 - nu)/2 (Boussinesq) ever after.
-    Accurate to 1e-11 of (1 - nu)/2 away from the Rayleigh pole.
+    f is 0 before the pressure wave, -inf at the Rayleigh wave tau = c_s/c_R and (1 - nu)/2 (Boussinesq) after it.
+    The error is below 1e-11 of (1 - nu)/2 away from the Rayleigh pole.
     """
     load = PointLoad.from_poisson(poisson)
     t = np.asarray(tau, dtype=float)
@@ -98,8 +98,7 @@ def _kappa2(poisson: float) -> float:
 
 
 def _roots(kappa2: float) -> tuple[complex, complex, complex]:
-    """Return the roots of P, the Rayleigh root (the only one above 1) last; one Newton step removes the eigenvalue
-    round-off."""
+    """Return the roots of P, the Rayleigh root (the only one above 1) last; a Newton step removes round-off."""
     cubic = np.polynomial.Polynomial([1.0, -8.0, 8 * (3 - 2 * kappa2), 16 * (kappa2 - 1)])
     roots = np.asarray(cubic.roots(), dtype=complex)
     last = np.argmax(roots.real)  # above 1; the two others have real parts below 3/4
@@ -129,7 +128,7 @@ class DiskResponse:
         breaks: (P + 1,) edges of the pieces, 0 ... c_s/c_R.
         speed: (P, d) Chebyshev coefficients of dS/dT.
         rise: (P, e) Chebyshev coefficients of S.
-        error: of dS/dT between the nodes and of S at the end, relative to the largest value.
+        error: of dS/dT between the nodes and of S at the end, each relative to its largest value.
     """
 
     breaks: Array
@@ -141,10 +140,10 @@ class DiskResponse:
     def from_poisson(poisson: float) -> DiskResponse:
         """Return the response for a Poisson ratio in [0, 0.5]; about 0.1 s.
 
-        Raises `GreensFunctionError`: Poisson ratio outside, or an error above 1e-9 (none is known).
+        Raises `GreensFunctionError`: a Poisson ratio outside the interval, or an error above 1e-9 (none is known).
         """
         load = PointLoad.from_poisson(poisson)
-        # where g(T) is not smooth; of a very fast pressure wave, steps of 8 towards T = 0, where T log T rules
+        # where g(T) is not smooth; of a fast pressure wave pieces shrink by 8 towards T = 0 (T log T)
         towards_zero = [x for x in (1 / 512, 1 / 64, 1 / 8) if x > 2 * load.kappa]
         breaks = np.array(sorted({0.0, load.kappa, *towards_zero, 1.0, load.gamma}))
         low, width = breaks[:-1, None], np.diff(breaks)[:, None]
@@ -168,8 +167,7 @@ class DiskResponse:
         return DiskResponse(breaks, speed, rise / ends[-1], float(error))
 
     def __call__(self, time: Array, *, integrated: bool) -> Array:
-        """Return S/S_static (``integrated``) or its slope at T >= 0; exactly 1 or 0 once the Rayleigh wave has
-        crossed."""
+        """Return S/S_static (``integrated``) or its slope at T >= 0; exactly 1 or 0 after the Rayleigh wave."""
         out = np.full(time.shape, 1.0 if integrated else 0.0)
         piece = np.searchsorted(self.breaks, time, side="right") - 1
         for n, series in enumerate(self.rise if integrated else self.speed):

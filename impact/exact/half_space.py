@@ -37,8 +37,7 @@ def square_compliance(*, young: float, poisson: float, side: float, at: str = "m
 
 
 def punch_compliance(*, young: float, poisson: float, radius: float) -> float:
-    """Return the static displacement per unit force of a rigid round punch, (1 - nu^2)/(2 E a) [m/N]. Source: Johnson
-    3.36."""
+    """Return the static displacement per unit force of a rigid round punch, (1 - nu^2)/(2 E a) [m/N] (Johnson 3.36)."""
     return _unit_compliance(young, poisson, radius) / 2
 
 

@@ -1,4 +1,4 @@
-"""A free rod that is struck at both ends, as the middle one of a chain."""
+"""Green's function of a free rod that is struck at both ends, as in the middle of a chain of rods."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class TwoEndedRod(base.ExactPort):
 
     @property
     def one(self) -> DelayRod:
-        """Return the rod as it is known at one of its ends."""
+        """Return the Green's function of one end alone, a free rod."""
         return DelayRod(self.impedance, self.round_trip, 1.0)
 
     @property

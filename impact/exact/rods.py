@@ -248,8 +248,7 @@ class DampedFixedRod(DampedRod, ExactRod):
 
     @property
     def slowest_decay(self) -> float:
-        """Return the smallest of all decay rates: zeta w_1, above critical damping w_1/(zeta + sqrt(zeta^2 - 1))
-        [1/s]."""
+        """Return the smallest of all decay rates: zeta w_1, overdamped w_1/(zeta + sqrt(zeta^2 - 1)) [1/s]."""
         z = self.damping_ratio
         return self.omega_1 * (z if z < 1 else 1 / (z + math.sqrt(z * z - 1)))
 

@@ -60,12 +60,10 @@ class Multiaxial(ABC):
 
     @abstractmethod
     def value(self, stress: ArrayLike) -> float:
-        """Return the equivalent shear amplitude [Pa] of an (n, 6) block; raises `LifeError` for stress of another
-        shape."""
+        """Return the equivalent shear amplitude [Pa] of an (n, 6) block; raises `LifeError` for another shape."""
 
     def margin(self, stress: ArrayLike) -> float:
-        """Return t-1/value: the factor on all stresses at which the limit is met; ``inf`` where there is nothing to
-        bear."""
+        """Return t-1/value: the factor on all stresses at which the limit is met; ``inf`` without stress."""
         value = self.value(stress)
         return self.torsion_limit / value if value > 0 else math.inf
 

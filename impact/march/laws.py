@@ -100,8 +100,7 @@ class Law(Protocol):
         """Return whether the march knows a potential of it, of which its force is the slope but for damping."""
 
     def potential(self, penetration: Array) -> Array:
-        """Return the stored energy Psi [J] along a history of penetrations (n,) [m]; zero for a law that stores
-        none."""
+        """Return the stored energy Psi [J] along a history of penetrations (n,) [m]; 0 where none is stored."""
 
     def closure(self, force: float) -> float:
         """Return the penetration at a static force [N -> m]; zero for a law that does not yield at rest."""

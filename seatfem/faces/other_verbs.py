@@ -15,6 +15,7 @@ from cyclopts import Parameter
 import seatfem.measured
 from impact import pictures
 from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
+from seatfem.faces import exchange
 from seatfem.faces.terminal import (
     COMMON,
     DONE,
@@ -256,24 +257,34 @@ def view(
 
 
 def export(
-    source: Path, /, *, to: Annotated[str, Parameter(name="--to")], output: Output = None, common: Common = COMMON
+    source: Path,
+    /,
+    *,
+    to: Annotated[
+        str,
+        Parameter(
+            help="; ".join(
+                f"{name}: {each.words}{' (of a scene, too)' * each.takes_scenes}"
+                for name, each in exchange.FORMATS.items()
+            )
+            + "."
+        ),
+    ],
+    output: Output = None,
+    common: Common = COMMON,
 ) -> int:
     """Write a scene, or the folder of a run, in the formats of other programs (docs/exchange.md).
 
     Parameters
     ----------
     source:
-        The folder of a run (seatfem run -o) or of modes; for calculix, reduced and dxf a scene (TOML), too.
-    to:
-        csv: force.csv and summary.csv for spreadsheets; uff: the seat's receptance (universal file, dataset 58) and
-        modes (55); vtk: modes, stress waves and landings for ParaView; calculix: decks for ccx on the seat's mesh, our
-        answers beside them; reduced: the seat's M, C, K and state space, .npz, .mat and .mtx; dxf: the reed's outline.
+        The folder of a run (seatfem run -o) or of modes; a scene (TOML), too, where that is said.
     output:
         Folder for the files [default: that of the run; of a scene its name + "-" + the format].
     """
     terminal = lines(quiet=common.quiet)
     with progress_of(common) as progress:
-        written = seatfem.faces.exchange.export(source, to, output, progress)
+        written = exchange.export(source, to, output, progress)
     for each in written:
         terminal.print(f"wrote {each}" if isinstance(each, Path) else f"note: {each}")
     return DONE

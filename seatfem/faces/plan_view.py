@@ -1,4 +1,4 @@
-"""A plan for the terminal and for other programs, and the values read of a scene, with units."""
+"""Shows a plan on the terminal and to other programs, and the values that were read from a scene, with units."""
 
 import json
 import math
@@ -24,7 +24,7 @@ from seatfem.study.scene import Contact, Scene, drives, files, keys, load, parce
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
 
-SHOWN: Final = 4  # most values of a list that are shown; of longer ones their number and range are
+SHOWN: Final = 4  # most values of a list that are shown; longer lists are shown as number and range
 HOW: Final = ("run", "accuracy", "title")
 """Tables and keys that are left out, as the plan's own table states them."""
 STRENGTHS: Final = ("strength", "seat_strength")
@@ -33,7 +33,7 @@ _NONE: Final = FieldInfo(default=None)
 
 
 def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Return the scene as rows (key, value), key by key as the file states them, with the struck face of each body.
+    """Return the keys that a scene file states as rows (key, value), and the struck face of each body.
 
     Raises:
         SceneError: a file that cannot be read, or has no such face.
@@ -53,7 +53,7 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
 
 
 def read_table(scene: Scene) -> Table | None:
-    """Return the rows of `read_back` as a table, for scenes with files; ``None`` for others; raises as it."""
+    """Return the rows of `read_back` as a table; ``None`` of scenes without files. Raises what `read_back` raises."""
     if not parcel.files_of(scene):
         return None
     table = Table("table", "what was read")
@@ -63,7 +63,7 @@ def read_table(scene: Scene) -> Table | None:
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:
-    """Return facts on a body's struck face, and on a measured response, that need no mesh."""
+    """Return what is known without a mesh of a body's struck face and of its measured response."""
     facts = []
     if (ring := body.lip_face.ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
@@ -171,7 +171,7 @@ def choices_table(plan: Plan) -> Table:
 
 
 def costs_table(plan: Plan) -> Table:
-    """Return time, memory and error of the plan, and of cheaper and more accurate ones."""
+    """Return a table of time, memory and error of the plan, and of cheaper and more accurate plans."""
     words = (f"uncertainty of\n{short_words(name)}" for name in plan.error)
     table = Table("", "time", "memory", *words)
     for what, cost, error in (

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def time_line(seconds: Mapping[str, float]) -> str:
-    """Return where the time went, the longest stage first, in one line."""
+    """Return one line with the time of each stage, the longest first."""
     longest_first = sorted(seconds.items(), key=lambda item: -item[1])
     return ", ".join(f"{STAGES.get(stage, stage)} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
 
@@ -197,7 +197,7 @@ def _notes(summary: readings.Summary) -> Iterator[str]:
 
 
 def _most_stressed(summary: readings.Summary) -> str:
-    """Return where the largest reed stress lies, and when; "" where none is known."""
+    """Return place and time of the largest reed stress; "" where it is not known."""
     spots = summary.get("reed_stress_hot_spots")
     if not isinstance(spots, list) or not spots or not isinstance(spots[0], dict):
         return ""
@@ -237,8 +237,7 @@ def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
 
 
 def _contacts(summary: readings.Summary, prefix: str) -> str:
-    """Return how many contacts, landings and touches there were: "2 (landings 1), touches 7"; of a baseline without
-    these words."""
+    """Return the counts as "2 (landings 1), touches 7", of a baseline as "2 (1), 7"."""
     contacts, landings, touches = (
         readings.as_number(summary.get(f"{prefix}{key}"))
         for key in (results.CONTACTS, "landing_count", f"{results.CONTACTS}_raw")
@@ -252,7 +251,7 @@ def _contacts(summary: readings.Summary, prefix: str) -> str:
 def _beside(
     baseline: float | None, value: float | None, bar: float | None, row: results.Result, own: float | None
 ) -> str:
-    """Return the baseline's value with its ``own`` bar, or with the seat's unit and decimals if they are near."""
+    """Return the baseline's value with its ``own`` bar, or in unit and decimals of a near value of the seat."""
     if baseline is None:
         return "-"
     if own is not None and not row.of_each_step:
@@ -266,7 +265,7 @@ def _beside(
 
 
 def _target(summary: readings.Summary, key: str, value: float | None, bar: float | None) -> str:
-    """Return the bar's share of a judged value and whether that meets the target; "" where nothing is judged."""
+    """Return the relative bar of a judged value and whether it meets the target; "" of other values."""
     target = readings.as_number(summary.get("accuracy_target"))
     judged = key in results.asked(summary) and summary.get("accuracy_met", True) is not None
     if target is None or bar is None or not value or not judged:

@@ -41,7 +41,7 @@ def visible(text: str) -> str:
 
 
 class Console(RichConsole):
-    """rich's console, for texts that come from anywhere."""
+    """A console of rich that shows text from any source, markup and control characters included, as it is."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**{"markup": False, "emoji": False} | options)
@@ -124,18 +124,18 @@ WHOLE: Final = Effort()
 
 
 def console(*, highlight: bool = True) -> Console:
-    """Return a console for tables: as wide as the terminal; in a file or a pipe as wide as no number is cut."""
+    """Return a console for tables, as wide as the terminal; in a file or pipe wide enough that no number is cut."""
     terminal = Console(markup=False, highlight=highlight)
     return terminal if terminal.is_terminal else Console(width=200, markup=False, highlight=highlight)
 
 
 def lines(*, stderr: bool = False, quiet: bool = False) -> Console:
-    """Return a console for sentences, one a line, as they are: what a file says, and [uff], is no markup."""
+    """Return a console for sentences, one a line, unwrapped and without markup: [uff] stays as it is."""
     return Console(stderr=stderr, quiet=quiet, soft_wrap=True, highlight=False, markup=False)
 
 
 def progress_of(common: Common, console: Console | None = None) -> AbstractContextManager[Progress]:
-    """Return progress bars on the ``console``, by default that of errors; none where the verb is to be quiet."""
+    """Return progress bars on the ``console`` (default: standard error); silent ones for --quiet."""
     return faces.progress_bars.progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
 
 

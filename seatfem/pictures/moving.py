@@ -19,7 +19,7 @@ from seatfem.pictures.rendering import import_pyvista
 
 MOST_TRIANGLES: Final = 24_000  # most triangles of a body that are kept: of 12,000 flat sections had too few for a wave
 FINEST: Final = 32_767  # steps from 0 to the largest displacement
-UNTOLD: Final = 65_535  # number in place of an unknown value
+UNTOLD: Final = 65_535  # stored number of an unknown value
 """Values take the steps below it, from the lowest to the highest."""
 MOST_POINTS: Final = 100_000  # most points of a body that are read
 MOST_PLACES: Final = 10_000_000  # most coordinates in all frames that are read
@@ -40,7 +40,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "reed_stress_wave.h5": "frames = 24 in [stress], and a reed of plate elements",
     "landing.h5": "a reed of plate elements that lands on a lip in segments",
 }
-"""What puts them there."""
+"""The words that tell a user how each file of `KEPT` is made."""
 
 
 def save_moving(frames: Frames, path: str | os.PathLike[str]) -> None:
@@ -124,7 +124,7 @@ def steps_of_values(frames: Frames) -> NDArray[np.uint16]:
 
 
 def _decimated(frames: Frames) -> Frames:
-    """Return the body with fewer triangles on some of the same points, where there are too many; edges stay."""
+    """Return the body with at most `MOST_TRIANGLES`, on some of its own points; edges stay."""
     count = len(frames.triangles)
     if count <= MOST_TRIANGLES:
         return replace(frames, before=count)

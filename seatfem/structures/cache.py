@@ -59,7 +59,8 @@ def keys_of(structure: Structure, methods: Iterable[Method], *, mesh_error: bool
             del how["rings"]
         how |= {name: lip.content for name in ("lip", "behind") if (lip := getattr(method, name)) is not None}
         if method.reduction not in code:
-            code[method.reduction] = sources_from_elsewhere(*inputs.classes, *_reductions(structure, method))
+            classes = (*inputs.classes, *_reductions(structure, method))
+            code[method.reduction] = sources_from_elsewhere(*classes)
         own = {"code": code[method.reduction]} if code[method.reduction] else {}
         yield content_key(parts | {"method": how} | own)
 

@@ -339,7 +339,8 @@ def _with_mesh_error(
     coarser = coarser.with_error(coarser.error_estimate, {**coarser.provenance, "refinement": ratio})
     about = {**solved.about, "coarse_dof": coarse.about.get("seat_dof"), "coarse_refinement": ratio}
     same = divided_less(coarser, method.division)
-    return replace(solved, greens=greens, coarser=same, in_rings=coarser, about=about, refinement=ratio)
+    solved = replace(solved, greens=greens, about=about, refinement=ratio)
+    return replace(solved, coarser=same, in_rings=coarser, coarser_mesh=mesh)
 
 
 def refinement_of(fine: AnyMesh, coarse: AnyMesh) -> float:

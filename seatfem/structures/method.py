@@ -254,6 +254,7 @@ class Solved:
         greens: its Green's function.
         coarser: the same on a mesh coarser by `COARSENING`, in truth by ``refinement``.
         mesh, model, modes: behind it; ``None`` where there are none, or it was computed before.
+        coarser_mesh: behind ``coarser``, likewise.
         about: numbers and words for the summary.
         level_error: relative, of the level of modelling itself.
         refinement: ratio of the element sizes of the two meshes.
@@ -273,6 +274,7 @@ class Solved:
     in_rings: GreensFunction | None = None
     plane: bool = False
     reused: bool = False
+    coarser_mesh: SeatMesh | MeridianMesh | None = None
 
 
 START: Final = "initial_value"

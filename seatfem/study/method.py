@@ -7,15 +7,15 @@ touched; what it leaves open stands in the method alone.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
 from pydantic import BaseModel
 
-from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Contact, ContactGeometry, Scene
+from seatfem.study.scene.problems import in_role
 
 _Table = TypeVar("_Table", bound=BaseModel)
 
@@ -52,6 +52,7 @@ class RunMethod:
     Attributes:
         seat, reed: the struck body and the striker.
         time_step: [s]; ``None``: from the highest rates of both bodies and the filter.
+        given: keys of `FIELDS` that the file states, which no plan changes.
 
     A lip that both touch along is in the methods of either.
     """
@@ -59,6 +60,7 @@ class RunMethod:
     seat: Method
     reed: Method
     time_step: float | None = None
+    given: frozenset[str] = field(default=frozenset(), compare=False)
 
     @property
     def ports(self) -> int | None:
@@ -105,11 +107,12 @@ def stated_method(scene: Scene) -> RunMethod:
 
     Raises `LevelError`: a level that does not describe the seat is stated.
     """
-    rings = scene.contact.rings if scene.seat.elastic is not None or is_given(scene, RINGS) else None
-    seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
+    given = frozenset(key for key in FIELDS if is_given(scene, key))
+    rings = scene.contact.rings if scene.seat.elastic is not None or RINGS in given else None
     with in_role("reed", scene.reed):
         reed = scene.reed.stated()
-    return RunMethod(seat, reed, scene.run.time_step).along(scene.geometry, scene.contact.ports)
+    seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
+    return RunMethod(seat, reed, scene.run.time_step, given).along(scene.geometry, scene.contact.ports)
 
 
 def value_of(scene: BaseModel, key: str) -> Any:

@@ -153,18 +153,12 @@ def test_a_name_beside_a_file_is_in_that_file() -> None:
 @pytest.mark.parametrize(
     "words",
     [
-        f"a mesh {COARSENING:g} times as coarse",
-        f"a safety of {MESH_SAFETY:g}",
-        f"within {AIM:g} of the target",
-        f"up to {FREE:.0%} of the cost",
-        f"within {SPARE:g} times the least error",
-        f"multiplied by\n{SAFETY:g} (stress: {STRESS_SAFETY:g},",
-        f"the mesh by {COARSENING:g}, the highest",
-        f"(down to {NARROWER:g} below the last)",
-        f"reed's modes by {FEWER:g} and 2",
-        f"what {MANY} would change",
+        f"a mesh {COARSENING:g} times as coarse", f"a safety of {MESH_SAFETY:g}", f"within {AIM:g} of the target",
+        f"up to {FREE:.0%} of the cost", f"within {SPARE:g} times the least error",
+        f"multiplied by\n{SAFETY:g} (stress: {STRESS_SAFETY:g},", f"the mesh by {COARSENING:g}, the highest",
+        f"(down to {NARROWER:g} below the last)", f"reed's modes by {FEWER:g} and 2", f"what {MANY} would change",
         f"1/{LEVEL_SHARE} of the accuracy target",
     ],
-)
+)  # fmt: skip
 def test_the_numbers_of_the_methods_page_are_those_of_the_code(words: str) -> None:
     assert " ".join(words.split()) in " ".join(METHODS.split()).replace(" %", "%")

@@ -13,11 +13,12 @@ from impact.bodies.reeds import reed
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.structure import kind_of
-from seatfem.study.impacts import contact
+from seatfem.study.impacts import bodies
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
 from tests.fuzz import corpus
+from tests.uff_sets import unit_set, write_sets
 
 pytestmark = pytest.mark.slow
 
@@ -91,7 +92,7 @@ def write_files(folder: Path) -> None:
     head = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
     (folder / "frf.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
     impact.save_greens(reed(impact.Cantilever(200e9, 7850.0, 20e-3, 10e-3, 1e-3), n_modes=8).greens, folder / "reed.h5")
-    corpus._universal(folder / "modes.uff", corpus._units(), *corpus._modes())
+    write_sets(folder / "modes.uff", unit_set(), *corpus._modes())
 
 
 def test_every_kind_that_may_strike_is_here() -> None:
@@ -134,8 +135,8 @@ def test_what_is_wrong_with_a_striker_is_told_in_its_table(
     def wrong(*given: object, **more: object) -> None:
         raise ModelError(f"seat.{key} is wrong")
 
-    monkeypatch.setattr(contact, "build", wrong)
+    monkeypatch.setattr(bodies, "build", wrong)
     monkeypatch.setattr(type(scene.reed), "body", wrong)
-    contact._solved.cache_clear()
+    bodies._solved.cache_clear()
     with pytest.raises(ModelError, match=rf"^reed.{key} is wrong"):
-        contact.striker_of(scene)
+        bodies.striker_of(scene)

@@ -9,11 +9,9 @@ from dataclasses import replace
 import pytest
 from pydantic import BaseModel
 
-from seatfem.structures.kinds import kinds_of
-from seatfem.structures.method import Method
-from seatfem.study.impacts.touches import SOURCES
 from seatfem.study.ladders.table import LEFT_OUT, ladder_of, ladders, not_finer
 from seatfem.study.method import FIELDS, MODEL, ORDER, REED_BAND, RINGS, STEP, RunMethod
+from tests.steps import SOURCES, Method, kinds_of
 
 ROLES = ("seat", "reed", "stopper")
 HOW = ("mesh", "greens")  # tables of a body that say how it is computed, beside ...

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 import impact
-from impact.greens.base import GreensFunction
-from impact.greens.modal import ModalGreens, Residual
 from impact.storage.hdf5 import save_checkpoint
 from seatfem.pictures.frames import Frames
 from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.study.runs.stress_spots import History, Spot, Spots, write_spots
+from tests.steps import GreensFunction, ModalGreens, Residual
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "hdf5.md").read_text(encoding="utf-8")
@@ -49,13 +48,9 @@ def greens(folder: Path) -> None:
     sampled = impact.SampledGreens(SEAT.impulse_response(t)[None, None], 1e-5, tail="zero", static=np.array([[1e-6]]))
     other = replace(SEAT, residual=Residual.none())
     every: tuple[GreensFunction, ...] = (
-        SEAT,
-        impact.PoleGreens.from_modal(SEAT),
-        sampled,
-        impact.SumGreens((SEAT, other)),
-        impact.ScaledGreens(SEAT, 2.0),
-        impact.fixed_rod(young=2e11, density=7850.0, length=0.1, area=1e-4),
-    )
+        SEAT, impact.PoleGreens.from_modal(SEAT), sampled, impact.SumGreens((SEAT, other)),
+        impact.ScaledGreens(SEAT, 2.0), impact.fixed_rod(young=2e11, density=7850.0, length=0.1, area=1e-4),
+    )  # fmt: skip
     for number, one in enumerate(every):
         impact.save_greens(one, folder / f"{number}.h5")
 
@@ -103,13 +98,10 @@ def written_names(folder: Path, content: str) -> set[str]:
 @pytest.mark.parametrize(
     ("content", "write"),
     [
-        ("result", results),
-        ("greens", greens),
-        ("moving body", bodies),
-        ("stress", stresses),
+        ("result", results), ("greens", greens), ("moving body", bodies), ("stress", stresses),
         ("checkpoint", checkpoints),
     ],
-)
+)  # fmt: skip
 def test_the_page_names_all_that_is_written_and_no_more(
     content: str, write: Callable[[Path], None], tmp_path: Path
 ) -> None:

@@ -25,13 +25,9 @@ NUMBERS = {"numpy", "scipy", "h5py", "pydantic"}
 ERRANDS = [  # with the most modules that they may load: some 1 % above what they do
     (["--help"], 0, 292, DRAWN | SOLID | COMPILED | NUMBERS),
     (["run", "wrong.toml"], 2, 605, DRAWN | SOLID | COMPILED | {"h5py", "pypardiso"}),
-    (
-        ["run", "spring.toml", "--output", "out", "--no-pictures"],
-        0,
-        1195,
-        DRAWN | SOLID - {"scipy.linalg"} | {"pypardiso"},
-    ),
-]
+    (["run", "spring.toml", "--output", "out", "--no-pictures"], 0, 1195,
+     DRAWN | SOLID - {"scipy.linalg"} | {"pypardiso"}),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -270,18 +270,8 @@ def test_the_verification_is_a_leaf() -> None:
 
 
 ROOMS = (
-    "units",
-    "fields",
-    "readings",
-    "results",
-    "machine",
-    "jobs",
-    "structures",
-    "pictures",
-    "study",
-    "leaves",
-    "faces",
-)
+    "units", "fields", "readings", "results", "machine", "jobs", "structures", "pictures", "study", "leaves", "faces",
+)  # fmt: skip
 """Of `seatfem`, the lowest first: each imports from those before it, inside functions too."""
 IN_STUDY = (
     "safety", "scene", "method", "impacts", "prerun", "ladders", "accuracy", "planning", "runs", "sweep", "trade",

@@ -65,15 +65,10 @@ def test_no_shape_is_asked_for_its_family() -> None:
 
 
 ALSO_WORDS = {
-    "spring": "a level of modelling",
-    "rod": "a level of modelling",
-    "mesh": "a source of error, and a stage of the work",
-    "modes": "a stage of the work",
-    "greens": "a table",
-    "cad": "a family of shapes",
-    "bar": "of errors",
-    "stopper": "a role",
-}
+    "spring": "a level of modelling", "rod": "a level of modelling",
+    "mesh": "a source of error, and a stage of the work", "modes": "a stage of the work", "greens": "a table",
+    "cad": "a family of shapes", "bar": "of errors", "stopper": "a role",
+}  # fmt: skip
 """Names that mean something else, too: forbidden where a kind is asked for."""
 QUOTED = {
     ("structures/shapes", "*"): "a family of shapes has the name of the kind that it is drawn for",

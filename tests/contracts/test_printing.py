@@ -58,35 +58,21 @@ def examples() -> dict[str, object]:
     model = rod_model(young=2e11, density=7850.0, area=1e-4, length=0.03, elements=100)
     single = impact.ContactProblem(ball, impact.spring(stiffness=1e6))
     return {
-        "modal": greens,
-        "poles": impact.PoleGreens.from_modal(greens),
-        "samples": impact.SampledGreens(np.zeros(many), 1e-6, "zero"),
-        "sum": impact.SumGreens((greens,) * 20),
+        "modal": greens, "poles": impact.PoleGreens.from_modal(greens),
+        "samples": impact.SampledGreens(np.zeros(many), 1e-6, "zero"), "sum": impact.SumGreens((greens,) * 20),
         "multiple": impact.ScaledGreens(impact.ScaledGreens(greens, 2.0), 2.0),
         "half-space": impact.half_space_patch(young=2e11, poisson=0.3, density=7850.0, radius=1e-3),
-        "residual": greens.residual,
-        "kernel": greens.step_kernel(1e-6, 10),
-        "ball": ball,
-        "reed": reed,
-        "state": reed.state,
-        "load": impact.Load(np.ones(many), np.zeros_like),
-        "contact": contacts[0],
-        "problem": problem,
-        "problem of many": impact.ContactProblem(ball, contacts=contacts),
-        "result": result,
-        "energy": result.energy,
-        "prepared": prepared,
-        "stepper": stepper,
-        "step": stepper.step(),
+        "residual": greens.residual, "kernel": greens.step_kernel(1e-6, 10), "ball": ball, "reed": reed,
+        "state": reed.state, "load": impact.Load(np.ones(many), np.zeros_like), "contact": contacts[0],
+        "problem": problem, "problem of many": impact.ContactProblem(ball, contacts=contacts), "result": result,
+        "energy": result.energy, "prepared": prepared, "stepper": stepper, "step": stepper.step(),
         "batch": impact.solve_many(single, dt=1e-6, duration=1e-4, velocities=np.linspace(-2, -1, 40), record="force"),
         "series": impact.TimeSeries(np.arange(many, dtype=float), np.zeros(many)),
-        "passivity": impact.passivity(impact.spring(stiffness=1.0), 1e-6, 100),
-        "model": model,
-        "port": model.ports["contact"],
-        "modes": seatfem.solve_modes(model, 20),
+        "passivity": impact.passivity(impact.spring(stiffness=1.0), 1e-6, 100), "model": model,
+        "port": model.ports["contact"], "modes": seatfem.solve_modes(model, 20),
         "reduction": seatfem.reduce_model(model, bandwidth=1e5, duration=1e-5, tolerance=0.05),
         "store": seatfem.Store(Path("folder")),
-    }
+    }  # fmt: skip
 
 
 def test_it_prints_in_a_few_lines() -> None:

@@ -17,14 +17,9 @@ from impact.names import lazy_names
 
 FILE = Path(__file__).with_name("public_names.txt")
 PACKAGES = (
-    "impact",
-    "impact.exact",
-    "impact.gas",
-    "impact.life",
-    "seatfem",
-    "seatfem.structures.fields",
+    "impact", "impact.exact", "impact.gas", "impact.life", "seatfem", "seatfem.structures.fields",
     "seatfem.structures.shapes",
-)
+)  # fmt: skip
 """Those whose names stand on the pages of Python names."""
 VERSION = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text("utf-8"))["project"]["version"]
 MOVED = re.compile(r"(?P<name>[\w.]+) (?P<how>->|left) (?P<place>[\w.:]+) \(warns since (?P<since>[\d.]+)\)")

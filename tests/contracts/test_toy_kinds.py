@@ -13,18 +13,13 @@ from pydantic import Field
 
 import impact
 from impact.bodies.body import Body, ModalState
-from impact.greens.base import GreensFunction
-from impact.greens.modal import ModalGreens, Residual
 from seatfem.fields import Length, Mass, Stiffness
-from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.structures.kinds.turned import Turned
 from seatfem.structures.shapes import Turning
 from seatfem.structures.shapes.profile import Profile, polygon
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError, load_scene
+from tests.steps import GreensFunction, ModalGreens, Residual, SceneError, kinds_of, load_scene, plan_scene, run_scene
 
 
 @dataclass(frozen=True)
@@ -129,7 +124,6 @@ def test_a_toy_seat_is_planned_meshed_and_struck(tmp_path: Path) -> None:
     summary = run_scene(scene, tmp_path / "out", pictures=False).summary
     assert summary["seat_kind"] == "toy_cup"
     column = scene.seat.column()
-    assert column is not None
     assert column.stiffness < summary["seat_static_stiffness_N_per_m"] < 2 * column.stiffness
     assert 1e-4 < summary["impulse_Ns"] < 2e-4  # thrown back, not faster than it came
     again = run_scene(scene, tmp_path / "again", pictures=False).summary

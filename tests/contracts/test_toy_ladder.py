@@ -9,17 +9,15 @@ from pathlib import Path
 import pytest
 
 from impact.runs.variations import SAFETY, Budget, Terms
-from seatfem.machine.resources import Machine
-from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import run_contacts, seat_of, striker_of
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
 from seatfem.study.ladders.table import DECLARED
 from seatfem.study.method import STEP, RunMethod, stated_method
 from seatfem.study.planning.deciding import Choices
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.context import PlanningContext
-from seatfem.study.scene import Run, Scene, load_scene
+from seatfem.study.scene import Run, Scene
 from seatfem.study.trade.rungs import Rungs
+from tests.gallery import load_text
+from tests.steps import Machine, error_budget, plan_scene, run_contacts, seat_of, striker_of
 
 SCENE = """
 seat = { kind = "spring", stiffness = "20 N/um" }
@@ -45,9 +43,7 @@ class Toy(Ladder):
         for value, left in LEFT.items():
             errors = dict.fromkeys(context.sensitivity.base, left)
             yield replace(
-                option,
-                changes={**option.changes, self.key: errors},
-                seconds=option.seconds + PRICE * (value == "fine"),
+                option, changes={**option.changes, self.key: errors}, seconds=option.seconds + PRICE * (value == "fine")
             )
 
     def beside(self, run: Run, reed: object, centre: RunMethod) -> Iterator[Neighbour]:
@@ -56,9 +52,7 @@ class Toy(Ladder):
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Scene:
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE, encoding="utf-8")
-    return load_scene(path)
+    return load_text(tmp_path, SCENE)
 
 
 @pytest.fixture

@@ -12,27 +12,15 @@ from pydantic import Field
 
 from impact.march.laws import Law, compiled_law
 from seatfem.fields import Stiffness
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.laws import ContactLaw, laws
+from tests.steps import SceneError, load_scene, plan_scene, run_scene
 
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "1 GN/m"
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[contact]
-law = {{ kind = "{kind}", stiffness = "1 N/um" }}
-[run]
-duration = "0.3 ms"
-filter_width = "10 us"
-time_step = "0.2 us"
-[accuracy]
-target = "30 %"
+seat = {{ kind = "spring", stiffness = "1 GN/m" }}
+reed = {{ kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }}
+contact = {{ law = {{ kind = "{kind}", stiffness = "1 N/um" }} }}
+run = {{ duration = "0.3 ms", filter_width = "10 us", time_step = "0.2 us" }}
+accuracy = {{ target = "30 %" }}
 """
 
 SOFT = """

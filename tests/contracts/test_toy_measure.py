@@ -9,25 +9,14 @@ import pytest
 
 from seatfem.faces.verdict import name_of
 from seatfem.results import rows_of
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.measures import ContactRecord, Measure, all_measures
+from tests.steps import SceneError, load_scene, plan_scene, run_scene
 
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "1 N/um"
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[run]
-duration = "0.3 ms"
-filter_width = "10 us"
-[accuracy]
-target = "10 %"
-measures = ["toy_square"]
+seat = { kind = "spring", stiffness = "1 N/um" }
+reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
+run = { duration = "0.3 ms", filter_width = "10 us" }
+accuracy = { target = "10 %", measures = ["toy_square"] }
 """
 
 

@@ -8,40 +8,25 @@ import pytest
 from scipy import linalg
 
 import seatfem
-from impact.greens.base import ErrorEstimate
 from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError, SecondOrderModel
 from seatfem.structures.reduction import greens as registry
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
 from seatfem.structures.reduction.residual import truncate
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
+from tests.gallery import load_text
 from tests.rod_model import rod_model
+from tests.steps import ErrorEstimate, run_scene
 
 SCENE = """
-[seat]
-kind = "annular"
-model = "axisymmetric"
-bore_radius = "4 mm"
-lip_width = "2 mm"
-lip_edge_radius = "0 mm"
-damping_ratio = 0.1
-mesh = { size = "3 mm", contact_size = "1.5 mm" }
-greens = { bandwidth = "100 kHz", tolerance = "3 %", method = "toy" }
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-
-[run]
-duration = "30 us"
-
-[accuracy]
-target = "50 %"
+seat = { kind = "annular", model = "axisymmetric", bore_radius = "4 mm", lip_width = "2 mm", lip_edge_radius = "0 mm", \
+    damping_ratio = 0.1, mesh = { size = "3 mm", contact_size = "1.5 mm" }, \
+    greens = { bandwidth = "100 kHz", tolerance = "3 %", method = "toy" }, \
+    material = { young = "200 GPa", density = "7850 kg/m^3" } }
+reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
+run = { duration = "30 us" }
+accuracy = { target = "50 %" }
 """
 
 
@@ -95,9 +80,7 @@ def test_a_toy_is_asked_for_by_name() -> None:
 
 @pytest.mark.usefixtures("toy")
 def test_a_scene_runs_with_a_toy(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
-    summary = run_scene(load_scene(path), tmp_path / "out", pictures=False).summary
+    summary = run_scene(load_text(tmp_path, SCENE), tmp_path / "out", pictures=False).summary
     assert summary["greens_error_reduction"] == pytest.approx(0.01)
     assert summary["peak_force_N"] > 0
 
@@ -105,10 +88,8 @@ def test_a_scene_runs_with_a_toy(tmp_path: Path) -> None:
 def test_names_are_listed_where_none_is_right(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="method 'toy' is unknown; choose from auto, krylov, modes, transient, "):
         registry.named("toy")
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
     with pytest.raises(SceneError, match=r"seat\.greens\.method: 'toy' is not one of 'auto', 'krylov', 'modes', "):
-        load_scene(path)
+        load_text(tmp_path, SCENE)
 
 
 def test_two_of_one_name_are_refused(toy: type[Reducer]) -> None:

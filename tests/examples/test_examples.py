@@ -18,17 +18,13 @@ from scipy.integrate import solve_ivp
 
 import seatfem
 from impact import measures
-from impact.storage.hdf5 import load_results
-from seatfem.faces.cli import run_command
+from seatfem.structures.cache import build
 from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.prerun import bench as prerun
 from seatfem.study.runs import rounds
-from seatfem.study.scene import Scene, load_scene
-from seatfem.study.sweep.study import load_study
-from seatfem.study.sweep.sweep import run_study
 from tests.gallery import summary_of
+from tests.steps import Scene, load_results, load_scene, load_study, run_command, run_study, striker_of
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
@@ -134,7 +130,7 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
 @pytest.mark.parametrize("path", REEDS, ids=names(REEDS))
 def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Arrival and speed of the free reed, the energy balance, and the impulses by an independent method."""
-    monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
+    monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     scene = shortened(path)
     summary = summary_of(scene, tmp_path)
     for prefix in ("", "spring_"):
@@ -285,7 +281,7 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
     F/(Z v) = exp(-a t) until the echo at T, then exp(-a s)(2 + exp(-a T) - 2 a s), s = t - T, a = Z/m, until it is 0.
     """
-    monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
+    monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     scene = shortened(ROOT / "examples" / "mass_on_bar.toml")
     summary = summary_of(scene, tmp_path)
     seat, reed = scene.seat, scene.reed
@@ -328,7 +324,7 @@ def test_ball_on_seat(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("short_pre_runs")
 def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It touches with one flank first, and not all of the lip at once; one port and a beam would press far harder."""
-    monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
+    monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     scene = load_scene(ROOT / "examples" / "tilted_landing.toml")
     mesh = scene.seat.mesh.model_copy(update={"size": 3e-3, "contact_size": 1.5e-3})
     parts = {
@@ -351,7 +347,7 @@ def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 @pytest.mark.usefixtures("short_pre_runs")
 def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Places are lengths along the lip; the lower end, at -y, touches first, and so does one side of the stopper."""
-    monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
+    monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     scene = load_scene(ROOT / "examples" / "kidney_landing.toml")
     parts = {
         "run": scene.run.model_copy(update={"time_step": 1e-7}),
@@ -372,7 +368,7 @@ def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 @pytest.mark.usefixtures("short_pre_runs")
 def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The end towards the reed's tip touches first; the scene is its mirror image, and so is the contact."""
-    monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
+    monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     scene = load_scene(ROOT / "examples" / "slot_landing.toml")
     seat = {"model": "spring", "mesh": scene.seat.mesh.model_copy(update={"size": 4e-3, "contact_size": 1e-3})}
     parts = {

@@ -19,12 +19,9 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.cli import run_command
 from seatfem.study.identify.record import load_identification
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.scene import load_scene
 from seatfem.study.scene.strength import load_strength
-from seatfem.study.sweep.study import load_study
+from tests.steps import load_scene, load_study, plan_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]

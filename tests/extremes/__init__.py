@@ -18,17 +18,6 @@ from tests.extremes.runner import run_battery
 from tests.extremes.table import in_words, read_table, write_counts, write_table
 
 __all__ = [
-    "Cell",
-    "Finding",
-    "Outcome",
-    "battery",
-    "carry_out",
-    "draw_map",
-    "in_words",
-    "random_cells",
-    "read_table",
-    "run_battery",
-    "subset",
-    "write_counts",
-    "write_table",
-]
+    "Cell", "Finding", "Outcome", "battery", "carry_out", "draw_map", "in_words", "random_cells", "read_table",
+    "run_battery", "subset", "write_counts", "write_table",
+]  # fmt: skip

@@ -24,24 +24,12 @@ from tests.extremes.together import together_cells
 
 # To add an axis: a function that returns cells, here. Making the cells is cheap; only their checks work.
 PROVIDERS: tuple[Callable[[], tuple[Cell, ...]], ...] = (
-    marching_cells,
-    encounter_cells,
-    bouncing_cells,
-    body_cells,
-    port_cells,
-    record_cells,
-    solid_cells,
-    alike_cells,
+    marching_cells, encounter_cells, bouncing_cells, body_cells, port_cells, record_cells, solid_cells, alike_cells,
     together_cells,
-)
+)  # fmt: skip
 OF_SCENE_FILES: tuple[Callable[[], tuple[Cell, ...]], ...] = (
-    scene_file_cells,
-    plate_cells,
-    lip_cells,
-    moved_cells,
-    lasting_cells,
-    mixed_cells,
-)
+    scene_file_cells, plate_cells, lip_cells, moved_cells, lasting_cells, mixed_cells,
+)  # fmt: skip
 """The same of cells that run whole scene files."""
 
 

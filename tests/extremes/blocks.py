@@ -16,14 +16,11 @@ def box(size: tuple[float, float, float], cells: tuple[int, int, int], *, hexes:
     edge = [1e-9 * s for s in size]
     return mesh.with_boundaries(
         {
-            "fixed": lambda x: x[2] < edge[2],
-            "contact": lambda x: x[2] > size[2] - edge[2],
-            "left": lambda x: x[0] < edge[0],
-            "right": lambda x: x[0] > size[0] - edge[0],
-            "front": lambda x: x[1] < edge[1],
-            "back": lambda x: x[1] > size[1] - edge[1],
+            "fixed": lambda x: x[2] < edge[2], "contact": lambda x: x[2] > size[2] - edge[2],
+            "left": lambda x: x[0] < edge[0], "right": lambda x: x[0] > size[0] - edge[0],
+            "front": lambda x: x[1] < edge[1], "back": lambda x: x[1] > size[1] - edge[1],
         }
-    )
+    )  # fmt: skip
 
 
 def compliance(model: SecondOrderModel) -> float:

@@ -70,16 +70,10 @@ def seat_stress(speed: float) -> Finding:
     radius, height, mass, stiffness = 2e-3, 4e-3, 5e-3, 2e5
     omega = math.sqrt(stiffness / mass)
     seat: Table = {
-        "kind": "stopper",
-        "radius": si(radius, "m"),
-        "thickness": si(height, "m"),
-        "contact_radius": si(0.999 * radius, "m"),
-        "material": material(YOUNG, DENSITY, 0.0),
-        "damping_ratio": 0.05,
-        "mesh": {"size": "0.4 mm"},
-        "greens": {"bandwidth": "300 kHz"},
-        "model": "axisymmetric",
-    }
+        "kind": "stopper", "radius": si(radius, "m"), "thickness": si(height, "m"),
+        "contact_radius": si(0.999 * radius, "m"), "material": material(YOUNG, DENSITY, 0.0), "damping_ratio": 0.05,
+        "mesh": {"size": "0.4 mm"}, "greens": {"bandwidth": "300 kHz"}, "model": "axisymmetric",
+    }  # fmt: skip
     run = run_tables(
         seat=seat,
         reed={"kind": "rigid_mass", "mass": si(mass, "kg"), "velocity": si(-speed, "m/s")},
@@ -162,13 +156,9 @@ def compressed(clearance: float = 0.05, *, rpm: float = 3000.0, stroke: float = 
     way = stroke * rod
     dead = clearance * math.pi / 4 * bore**2 * way
     gas: Table = {
-        "bore": si(bore, "m"),
-        "stroke": si(way, "m"),
-        "rod": si(rod, "m"),
-        "clearance": si(dead, "m^3"),
-        "angle": "180 deg",
-        "rpm": rpm,
-    }
+        "bore": si(bore, "m"), "stroke": si(way, "m"), "rod": si(rod, "m"), "clearance": si(dead, "m^3"),
+        "angle": "180 deg", "rpm": rpm,
+    }  # fmt: skip
     run = _valve(gas, 30 / rpm, 0.0, preload=True)
     ratio = 1 + 1 / clearance
     return judge(

@@ -129,24 +129,15 @@ def _about(axis: float) -> SceneRun:
 def landing(watched: float = WATCHED, **contact: object) -> str:
     """Return the scene of a thick steel ring that lands through a soft law on a lip of steel."""
     seat: Table = {
-        "kind": "annular",
-        "bore_radius": si(RADIUS - 5e-4, "m"),
-        "lip_width": "1 mm",
-        "lip_edge_radius": "0 mm",
-        "outer_radius": "10 mm",
-        "thickness": "6 mm",
-        "material": material(YOUNG, DENSITY, POISSON),
+        "kind": "annular", "bore_radius": si(RADIUS - 5e-4, "m"), "lip_width": "1 mm", "lip_edge_radius": "0 mm",
+        "outer_radius": "10 mm", "thickness": "6 mm", "material": material(YOUNG, DENSITY, POISSON),
         "mesh": {"size": "1.5 mm", "contact_size": "0.6 mm"},
-    }
+    }  # fmt: skip
     reed: Table = {
-        "kind": "ring_plate",
-        "outer_diameter": si(2 * OUTER, "m"),
-        "inner_diameter": si(2 * INNER, "m"),
-        "thickness": si(THICKNESS, "m"),
-        "material": material(YOUNG, DENSITY, POISSON),
-        "velocity": si(-SPEED, "m/s"),
+        "kind": "ring_plate", "outer_diameter": si(2 * OUTER, "m"), "inner_diameter": si(2 * INNER, "m"),
+        "thickness": si(THICKNESS, "m"), "material": material(YOUNG, DENSITY, POISSON), "velocity": si(-SPEED, "m/s"),
         "greens": {"bandwidth": "50 kHz"},
-    }
+    }  # fmt: skip
     law = {"kind": "spring", "stiffness": si(LAW, "N/m")}
     return scene_text(
         seat=seat,

@@ -26,21 +26,12 @@ DURATION, WIDTH, GAP = 2e-4, 5e-6, 2e-6
 STEEL = material(YOUNG, DENSITY, POISSON)
 FREE = ("rigid_mass", "disc", "ring_plate", "ball")
 LEVELS: Mapping[str, tuple[str | float, ...]] = {
-    "striker": (*FREE, "cantilever", "flapper"),
-    "seat": ("spring", "rod", "annular", "soft annular"),
-    "size": (0.1, 1.0, 10.0),
-    "thickness": (0.3, 1.0, 2.0),
-    "speed": (1e-3, 1.0, 30.0),
-    "law": ("signorini", "spring", "hertz"),
-    "spring": ("none", "soft", "pressed"),
-    "film": ("none", "thin", "thick"),
-    "base": ("none", "slow", "fast"),
-    "load": ("none", "gravity", "pressure"),
-    "division": ("none", "arcs", "rings"),
-    "tilt": (0.0, 1e-3, 0.3),
-    "stress": ("none", "seat"),
-    "target": (0.05, 0.3),
-}
+    "striker": (*FREE, "cantilever", "flapper"), "seat": ("spring", "rod", "annular", "soft annular"),
+    "size": (0.1, 1.0, 10.0), "thickness": (0.3, 1.0, 2.0), "speed": (1e-3, 1.0, 30.0),
+    "law": ("signorini", "spring", "hertz"), "spring": ("none", "soft", "pressed"), "film": ("none", "thin", "thick"),
+    "base": ("none", "slow", "fast"), "load": ("none", "gravity", "pressure"), "division": ("none", "arcs", "rings"),
+    "tilt": (0.0, 1e-3, 0.3), "stress": ("none", "seat"), "target": (0.05, 0.3),
+}  # fmt: skip
 BASED = {"none": 0.0, "slow": 0.01, "fast": 1.0}  # m/s of the seat
 UNDIVIDED = [*product(("striker",), ("rigid_mass", "ball", "cantilever")), *product(("seat",), ("spring", "rod"))]
 REFUSED = (  # these are refused, whatever the rest
@@ -135,12 +126,9 @@ class Mix:
         """Of the scene."""
         size = float(self.levels["size"])
         tables: dict[str, Table | list[Table] | None] = {
-            "seat": self._seat(),
-            "reed": self._reed(),
-            "contact": self._contact(),
-            "run": run_table(DURATION * size, WIDTH * size),
-            "accuracy": {"target": self.levels["target"]},
-        }
+            "seat": self._seat(), "reed": self._reed(), "contact": self._contact(),
+            "run": run_table(DURATION * size, WIDTH * size), "accuracy": {"target": self.levels["target"]},
+        }  # fmt: skip
         spring = {"soft": {"stiffness": "1 N/mm"}, "pressed": {"stiffness": "10 N/mm", "preload": "5 N"}}
         load: Mapping[str, Table] = {
             "gravity": {"gravity": "-1000 m/s^2"},
@@ -164,18 +152,11 @@ class Mix:
             solid = {"young": si(YOUNG, "Pa"), "density": si(DENSITY, "kg/m^3"), "damping_ratio": 0.02}
             return {"kind": "rod", "area": area, "length": self._mm(15), **solid}
         return {
-            "kind": "annular",
-            "bore_radius": self._mm(7),
-            "lip_width": self._mm(1),
-            "lip_height": self._mm(0.5),
-            "lip_edge_radius": "0 mm",
-            "outer_radius": self._mm(10),
-            "thickness": self._mm(4),
-            "damping_ratio": 0.02,
+            "kind": "annular", "bore_radius": self._mm(7), "lip_width": self._mm(1), "lip_height": self._mm(0.5),
+            "lip_edge_radius": "0 mm", "outer_radius": self._mm(10), "thickness": self._mm(4), "damping_ratio": 0.02,
             "material": material(4e9, 1300.0, 0.38) if kind.startswith("soft") else STEEL,
-            "mesh": {"size": self._mm(2), "contact_size": self._mm(1)},
-            "greens": {"bandwidth": si(1e5 / size, "Hz")},
-        }
+            "mesh": {"size": self._mm(2), "contact_size": self._mm(1)}, "greens": {"bandwidth": si(1e5 / size, "Hz")},
+        }  # fmt: skip
 
     def _reed(self) -> Table:
         kind, high, speed = str(self.levels["striker"]), float(self.levels["thickness"]), si(-self.speed, "m/s")

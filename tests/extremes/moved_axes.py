@@ -157,13 +157,10 @@ def ball(*, diameter: float = 0.01, young: float = YOUNG, speed: float = 0.5, fa
     mass = DENSITY * math.pi / 6 * diameter**3
     waves = math.sqrt(young / DENSITY) / diameter
     reed: Table = {
-        "kind": "ball",
-        "diameter": si(diameter, "m"),
-        "contact_radius": si(facet * diameter, "m"),
-        "material": material(young, DENSITY, POISSON),
-        "velocity": si(-speed, "m/s"),
+        "kind": "ball", "diameter": si(diameter, "m"), "contact_radius": si(facet * diameter, "m"),
+        "material": material(young, DENSITY, POISSON), "velocity": si(-speed, "m/s"),
         "greens": {"bandwidth": si(2.0 * waves, "Hz")},
-    }
+    }  # fmt: skip
     slow = waves * min(facet, 0.1) / 3  # the facet's own compliance, 0.26 (1 - nu^2) slow^2/facet of the spring's: 2e-3
     return judge(run_text(bounced(reed, mass, slow, "2 %")), *swing(mass, speed, slow))
 

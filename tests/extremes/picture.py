@@ -16,14 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COLOURS: dict[Verdict, str] = {
-    "right": "#2f6fad",
-    "advised": "#9cc3e6",
-    "barred": "#7a5ea8",
-    "warned": "#e3b23c",
-    "refused": "#c4c8cc",
-    "slow": "#d9742b",
-    "wrong": "#c0392b",
-}
+    "right": "#2f6fad", "advised": "#9cc3e6", "barred": "#7a5ea8", "warned": "#e3b23c", "refused": "#c4c8cc",
+    "slow": "#d9742b", "wrong": "#c0392b",
+}  # fmt: skip
 PER_ROW = 40  # cells of the covering arrays
 ROW = 0.185  # inch
 Rows = list[tuple[str, list[Cell]]]

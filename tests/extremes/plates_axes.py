@@ -50,13 +50,10 @@ def disc(
     mass = DENSITY * math.pi / 4 * diameter**3 * thickness
     rings = breathing(thickness * diameter, diameter / 2, young, poisson)
     reed: Table = {
-        "kind": "disc",
-        "diameter": si(diameter, "m"),
-        "thickness": si(thickness * diameter, "m"),
-        "material": material(young, DENSITY, poisson),
-        "velocity": si(-speed, "m/s"),
+        "kind": "disc", "diameter": si(diameter, "m"), "thickness": si(thickness * diameter, "m"),
+        "material": material(young, DENSITY, poisson), "velocity": si(-speed, "m/s"),
         "greens": {"bandwidth": si(2 * rings / (2 * math.pi), "Hz")},
-    }
+    }  # fmt: skip
     run = run_text(bounced(reed, mass, rings / SLOW))
     listed = [float(f) for f in run.summary["reed_frequencies_Hz"]]  # type: ignore[attr-defined]
     nearest = min(listed, key=lambda f: abs(f - rings / (2 * math.pi)))
@@ -69,13 +66,9 @@ def ring(hole: float) -> Finding:
     outer, thickness, speed = 0.02, min(1.5e-3, 0.02 * (1 - hole) / 8), 0.5
     mass = DENSITY * math.pi / 4 * outer**2 * (1 - hole**2) * thickness
     reed: Table = {
-        "kind": "ring_plate",
-        "outer_diameter": si(outer, "m"),
-        "inner_diameter": si(hole * outer, "m"),
-        "thickness": si(thickness, "m"),
-        "material": material(YOUNG, DENSITY, POISSON),
-        "velocity": si(-speed, "m/s"),
-    }
+        "kind": "ring_plate", "outer_diameter": si(outer, "m"), "inner_diameter": si(hole * outer, "m"),
+        "thickness": si(thickness, "m"), "material": material(YOUNG, DENSITY, POISSON), "velocity": si(-speed, "m/s"),
+    }  # fmt: skip
     slow = breathing(1.5e-3, outer / 2, YOUNG, POISSON) / 2 / SLOW
     return judge(run_text(bounced(reed, mass, slow)), *swing(mass, speed, slow))
 
@@ -97,14 +90,9 @@ def ringing_disc(band: float) -> Finding:
 @cache
 def _ringing_disc(band: float) -> SceneRun:
     reed: Table = {
-        "kind": "disc",
-        "diameter": "10 mm",
-        "thickness": "0.5 mm",
-        "material": material(YOUNG, DENSITY, POISSON),
-        "damping_ratio": 0.02,
-        "velocity": "-0.5 m/s",
-        "greens": {"bandwidth": si(9e5 * band, "Hz")},
-    }
+        "kind": "disc", "diameter": "10 mm", "thickness": "0.5 mm", "material": material(YOUNG, DENSITY, POISSON),
+        "damping_ratio": 0.02, "velocity": "-0.5 m/s", "greens": {"bandwidth": si(9e5 * band, "Hz")},
+    }  # fmt: skip
     seat: Table = {"kind": "spring", "stiffness": "5e8 N/m"}
     return run_tables(seat=seat, reed=reed, run=run_table(6e-5, 1e-6), accuracy={"target": "5 %"})
 
@@ -160,15 +148,10 @@ def sheet(slenderness: float) -> Finding:
     corners = [(0.0, -width / 2), (length, -width / 2), (length, width / 2), (0.0, width / 2)]
     outline = [[si(x, "m"), si(y, "m")] for x, y in corners]
     reed: Table = {
-        "kind": "sheet",
-        "outline": outline,
-        "clamped": [outline[0], outline[3]],
-        "contact_at": [si(arm, "m"), "0 m"],
-        "thickness": si(thickness, "m"),
-        "material": material(YOUNG, DENSITY, 0.0),
-        "release": {"deflection": si(bent, "m")},
-        "greens": {"bandwidth": "20 kHz"},
-    }
+        "kind": "sheet", "outline": outline, "clamped": [outline[0], outline[3]], "contact_at": [si(arm, "m"), "0 m"],
+        "thickness": si(thickness, "m"), "material": material(YOUNG, DENSITY, 0.0),
+        "release": {"deflection": si(bent, "m")}, "greens": {"bandwidth": "20 kHz"},
+    }  # fmt: skip
     first = 1.8751040687**2 / length**2 * thickness * math.sqrt(YOUNG / 12 / DENSITY) / (2 * math.pi)
     run = run_tables(
         seat={"kind": "spring", "stiffness": "1e5 N/m"},
@@ -199,13 +182,10 @@ def _flapper(scale: float, band: float = 1.0) -> SceneRun:
     sizes = {"root_width": 10, "taper_length": 2, "neck_width": 8, "neck_length": 15}
     sizes |= {"paddle_diameter": 12, "thickness": 0.5}
     reed = {
-        "kind": "flapper",
-        **{key: si(scale * 1e-3 * value, "m") for key, value in sizes.items()},
-        "material": material(YOUNG, DENSITY, POISSON),
-        "damping_ratio": 0.02,
-        "release": {"velocity": "-1 m/s"},
+        "kind": "flapper", **{key: si(scale * 1e-3 * value, "m") for key, value in sizes.items()},
+        "material": material(YOUNG, DENSITY, POISSON), "damping_ratio": 0.02, "release": {"velocity": "-1 m/s"},
         "greens": {"bandwidth": si(5e4 * band / scale, "Hz")},
-    }
+    }  # fmt: skip
     return run_tables(
         seat={"kind": "spring", "stiffness": si(1e6 * scale, "N/m")},
         reed=reed,

@@ -14,14 +14,10 @@ from tests.extremes.cell import Cell, Outcome, Verdict
 
 VERDICTS: tuple[Verdict, ...] = ("right", "advised", "barred", "warned", "refused", "slow", "wrong")
 MEANING: Mapping[Verdict, str] = {
-    "right": "right",
-    "advised": "right, with advice",
-    "barred": "off, and the error bar says so",
-    "warned": "off, and the advice says so",
-    "refused": "refused, with the reason",
-    "slow": "slow or large against its price",
-    "wrong": "off and silent, or broken",
-}
+    "right": "right", "advised": "right, with advice", "barred": "off, and the error bar says so",
+    "warned": "off, and the advice says so", "refused": "refused, with the reason",
+    "slow": "slow or large against its price", "wrong": "off and silent, or broken",
+}  # fmt: skip
 MARK: Final = "<!-- counts of the extremes -->", "<!-- end of the counts -->"
 PAIRS, RANDOM, FILES, MARCH = (
     "Pairs of scene files",

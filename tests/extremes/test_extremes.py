@@ -45,32 +45,17 @@ CELLS = battery()
 # seconds each: the chosen ones stand for them
 SLOW = ("run length", "energy over", "elements across", "scene file", "Zeno")
 CHOSEN = (
-    "run length in contact, steps = 100000",
-    "run length in free motion, steps = 1e+06",
-    "energy over 1e6 steps, conserving = Hertz, wall",
-    "energy over 1e6 steps, conserving = rigid",
-    "energy over 1e6 steps, passive = rigid, 5 modes",
-    "scene file, rod of length = 1 mm",
-    "scene file, duration / half swing = 0.001",
-    "scene file, duration / half swing = 1e+08",
-    "scene file, impact speed, m/s = 1e-13",
-    "Zeno, restitution = 0.5",
-    "disc, diameter, m = 1e-07",
-    "disc, thickness / diameter = 0.1",
-    "flapper, band / 50 kHz = 0.001",
-    "flapper, band / 50 kHz = 0.01",
-    "arcs of a lip = 4",
-    "valve spring, stiffness, N/m = 1e-06",
-    "film, viscosity / stopping = 0.5",
-    "base, amplitude / gap = 0.4",
-    "base, speed of the seat, m/s = 1",
-    "Hertz, speed, m/s = 1e-09",
-    "seat stress, speed, m/s = 1",
-    "life, load ratio = 0.5",
-    "gas, cylinder / suction pressure = 0.5",
-    "gas, clearance / swept volume = 0.001",
-    "frf, noise / signal = 0.1",
-)
+    "run length in contact, steps = 100000", "run length in free motion, steps = 1e+06",
+    "energy over 1e6 steps, conserving = Hertz, wall", "energy over 1e6 steps, conserving = rigid",
+    "energy over 1e6 steps, passive = rigid, 5 modes", "scene file, rod of length = 1 mm",
+    "scene file, duration / half swing = 0.001", "scene file, duration / half swing = 1e+08",
+    "scene file, impact speed, m/s = 1e-13", "Zeno, restitution = 0.5", "disc, diameter, m = 1e-07",
+    "disc, thickness / diameter = 0.1", "flapper, band / 50 kHz = 0.001", "flapper, band / 50 kHz = 0.01",
+    "arcs of a lip = 4", "valve spring, stiffness, N/m = 1e-06", "film, viscosity / stopping = 0.5",
+    "base, amplitude / gap = 0.4", "base, speed of the seat, m/s = 1", "Hertz, speed, m/s = 1e-09",
+    "seat stress, speed, m/s = 1", "life, load ratio = 0.5", "gas, cylinder / suction pressure = 0.5",
+    "gas, clearance / swept volume = 0.001", "frf, noise / signal = 0.1",
+)  # fmt: skip
 
 
 def quick(cell: Cell) -> bool:

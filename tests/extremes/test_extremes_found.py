@@ -21,16 +21,12 @@ def disc(band: str) -> SceneRun:
     return run_tables(
         seat={"kind": "spring", "stiffness": "2e7 N/m"},
         reed={
-            "kind": "disc",
-            "diameter": "10 mm",
-            "thickness": "0.5 mm",
-            "material": STEEL,
-            "velocity": "-0.5 m/s",
+            "kind": "disc", "diameter": "10 mm", "thickness": "0.5 mm", "material": STEEL, "velocity": "-0.5 m/s",
             "greens": {"bandwidth": band},
         },
         run=run_table(6e-5, 2e-6),
         accuracy={"target": "5 %"},
-    )
+    )  # fmt: skip
 
 
 def test_a_plate_whose_band_holds_rigid_motions_only_has_a_bar_that_knows_its_bending() -> None:
@@ -60,14 +56,9 @@ def test_a_stopper_of_elements_has_no_band_of_modes_of_its_own() -> None:
 
 def test_a_support_on_a_clamped_face_is_refused() -> None:
     seat = {
-        "kind": "annular",
-        "bore_radius": "5 mm",
-        "lip_width": "1 mm",
-        "outer_radius": "12 mm",
-        "thickness": "8 mm",
-        "material": STEEL,
-        "supports": [{"kind": "foundation", "on": "fixed", "normal": si(1e13, "N/m^3")}],
-    }
+        "kind": "annular", "bore_radius": "5 mm", "lip_width": "1 mm", "outer_radius": "12 mm", "thickness": "8 mm",
+        "material": STEEL, "supports": [{"kind": "foundation", "on": "fixed", "normal": si(1e13, "N/m^3")}],
+    }  # fmt: skip
     words = r"seat\.supports\.0\.on: the face 'fixed' is clamped: a support there changes nothing; remove"
     with pytest.raises(RunError, match=words):
         run_tables(seat=seat, reed=MASS, run=run_table(1e-4, 5e-6))

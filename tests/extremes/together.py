@@ -39,23 +39,14 @@ EPS = float(np.finfo(float).eps)
 SEEDS = (1, 2, 3)
 
 LEVELS: dict[str, tuple[float | str, ...]] = {
-    "step": (1e-7, 1e-4, 1e-2, 1.0, 1e2),
-    "steps": (3, 300, 5000),
-    "speed": (1e-9, 1.0, 1e3),
-    "stiffness": (0.0, 1e-8, 1.0, 1e8),
-    "mass": (1e-8, 1e-3, 1.0, 1e8),
-    "damping": (0.0, 1e-9, 0.1, 1.0, 10.0),
-    "modes": (1, 3, 100, 3000),
-    "spacing": ("harmonic", "pairs 1e-14 apart", "coincident"),
-    "residual": ("none", "relaxation", "spring", "dominant spring"),
-    "gap": ("closed", "open", "grazing", "pressed in"),
+    "step": (1e-7, 1e-4, 1e-2, 1.0, 1e2), "steps": (3, 300, 5000), "speed": (1e-9, 1.0, 1e3),
+    "stiffness": (0.0, 1e-8, 1.0, 1e8), "mass": (1e-8, 1e-3, 1.0, 1e8), "damping": (0.0, 1e-9, 0.1, 1.0, 10.0),
+    "modes": (1, 3, 100, 3000), "spacing": ("harmonic", "pairs 1e-14 apart", "coincident"),
+    "residual": ("none", "relaxation", "spring", "dominant spring"), "gap": ("closed", "open", "grazing", "pressed in"),
     "law": ("rigid", "soft spring", "stiff spring", "Hertz", "Hunt-Crossley"),
-    "rule": ("passive", "conserving", "auto"),
-    "ports": ("one", "two", "twins"),
-    "engine": get_args(Engine),
-    "unit": (1.0, 2.0**120, 2.0**-120),
-    "push": (0.0, 1.0),
-}
+    "rule": ("passive", "conserving", "auto"), "ports": ("one", "two", "twins"), "engine": get_args(Engine),
+    "unit": (1.0, 2.0**120, 2.0**-120), "push": (0.0, 1.0),
+}  # fmt: skip
 REFUSED = (  # these are refused, whatever the rest: a row with them would test nothing else
     ("law", "rigid", "rule", "conserving"),
     ("residual", "none", "law", "rigid"),

@@ -1,6 +1,6 @@
 """Bad input as a user meets it: a scene, the program, one message that names file, key, value and remedy.
 
-Keys, units and ranges of scenes: test_scene. Groups of meshes: test_mesh_io. Matrices: test_assembly, test_reductions.
+Keys, units and ranges of scenes: test_scene. Groups of meshes: test_mesh_checks. Matrices: test_assembly.
 """
 
 import re
@@ -11,15 +11,13 @@ import numpy as np
 import pytest
 
 import impact
-from impact.greens.base import GreensFunction
 from impact.greens.sampled import SampledGreens
-from impact.storage.hdf5 import save_greens
-from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import check_length
 from seatfem.study.runs import rounds
 from seatfem.study.runs.pipeline import RunError, run_scene
-from seatfem.study.scene import load_scene
 from seatfem.study.scene.keys import scene_template
+from tests.gallery import load_text
+from tests.steps import BAD_INPUT, GreensFunction, run_command, save_greens
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
@@ -127,13 +125,11 @@ def test_a_newer_greens_function(tmp_path: Path, capsys: pytest.CaptureFixture[s
     ("greens", "message"),
     [
         (impact.free_rod(**ROD), "the seat has no static stiffness (it is free to move"),
-        (
-            SampledGreens(np.array([1.0, 0.5, 0.0]), 1e-5, static=np.array([[1e-8]])),
-            "g is known up to 20 us only: shorten the run to ",
-        ),
+        (SampledGreens(np.array([1.0, 0.5, 0.0]), 1e-5, static=np.array([[1e-8]])),
+         "g is known up to 20 us only: shorten the run to "),
         (SampledGreens(np.linspace(1.0, 0.0, 100), 1e-5), "the static compliance is unknown: give static="),
     ],
-)
+)  # fmt: skip
 def test_a_greens_function_that_is_no_seat(
     greens: GreensFunction, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -159,10 +155,12 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(tmp_pa
     """f_20 of the reed is 411 kHz: w h = 1.03 at 0.4 us. The run goes on; the limit is half a radian, 0.19 us."""
 
     def messages(step: str) -> tuple[str, ...]:
-        path = tmp_path / "scene.toml"
         stated = f'time_step = "{step}"\n' if step else 'filter_width = "4 us"\n'
-        path.write_text(SPRING + REED + RUN + stated + '[accuracy]\ntarget = "90 %"', encoding="utf-8")
-        outcome = run_scene(load_scene(path), tmp_path / "out", pictures=False)
+        outcome = run_scene(
+            load_text(tmp_path, SPRING + REED + RUN + stated + '[accuracy]\ntarget = "90 %"'),
+            tmp_path / "out",
+            pictures=False,
+        )
         steps.append(float(str(outcome.summary["time_step_s"])))
         return outcome.messages
 
@@ -177,22 +175,20 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(tmp_pa
 
 
 def test_the_step_is_checked_before_anything_expensive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rounds, "seat_of", lambda *given: pytest.fail("the seat was computed"))
-    path = tmp_path / "scene.toml"
-    path.write_text(SPRING + REED + RUN + 'time_step = "10 us"\nfilter_width = "19 us"', encoding="utf-8")
+    monkeypatch.setattr(rounds, "build", lambda *given: pytest.fail("the seat was computed"))
     with pytest.raises(RunError, match=r"at most 9.5 us"):
-        run_scene(load_scene(path), tmp_path / "out")
+        run_scene(
+            load_text(tmp_path, SPRING + REED + RUN + 'time_step = "10 us"\nfilter_width = "19 us"'), tmp_path / "out"
+        )
 
 
 def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     told = complaint(tmp_path, SPRING + REED + RUN + "time_step = '1 ps'", capsys)
     assert "takes 8e+08 steps of 0.001 ns (run.time_step), at most 2e+07 are stored" in told
-    path = tmp_path / "scene.toml"
-    path.write_text(SPRING + REED + RUN, encoding="utf-8")
     with pytest.raises(
         RunError, match=r"1.6e\+08 steps of 0.005 ns \(the step that both bodies and run.filter_width need"
     ):
-        check_length(load_scene(path), 5e-12)
+        check_length(load_text(tmp_path, SPRING + REED + RUN), 5e-12)
 
 
 def test_a_seat_s_file_that_ends_before_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

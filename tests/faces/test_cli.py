@@ -36,21 +36,11 @@ from tests.contracts.test_program import VERBS
 ROOT = Path(__file__).parents[2]
 SPRING_SCENE = ROOT / "examples" / "flapper_on_spring.toml"
 SUMMARY = {
-    "peak_force_N": 12.345678,
-    "filtered_peak_force_N": 12.0,
-    "impulse_Ns": 1.5e-3,
-    "first_contact_s": 653.3246e-6,
-    "contact_count": 3,
-    "energy_residual": 1e-12,
-    "spring_peak_force_N": 11.0,
-    "spring_first_contact_s": None,
-    "spring_filtered_peak_force_N": 11.0,
-    "filter_width_s": 1e-6,
-    "time_step_s": 1e-8,
-    "error_bar_filtered_peak_force_N": 0.1,
-    "accuracy_measures": "filtered_peak, impulse",
-    "accuracy_target": 0.02,
-}
+    "peak_force_N": 12.345678, "filtered_peak_force_N": 12.0, "impulse_Ns": 1.5e-3, "first_contact_s": 653.3246e-6,
+    "contact_count": 3, "energy_residual": 1e-12, "spring_peak_force_N": 11.0, "spring_first_contact_s": None,
+    "spring_filtered_peak_force_N": 11.0, "filter_width_s": 1e-6, "time_step_s": 1e-8,
+    "error_bar_filtered_peak_force_N": 0.1, "accuracy_measures": "filtered_peak, impulse", "accuracy_target": 0.02,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -414,7 +404,6 @@ main()
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     pipe = subprocess.PIPE
     with subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=pipe, text=True, env=environment) as process:
-        assert process.stdout is not None
         assert "ready\n" in iter(process.stdout.readline, "")
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=20)
@@ -430,12 +419,8 @@ def test_a_stage_counts_its_time_once_and_goes_on_when_it_starts_again() -> None
     for stage, done in [("mesh", 0.0), ("solve", 0.0), ("mesh", 1.0), ("mesh", 1.0), ("mesh", 0.5), ("mesh", 1.7)]:
         clock(stage, done)
     assert shown == [
-        ("mesh", 0.0, 0.0),
-        ("solve", 0.0, 0.0),
-        ("mesh", 1.0, 2.5),
-        ("mesh", 0.5, 2.5),
-        ("mesh", 1.0, 4.5),
-    ]
+        ("mesh", 0.0, 0.0), ("solve", 0.0, 0.0), ("mesh", 1.0, 2.5), ("mesh", 0.5, 2.5), ("mesh", 1.0, 4.5),
+    ]  # fmt: skip
 
 
 def test_bars_on_a_terminal() -> None:

@@ -58,13 +58,10 @@ def test_a_bad_scene_is_told_with_a_remedy(
         ('kind = "mesh"\nfile = "a.bdf"\n' + STEEL, "a.bdf", "GRID,1,,a,0.,0.\n"),
         ('kind = "cad"\nfile = "a.step"\n' + STEEL, "a.step", "no STEP"),
         ('kind = "frf"\nfile = "a.csv"\n', "a.csv", "frequency [Hz],magnitude [m/N]\n1,x\n"),
-        (
-            'kind = "matrices"\nstiffness = "a.mtx"\nmass = "a.mtx"\ncontact = "a.mtx"\n',
-            "a.mtx",
-            "%%MatrixMarket matrix coordinate real general\n2 2 1\n1 1 x\n",
-        ),
+        ('kind = "matrices"\nstiffness = "a.mtx"\nmass = "a.mtx"\ncontact = "a.mtx"\n', "a.mtx",
+         "%%MatrixMarket matrix coordinate real general\n2 2 1\n1 1 x\n"),
     ],
-)
+)  # fmt: skip
 def test_a_bad_file_is_told_with_a_remedy(
     keys: str, file: str, content: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

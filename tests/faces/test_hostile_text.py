@@ -86,15 +86,12 @@ def test_json_stays_json(tmp_path, capsys):
 @pytest.mark.parametrize(
     "text",
     [
-        f"{QUOTED} = 1\n{SPRING}{BALL}{RUN}",
-        f"{SPRING}{QUOTED} = 1\n{BALL}{RUN}",
-        SPRING.replace('"20 N/um"', QUOTED) + BALL + RUN,
-        f'[seat]\nkind = "greens"\nfile = {QUOTED}\n{BALL}{RUN}',
-        f'[seat]\nkind = "mesh"\nfile = "a.inp"\n{BALL}{RUN}',
-        f"[seat]\nkind = {QUOTED}\n{BALL}{RUN}",
+        f"{QUOTED} = 1\n{SPRING}{BALL}{RUN}", f"{SPRING}{QUOTED} = 1\n{BALL}{RUN}",
+        SPRING.replace('"20 N/um"', QUOTED) + BALL + RUN, f'[seat]\nkind = "greens"\nfile = {QUOTED}\n{BALL}{RUN}',
+        f'[seat]\nkind = "mesh"\nfile = "a.inp"\n{BALL}{RUN}', f"[seat]\nkind = {QUOTED}\n{BALL}{RUN}",
         f"\x1b[2J{SPRING}",
     ],
-)
+)  # fmt: skip
 def test_what_is_refused_is_told_visibly(text, tmp_path, capsys):
     scene = folder_of(tmp_path, scene_toml=text, a_inp=f"*NODE, SYSTEM={EVIL}\n")
     assert run_command(["run", str(scene), "-o", str(tmp_path / "out")]) == BAD_INPUT

@@ -22,25 +22,12 @@ JUDGED = "landing_impulse_Ns, landing_filtered_peak_force_N"
 def landing(number: int, body: str = "seat", **numbers: object) -> dict[str, object]:
     """A landing of a suction valve, as summary.json lists it."""
     return {
-        "body": body,
-        "number": number,
-        "time_s": 9.0006e-3,
-        "place_deg": 348.75,
-        "place_m": 0.0335,
-        "closing_speed_m_per_s": 1.49,
-        "filtered_peak_force_N": 43.8,
-        "peak_time_s": 9.0056e-3,
-        "static_load_N": 3.1,
-        "excess_peak_force_N": 40.7,
-        "impulse_Ns": 230e-6,
-        "duration_s": 21e-6,
-        "restitution": 0.31,
-        "cut_off": False,
-        "error_bar_filtered_peak_force_N": 0.57,
-        "error_bar_impulse_Ns": 1.4e-6,
-        "error_bar_restitution": 0.22,
+        "body": body, "number": number, "time_s": 9.0006e-3, "place_deg": 348.75, "place_m": 0.0335,
+        "closing_speed_m_per_s": 1.49, "filtered_peak_force_N": 43.8, "peak_time_s": 9.0056e-3, "static_load_N": 3.1,
+        "excess_peak_force_N": 40.7, "impulse_Ns": 230e-6, "duration_s": 21e-6, "restitution": 0.31, "cut_off": False,
+        "error_bar_filtered_peak_force_N": 0.57, "error_bar_impulse_Ns": 1.4e-6, "error_bar_restitution": 0.22,
         "error_bar_duration_s": None,
-    } | numbers
+    } | numbers  # fmt: skip
 
 
 @pytest.fixture
@@ -58,37 +45,19 @@ def summary() -> dict[str, object]:
         if key not in skipped
     }
     return {
-        "landings": records,
-        "landing_status": "landed",
-        "landing_count": 2,
-        "landing_number": 1,
-        "accuracy_landing": "hardest",
-        **hardest,
-        "spring_landing_static_load_N": 3.1,
-        "spring_landing_filtered_peak_force_N": 35.4,
-        "spring_landing_impulse_Ns": 230.5e-6,
-        "reed_stress_before_landing_Pa": 180e6,
-        "accuracy_judged_keys": JUDGED,
-        "accuracy_measures": "impulse, filtered_peak",
-        "accuracy_target": 0.02,
-        "accuracy_met": True,
-        "filtered_peak_force_N": 72.821,
-        "error_bar_filtered_peak_force_N": 0.087,
-        "filter_width_s": 5e-6,
-        "impulse_Ns": 0.9,
-        "first_contact_s": 0.0,
-        "contact_count": 2,
-        "contact_count_raw": 7,
-        "pressed_on_time_s": 12.3e-3,
-        "pressed_on_largest_load_N": 72.0,
-        "gas_largest_lift_m": 1e-3,
-        "plan_run_duration": "20 ms",
-        "seat_kind": "annular",
-    }
+        "landings": records, "landing_status": "landed", "landing_count": 2, "landing_number": 1,
+        "accuracy_landing": "hardest", **hardest, "spring_landing_static_load_N": 3.1,
+        "spring_landing_filtered_peak_force_N": 35.4, "spring_landing_impulse_Ns": 230.5e-6,
+        "reed_stress_before_landing_Pa": 180e6, "accuracy_judged_keys": JUDGED,
+        "accuracy_measures": "impulse, filtered_peak", "accuracy_target": 0.02, "accuracy_met": True,
+        "filtered_peak_force_N": 72.821, "error_bar_filtered_peak_force_N": 0.087, "filter_width_s": 5e-6,
+        "impulse_Ns": 0.9, "first_contact_s": 0.0, "contact_count": 2, "contact_count_raw": 7,
+        "pressed_on_time_s": 12.3e-3, "pressed_on_largest_load_N": 72.0, "gas_largest_lift_m": 1e-3,
+        "plan_run_duration": "20 ms", "seat_kind": "annular",
+    }  # fmt: skip
 
 
 def lines_of(table: Table | None) -> list[str]:
-    assert table is not None
     console = Console(width=200, record=True, file=StringIO())
     console.print(table)
     return [" ".join(line.split()) for line in console.export_text().splitlines()]
@@ -102,16 +71,11 @@ def test_the_hardest_landing_stands_first_and_is_what_is_judged(summary: dict[st
     lines = printed(summary)
     first = lines.index("hardest landing (1 of 2)")
     assert lines[first + 1 : first + 10] == [
-        "time 9.001 ms",
-        "closing speed 1.49 m/s",
-        "peak force, 5 us mean 43.80 ± 0.57 N 35.40 N -19 % 15 1.3 %, reached",
-        "above the static load 40.7 N",
-        "static load 3.1 N 3.1 N",
-        "impulse above static load 230.0 ± 1.4 uN s 230.5 uN s +0.22 % 0.36 0.61 %, reached",
-        "duration 21 ± ? us",
-        "restitution not known (0.31 ± 0.22)",
-        "reed stress before landing 180 MPa",
-    ]
+        "time 9.001 ms", "closing speed 1.49 m/s",
+        "peak force, 5 us mean 43.80 ± 0.57 N 35.40 N -19 % 15 1.3 %, reached", "above the static load 40.7 N",
+        "static load 3.1 N 3.1 N", "impulse above static load 230.0 ± 1.4 uN s 230.5 uN s +0.22 % 0.36 0.61 %, reached",
+        "duration 21 ± ? us", "restitution not known (0.31 ± 0.22)", "reed stress before landing 180 MPa",
+    ]  # fmt: skip
     whole = lines.index("whole run")
     assert whole > first
     assert lines[whole + 1] == "peak force, 5 us mean 72.821 ± 0.087 N", "the load of the gas is not judged"

@@ -14,19 +14,10 @@ from seatfem.faces.report.page import report_page
 
 HOSTILE = "<script>document.title='taken'</script>"
 WHOLE = {
-    "impulse_Ns": 1.0,
-    "error_bar_impulse_Ns": 0.1,
-    "peak_seat_stress_Pa": 1e6,
-    "error_bar_peak_seat_stress_Pa": 1e4,
-    "peak_reed_stress_Pa": 1e8,
-    "error_bar_peak_reed_stress_Pa": 1e6,
-    "life_margin": 1.2,
-    "error_bar_life_margin": 0.1,
-    "contact_count": 2,
-    "accuracy_judged_keys": "impulse_Ns",
-    "accuracy_met": True,
-    "error_unknown": "",
-}
+    "impulse_Ns": 1.0, "error_bar_impulse_Ns": 0.1, "peak_seat_stress_Pa": 1e6, "error_bar_peak_seat_stress_Pa": 1e4,
+    "peak_reed_stress_Pa": 1e8, "error_bar_peak_reed_stress_Pa": 1e6, "life_margin": 1.2, "error_bar_life_margin": 0.1,
+    "contact_count": 2, "accuracy_judged_keys": "impulse_Ns", "accuracy_met": True, "error_unknown": "",
+}  # fmt: skip
 """Summary of a run that leaves nothing open."""
 
 
@@ -37,36 +28,24 @@ def test_a_run_of_which_all_is_known_leaves_nothing_out() -> None:
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [
-        (
-            {"error_unknown": "mesh, patch"},
-            "Not included in the uncertainty: mesh error, division of the contact face.",
-        ),
+        ({"error_unknown": "mesh, patch"},
+         "Not included in the uncertainty: mesh error, division of the contact face."),
         ({"error_bar_impulse_Ns": None}, "Uncertainty not known (whole run): impulse."),
-        (
-            {"error_bar_impulse_Ns": 0.51},
-            "Not known, since the uncertainty is above half of the value (whole run): impulse.",
-        ),
-        (
-            {"contact_duration_s": 1e-4, "first_contact_s": 1e-3, "error_bar_first_contact_s": 1e-6},
-            "Without an uncertainty (whole run): first contact: lasts.",
-        ),
+        ({"error_bar_impulse_Ns": 0.51},
+         "Not known, since the uncertainty is above half of the value (whole run): impulse."),
+        ({"contact_duration_s": 1e-4, "first_contact_s": 1e-3, "error_bar_first_contact_s": 1e-6},
+         "Without an uncertainty (whole run): first contact: lasts."),
         ({"peak_force_N": 3.0}, "Without an uncertainty (raw): peak force."),
         ({"impulse_Ns": None}, "Asked for, but without a value in this run: impulse."),
-        (
-            {"accuracy_met": False, "accuracy_stopped_because": "no time is left"},
-            "The accuracy asked for was missed, and no further round followed: no time is left.",
-        ),
-        (
-            {"peak_seat_stress_Pa": None},
-            "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements.",
-        ),
-        (
-            {"peak_reed_stress_Pa": None},
-            "Stress in the reed was not computed; [stress] in the scene asks for that of a plate.",
-        ),
+        ({"accuracy_met": False, "accuracy_stopped_because": "no time is left"},
+         "The accuracy asked for was missed, and no further round followed: no time is left."),
+        ({"peak_seat_stress_Pa": None},
+         "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."),
+        ({"peak_reed_stress_Pa": None},
+         "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."),
         ({"pictures_missing": "no driver"}, "Pictures that could not be drawn: no driver."),
     ],
-)
+)  # fmt: skip
 def test_what_is_open_is_told(changed: dict[str, object], sentence: str) -> None:
     assert sentence in list(omissions({**WHOLE, **changed}))
 

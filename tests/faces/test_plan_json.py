@@ -7,12 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.cli import DONE, run_command
 from seatfem.faces.plan_view import plan_json
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.scene import load_scene
 from seatfem.study.scene.measures import asked_name
+from tests.steps import DONE, Plan, load_scene, plan_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SLEEVE = EXAMPLES / "flapper_on_peek_sleeve.toml"

@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.cli import DONE, run_command
 from seatfem.faces.plan_view import plan_json, read_back
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.steps import DONE, Scene, SceneError, load_scene, plan_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -58,7 +56,6 @@ def test_struck_faces_releases_and_strengths_are_told() -> None:
     assert of_cad["seat, face"].startswith("lip 34.2")
     assert "file kidney_seat.step (72 kB)" in of_cad["seat"]
     coarse = re.search(r"area about (\d+) mm\^2, narrowest width about", of_cad["seat, face"])
-    assert coarse is not None
     assert float(coarse[1]) % 10 ** (len(coarse[1]) - 2) == 0  # two digits: its triangles are coarse
 
 

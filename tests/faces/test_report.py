@@ -135,16 +135,12 @@ def landings(count: int) -> list[dict[str, object]]:
     """As summary.json lists them, each weaker than the one before."""
     return [
         {
-            "body": "seat",
-            "number": number,
-            "time_s": 1e-4 * number,
-            "duration_s": 2e-5,
-            "peak_time_s": 1e-4 * number + 1e-5,
-            "filtered_peak_force_N": 50.0 - number,
+            "body": "seat", "number": number, "time_s": 1e-4 * number, "duration_s": 2e-5,
+            "peak_time_s": 1e-4 * number + 1e-5, "filtered_peak_force_N": 50.0 - number,
             "excess_peak_force_N": 50.0 - number,
         }
         for number in range(1, count + 1)
-    ]
+    ]  # fmt: skip
 
 
 def test_landings_are_a_table_and_all_of_them_can_be_opened() -> None:

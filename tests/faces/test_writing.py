@@ -15,28 +15,19 @@ import impact
 from impact.files.hdf5_structure import USER_BLOCK, seal_of
 from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
 from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
-from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.machine.code import NOT_NUMERICS, hash_of
 from seatfem.structures import store
 from seatfem.structures.cache import Cache, CacheWarning, key_of
 from seatfem.structures.store import Store, StoreError, content_key
-from seatfem.study.impacts.contact import seat_of
-from seatfem.study.method import stated_method
-from seatfem.study.scene import Scene, load_scene
 from tests.fuzz.hdf5 import seal
+from tests.steps import BAD_INPUT, DONE, FAILED, Scene, load_scene, run_command, seat_of, stated_method
 
 ROOT = Path(__file__).parents[2]
 BLOCK = """
-[seat]
-kind = "block"
-width = "8 mm"
-depth = "8 mm"
-thickness = "8 mm"
-patch_width = "4 mm"
-patch_depth = "4 mm"
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-mesh = { size = "4 mm", contact_size = "4 mm" }
-greens = { bandwidth = "100 kHz", tolerance = 0.05, method = "krylov" }
+seat = { kind = "block", width = "8 mm", depth = "8 mm", thickness = "8 mm", patch_width = "4 mm", \
+    patch_depth = "4 mm", material = { young = "200 GPa", density = "7850 kg/m^3" }, \
+    mesh = { size = "4 mm", contact_size = "4 mm" }, \
+    greens = { bandwidth = "100 kHz", tolerance = 0.05, method = "krylov" } }
 """
 BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
 SPRING = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
@@ -351,13 +342,9 @@ def test_a_writer_that_is_stopped_leaves_the_old_file(name: str, tmp_path: Path)
 def test_no_writer_goes_round_whole_file() -> None:
     """What a user finds on the disk is written by `files.atomic`; the exceptions are private folders and journals."""
     allowed = {
-        "impact/files/safe_files.py",
-        "seatfem/jobs/folders.py",
-        "seatfem/jobs/processes.py",
-        "seatfem/jobs/remote.py",
-        "seatfem/structures/reduction/slepc.py",
-        "seatfem/study/trade/trade.py",
-    }
+        "impact/files/safe_files.py", "seatfem/jobs/folders.py", "seatfem/jobs/processes.py", "seatfem/jobs/remote.py",
+        "seatfem/structures/reduction/slepc.py", "seatfem/study/trade/trade.py",
+    }  # fmt: skip
     allowed |= {
         "seatfem/structures/mesh/_gmsh_worker.py",
         "seatfem/structures/formats/_meshio_worker.py",

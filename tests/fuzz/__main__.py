@@ -1,7 +1,5 @@
 """`python -m tests.fuzz [--cases N] [--seed S] [--folder F] [--again]`: mutated files, their verdicts, the table."""
 
-from __future__ import annotations
-
 import argparse
 import signal
 import sys

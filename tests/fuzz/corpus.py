@@ -1,7 +1,5 @@
 """The sound files that mutations start from, written once into a folder."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import shutil
@@ -13,7 +11,6 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 import numpy as np
-import pyuff
 from scipy import sparse
 from scipy.io import mmwrite
 
@@ -27,6 +24,7 @@ from seatfem.structures.store import Store
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import append
 from tests.moving_block import block_modes, block_wave
+from tests.uff_sets import function_set, mode_set, unit_set, write_sets
 
 from . import scenes
 
@@ -203,10 +201,10 @@ def _measured(folder: Path) -> Iterator[Specimen]:
     yield Specimen(there.name, "frf.csv", "text", "run", 2.0)
     yield Specimen(there.name, "scene.toml", "toml", "run")
     there = _scene(folder / "frf-uff", scenes.RESPONSE.format("uff") + scenes.BALL + scenes.RUN)
-    _universal(there / "frf.uff", _units(), _function(f, h, 4))
+    write_sets(there / "frf.uff", unit_set(), function_set(f, h))
     yield Specimen(there.name, "frf.uff", "text", "run", 2.0)
     there = _scene(folder / "modes-uff", scenes.MODES)
-    _universal(there / "modes.uff", _units(), *_modes())
+    write_sets(there / "modes.uff", unit_set(), *_modes())
     yield Specimen(there.name, "modes.uff", "text", "run", 3.0)
     yield Specimen(there.name, "scene.toml", "toml", "run")
     t = 1e-5 * np.arange(200)
@@ -215,7 +213,7 @@ def _measured(folder: Path) -> Iterator[Specimen]:
     table = [f"{1e6 * a:.6g},{1e6 * b:.6g}" for a, b in zip(t, g, strict=True)]
     _table(folder / "series" / "g.csv", "time [us],impulse_response [um/(N s)]", table)
     _table(folder / "series" / "p.csv", "time [us],pressure [bar]", table)
-    _universal(folder / "series" / "g.uff", _units(), _function(t, g, 1))
+    write_sets(folder / "series" / "g.uff", unit_set(), function_set(t, g, in_time=True))
     yield Specimen("series", "g.csv", "text", "impulse", 2.0)
     yield Specimen("series", "p.csv", "text", "series", 2.0)
     yield Specimen("series", "g.uff", "text", "impulse-uff", 2.0)
@@ -225,71 +223,9 @@ def _table(path: Path, head: str, rows: list[str]) -> None:
     path.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
 
 
-def _universal(path: Path, *sets: dict[str, Any]) -> None:
-    for number, one in enumerate(sets):
-        pyuff.UFF(str(path)).write_sets(one, mode="add" if number else "overwrite")
-
-
-def _units() -> dict[str, Any]:
-    found: dict[str, Any] = pyuff.prepare_164(
-        units_code=1, units_description="SI", temp_mode=1, length=1.0, force=1.0, temp=1.0, temp_offset=0.0
-    )
-    return found
-
-
-def _ids() -> dict[str, str]:
-    return {f"id{k}": "NONE" for k in range(1, 6)}
-
-
 def _modes() -> list[dict[str, Any]]:
-    flat = {"model_type": 1, "analysis_type": 2, "data_ch": 2, "spec_data_type": 8, "data_type": 2}
-    return [
-        pyuff.prepare_55(
-            **_ids(),
-            **flat,
-            n_data_per_node=3,
-            node_nums=[7, 8, 9],
-            load_case=1,
-            mode_n=k + 1,
-            r1=np.zeros(3),
-            r2=np.zeros(3),
-            r3=np.array([SEAT.shapes[k, 0], 3.0, 0.0]),
-            freq=float(SEAT.frequencies_hz[k]),
-            modal_m=1.0,
-            modal_damp_vis=float(SEAT.zeta[k]),
-            modal_damp_his=0.0,
-        )
-        for k in range(3)
-    ]
-
-
-def _function(x: np.ndarray[Any, Any], values: np.ndarray[Any, Any], kind: int) -> dict[str, Any]:
-    found: dict[str, Any] = pyuff.prepare_58(
-        **_ids(),
-        binary=0,
-        func_type=kind,
-        ver_num=0,
-        load_case_id=0,
-        rsp_ent_name="NONE",
-        rsp_node=7,
-        rsp_dir=3,
-        ref_ent_name="NONE",
-        ref_node=7,
-        ref_dir=3,
-        ord_data_type=6 if kind == 4 else 4,
-        num_pts=len(x),
-        abscissa_spacing=1,
-        abscissa_min=float(x[0]),
-        abscissa_inc=float(x[1] - x[0]),
-        z_axis_value=0.0,
-        abscissa_spec_data_type=18 if kind == 4 else 17,
-        ordinate_spec_data_type=8,
-        orddenom_spec_data_type=13,
-        z_axis_spec_data_type=0,
-        data=values,
-        x=x,
-    )
-    return found
+    columns = zip(SEAT.frequencies_hz, SEAT.zeta, SEAT.shapes[:, 0], strict=True)
+    return [mode_set(k + 1, f, zeta, (0.0, 0.0, 0.0), (z, 3.0, 0.0)) for k, (f, zeta, z) in enumerate(columns)]
 
 
 def _meshes(folder: Path) -> Path:

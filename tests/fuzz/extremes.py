@@ -1,7 +1,5 @@
 """Values that nobody means: what a key, a number field or an attribute is replaced by."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 NUMBERS: Final = (

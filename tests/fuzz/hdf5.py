@@ -1,7 +1,5 @@
 """Changes inside an HDF5 file that leave the file itself sound, sealed again or without a seal."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from random import Random

@@ -3,8 +3,6 @@
 Every mutation takes the sound content and a generator of random numbers, and returns the changed content.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from random import Random

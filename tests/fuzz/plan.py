@@ -1,7 +1,5 @@
 """Which cases there are: every specimen with every mutation that suits it, so often that the total is reached."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from random import Random
 

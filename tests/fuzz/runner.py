@@ -1,7 +1,5 @@
 """Carries out cases in processes under limits: what hangs or crashes ends as a verdict, not the run."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Scenes that mutations start from: every kind of seat and striker, every table."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

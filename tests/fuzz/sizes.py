@@ -4,8 +4,6 @@
 N bytes, reads it in a process of its own, and prints what that took; tests do so with fewer bytes.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import json
@@ -41,6 +39,7 @@ from seatfem.study.scene import load_scene
 from seatfem.study.scene.strength import load_strength
 from seatfem.study.sweep.runner import read_journal as read_study_journal
 from seatfem.study.sweep.study import load_study
+from tests.uff_sets import function_set, unit_set, write_sets
 
 from . import scenes
 from .hdf5 import seal
@@ -341,20 +340,14 @@ def _packed_matrix(path: Path, count: int) -> None:
 def _modes(path: Path, count: int) -> None:
     """Modes of dataset 55 by repeating the lines of one."""
     from .corpus import _modes as three
-    from .corpus import _units, pyuff
 
-    pyuff.UFF(str(path)).write_sets(_units(), mode="overwrite")
-    head = path.read_text()
-    pyuff.UFF(str(path)).write_sets(three()[0], mode="overwrite")
-    path.write_text(head + path.read_text() * (count // 8))
+    head = write_sets(path, unit_set()).read_text()
+    path.write_text(head + write_sets(path, three()[0]).read_text() * (count // 8))
 
 
 def _response(path: Path, count: int) -> None:
-    from .corpus import _function, _units, pyuff
-
     time_steps = 1e-6 * np.arange(count)
-    pyuff.UFF(str(path)).write_sets(_units(), mode="overwrite")
-    pyuff.UFF(str(path)).write_sets(_function(time_steps, np.exp(-time_steps), 1), mode="add")
+    write_sets(path, unit_set(), function_set(time_steps, np.exp(-time_steps), in_time=True))
 
 
 def _modal(path: Path, count: int) -> None:

@@ -1,7 +1,5 @@
 """Verdicts counted by specimen and mutation."""
 
-from __future__ import annotations
-
 import csv
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence

@@ -7,7 +7,6 @@ import json
 import signal
 import subprocess
 import sys
-from contextlib import suppress
 from pathlib import Path
 from random import Random
 
@@ -23,17 +22,14 @@ from impact.march.stepper import ContactStepper
 from impact.pictures.greens_plots import plot_greens
 from impact.storage.hdf5 import (
     StorageError,
-    load_greens,
     load_results,
     restore_checkpoint,
     save_checkpoint,
     save_greens,
     save_results,
 )
-from seatfem.faces.cli import BAD_INPUT, FAILED, MOST_LINES, WIDEST, run_command
-from seatfem.faces.report.figures import body_figure
+from seatfem.faces.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
 from seatfem.machine.resources import Machine, MachineError
-from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.structures.estimates.sizes import MemoryNeedError, check_before_meshing
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
@@ -50,8 +46,7 @@ from seatfem.study.scene.problems import MOST
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import append, read_journal
 from tests.extremes import run_battery
-from tests.fuzz.hdf5 import HDF5, mutate, seal
-from tests.moving_block import block_modes, block_wave
+from tests.fuzz.hdf5 import seal
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "benchmarks" / "results" / "fuzz.csv"
@@ -145,29 +140,6 @@ def changed(path: Path, name: str, **new: object) -> Path:
         file.create_dataset(name, **new)
     seal(path)
     return path
-
-
-@pytest.mark.parametrize(
-    ("new", "words"),
-    [
-        ({"shape": (10_000_000_000_000,), "dtype": "f8", "chunks": (1000,)}, "omega of .* claims .* MB in a file of"),
-        ({"data": [1 + 1j]}, "omega holds complex128, no real numbers"),
-        ({"data": [np.nan]}, "omega has 1 values that are not finite"),
-    ],
-)
-def test_kernels_that_claim_what_they_do_not_hold(new: dict[str, object], words: str, tmp_path: Path) -> None:
-    with pytest.raises(StorageError, match=rf"seat\.h5: (damaged: )?{words}"):
-        load_greens(changed(greens(tmp_path / "seat.h5"), "omega", **new))
-
-
-@pytest.mark.parametrize("provenance", ["[1]", "null", "7", '{"a": ' * 3000])
-def test_kernels_whose_provenance_is_no_table(provenance: str, tmp_path: Path) -> None:
-    path = greens(tmp_path / "seat.h5")
-    with h5py.File(path, "r+") as file:
-        file.attrs["provenance"] = provenance
-    seal(path)
-    with pytest.raises(StorageError, match=r"seat\.h5"):
-        load_greens(path)
 
 
 def march(**given: float) -> ContactStepper:
@@ -349,41 +321,3 @@ def test_cases_follow_from_their_names() -> None:
         assert first == mutation(text, Random(name)), name
     changed = [mutation(text, Random(f"{name}{k}")) != text for name, mutation in TOML.items() for k in range(5)]
     assert sum(changed) > 0.8 * len(changed)
-
-
-def test_damaged_bodies_are_told_by_the_verbs_that_open_them(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Every change inside modes.h5 and stress_wave.h5 ends in a body or in a message that names the file."""
-    told = []
-    for name, body in {"modes.h5": block_modes(refined=1), "stress_wave.h5": block_wave(3)}.items():
-        for change in HDF5:
-            path = tmp_path / name
-            save_moving(body, path)
-            with suppress(OSError, ValueError, TypeError):  # HDF5 does not let itself be broken in every way
-                mutate(path, change, Random(change))
-            try:
-                assert body_figure(name, load_moving(path)).count("NaN") == 0
-            except StorageError as problem:
-                told.append((name, str(problem)))
-    for name, values in {
-        "points": np.float64(1.0),
-        "triangles": np.int32(0),
-        "span": np.array([0.0, 1.0, 1e308]),
-    }.items():
-        save_moving(block_modes(refined=1), tmp_path / "modes.h5")
-        with h5py.File(tmp_path / "modes.h5", "r+") as file:
-            del file[name]
-            file[name] = values
-        seal(tmp_path / "modes.h5")
-        with pytest.raises(StorageError, match=r"modes\.h5: .*damaged"):
-            load_moving(tmp_path / "modes.h5")
-    assert len(told) >= 8
-    assert [words for name, words in told if name not in words] == []
-    (tmp_path / "summary.json").write_text('{"impulse_Ns": 0.0, "first_contact_s": null}', encoding="utf-8")
-    path.write_bytes(path.read_bytes()[:2000])
-    (tmp_path / "modes.h5").unlink()
-    assert run_command(["report", str(tmp_path)]) in (BAD_INPUT, FAILED)
-    said = capsys.readouterr().err
-    assert "stress_wave.h5" in said
-    assert "bug" not in said

@@ -1,7 +1,5 @@
 """One case: a copy of a sound folder, one file of it mutated, read by the program; and the verdict."""
 
-from __future__ import annotations
-
 import io
 import json
 import math

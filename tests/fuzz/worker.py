@@ -4,8 +4,6 @@
 is written to the standard error.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import os

@@ -1,7 +1,5 @@
 """Forces along a closed line: means over a part of it and a time, and where they are largest."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -113,7 +113,6 @@ def test_coherence_and_variance_tell_the_noise(tmp_path: Path) -> None:
     heads = ["Frequency (Hz)", "Real (m/N)", "Imag (m/N)", "Coherence"]
     path = written(tmp_path, response(heads, [F, H.real, H.imag, coherence]))
     read = read_frf(path, averages=8)
-    assert read.deviation is not None
     # var|H|/|H|^2 = (1 - g2)/(2 g2 n), and as much across it
     exact = np.abs(H) ** 2 * 2 * (1 - coherence) / (2 * coherence * 8)
     assert read.deviation[10, 0, 0] == pytest.approx(np.sqrt(exact[3:18].mean()), rel=1e-8)  # over 15 lines
@@ -123,7 +122,6 @@ def test_coherence_and_variance_tell_the_noise(tmp_path: Path) -> None:
         read_frf(per_cent, averages=8)
     heads[1:] = ["Real (mm/N)", "Imag (mm/N)", "Variance"]
     read = read_frf(written(tmp_path, response(heads, [F, H.real, H.imag, 0.04 + 0 * F])))
-    assert read.deviation is not None
     assert read.deviation[:, 0, 0] == pytest.approx(0.2e-3)
 
 
@@ -153,7 +151,6 @@ def test_other_columns_are_left_aside_and_quotes_are_read(tmp_path: Path) -> Non
 
 def test_a_separator_at_the_end_of_all_lines(tmp_path: Path) -> None:
     found = read_csv(written(tmp_path, "a;b;\n1;2;\n3;4;\n"), ValueError)
-    assert found is not None
     assert found.numbers().tolist() == [[1, 2], [3, 4]]
     assert found.dialect == "divided by semicolons, decimal point"
 

@@ -1,7 +1,5 @@
 """Gas through a reed valve: closed forms of nozzle and cylinder, and the coupled march against another solver."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -20,7 +18,6 @@ from impact.gas.flow import (
     OTHER,
     PRESSURE,
     STATE,
-    WORK,
     AreaTable,
     GasError,
     PerfectGas,
@@ -79,55 +76,6 @@ def test_flow_below_the_choke() -> None:
         exact = 3e5 * ratio / (gas.constant * now) * math.sqrt(2 * gas.heat * (300 - now))
         assert gas.flux(3e5, 300.0, 3e5 * (1 - ratio)) == pytest.approx(exact, rel=1e-11)
     assert gas.flux(3e5, 300.0, 1e-3) == pytest.approx(math.sqrt(2 * 3e5 / (gas.constant * 300) * 1e-3), rel=1e-8)
-
-
-def test_volume_of_a_slider_crank() -> None:
-    area = math.pi / 4 * 50e-3**2
-    at = [CRANK.volume(turn * 0.02) for turn in (0.0, 0.25, 0.5, 1.0)]
-    quarter = 4e-6 + area * (20e-3 + 80e-3 - math.sqrt(80e-3**2 - 20e-3**2))
-    np.testing.assert_allclose(at, [4e-6, quarter, 4e-6 + area * 40e-3, 4e-6], rtol=1e-12)
-    assert replace(CRANK, start=math.pi).volume(0.0) == pytest.approx(at[2])
-
-
-def test_shut_valves_keep_p_to_v_to_the_k() -> None:
-    """Over a revolution, to 1e-9; and nothing leaks where lift is 0 or less, whatever the pressures."""
-    drive = compressor(other_area=0.0)
-    state = drive.start()
-    constant = state[PRESSURE] * CRANK.volume(0.0) ** 1.4
-    for step in range(2000):
-        drive.advance(state, step * 1e-5, 1e-5, -1e-6 * (step % 2))
-        assert state[PRESSURE] * CRANK.volume((step + 1) * 1e-5) ** 1.4 == pytest.approx(constant, rel=1e-9)
-        if step == 999:
-            assert state[PRESSURE] < 0.2e5
-            inner = state[PRESSURE] * CRANK.volume(0.01) / 0.4
-            assert inner - 5e5 * 4e-6 / 0.4 == pytest.approx(state[WORK], rel=1e-9)
-    assert state[MASS] == drive.start()[MASS]
-    assert not np.any(state[[FORWARD, BACK, OTHER]])
-    assert state[PRESSURE] == pytest.approx(5e5, rel=1e-9)
-
-
-def emptied(steps: int) -> tuple[float, float]:
-    """A rigid vessel of 1 l at 10 bar, 300 K, through 10 mm^2 over 0.3 s: pressure and mass left, relative."""
-    state = np.zeros(STATE)
-    state[:2] = 1e6, 1e6 * 1e-3 / (AIR.constant * 300)
-    mass = state[MASS]
-    for _ in range(steps):
-        let_in(AIR, state, 1e-3, Plenum(1e5, 300.0), 1e-5, 0.3 / steps)
-    return float(state[PRESSURE] / 1e6), float(state[MASS] / mass)
-
-
-def test_a_vessel_blows_down_through_a_choked_nozzle() -> None:
-    """p/p0 = (1 + (k - 1)/2 t/tau)^(-2 k/(k - 1)), m/m0 to the power -2/(k - 1); of second order in the step."""
-    k, factor = 1.4, (2 / 2.4) ** 3
-    tau = 1e-3 / (1e-5 * factor * math.sqrt(k * AIR.constant * 300))
-    grown = 1 + (k - 1) / 2 * 0.3 / tau
-    exact = grown ** (-2 * k / (k - 1))
-    assert 0.3 < exact < 0.7
-    errors = [emptied(steps)[0] / exact - 1 for steps in (20, 40, 80)]
-    assert abs(errors[-1]) < 1e-4
-    assert errors[0] / errors[1] == pytest.approx(4.0, abs=0.3)
-    assert errors[1] / errors[2] == pytest.approx(4.0, abs=0.3)
-    assert emptied(80)[1] == pytest.approx(grown ** (-2 / (k - 1)), rel=1e-4)
 
 
 def test_a_vessel_fills_from_a_plenum() -> None:

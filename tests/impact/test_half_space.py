@@ -9,13 +9,8 @@ from scipy.special import j1
 
 import impact
 from impact import Body, ContactProblem, GreensFunctionError, ModalGreens, Residual
-from impact.exact.disk_response import DiskResponse, PointLoad, point_step_response, rayleigh_speed
-from impact.exact.half_space import (
-    HalfSpacePatch,
-    disk_compliance,
-    half_space_patch,
-    without_patch,
-)
+from impact.exact.disk_response import DiskResponse, rayleigh_speed
+from impact.exact.half_space import HalfSpacePatch, disk_compliance, half_space_patch, without_patch
 from impact.greens.sums import SumGreens, merged
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0, "radius": 1e-3}
@@ -26,21 +21,6 @@ POISSON = [0.0, 0.05, 0.2, 0.2629, 0.263082, 0.27, 0.3, 0.4, 0.45, 0.49, 0.4999,
 def patch_of(poisson: float) -> HalfSpacePatch:
     """c_s = 1, a = 1."""
     return half_space_patch(young=2 * (1 + poisson), poisson=poisson, density=1.0, radius=1.0)
-
-
-@pytest.mark.parametrize("poisson", POISSON)
-def test_point_load_arrives_from_rest_and_settles_to_boussinesq(poisson: float) -> None:
-    load = PointLoad.from_poisson(poisson)
-    tau = np.array([0.5 * load.kappa, load.kappa + 1e-12, 1 - 1e-12, 1 + 1e-12, load.gamma * (1 + 1e-12), 50.0])
-    w = point_step_response(tau, poisson=poisson) / ((1 - poisson) / 2)
-    assert w[0] == 0.0
-    assert abs(w[1]) < 1e-8  # starts with a bounded slope
-    assert abs(w[2] - w[3]) < 1e-10  # the shear wave brings a kink, not a jump
-    assert w[4] == w[5] == 1.0
-    assert point_step_response(load.gamma, poisson=poisson) == -math.inf
-    assert isinstance(rayleigh_speed(poisson), float)
-    x = 1 / rayleigh_speed(poisson) ** 2  # the root of Rayleigh's own, unsquared equation
-    assert abs((2 * x - 1) ** 2 - 4 * x * math.sqrt((x - load.kappa**2) * (x - 1))) < 1e-13
 
 
 @pytest.mark.parametrize("poisson", POISSON)
@@ -87,7 +67,6 @@ def test_step_weights_are_exact_short_and_passive() -> None:
     dt = patch.crossing_time / 50.5
     kernel = patch.step_kernel(dt, 200)
     assert kernel.modal is None
-    assert kernel.weights is not None
     weights = kernel.weights[0, 0]
     assert kernel.weights.shape == (1, 1, 200)
     np.testing.assert_allclose(np.cumsum(weights), patch.step_response(dt * np.arange(1, 201)), rtol=1e-13)
@@ -121,30 +100,6 @@ def test_unknown_place_and_poisson_are_refused() -> None:
         disk_compliance(**UNIT, radius=1.0, at="rim")
     with pytest.raises(GreensFunctionError, match=r"poisson = 0\.6"):
         rayleigh_speed(0.6)
-
-
-def test_heavy_mass_rebounds_from_the_half_space_as_from_its_static_spring() -> None:
-    """Slow forces see G(s) = c - s m1, a spring and radiation, m1 = int t g dt: a damped half swing, ratio zeta."""
-    patch = patch_of(0.3)
-    c = float(patch.static_compliance()[0, 0])
-    t, weight = panels(np.linspace(0, patch.crossing_time, 40))
-    radiation = float(np.sum(weight * t * patch.impulse_response(t)))
-    mass = 4e3
-    period = math.sqrt(mass * c)
-    problem = ContactProblem(impact.rigid_mass(mass=mass, velocity=-1.0), Body(patch))
-    result = impact.solve(problem, dt=period / 800, duration=4 * period)
-    force = result.force
-    contact = np.count_nonzero(force) * result.dt
-    # 1 + M s^2 (c - s m1) = 0 near s = i/period: decay rate m1/(2 c period^2)
-    zeta = radiation / (2 * c * period)
-    restitution = math.exp(-math.pi * zeta)
-    assert 0.002 < zeta < 0.02  # small enough for the expansion, large enough to be seen
-    assert contact == pytest.approx((math.pi - 2 * zeta) * period, rel=2e-3)  # one step is 4e-4 of it, zeta^2 2e-4
-    rebound = -1.0 + float(force.sum()) * result.dt / mass
-    # of the loss, the next order is zeta = 1.3 %
-    assert 1 - rebound == pytest.approx(1 - restitution, rel=0.02)
-    assert np.all(force >= 0)
-    assert np.diff(result.energy.dissipated).min() > -1e-9 * mass
 
 
 MODE = impact.single_mode(frequency_hz=2e3, mass=0.05, damping_ratio=0.01)

@@ -44,9 +44,6 @@ def one_by_one(
 
 def compare(batch: ImpactBatch, s: int, alone: impact.ImpactResult, side: int = 1) -> None:
     """Measures to 1e-12; differences of nearly equal gaps only to their own round-off."""
-    assert batch.force is not None
-    assert batch.gap is not None
-    assert batch.filtered_peak_force is not None
     np.testing.assert_allclose(batch.force[s], alone.force, rtol=0, atol=1e-11 * max(alone.force.max(), 1e-300))
     np.testing.assert_allclose(batch.gap[s], alone.gap, rtol=0, atol=1e-11 * np.abs(alone.gap).max())
     assert batch.peak_force[s] == pytest.approx(measures.peak_force(alone), rel=1e-12)

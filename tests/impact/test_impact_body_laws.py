@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact import (
-    Body,
-    GreensFunctionError,
-    Hertz,
-    ModalState,
-)
+from impact import Body, GreensFunctionError, Hertz, ModalState
 from impact.march.laws import PASSIVE
 from impact.march.loop.forces import contact_force as march_force
 

@@ -13,24 +13,6 @@ from impact.exact.rods import BareFixedRod, DampedFixedRod, DampedFreeRod, dampe
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1
 
 
-def mode_sum(zeta: float, n: int = 20_000) -> ModalGreens:
-    """The fixed rod's first n modes, and the compliance of the rest."""
-    omega = (2 * np.arange(1, n + 1) - 1) * np.pi / 2
-    factor = 2 / 6.0
-    tail = 1 / 6.0 - math.fsum(factor / omega**2)
-    return ModalGreens(omega, np.full(n, zeta), np.full((n, 1), math.sqrt(factor)), Residual.spring(tail))
-
-
-@pytest.mark.parametrize("zeta", [0.02, 0.1, 0.6, 0.999, 1.0, 1.001, 1.4, 3.0])
-def test_damped_rod_is_the_sum_of_its_modes(zeta: float) -> None:
-    rod = impact.fixed_rod(**ROD, damping_ratio=zeta)
-    t = np.array([0.05, 0.3, 1.0, 2.0, 3.3, 11.0])
-    # modes beyond 20000 are gone by t = 0.05; near zeta = 1 the closed form is a mean of two with error O(1e-8)
-    limit = 2e-7 if abs(zeta - 1) < 1e-4 else 1e-11
-    np.testing.assert_allclose(rod.impulse_response(t), mode_sum(zeta).impulse_response(t), atol=limit / 6)
-    np.testing.assert_allclose(rod.step_response(t), mode_sum(zeta).step_response(t), atol=limit / 6)
-
-
 def test_damped_start_is_smooth_through_critical_damping() -> None:
     assert damped_start(0.0) == pytest.approx(1.0)
     assert damped_start(0.1) == pytest.approx(0.940948, abs=5e-7)
@@ -45,7 +27,6 @@ def test_kernel_of_the_damped_rod_is_exact_at_its_step(zeta: float, dt: float) -
     """Modes that outlive a step, and a spring for the rest: the same weights as the closed form."""
     rod = impact.fixed_rod(**ROD, damping_ratio=zeta)
     kernel = rod.step_kernel(dt, 200)
-    assert kernel.modal is not None
     assert kernel.weights is None
     t = dt * np.arange(1, 201)
     exact, ours = np.diff(rod.step_response(t)), np.diff(kernel.modal.step_response(t))
@@ -60,7 +41,6 @@ def test_a_rod_is_marched_by_so_many_poles_at_most(kind: type[DampedFixedRod], z
     rod, most = kind(impedance=6.0, transit=1.0, damping_ratio=zeta), kind.most_poles[0]
     dt = 1e-3 * rod.lasting_modes(1e-3) / most  # the number of modes goes like 1/dt
     poles, weights = rod.step_kernel(1.01 * dt, 200), rod.step_kernel(0.99 * dt, 200)
-    assert poles.modal is not None
     assert 0.98 * most < len(poles.modal.omega) == rod.lasting_modes(1.01 * dt) <= most
     assert weights.modal is None
     assert weights.weights is not None

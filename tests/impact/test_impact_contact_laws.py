@@ -35,32 +35,23 @@ def two_seats(*laws: Law) -> ContactProblem:
     return ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), contacts=contacts)
 
 
-def test_a_plain_law_is_the_compiled_law() -> None:
-    """Bit for bit; the built-in law of the same formula differs by the order of its operations only."""
-    plain, compiled = PlainLaw(hunt_crossley), compiled_law(hunt_crossley)
-    built_in = impact.HuntCrossley(stiffness=300.0, damping=0.2)
-    a, b, c = (impact.solve(mass_on(law), dt=1e-3, duration=1.0, rule="passive") for law in (plain, compiled, built_in))
-    assert a.force.max() > 1.0
+@pytest.mark.parametrize("problem", [mass_on, lambda law: two_seats(law, impact.LinearSpring(stiffness=500.0), law)])
+def test_a_law_of_ones_own_is_the_built_in_one(problem: Callable[[Law], ContactProblem]) -> None:
+    """Plain and compiled bit for bit; the built-in law of the same formula differs by the order of its operations."""
+    laws = PlainLaw(hunt_crossley), compiled_law(hunt_crossley), impact.HuntCrossley(stiffness=300.0, damping=0.2)
+    a, b, c = (impact.solve(problem(law), dt=1e-3, duration=1.0, rule="passive") for law in laws)
+    assert np.all(a.force.max(axis=0) > 0.1)
     np.testing.assert_array_equal(a.force, b.force)
     np.testing.assert_array_equal(a.energy.dissipated, b.energy.dissipated)
     np.testing.assert_allclose(a.force, c.force, atol=1e-11 * c.force.max(), rtol=0)
     assert a.energy.residual < 1e-10
 
 
-def test_one_law_of_ones_own_beside_built_in_ones() -> None:
-    spring = impact.LinearSpring(stiffness=500.0)
-    plain, compiled = PlainLaw(hunt_crossley), compiled_law(hunt_crossley)
-    runs = [
-        impact.solve(two_seats(own, spring, own), dt=1e-3, duration=1.0, rule="passive")
-        for own in (plain, compiled, impact.HuntCrossley(stiffness=300.0, damping=0.2))
-    ]
-    assert np.all(runs[0].force.max(axis=0) > 0.1)
-    np.testing.assert_array_equal(runs[0].force, runs[1].force)
-    np.testing.assert_allclose(runs[0].force, runs[2].force, atol=1e-11 * runs[2].force.max(), rtol=0)
+def test_a_problem_has_one_law_of_ones_own() -> None:
     with pytest.raises(ContactError, match="one CompiledLaw or PlainLaw per problem"):
-        two_seats(plain, compiled)
+        two_seats(PlainLaw(hunt_crossley), compiled_law(hunt_crossley))
     with pytest.raises(ContactError, match="give the same object"):
-        two_seats(PlainLaw(hunt_crossley), spring, PlainLaw(lambda pen, start, dt: pen))
+        two_seats(PlainLaw(hunt_crossley), impact.Signorini(), PlainLaw(lambda pen, start, dt: pen))
 
 
 def broken(pen: float, pen_start: float, dt: float) -> float:
@@ -158,38 +149,8 @@ def test_no_step_gains_energy(seed: int) -> None:
 REED = impact.Cantilever(young=2e11, density=7850.0, length=0.0254, width=0.01, thickness=0.000305)
 
 
-@pytest.mark.parametrize("law", [impact.LinearSpring(stiffness=2e6), impact.Hertz(stiffness=3e8)])
-def test_conserving_rule_keeps_the_energy_of_a_reed_on_modes(law: Law) -> None:
-    """Undamped reed of 20 modes on an undamped seat of 3, 20,000 steps, more than ten blows."""
-    seat = ModalGreens(np.array([2e5, 6e5, 1e6]), np.zeros(3), np.array([[6.0], [5.0], [4.0]]), Residual.none())
-    released = impact.reed(REED, n_modes=20, release=impact.StaticShape(deflection=1e-3))
-    assert isinstance(released.greens, ModalGreens)
-    reed = replace(released, greens=replace(released.greens, residual=Residual.none()))
-    result = impact.solve(ContactProblem(reed, Body(seat), law=law), dt=1e-6, duration=2e-2, rule="conserving")
-    stored = result.energy.stored
-    assert len(impact.measures.contact_groups(result)) > 10
-    assert np.all(result.force >= 0)
-    assert np.max(np.abs(stored / stored[0] - 1)) < 1e-9
-    # the passive rule, by contrast, loses some
-    passive = impact.solve(ContactProblem(reed, Body(seat), law=law), dt=1e-6, duration=2e-2, rule="passive")
-    assert passive.energy.stored[-1] < 0.99 * stored[0]
-    # a bare residual compliance c loses c (N_m - N_{m-1})^2/2 per step to the force's jumps: the body does, no contact
-    c = released.greens.residual.static()
-    bare = replace(released, greens=replace(released.greens, residual=Residual.spring(c)))
-    rough = impact.solve(ContactProblem(bare, Body(seat), law=law), dt=1e-6, duration=2e-2, rule="conserving")
-    lost = 0.5 * float(c[0, 0]) * float(np.sum(np.diff(rough.force) ** 2))
-    assert lost > 1e-3 * stored[0]
-    assert rough.energy.dissipated[-1] == pytest.approx(lost, rel=1e-6)
-    assert np.max(np.abs(rough.energy.contact_loss)) < 1e-9 * stored[0]
-
-
 @pytest.mark.parametrize(
-    "law",
-    [
-        impact.Signorini(),
-        compiled_law(lambda pen, start, dt: pen),
-        PlainLaw(lambda pen, start, dt: pen),
-    ],
+    "law", [impact.Signorini(), compiled_law(lambda pen, start, dt: pen), PlainLaw(lambda pen, start, dt: pen)]
 )
 def test_laws_without_a_potential_refuse_the_conserving_rule(law: Law) -> None:
     for problem in (mass_on(law), two_seats(impact.Hertz(stiffness=1.0), law)):
@@ -214,21 +175,15 @@ def test_impossible_laws_are_refused(make: Callable[[], object], words: str) -> 
 
 def test_a_failing_law_is_told_where_it_fails() -> None:
     """By the step that meets it, and by a batch."""
-
-    def broken(pen: float, pen_start: float, dt: float) -> float:
-        raise ZeroDivisionError("stiffness table is empty")
-
-    striker = impact.rigid_mass(mass=1.0, velocity=-1.0)
-    target = impact.Body(impact.single_mode(frequency_hz=5.0, mass=1.0))
-    problem = impact.ContactProblem(striker, target, gap=0.01, law=impact.PlainLaw(broken))
+    problem = mass_on(PlainLaw(broken))
     stepper = impact.ContactStepper(impact.prepare(problem, 1e-3, 0.1))
     stepper.advance(9)  # still open
-    with pytest.raises(impact.LawError, match="broken failed, mend it: ZeroDivisionError: stiffness table"):
-        stepper.advance(5)
-    with pytest.raises(impact.LawError, match="broken failed"):
-        impact.solve_many(problem, dt=1e-3, duration=0.1, velocities=np.array([-1.0, -2.0]))
-    with pytest.raises(impact.LawError, match="must be a callable"):
-        impact.PlainLaw(3.0)  # type: ignore[arg-type]
+    with pytest.raises(LawError, match="broken failed, mend it: KeyError"):
+        stepper.advance(90)
+    with pytest.raises(LawError, match="broken failed"):
+        impact.solve_many(mass_on(PlainLaw(broken), velocity=-3.0), dt=1e-3, duration=0.1, velocities=[-3.0, -4.0])
+    with pytest.raises(LawError, match="must be a callable"):
+        PlainLaw(3.0)
 
 
 def rod_of_modes(n: int) -> Body:
@@ -238,32 +193,12 @@ def rod_of_modes(n: int) -> Body:
     return Body(ModalGreens(omega, np.full(n, 0.01), np.full((n, 1), np.sqrt(2.0)), residual))
 
 
-@pytest.mark.parametrize(
-    "law",
-    [impact.LinearSpring(1.0), impact.LinearSpring(0.3), impact.Hertz(1.0), impact.HuntCrossley(1.0, damping=0.1)],
-)
-def test_the_default_rule_loses_no_impulse_at_the_advised_step(law: Law) -> None:
-    """A light mass on 5 modes, w_max h = 1/2: the passive rule loses up to 0.7 %, the default less than 0.1 %."""
-    problem = ContactProblem(impact.rigid_mass(mass=0.25, velocity=-1.0), rod_of_modes(5), law=law)
-    dt = 0.5 / (4.5 * np.pi)
-
-    def impulse(step: float, rule: str = "auto") -> float:
-        result = impact.solve(problem, dt=step, duration=6.0, rule=rule)
-        assert result.advice == ()
-        return impact.measures.impulse(result)
-
-    exact = impulse(dt / 64, "conserving")
-    assert impulse(dt) == pytest.approx(exact, rel=1e-3)
-    assert abs(impulse(dt / 2) / exact - 1) < 0.5 * abs(impulse(dt / 2, "passive") / exact - 1)
-
-
 def test_a_contact_stiffer_than_the_step_resolves_does_not_ring() -> None:
     """k W0 = 1e5: the conserving force swings from step to step, the default follows the rigid contact."""
 
     def force(law: Law, rule: str = "auto") -> Array:
         reed = impact.reed(REED, n_modes=8, release=impact.StaticShape(deflection=1e-3))
         seat = rod_of_modes(8).greens
-        assert isinstance(seat, ModalGreens)
         transit = 1e-6
         shapes, rates = seat.shapes / np.sqrt(5e7) / transit, seat.residual.rates / transit
         stiff = replace(

@@ -80,45 +80,12 @@ def test_advice_on_a_contact_that_the_end_cuts() -> None:
     assert not impact.solve(mass_on(rod), dt=1e-4, duration=0.03).advice
 
 
-@pytest.mark.parametrize("target", ["fixed", "damped", "free", "spring"])
-def test_rigid_contact_neither_pulls_nor_penetrates(target: str) -> None:
-    greens = {
-        "fixed": impact.fixed_rod(**ROD),
-        "damped": impact.fixed_rod(**ROD, damping_ratio=0.1),
-        "free": impact.free_rod(**ROD),
-        "spring": impact.spring(stiffness=3.0),
-    }[target]
-    result = impact.solve(mass_on(greens), dt=0.01, duration=9.0)
-    assert np.all(result.force >= 0)
-    assert np.max(result.force) > 1
-    assert np.min(result.gap) >= -1e-12 * np.ptp(result.striker_displacement)
-    assert np.max(np.abs(result.force * np.maximum(result.gap, 0)[:])) <= 1e-11  # N gap = 0
-
-
-def free_pairs() -> list[ContactProblem]:
-    rod = impact.free_rod(**ROD)
-    soft = ModalGreens(np.array([0.0, 9.0]), np.array([0.0, 0.05]), np.array([[0.5], [0.7]]), Residual.none())
-    return [
-        ContactProblem(impact.rigid_mass(mass=2.0, velocity=-1.0), Body(rod)),
-        ContactProblem(Body(rod, velocity=-1.0), Body(rod, velocity=0.5)),
-        ContactProblem(impact.rigid_mass(mass=2.0, velocity=-1.0), Body(soft), law=impact.Hertz(stiffness=200.0)),
-    ]
-
-
-@pytest.mark.parametrize("problem", free_pairs())
-def test_momentum_of_free_bodies_is_conserved(problem: ContactProblem) -> None:
-    """The mean displacement of free bodies after contact grows with the velocity that the impulse gave them."""
-    dt, period = 0.005, 2.0 if isinstance(problem.target.greens, impact.exact.rods.DelayRod) else 2 * np.pi / 9.0
-    result = impact.solve(problem, dt=dt, duration=40.0)
-    assert result.force[-1] == 0
-    span = round(3 * period / dt)
-    momentum = 0.0
-    for body, u in ((problem.striker, result.striker_displacement), (problem.target, result.target_displacement)):
-        one, other = u[-1 - span : -1], u[-1 - 3 * span : -1 - 2 * span]  # means over whole periods
-        momentum += body.mass * (np.mean(one) - np.mean(other)) / (2 * span * dt)
-    before = problem.striker.mass * problem.striker.velocity + problem.target.mass * problem.target.velocity
-    # 3 periods of the mode are 418.88 steps; rounding leaves its amplitude times 0.1/419
-    assert momentum == pytest.approx(before, abs=2e-4)
+@pytest.mark.parametrize(("velocity", "side", "away"), [(2.0, 1, True), (-2.0, 1, False), (-2.0, -1, True)])
+def test_a_striker_that_flies_away_is_told_the_sign_of_velocities(velocity: float, side: int, away: bool) -> None:
+    contact = impact.Contact(impact.spring(stiffness=1e6), gap=1e-6, side=side, law=impact.LinearSpring(1e6))
+    problem = ContactProblem(impact.rigid_mass(mass=1e-3, velocity=velocity), contacts=[contact])
+    advice = " ".join(map(str, impact.solve(problem, dt=1e-7, duration=5e-5).advice))
+    assert ("flies away" in advice) == (f"write velocity = {-velocity:g}" in advice) == away
 
 
 def test_units_do_not_matter() -> None:
@@ -149,60 +116,6 @@ def test_units_do_not_matter() -> None:
     np.testing.assert_allclose(mm.gap[:stop], 1e3 * si.gap[:stop], atol=1e-9 * 0.1)
     assert measures.impulse(mm) == pytest.approx(measures.impulse(si), rel=1e-6)
     assert mm.energy.stored[0] == pytest.approx(1e3 * si.energy.stored[0], rel=1e-12)  # N mm
-
-
-def exact_force(t: np.ndarray) -> np.ndarray:
-    """Rigid mass on a fixed rod of the same mass: exp(-t), then + 2 exp(-s) (1 - s), s = t - 2; Z = V = 1 here."""
-    s = t - 2.0
-    return np.where(t < 2, np.exp(-t), np.exp(-t) + 2 * np.exp(-s) * (1 - s))
-
-
-def test_first_order_at_the_jumps_second_order_between_them() -> None:
-    """alpha = 1. The peak is a step's mean just after a jump: order 1. Forces at the middle of steps: order 2."""
-    peak, between = [], []
-    for steps in (50, 100, 200):
-        result = impact.solve(mass_on(impact.fixed_rod(**ROD)), dt=1 / steps, duration=3.0)
-        middle, force = result.time[1:] - result.dt / 2, result.force[1:] / 6.0
-        peak.append(2 + math.exp(-2) - force.max())
-        between.append(np.max(np.abs(force - exact_force(middle))))
-    orders = np.log2(np.array([peak[:-1], between[:-1]]) / np.array([peak[1:], between[1:]]))
-    np.testing.assert_allclose(orders[0], 1.0, atol=0.05)
-    np.testing.assert_allclose(orders[1], 2.0, atol=0.05)
-    assert peak[-1] < 1.1e-2
-    assert between[-1] < 1e-4
-
-
-def force_errors(problem: ContactProblem, steps: int) -> tuple[float, float, float]:
-    """Against the exact rod at the same step: L1 of the force, its largest average over l/4c, the impulse."""
-    exact = impact.solve(mass_on(impact.fixed_rod(**ROD)), dt=1 / steps, duration=3.5)
-    result = impact.solve(problem, dt=1 / steps, duration=3.5)
-    filtered = measures.filtered_force(exact, 0.25)
-    return (
-        float(np.sum(np.abs(result.force - exact.force)) / np.sum(exact.force)),
-        float(np.max(np.abs(measures.filtered_force(result, 0.25) - filtered)) / filtered.max()),
-        abs(measures.impulse(result) / measures.impulse(exact) - 1),
-    )
-
-
-def test_modes_with_the_exponential_residual_converge_to_the_rod() -> None:
-    """Static compliance and 1/Z restored: first order in 1/n, as fast as n modes resolve a jump."""
-    l1, average, impulse = np.array([force_errors(mass_on(truncated_rod(n)), 2000) for n in (10, 40, 160)]).T
-    for error in (l1, average):
-        order = np.log(error[:-1] / error[1:]) / np.log(4)
-        # still below its limit of 1 at n = 10, where the cut-off is 3 periods of the rod
-        np.testing.assert_allclose(order, 1.0, atol=0.12)
-    assert l1[-1] < 0.01
-    assert average[-1] < 0.006
-    assert np.all(impulse < [5e-4, 1e-5, 1e-6])
-
-
-def test_bare_residual_spring_rings_with_the_step_the_exponential_does_not() -> None:
-    """The spring oscillates at the highest mode with nothing but the step to damp it; the impulse survives."""
-    bare = [force_errors(mass_on(truncated_rod(40, bare=True)), steps) for steps in (500, 2000)]
-    exponential = [force_errors(mass_on(truncated_rod(40)), steps) for steps in (500, 2000)]
-    assert bare[1][0] > 2 * bare[0][0]
-    assert exponential[1][0] == pytest.approx(exponential[0][0], rel=0.01)
-    assert bare[1][2] < 1e-3
 
 
 def test_problems_that_share_discretised_bodies_are_marched_alike() -> None:

@@ -1,7 +1,5 @@
 """Landings: what begins one, what ends one, the quasi-static load, and how landings of two runs are paired."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -107,7 +105,6 @@ def test_the_static_load_of_a_reed_is_that_of_two_springs(stiffness: float) -> N
         tip_deflection=0.0,
     )  # fmt: skip
     modal = reed.greens.modal
-    assert modal is not None
     shape = modal.shapes[:, 0]
     pressed = impact.Body(reed.greens, loads=(impact.Load(shape, lambda t: -2.0 * t / 1e-3),))
     law = impact.LinearSpring(stiffness=4e4)

@@ -1,4 +1,4 @@
-"""Loads on reeds: statics against beam formulas, dynamics against the step response."""
+"""Loads on reeds and moving bases: statics against beam formulas, dynamics against closed forms."""
 
 from dataclasses import replace
 
@@ -12,7 +12,8 @@ from impact.beams.modes import RectangularBeam
 from impact.beams.timoshenko import TimoshenkoCantilever
 from impact.bodies.loads import Gravity, PointForce, Pressure, PressureField, ReedLoad
 from impact.bodies.reeds import cantilever_reed, reed
-from impact.greens.base import GreensFunctionError
+from impact.greens.base import Array, GreensFunctionError
+from impact.greens.modal import ModalGreens, Residual
 
 REED = {"young": 2e11, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.305e-3}
 STUBBY = {**REED, "thickness": 5.08e-3}  # L/h = 5: shear adds 6 % to the tip deflection
@@ -31,11 +32,6 @@ def sag(beam: RectangularBeam, at: float, *loads: ReedLoad, n_modes: int = 60) -
 
 def test_uniform_pressure_on_a_cantilever() -> None:
     assert sag(CANTILEVER, L, Pressure(lambda t: 2e3)) == pytest.approx(2e3 * W * L**4 / (8 * EI), rel=1e-9)
-
-
-def test_uniform_pressure_on_a_clamped_reed() -> None:
-    beam = ClampedClamped(**REED)
-    assert sag(beam, L / 2, Pressure(lambda t: 2e3)) == pytest.approx(2e3 * W * L**4 / (384 * EI), rel=1e-6)
 
 
 @pytest.mark.parametrize("beam", [CANTILEVER, ClampedClamped(**REED), TimoshenkoCantilever(**STUBBY)])
@@ -68,39 +64,11 @@ def test_field_of_a_polynomial_is_exact() -> None:
     np.testing.assert_allclose(ours, exact, atol=1e-12 * abs(exact).max())
 
 
-def test_travelling_pressure_converges_spectrally() -> None:
-    """cos(k x - w t) = cos k x cos w t + sin k x sin w t: the field against the two loads that separate."""
-    k, w, t = 4.0 / L, 1e4, np.linspace(0, 1e-3, 7)
-    modes = CANTILEVER.modes(30)
-    pair = [
-        Pressure(lambda t: np.cos(w * t), profile=lambda x: np.cos(k * x)),
-        Pressure(lambda t: np.sin(w * t), profile=lambda x: np.sin(k * x)),
-    ]
-    exact = sum(np.outer(p.shape, p.amplitude(t)) for load in pair for p in load.modal(modes))
-    errors = []
-    for points in (4, 8, 12):
-        loads = PressureField(lambda x, t: np.cos(k * x - w * t), points=points).modal(modes)
-        errors.append(abs(sum(np.outer(p.shape, p.amplitude(t)) for p in loads) - exact).max() / abs(exact).max())
-    # the interpolation error (k L/4)^points/points!, a little more near the clamp
-    assert errors[0] < 0.2
-    assert errors[1] < 1e-4
-    assert errors[2] < 1e-8
-
-
 def flight(load: ReedLoad, *, dt: float, duration: float, zeta: float = 0.0, n_modes: int = 15) -> impact.ImpactResult:
     """The reed under a load, its seat out of reach."""
     body = cantilever_reed(**REED, damping_ratio=zeta, n_modes=n_modes, loads=[load])
     seat = impact.Body(impact.spring(stiffness=1e6))
     return impact.solve(impact.ContactProblem(body, seat, gap=1.0), dt=dt, duration=duration)
-
-
-def test_constant_force_gives_the_step_response() -> None:
-    result = flight(PointForce(lambda t: 2.0, at=L), dt=1e-6, duration=2e-4, zeta=0.02)
-    greens = cantilever_reed(**REED, damping_ratio=0.02, n_modes=15).greens
-    modes = replace(greens, residual=impact.Residual.none())  # loads act on the modes alone
-    exact = 2.0 * modes.step_response(result.time)
-    np.testing.assert_allclose(result.striker_displacement[1:], exact[1:], atol=1e-12 * exact.max())
-    assert result.striker_displacement[0] == 0.0
 
 
 def test_oscillating_load_is_second_order_in_the_step() -> None:
@@ -137,3 +105,68 @@ def test_impossible_loads_are_refused(load: ReedLoad, words: str) -> None:
 def test_impossible_courses_are_refused(course: object, words: str) -> None:
     with pytest.raises(GreensFunctionError, match=words):
         flight(PointForce(course, at=L), dt=1e-5, duration=1e-3)
+
+
+FAR = impact.spring(stiffness=1e9)
+WAY, RATE, OWN, MASS = 1e-3, 300.0, 1000.0, 0.02  # m, rad/s, rad/s, kg
+SHAKEN = impact.BaseMotion(lambda t: WAY * np.sin(RATE * t), lambda t: -WAY * RATE**2 * np.sin(RATE * t))
+SPRING = ModalGreens(np.array([OWN]), np.zeros(1), np.array([[MASS**-0.5]]), Residual.none())
+BEAM = {"young": 206e9, "density": 7800.0, "length": 25e-3, "width": 1e-2, "thickness": 3e-4}
+
+
+def oscillator(motion: impact.BaseMotion) -> impact.Body:
+    load = motion.load(np.array([MASS**-0.5]), MASS)
+    return impact.Body(SPRING, loads=(load,), base=motion.displacement)
+
+
+def place(body: impact.Body, dt: float, duration: float) -> Array:
+    """Of a body that touches nothing, its base included."""
+    result = impact.solve(impact.ContactProblem(body, FAR, gap=1.0), dt=dt, duration=duration)
+    np.testing.assert_allclose(result.gap, 1.0 + result.striker_displacement, rtol=1e-12)
+    return result.striker_displacement
+
+
+def test_a_shaken_oscillator_follows_its_closed_form() -> None:
+    """x'' + w^2 (x - s) = 0, carried along at first: x = A/(1 - r^2) (sin W t - r^3 sin w t), r = W/w; the load is
+    constant over each step, of second order."""
+    r, off = RATE / OWN, []
+    for dt in (4e-5, 2e-5, 1e-5):
+        x = place(oscillator(SHAKEN), dt, 0.05)
+        t = dt * np.arange(len(x))
+        exact = WAY / (1 - r**2) * (np.sin(RATE * t) - r**3 * np.sin(OWN * t))
+        off.append(float(np.abs(x - exact).max()) / WAY)
+    assert off[0] < 1e-4
+    assert np.all(np.log2(np.array(off[:-1]) / off[1:]) > 1.9)
+
+
+def test_a_clamp_in_resonance_swings_its_beam_as_known() -> None:
+    """Of a cantilever: w_1(L) int rho A w_1 = 1.5660 (from its first root 1.8751); the tip swings by 1.5660 a/(2 zeta
+    w_1^2) once it has settled."""
+    zeta, a = 0.05, 100.0
+    first = 1.8751040687**2 * np.sqrt(206e9 * 3e-4**2 / (12 * 7800)) / 25e-3**2
+    swinging = impact.BaseMotion(lambda t: -a / first**2 * np.sin(first * t), lambda t: a * np.sin(first * t))
+    beam = impact.cantilever_reed(**BEAM, damping_ratio=zeta, n_modes=1, tip_deflection=0.0, loads=[swinging])
+    duration = 30 / (zeta * first)
+    tip = place(replace(beam, base=swinging.displacement), 2e-6, duration) - swinging.displacement(
+        2e-6 * np.arange(int(np.ceil(duration / 2e-6 * (1 - 1e-12))) + 1)
+    )
+    assert np.abs(tip[-5000:]).max() == pytest.approx(1.5660 * a / (2 * zeta * first**2), rel=1e-3)
+
+
+def test_a_seat_that_comes_up_is_struck_as_by_what_comes_down() -> None:
+    """Galilei: forces and gap of a mass that falls at V, with all energies accounted for."""
+    v, found = 0.5, []
+    for velocity, base in ((-v, None), (0.0, lambda t: v * t)):
+        seat = impact.Body(impact.fixed_rod(young=2e11, density=7850.0, area=1e-5, length=2e-2), base=base)
+        striker = impact.rigid_mass(mass=1e-3, velocity=velocity)
+        problem = impact.ContactProblem(striker, seat, gap=1e-6, law=impact.LinearSpring(1e8))
+        found.append(impact.solve(problem, dt=2e-8, duration=60e-6))
+    fell, rose = found
+    size = fell.force.max()
+    assert size > 50.0
+    np.testing.assert_allclose(rose.force, fell.force, atol=1e-9 * size)
+    np.testing.assert_allclose(rose.gap, fell.gap, atol=1e-12)
+    assert fell.energy.residual < 1e-9
+    assert rose.energy.residual < 1e-9
+    assert rose.energy.input[-1] > 0.5 * 1e-3 * v**2
+    assert rose.target_displacement[-1] > 0.9 * v * 60e-6

@@ -7,6 +7,7 @@ from paper_case import CASES, Numbers, comparison, markdown, strike, strike_spri
 import impact
 from impact import GreensFunctionError
 from impact.after.stresses import (
+    StressError,
     displacement_response,
     fixed_rod_modes,
     force_response,
@@ -103,6 +104,16 @@ def test_impossible_rods_are_refused() -> None:
         fixed_rod_modes(rods(0.1), 0)
     with pytest.raises(GreensFunctionError, match="at the contact only"):
         fixed_rod_modes(rods(0.1), 5, at=(0.5,), residual=True)
+
+
+@pytest.mark.parametrize(
+    ("area", "at", "words"),
+    [(3.0, 1.5, "at = 1.5 is off the rod"), (0.0, 1.0, "area = 0"), (3.0, 0.26, r"10.4 steps.*use dt = 0.026")],
+)
+def test_impossible_stress_is_refused(area: float, at: float, words: str) -> None:
+    problem = impact.ContactProblem(impact.rigid_mass(mass=8.0, velocity=-1.0), rods(0.0))
+    with pytest.raises(StressError, match=words):
+        rod_stress(impact.solve(problem, dt=0.025, duration=1.0), rods(0.0), area=area, at=at)
 
 
 def test_table_1() -> None:

@@ -195,34 +195,6 @@ def test_repair_refuses_a_rigid_tail():
         repair(SampledGreens(seat_samples(50), DT, "rigid"))
 
 
-def test_tails_of_a_cut_and_noisy_record():
-    """A contact of 141 steps on records of 100 and 400 samples with 1 % noise: share of the energy the mass keeps.
-
-    | record | zero | hold | rigid | zero, repaired | hold, repaired | true |
-    |---|---|---|---|---|---|---|
-    | 400 | 0.937 | 0.937 | 0.937 | 0.929 | 0.929 | 0.933 |
-    | 100 | 1.508 | 1.605 | 0.589 | 0.934 | 0.934 | 0.933 |
-
-    A record shorter than the contact makes a seat that gives half the energy of the blow for nothing, or swallows it;
-    "forbid" refuses the run.
-    """
-    truth, _ = rebound(SEAT, 800)
-    assert truth == pytest.approx(0.9334, abs=1e-4)
-    found = {}
-    for n in (100, 400):
-        g = noisy(seat_samples(n), 0.01, 3)
-        for tail in ("zero", "hold", "rigid"):
-            raw = SampledGreens(g, DT, tail)
-            assert not passivity(raw, DT, 800).passive
-            found[n, tail] = rebound(raw, 800)[0]
-        for tail in ("zero", "hold"):  # what the repair changes of 1 % noise is less than 1 % of the energy
-            assert rebound(repair(SampledGreens(g, DT, tail)), 4 * n)[0] == pytest.approx(truth, abs=0.01)
-        with pytest.raises(GreensFunctionError, match="known up to"):
-            rebound(SampledGreens(g, DT, "forbid"), 800)
-    assert [found[400, tail] for tail in ("zero", "hold", "rigid")] == pytest.approx([0.937] * 3, abs=1e-3)
-    assert [found[100, tail] for tail in ("zero", "hold", "rigid")] == pytest.approx([1.508, 1.605, 0.589], abs=1e-3)
-
-
 def test_sampling_advice():
     quiet = SampledGreens(seat_samples(400), DT)
     assert sampling_advice(quiet, DT, 399) == ()

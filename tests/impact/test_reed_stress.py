@@ -79,31 +79,6 @@ def test_free_vibration_in_one_mode() -> None:
     assert peak.at == 0.0
 
 
-def test_pressure_bends_as_in_the_tables() -> None:
-    """Uniform pressure: M = p b L^2/2 at the clamp, sigma = 3 p L^2/h^2; its tail falls like 1/n^2."""
-    body = reed(30, damping_ratio=1.0, loads=(impact.Pressure(lambda t: 2e4),))
-    stress = bending_stress(np.zeros(4001), 2e-6, body, BEAM, [0.0])
-    assert stress[0, -1] == pytest.approx(3 * 2e4 * BEAM.length**2 / BEAM.thickness**2, rel=1e-3)
-
-
-def test_the_impact_of_a_long_beam() -> None:
-    """A beam stopped at once at one point bears sqrt(3) rho c V there, from then on and whatever its thickness.
-
-    Boussinesq; until the waves come back from the clamp. Its outer parts fly on: compression towards the seat.
-    """
-    speed, at = 1.0, BEAM.length / 2
-    errors = []
-    for n in (100, 200):
-        body = reed(n, contact_at=at, release=impact.GivenShape(velocity=lambda x: np.full_like(x, -speed)))
-        dt = 0.25 / float(BEAM.frequencies(n)[-1])
-        problem = impact.ContactProblem(body, Body(impact.spring(stiffness=1e12)))
-        result = impact.solve(problem, dt=dt, duration=4e-6)
-        late = result.time > 2e-6
-        stress = bending_stress(result.force, dt, body, BEAM, [at], contact_at=at)[0, late].mean()
-        errors.append(-stress / (math.sqrt(3 * BEAM.young * BEAM.density) * speed) - 1)
-    assert abs(errors[1]) < 0.01
-
-
 def test_impossible_stress_is_refused() -> None:
     two = reed(4, contact_at=(0.01, 0.02))
     with pytest.raises(StressError, match=r"force \(5,\) and a reed with 2 contacts: give a column for each"):
@@ -120,30 +95,6 @@ def test_impossible_stress_is_refused() -> None:
         bending_stress(np.zeros(5), 1e-6, reed(4), BEAM, [0.03])
 
 
-def test_the_stress_after_the_first_touch_is_told_apart_from_that_of_the_release() -> None:
-    """A reed let go from 1 mm bends most on its way, before it touches; both peaks against the whole field."""
-    body = impact.cantilever_reed(
-        young=BEAM.young, density=BEAM.density, length=BEAM.length, width=BEAM.width, thickness=BEAM.thickness,
-        damping_ratio=0.03, n_modes=12, tip_deflection=1e-3,
-    )  # fmt: skip
-    problem = impact.ContactProblem(body, impact.Body(impact.spring(stiffness=1e6)))
-    result = impact.solve(problem, dt=5e-7, duration=1.2e-3)
-    found = reed_stress(result.force, result.dt, body, BEAM)
-    first = impact.measures.contact_intervals(result)[0, 0]
-    places = np.linspace(0, BEAM.length, 12 * 4 + 1)
-    field = np.abs(bending_stress(result.force, result.dt, body, BEAM, places))
-    before = result.time <= first + result.dt / 2
-    assert found.after_contact is not None
-    assert found.initial.value == pytest.approx(field[:, before].max(), rel=2e-3)
-    assert found.after_contact.value == pytest.approx(field[:, ~before].max(), rel=2e-3)
-    assert found.initial.time < first < found.after_contact.time
-    assert found.initial.value > found.after_contact.value
-    assert found.largest == found.initial == peak_bending_stress(result.force, result.dt, body, BEAM)
-    never = reed_stress(np.zeros(1001), result.dt, body, BEAM)
-    assert never.after_contact is None
-    assert never.largest == never.initial
-
-
 def test_the_start_and_a_landing_cut_the_record() -> None:
     """A reed let go bends more on its way than at rest; a landing in mid-record has its own largest on both sides."""
     body = impact.reed(BEAM, n_modes=8, release=impact.StaticShape(1e-3), contact_at=0.6 * BEAM.length)
@@ -153,9 +104,6 @@ def test_the_start_and_a_landing_cut_the_record() -> None:
     found = find(since=since)
     places = np.linspace(0, BEAM.length, 8 * 8 + 1)
     field = np.abs(bending_stress(force, dt, body, BEAM, places, contact_at=0.6 * BEAM.length)).max(axis=0)
-    assert found.before_landing is not None
-    assert found.after_landing is not None
-    assert found.after_contact is not None
     values = [peak.value for peak in (found.at_start, found.initial, found.before_landing, found.after_landing)]
     np.testing.assert_allclose(values, [field[0], field[:200].max(), field[:801].max(), field[801:].max()], rtol=1e-9)
     assert found.after_contact.value == pytest.approx(field[200:].max(), rel=1e-9)

@@ -141,8 +141,3 @@ def test_refused_files(tmp_path, text, message):
     assert "g.csv" in str(refusal.value)
     with pytest.raises(GreensFunctionError, match="no such file"):
         read_impulse_response(tmp_path / "missing.csv")
-
-
-def test_a_run_longer_than_the_record():
-    with pytest.raises(GreensFunctionError, match=r"the run lasts 1\.2 s but g is known up to 1 s only: .* 3 steps"):
-        SampledGreens(G, H).step_kernel(0.3, 4)

@@ -1,7 +1,5 @@
 """Beams of varying width: against closed forms, against integration along the beam, by their order."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp

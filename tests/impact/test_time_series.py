@@ -23,15 +23,6 @@ def test_units_become_si(tmp_path: Path) -> None:
     assert series(np.array([0.25e-3]))[0] == pytest.approx(1.25e5, rel=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [("Time [s];Force [kN]\n0;1\n1;3\n", 2000.0), ("\ufefftime[us] ; force [ mN ]\n0;1e3\n1e6;3e3\n", 2.0)],
-)
-def test_headers_with_other_units_and_separators(tmp_path: Path, text: str, value: float) -> None:
-    series = read_time_series(written(tmp_path, text), "force", delimiter=";")
-    assert series(np.array([0.5]))[0] == pytest.approx(value, rel=1e-14)
-
-
 def test_other_brackets_and_pounds(tmp_path: Path) -> None:
     series = read_time_series(written(tmp_path, "time (ms),pressure (psi)\n0,0\n1,2\n"), "pressure")
     pound_per_square_inch = 0.45359237 * 9.80665 / 0.0254**2  # as both are defined
@@ -120,11 +111,6 @@ def test_crank_angles_repeat(tmp_path: Path) -> None:
     whole = read_time_series(written(tmp_path, TURN + "360,1\n"), "pressure", rpm=3000)
     fine = np.linspace(0, 60e-3, 1001)
     np.testing.assert_allclose(whole(fine), series(fine), rtol=1e-9, atol=1e-3)
-
-
-def test_accelerations(tmp_path: Path) -> None:
-    series = read_time_series(written(tmp_path, "time [ms],acceleration [m/s^2]\n0,1\n1,2\n"), "acceleration")
-    assert series(np.array([5e-4]))[0] == pytest.approx(1.5)
 
 
 @pytest.mark.parametrize(

@@ -17,34 +17,23 @@ from seatfem.jobs import cluster
 from seatfem.jobs.cluster import ClusterError, Parcel, cluster_crew, threads_of
 from seatfem.jobs.desk import Lost, Program
 from seatfem.study.safety import Effort
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError
-from seatfem.study.sweep.study import load_study
-from seatfem.study.sweep.sweep import run_study
 from seatfem.study.trade.point import COSTS, Point, carry_out
 from seatfem.study.trade.trade import run_points
 from tests.extremes import battery
 from tests.extremes import carry_out as cells_here
 from tests.extremes.runner import run_battery
 from tests.jobs.crowd import Crowd
+from tests.steps import Outcome, load_study, run_study
 from tests.study.test_studies import rows
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 pytest.importorskip("distributed")
 
-SCENE = """[seat]
-kind = "spring"
-stiffness = "1 N/um"
-[reed]
-kind = "greens"
-file = "../parts/mass.h5"
-velocity = "-1 m/s"
-[[base]]
-of = "seat"
-displacement = "shaken, twice.csv"
-[run]
-duration = "0.3 ms"
-"""
+SCENE = (
+    '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n[reed]\nkind = "greens"\nfile = "../parts/mass.h5"\n'
+    'velocity = "-1 m/s"\n[[base]]\nof = "seat"\ndisplacement = "shaken, twice.csv"\n[run]\nduration = "0.3 ms"\n'
+)
 STUDY = 'scene = "scene.toml"\ndesign = "monte_carlo"\nnumber = {}\n[vary]\nreed.velocity = {}\n'
 SPEEDS = '{ kind = "uniform", from = "-2 m/s", to = "-1 m/s" }'
 

@@ -20,24 +20,12 @@ ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 SOON = 3.0  # s within which orphans have ended, on a busy machine too
 ASKED = 20.0  # s within which a program tidies up and an interpreter ends
-LONG = """
-[seat]
-kind = "block"
-width = "20 mm"
-depth = "20 mm"
-thickness = "8 mm"
-patch_width = "4 mm"
-patch_depth = "4 mm"
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-mesh = { size = "0.5 mm", contact_size = "0.4 mm" }
-greens = { bandwidth = "50 kHz" }
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[run]
-duration = "20 us"
-"""
+LONG = (
+    '\n[seat]\nkind = "block"\nwidth = "20 mm"\ndepth = "20 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\n'
+    'patch_depth = "4 mm"\nmaterial = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+    'mesh = { size = "0.5 mm", contact_size = "0.4 mm" }\ngreens = { bandwidth = "50 kHz" }\n[reed]\n'
+    'kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "20 us"\n'
+)
 """Its mesh of some 400,000 elements takes the better part of a minute."""
 SHORT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n' + LONG[LONG.index("[reed]") :]
 

@@ -33,10 +33,7 @@ _FINEST = 8  # rings
 
 
 def ground_cases() -> tuple[Case, ...]:
-    """The half-space as a block of finite elements: a disk and a square pressed on it, at rest and suddenly.
-
-    Disk at rest, square at rest, disk loaded suddenly.
-    """
+    """The half-space as a block of finite elements: a disk and a square pressed on it, at rest and suddenly."""
     return (*_disk_at_rest(), _square_at_rest(), *_disk_step())
 
 

@@ -33,10 +33,7 @@ _FIXED = {
 
 
 def rod_cases() -> tuple[Case, ...]:
-    """Impact on rods: waves in one dimension, exact.
-
-    Rigid masses and rods on rods.
-    """
+    """Impact on rods: waves in one dimension, exact."""
     return (*(case for alpha in _FIXED for case in _on_fixed_rod(alpha)), *_without_return(), *_between_rods())
 
 

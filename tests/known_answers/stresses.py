@@ -30,10 +30,7 @@ _POISSON = 0.3
 
 
 def stress_cases() -> tuple[Case, ...]:
-    """Stresses at a contact: Hertz, line and disk loads, a beam's tip given a velocity at once.
-
-    Shear below a contact, tension at its edge, bending of a tip.
-    """
+    """Stresses at a contact: Hertz, line and disk loads, a beam's tip given a velocity at once."""
     edge = Case(
         "circular Hertz contact, nu = 0.3",
         "radial tension at the edge/p0",

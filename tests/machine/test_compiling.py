@@ -8,9 +8,8 @@ import pytest
 
 from impact.march.loop.compiled import on_file
 from seatfem.machine import compiling
-from seatfem.machine.resources import Machine
 from seatfem.study.planning import planner
-from seatfem.study.scene import load_scene
+from tests.steps import Machine, load_scene
 
 SOURCE = """
 from numba import njit

@@ -60,12 +60,10 @@ def test_a_package_of_an_extra_is_named_with_it(tmp_path: Path) -> None:
     ("error", "words"),
     [
         (ModuleNotFoundError("No module named 'pandas'", name="pandas"), "pandas is not installed; install it with: "),
-        (
-            ModuleNotFoundError("No module named 'dateutil'", name="dateutil"),
-            "pandas (extra 'tables') is installed but",
-        ),
+        (ModuleNotFoundError("No module named 'dateutil'", name="dateutil"),
+         "pandas (extra 'tables') is installed but"),
         (ImportError("x"), "pandas (extra 'tables') is installed but cannot be imported (x)"),
     ],
-)
+)  # fmt: skip
 def test_what_is_absent_is_installed_and_what_is_broken_anew(error: ImportError, words: str) -> None:
     assert how_to_mend("pandas", "tables", error).startswith(words)

@@ -1,4 +1,4 @@
-"""An FRF seat shows its fit over the data: magnitude and phase, the measured band marked."""
+"""A measured seat shows its fit over the data, and which of the tried poles are stable."""
 
 from pathlib import Path
 
@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from impact.measured.frf import FrequencyResponse
+from impact.measured.pole_choice import Candidate
 from impact.measured.pole_fit import fit_poles
-from seatfem.pictures.fit_plots import _degrees, plot_fit
+from impact.measured.vector_fitting import Poles
+from seatfem.pictures.fit_plots import _degrees, plot_fit, plot_stabilisation, rows_of
 from seatfem.structures.method import Solved
 from seatfem.study.runs.pictures import _seat_pictures
 from seatfem.study.scene import load_scene
@@ -53,3 +55,54 @@ def test_phases_are_in_degrees_and_jumps_leave_no_strokes() -> None:
     assert shown[0] == pytest.approx(-90)
     assert np.isnan(shown[1])  # before the jump
     assert shown[2:] == pytest.approx([179, 90])
+
+
+NOISY_F = np.arange(50.0, 12e3, 25.0)
+
+
+def candidate(criterion: float, *modes: tuple[float, float]) -> Candidate:
+    """Of pairs of frequency [Hz] and damping ratio."""
+    pairs = [2 * np.pi * f * (-zeta + 1j * np.sqrt(1 - zeta**2)) for f, zeta in modes]
+    return Candidate(Poles(np.array(pairs), np.zeros(0)), criterion)
+
+
+def test_poles_are_held_against_those_of_the_order_before() -> None:
+    tried = (
+        candidate(90.0, (1000.0, 0.01)),
+        candidate(40.0, (1009.0, 0.0103), (3000.0, 0.02)),
+        candidate(50.0, (700.0, 0.01), (2000.0, 0.02)),  # a worse one of the same order
+        candidate(60.0, (1009.0, 0.0104), (2985.0, 0.0215), (5000.0, 0.01)),
+    )
+    rows = rows_of(tried)
+    assert [(row.order, row.criterion) for row in rows] == [(1, 90.0), (2, 40.0), (3, 60.0)]
+    assert [row.states for row in rows] == [
+        ("stable",),  # against the next order, for there is none before
+        ("stable", "new"),
+        ("stable", "frequency", "new"),  # a damping that changed by 7.5 %
+    ]
+
+
+def test_a_run_on_a_noisy_record_draws_what_was_tried(tmp_path: Path) -> None:
+    s, rng = 2j * np.pi * NOISY_F, np.random.default_rng(3)
+    modes = ((50.0, 3e3), (30.0, 7e3))
+    exact = s**2 * sum(a / ((2 * np.pi * f0) ** 2 + s**2 + 0.04 * np.pi * f0 * s) for a, f0 in modes)
+    noise = 0.02 * np.sqrt(np.mean(np.abs(exact) ** 2) / 2)
+    h = exact + noise * (rng.normal(size=len(NOISY_F)) + 1j * rng.normal(size=len(NOISY_F)))
+    rows = [f"{f:g},{v.real:.9g},{v.imag:.9g}" for f, v in zip(NOISY_F, h, strict=True)]
+    head = "frequency [Hz],accelerance real [1/kg],accelerance imag [1/kg]"
+    (tmp_path / "h.csv").write_text("\n".join([head, *rows]), encoding="utf-8")
+    text = '[seat]\nkind = "frf"\nfile = "h.csv"\n[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-1 m/s"\n'
+    (tmp_path / "scene.toml").write_text(text + '[run]\nduration = "1 ms"\nfilter_width = "20 us"\n', encoding="utf-8")
+    seat = load_scene(tmp_path / "scene.toml").seat
+    assert len(seat.fit().tried) > 1
+    scene = load_scene(tmp_path / "scene.toml")
+    pictures = dict(_seat_pictures(scene.seat, scene.run.filter_width, Solved(seat.fit().greens)))  # type: ignore[attr-defined]
+    assert list(pictures) == ["fit.png", "stabilisation.png"]
+    pictures["stabilisation.png"](tmp_path / "stabilisation.png")
+    assert (tmp_path / "stabilisation.png").stat().st_size > 20_000
+    response = seat.response()
+    assert response is not None
+    plot_stabilisation(response, seat.fit().tried, tmp_path / "drawn.svg")
+    drawn = (tmp_path / "drawn.svg").read_text(encoding="utf-8")
+    for words in ("pole pairs in the band", "frequency [kHz]", "|accelerance| [1/kg]", "least: 2 pairs", "stable: "):
+        assert words in drawn, words

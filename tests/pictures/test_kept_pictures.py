@@ -11,26 +11,12 @@ from seatfem.structures.rings import Division
 from seatfem.structures.store import Store, content_key
 from seatfem.study.method import RunMethod
 from seatfem.study.runs import pictures
-from seatfem.study.scene import load_scene
+from tests.gallery import BAR, load_text, mass
 
 KEY = content_key({"seat": "a"})
 OTHER = content_key({"seat": "b"})
 METHOD = RunMethod(Method("axisymmetric", 1e6), Method())
 SEAT = impact.single_mode(frequency_hz=1e4, mass=0.01, damping_ratio=0.02)
-SCENE = """\
-[seat]
-kind = "bar"
-length = "12 mm"
-width = "4 mm"
-height = "4 mm"
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-[reed]
-kind = "rigid_mass"
-mass = "5 g"
-velocity = "-2 m/s"
-[run]
-duration = "1 ms"
-"""
 
 
 @pytest.fixture
@@ -39,8 +25,7 @@ def scene(tmp_path, monkeypatch):
     for name in ("plot_force", "plot_motion", "plot_energy"):
         monkeypatch.setattr(pictures, name, lambda *given, **options: write(given[-1]))
     monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: write(path))
-    (tmp_path / "scene.toml").write_text(SCENE)
-    return load_scene(tmp_path / "scene.toml")
+    return load_text(tmp_path, "[seat]", BAR, "[reed]\n", mass(5, "-2 m/s"), '[run]\nduration = "1 ms"\n')
 
 
 def write(path, text="curve"):

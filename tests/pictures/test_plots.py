@@ -1,7 +1,5 @@
 """Figures and pictures: what is drawn, what is written in them, and what happens when they cannot be made."""
 
-from __future__ import annotations
-
 import sys
 from html import escape
 from pathlib import Path

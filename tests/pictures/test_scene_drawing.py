@@ -1,7 +1,5 @@
 """The drawing of a scene: outlines in numbers, labels in the picture, for all examples and every kind of body."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace
@@ -105,7 +103,6 @@ def test_the_suction_valve_in_numbers() -> None:
     # reed: from its clamp to its tip, 6 mm beyond the port's middle
     assert np.concatenate(layout.reed.views.plan).min(axis=0) == pytest.approx([-28e-3, -6e-3])
     assert np.concatenate(layout.reed.views.plan).max(axis=0) == pytest.approx([6e-3, 6e-3])
-    assert layout.stopper is not None
     assert layout.stopper.height == pytest.approx(1.8e-3)
 
 

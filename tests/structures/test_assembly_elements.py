@@ -16,11 +16,7 @@ WOOD = Orthotropic(
 )
 RUBBER = Material(3e6, 0.4999, 1100.0, "rubber")
 KINDS = [("tet", 1), ("tet", 2), ("hex", 1), ("hex", 2)]
-FACES = {
-    "contact": lambda x: x[2] > 1 - 1e-9,
-    "fixed": lambda x: x[2] < 1e-9,
-    "side": lambda x: x[0] < 1e-9,
-}
+FACES = {"contact": lambda x: x[2] > 1 - 1e-9, "fixed": lambda x: x[2] < 1e-9, "side": lambda x: x[0] < 1e-9}
 
 
 def block(kind, order, n=2, distort=0.0, curve=0.0, top=1.0):

@@ -1,7 +1,5 @@
 """Lips of any outline: their arcs and patches, known of circles, racetracks, eccentric rings; faces that are none."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

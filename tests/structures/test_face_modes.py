@@ -1,7 +1,5 @@
 """Arcs of a lip on a body in space: their loads add up, symmetry, and the body of revolution with as many arcs."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 
@@ -24,24 +22,13 @@ from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import Division, as_a_whole, divided_less
 from seatfem.units import parse_quantity
-from tests.ring_mesh import around
+from tests.ring_mesh import EDGE, HEIGHT, INNER, around, meridian
 
 STEEL = Material(200e9, 0.3, 7850.0)
-INNER, OUTER, HEIGHT, LENGTH = 4e-3, 5e-3, 5e-3, 4e-3
+LENGTH = 4e-3
 BAND, DURATION, ZETA = 100e3, 40e-6, 0.05
 TIMES = np.linspace(0, DURATION, 121)
 AIMS = Aims(BAND, DURATION, 0.01)
-
-
-def meridian() -> skfem.MeshQuad:
-    """The lip is the innermost third of the upper side."""
-    mesh = skfem.MeshQuad.init_tensor(np.linspace(INNER, 7e-3, 4), np.linspace(0, HEIGHT, 5))
-    return mesh.with_boundaries(
-        {
-            "contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < OUTER),
-            "fixed": lambda x: np.isclose(x[1], 0.0),
-        }
-    )
 
 
 @cache
@@ -50,7 +37,7 @@ def face(length: float) -> Land:
     turns = 2 * np.pi * np.arange(720) / 720
     shift = length / 2 * np.sign(np.round(np.cos(turns), 12))
     edges = []
-    for radius in (INNER, OUTER):
+    for radius in (INNER, EDGE):
         points = np.column_stack([radius * np.cos(turns) + shift, radius * np.sin(turns), np.full(720, HEIGHT)])
         edges.append(np.stack([points, np.roll(points, -1, axis=0)], axis=1))
     return land_of(np.concatenate(edges), (0, 0, 1))
@@ -65,7 +52,7 @@ def model(arcs: int, rings: int = 1, slices: int = 16, straight: int = 0) -> Sec
     middles = np.array([mesh.p[:2, mesh.facets[:, facet]].mean(axis=1) for facet in across])
     away = np.hypot(np.maximum(np.abs(middles[:, 0]) - length / 2, 0.0), middles[:, 1])
     mesh = mesh.with_boundaries({"fixed": lambda x: np.isclose(x[2], 0.0)})
-    named = {**(mesh.boundaries or {}), "contact": np.array(across)[away < OUTER]}
+    named = {**(mesh.boundaries or {}), "contact": np.array(across)[away < EDGE]}
     lip = None if arcs == 1 else FaceLip(face(length), arcs, rings)
     return assemble(skfem.MeshHex2(mesh.doflocs, mesh.t, _boundaries=named), STEEL, lip=lip)
 
@@ -100,7 +87,7 @@ def test_one_load_on_all_arcs_is_that_of_one_port(static: bool) -> None:
 def off(slices: int, c: float = 1.0) -> tuple[float, float]:
     """Statics and answers in the band of 8 arcs against the body of revolution, of its largest; ``c``: that one with a
     modulus c^2 as high."""
-    lip = Lip((INNER + OUTER) / 2, OUTER - INNER, 8)
+    lip = Lip((INNER + EDGE) / 2, EDGE - INNER, 8)
     patches = {
         name: RingPatch(float(angle), 2 * math.pi / 8)
         for name, angle in zip(lip.division.names, lip.angles, strict=True)

@@ -1,4 +1,4 @@
-"""The flapper's outline, its mesh of curved quadrilaterals and its natural frequencies."""
+"""The flapper's outline with slot and hole, its mesh of curved quadrilaterals and its natural frequencies."""
 
 from dataclasses import replace
 
@@ -7,16 +7,16 @@ import pytest
 from numpy.typing import NDArray
 
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate
-from seatfem.structures.lip import Lip
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.gmsh_process import GmshSession
 from seatfem.structures.mesh.io import MeshError
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.shapes import AnnularSeat, Flapper, GeometryError
+from seatfem.structures.shapes import AnnularSeat, Flapper, GeometryError, decode, encode
+from seatfem.structures.sheets import Sheet, plate_modes
 
 REED = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)
 STEEL = Material(206e9, 0.3, 7800.0)
@@ -52,20 +52,6 @@ def test_frequencies(meshes: dict[float, PlateMesh], size: float, tolerance: flo
     assert modes.frequencies_hz == pytest.approx(FREQUENCIES, rel=tolerance)
 
 
-@pytest.mark.parametrize("thickness", [0.1e-3, 0.02e-3])
-def test_thin_reeds(meshes: dict[float, PlateMesh], thickness: float) -> None:
-    """Bending frequencies go with the thickness, to 0.5 %, down to an 800th of the paddle; compliance with h^-3."""
-    ports = {"disc": Lip.disc(1e-3).patches(REED.centre)["contact"]}
-    model = assemble_plate(meshes[1e-3], STEEL, thickness, clamped="clamped", ports=ports)
-    first, third = solve_modes(model, 3).frequencies_hz[[0, 2]] * REED.thickness / thickness
-    assert first == pytest.approx(FREQUENCIES[0], rel=5e-3)
-    assert third == pytest.approx(FREQUENCIES[2], rel=5e-3)
-    band = 20e3 * thickness / REED.thickness
-    greens = greens_function(model, bandwidth=band, duration=50 / band, tolerance=0.1, method="modes")
-    scale = (thickness / REED.thickness) ** 3
-    assert scale * greens.static_compliance()[0, 0] == pytest.approx(1.2727e-3, rel=0.01)  # m/N, at 0.3 mm
-
-
 def test_the_sheet_is_a_solid_too() -> None:
     mesh = make_mesh(replace(REED, thickness=2e-3), MeshSpec(4e-3, curved=False))
     assert mesh.quality.volume == pytest.approx(2e-3 * REED.area, rel=0.02)
@@ -98,3 +84,51 @@ def test_what_is_no_sheet_is_refused() -> None:
         mesh_sheet(AnnularSeat(4e-3, 1e-3), 1e-3)
     with pytest.raises(MeshError, match="no node lies where it is clamped"):
         mesh_sheet(Elsewhere(**vars(REED)), 4e-3)
+
+
+SLOTTED = replace(REED, slot_width=2e-3, slot_length=8e-3)
+HOLED = replace(REED, hole_diameter=6e-3)
+
+
+@pytest.mark.parametrize(("reed", "less"), [(REED, 0.0), (SLOTTED, np.pi * 1e-6 + 12e-6), (HOLED, np.pi * 9e-6)])
+def test_area_and_widths(reed: Flapper, less: float) -> None:
+    """Widths along the axis make up the outline; chords of a circle lose as the square of their number."""
+    assert reed.area == pytest.approx(290.709e-6 - less, rel=1e-5)  # 14 + 78 + 198.709 mm^2 of the whole one
+    assert reed.length == pytest.approx(0.015 + np.sqrt(64 - 9) * 1e-3 + 8e-3)
+    off = []
+    for n in (30, 60):
+        x, width = np.array(reed.widths(n)).T
+        assert (np.diff(x) > 0).all()
+        assert (width[:-1] > 0).all()
+        assert width[0] == pytest.approx(8e-3)
+        assert width[-1] == 0.0
+        assert x[-1] == pytest.approx(reed.length)
+        off.append(abs(np.trapezoid(width, x) / reed.area - 1))
+    assert off[0] / off[1] == pytest.approx(4.0, rel=0.05)
+    assert off[1] < 1e-4
+    assert decode(encode(reed)) == reed
+
+
+@pytest.mark.parametrize("reed", [SLOTTED, replace(SLOTTED, hole_diameter=1e-3, slot_width=0.5e-3)])
+def test_the_mesh_has_its_holes(reed: Flapper) -> None:
+    fine, coarse = (plate_modes(Sheet(reed, STEEL, 20e3), factor) for factor in (1.0, COARSENING))
+    assert fine.mesh.area == pytest.approx(reed.area, rel=1e-5)
+    assert fine.modes.complete
+    assert fine.modes.frequencies_hz[:4] == pytest.approx(coarse.modes.frequencies_hz[:4], rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"slot_width": 1e-3}, r"Flapper.slot_length = None: slot_width is given, a slot needs both"),
+        ({"slot_length": 1e-3}, r"Flapper.slot_width = None: slot_length is given"),
+        ({"slot_width": 5.4e-3, "slot_length": 8e-3}, r"Flapper.slot_width = 5.4 mm: must be < 5.4 mm \(neck"),
+        ({"slot_width": 1e-3, "slot_length": 13e-3}, r"Flapper.slot_length = 13 mm: must be < 13 mm \(neck_length"),
+        ({"slot_width": 1e-3, "slot_length": 1e-3}, r"Flapper.slot_length = 1 mm: must be > 1 mm \(slot_width"),
+        ({"hole_diameter": 15.4e-3}, r"Flapper.hole_diameter = 15.4 mm: must be < 15.4 mm \(paddle_diameter"),
+        ({"hole_diameter": 0.0}, r"Flapper.hole_diameter = 0 mm: must be a finite length > 0"),
+    ],
+)
+def test_what_does_not_fit_is_refused(change: dict[str, float], message: str) -> None:
+    with pytest.raises(GeometryError, match=message):
+        replace(REED, **change)

@@ -93,8 +93,6 @@ def module(folder: Path, code: str, name: str) -> ModuleType:
     path = folder / "shapes_of_mine.py"
     path.write_text(code)
     spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
     sys.modules[name] = made = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(made)
     return made

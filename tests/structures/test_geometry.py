@@ -2,31 +2,10 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from seatfem.structures.shapes import (
-    AnnularSeat,
-    Bar,
-    Block,
-    CadPart,
-    ColourFace,
-    Face,
-    GeometryError,
-    PlaneFace,
-    select,
-)
+from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ColourFace, GeometryError, PlaneFace
 from seatfem.structures.shapes.cad import stated_unit
-
-UP = (0.0, 0.0, 1.0)
-
-
-def ring(tag: int, inner: float, outer: float, z: float = 0.0, colour=None, curves=()) -> Face:
-    angle = np.linspace(0.0, 2 * math.pi, 9)
-    circle = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(9)])
-    outline = np.vstack([inner * circle, outer * circle]) + np.array([0.0, 0.0, z])
-    area = math.pi * (outer**2 - inner**2)
-    return Face(tag, "Plane", (0.0, 0.0, z), area, outline, frozenset(curves or (10 * tag,)), UP, colour)
 
 
 @pytest.mark.parametrize(
@@ -54,11 +33,6 @@ def ring(tag: int, inner: float, outer: float, z: float = 0.0, colour=None, curv
 def test_bad_values_name_field_value_and_limit(spec, values, message):
     with pytest.raises(GeometryError, match=message):
         spec(**values)
-
-
-def test_colour_selector_has_a_tolerance():
-    faces = [ring(1, 1e-3, 2e-3, colour=(254, 1, 0, 255)), ring(2, 2e-3, 3e-3, colour=(0, 0, 255, 255)), ring(3, 0, 1)]
-    assert [face.tag for face in select(faces, ColourFace((255, 0, 0, 255)), "contact")] == [1]
 
 
 @pytest.mark.parametrize(

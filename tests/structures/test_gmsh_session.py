@@ -45,10 +45,7 @@ def assert_same(mesh: SeatMesh | MeridianMesh, expected: SeatMesh | MeridianMesh
 
 @pytest.mark.parametrize(
     ("make", "geometry", "shape"),
-    [
-        (make_mesh, Stopper(), "hex"),
-        (make_meridian, AnnularSeat(), "tet"),
-    ],
+    [(make_mesh, Stopper(), "hex"), (make_meridian, AnnularSeat(), "tet")],
     ids=["plan", "triangles"],
 )
 def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geometry, shape) -> None:

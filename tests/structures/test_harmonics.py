@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-import skfem
 
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
@@ -12,23 +11,11 @@ from seatfem.structures.model import ModelError
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.harmonics import ring_greens
 from seatfem.structures.reduction.ring_patches import RingPatch, first_velocities_beyond, summed
+from tests.ring_mesh import meridian
 
 STEEL = Material(200e9, 0.3, 7850.0)
 BAND, DURATION, ZETA = 150e3, 30e-6, 0.05
 TIMES = np.linspace(0, DURATION, 121)
-INNER, OUTER, HEIGHT = 4e-3, 7e-3, 5e-3
-
-
-def meridian(n=(3, 4)):
-    mesh = skfem.MeshQuad.init_tensor(np.linspace(INNER, OUTER, n[0] + 1), np.linspace(0, HEIGHT, n[1] + 1))
-    lip = INNER + (OUTER - INNER) / n[0]
-    return mesh.with_boundaries(
-        {
-            "contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < lip),
-            "rim": lambda x: np.isclose(x[0], OUTER),
-            "fixed": lambda x: np.isclose(x[1], 0.0),
-        }
-    )
 
 
 def solve(patches, tolerance=1e-2, **more):

@@ -16,8 +16,8 @@ from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.reduction.lip_modes import face_greens
 from seatfem.structures.rings import Division, as_a_whole
-from seatfem.study.impacts.contact import seat_of
 from seatfem.study.scene import Scene, load_scene
+from tests.as_stated import seat_of
 from tests.structures.test_face_lip import KIDNEY, closed
 
 MESHES = Path(__file__).parents[2] / "meshes"

@@ -1,12 +1,9 @@
 """A seat's lip in arcs: against all Fourier harmonics, the seat as a whole, and what a continuum begins with."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
-import skfem
 
 from impact.greens.modal import ModalGreens
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
@@ -20,21 +17,11 @@ from seatfem.structures.reduction.lip_modes import lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import as_a_whole
+from tests.ring_mesh import INNER, meridian
 
 STEEL = Material(200e9, 0.3, 7850.0)
-INNER, OUTER, HEIGHT = 4e-3, 7e-3, 5e-3
 BAND, DURATION, ZETA = 100e3, 30e-6, 0.05
 TIMES = np.linspace(0, DURATION, 121)
-
-
-def meridian():
-    mesh = skfem.MeshQuad.init_tensor(np.linspace(INNER, OUTER, 4), np.linspace(0, HEIGHT, 5))
-    return mesh.with_boundaries(
-        {
-            "contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < INNER + (OUTER - INNER) / 3),
-            "fixed": lambda x: np.isclose(x[1], 0.0),
-        }
-    )
 
 
 MESH = meridian()

@@ -71,11 +71,7 @@ print(1024 * (solve(shape, [int(n) for n in cells], method) - before))
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak is read from /proc")
 @pytest.mark.parametrize(
-    ("shape", "method", "cells"),
-    [
-        ("tet", "krylov", (10, 10, 10)),
-        ("hex", "lanczos", (10, 10, 10)),
-    ],
+    ("shape", "method", "cells"), [("tet", "krylov", (10, 10, 10)), ("hex", "lanczos", (10, 10, 10))]
 )
 def test_the_prediction_is_within_a_factor_of_a_process_of_its_own(shape, method, cells):
     """28 000 unknowns each; a factor 1.5 either way."""

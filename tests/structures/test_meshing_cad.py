@@ -95,10 +95,7 @@ def test_fillet_and_bolt_holes_count_in_the_volume():
 
 @pytest.mark.parametrize(
     "regions",
-    [
-        (Region("body", colour=GREY), Region("ring", colour=ORANGE)),
-        (Region("ring", order=2), Region("body", order=1)),
-    ],
+    [(Region("body", colour=GREY), Region("ring", colour=ORANGE)), (Region("ring", order=2), Region("body", order=1))],
 )
 def test_solids_become_conformal_regions(regions):
     seat = make_mesh(CadPart(INSERT, regions=regions), MeshSpec(3e-3))

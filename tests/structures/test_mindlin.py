@@ -6,13 +6,7 @@ import scipy.linalg
 import scipy.sparse.linalg
 
 from impact.beams.timoshenko import TimoshenkoCantilever
-from seatfem.structures.elements.mindlin import (
-    PlateMesh,
-    Unknown,
-    assemble_plate,
-    average,
-    everywhere,
-)
+from seatfem.structures.elements.mindlin import PlateMesh, Unknown, assemble_plate, average, everywhere
 from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel

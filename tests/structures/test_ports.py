@@ -31,16 +31,12 @@ def tube(top: float) -> tuple[skfem.MeshHex, skfem.MeshQuad]:
     def radius(x: Array) -> Array:
         return np.hypot(x[0], x[1]) / np.cos(np.pi / AROUND)
 
-    named = {
-        "contact": lambda x: radius(x) < 1.02 * (1 + (top - 1) * x[2]),
-        "fixed": lambda x: radius(x) > 2.98,
-    }
+    named = {"contact": lambda x: radius(x) < 1.02 * (1 + (top - 1) * x[2]), "fixed": lambda x: radius(x) > 2.98}
     return solid.with_boundaries(named), flat.with_boundaries(inner)
 
 
 def heights(model: SecondOrderModel) -> list[float]:
     """Mean height of each ring."""
-    assert model.dofs is not None
     found = []
     for port in model.ports.values():
         weight = np.linalg.norm(model.expand(port.vector), axis=0)

@@ -9,7 +9,6 @@ import skfem
 from scipy import sparse
 
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import ModelError, Port, SecondOrderModel
@@ -57,42 +56,6 @@ def test_a_rod_on_a_dashpot_is_dalemberts(share):
     limit = greens.error_estimate.reduction * max(exact.max(), 1 / Z) + 2e-3 / Z
     assert np.abs(greens.filtered(t, width) - exact).max() <= limit
     assert greens.provenance["checks"]["passive"]
-
-
-@pytest.fixture(scope="module")
-def block():
-    """Steel block standing on absorbing sides and bottom, nothing clamped, two patches on its top."""
-    mesh = skfem.MeshHex.init_tensor(np.linspace(0, 12e-3, 6), np.linspace(0, 11e-3, 5), np.linspace(0, 5e-3, 4))
-    mesh = mesh.with_boundaries(
-        {
-            "open": lambda x: (x[2] < 1e-9) | (x[0] < 1e-9) | (x[0] > 12e-3 - 1e-9),
-            "left": lambda x: (x[2] > 5e-3 - 1e-9) & (x[0] < 4.9e-3),
-            "right": lambda x: (x[2] > 5e-3 - 1e-9) & (x[0] > 7.1e-3),
-        }
-    )
-    ports = {"left": "left", "right": "right"}
-    return assemble(mesh, STEEL, fixed=(), supports=(Absorbing("open"),), ports=ports, order=2)
-
-
-@pytest.fixture(scope="module")
-def stepped(block):
-    return greens_function(block, bandwidth=2e5, duration=1.5e-5, tolerance=3e-3, method="transient")
-
-
-@pytest.mark.parametrize("tolerance", [2e-2, 3e-3])
-def test_absorbing_sides_agree_with_time_stepping_within_the_estimates(block, stepped, tolerance):
-    bandwidth, duration = 2e5, 1.5e-5
-    t = np.linspace(0, duration, 201)
-    greens = SecondOrderKrylov().reduce(block, block.damping, Aims(bandwidth, duration, tolerance)).greens
-    one, other = (g.filtered_matrix(t, 1 / bandwidth) for g in (greens, stepped))
-    error = np.abs(one - other).max() / np.abs(other).max()
-    assert error <= greens.error_estimate.reduction + stepped.error_estimate.reduction
-    assert greens.error_estimate.reduction <= tolerance
-    assert greens.origin["checks"]["passive"]
-    assert stepped.origin["checks"]["reciprocity"] < 1e-9
-    # dashpots hold no static load: all six motions drift
-    assert np.sum(greens.rates == 0) == 6
-    assert np.all(np.isinf(np.diag(greens.static_compliance())))
 
 
 def test_loss_factors_by_region_are_the_modal_strain_energy():

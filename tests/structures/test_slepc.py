@@ -24,7 +24,7 @@ from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import DENSE
 from seatfem.structures.reduction.slepc import RanksError, on_ranks
 from seatfem.structures.shapes import AnnularSeat
-from seatfem.study.scene import load_scene
+from tests.gallery import LIP, load_text, mass
 from tests.rod_model import rod_model
 
 STEEL = Material(200e9, 0.3, 7850.0)
@@ -161,29 +161,13 @@ def test_what_is_missing_is_named_with_its_remedy(monkeypatch, tmp_path):
 
 
 def test_scenes_ask_for_it_and_share_what_is_stored(tmp_path):
-    path = tmp_path / "scene.toml"
-    text = """
-[seat]
-kind = "annular"
-bore_radius = "4 mm"
-lip_width = "2 mm"
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-BACKEND
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-
-[run]
-duration = "30 us"
-"""
-    methods = []
-    for backend in ("", '[seat.greens]\nbackend = "slepc"'):
-        path.write_text(text.replace("BACKEND", backend))
-        seat = load_scene(path).seat
-        methods.append(seat.stated())
-    assert [method.distributed for method in methods] == [False, True]
-    assert key_of(seat, methods[0]) == key_of(seat, methods[1])
+    reed = "[reed]\n" + mass(1, "-1 m/s") + '[run]\nduration = "30 us"\n'
+    seats = [
+        load_text(tmp_path, "[seat]\n", LIP, asked, reed).seat for asked in ("", 'greens = { backend = "slepc" }\n')
+    ]
+    one, other = (seat.stated() for seat in seats)
+    assert (one.distributed, other.distributed) == (False, True)
+    assert key_of(seats[0], one) == key_of(seats[1], other)
 
 
 def ranks_of(folder: Path) -> list[int]:

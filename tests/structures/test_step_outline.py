@@ -1,7 +1,5 @@
 """Outlines in STEP files: plane faces and thin plates, their holes and arcs, and files that hold something else."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys
@@ -53,8 +51,6 @@ def test_slot_and_hole_are_kept(drawn: Path) -> None:
     assert len(found.openings) == 2
     assert found.area == pytest.approx(shape.area, rel=1e-9)
     assert found.room == pytest.approx(shape.room)
-    mine, own = (plate_modes(Sheet(each, STEEL, 3e3)).modes.frequencies_hz[:2] for each in (found, shape))
-    assert mine == pytest.approx(own, rel=1e-4)
 
 
 def test_a_face_in_another_plane(drawn: Path) -> None:

@@ -21,7 +21,6 @@ def test_what_was_put_is_got(tmp_path: Path) -> None:
     path = store.put(KEY, SEAT)
     assert path.name == f"{KEY}.h5"
     read = store.get(KEY)
-    assert read is not None
     t = np.linspace(0, 1e-3, 50)
     assert np.array_equal(read.impulse_response(t), SEAT.impulse_response(t))
     assert [(entry.key, entry.size) for entry in store.entries()] == [(KEY, path.stat().st_size)]

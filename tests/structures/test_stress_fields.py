@@ -48,11 +48,7 @@ def section(rows: int, columns: int, length: float, radii: Any, kind: Any = skfe
     """Between r = radii(z)[0] and radii(z)[1], curved elements; z = 0 "fixed", z = length "contact"."""
     straight = skfem.MeshQuad.init_tensor(np.linspace(0, 1, columns + 1), np.linspace(0, length, rows + 1))
     mesh = (straight if kind is skfem.MeshQuad2 else straight.to_meshtri()).with_boundaries(
-        {
-            "fixed": lambda x: x[1] < 1e-9,
-            "contact": lambda x: x[1] > length - 1e-9,
-            "inner": lambda x: x[0] < 1e-9,
-        }
+        {"fixed": lambda x: x[1] < 1e-9, "contact": lambda x: x[1] > length - 1e-9, "inner": lambda x: x[0] < 1e-9}
     )
     curved = kind.from_mesh(mesh)
     inner, outer = radii(curved.doflocs[1])

@@ -1,7 +1,5 @@
 """Search for the largest stress, and for its hot spots."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -12,7 +12,8 @@ from impact.measured.pole_fit import fit_poles
 from seatfem.structures.formats import uff
 from seatfem.structures.formats.uff import UffError, read_frf_uff, read_impulse_response_uff, read_modes_uff
 
-pyuff = pytest.importorskip("pyuff")
+pytest.importorskip("pyuff")
+from tests.uff_sets import function_set, mode_set, unit_set, write_sets
 
 BODY = impact.ModalGreens(
     2 * np.pi * np.array([2e3, 5.1e3, 9.3e3]),
@@ -25,81 +26,19 @@ F = 10.0 * np.arange(1, 1201)
 PORTS: dict[str, Any] = {"lip": (7, "+z"), "stop": (9, "-x")}
 
 
-def write(path: Path, *sets: dict[str, Any]) -> Path:
-    for number, one in enumerate(sets):
-        pyuff.UFF(str(path)).write_sets(one, mode="add" if number else "overwrite")
-    return path
-
-
-def unit_set(length: float, force: float) -> dict[str, Any]:
-    return pyuff.prepare_164(
-        units_code=9, units_description="own", temp_mode=1, length=length, force=force, temp=1.0, temp_offset=0.0
-    )
-
-
 def modes(masses: np.ndarray, scale: np.ndarray, his: float = 0.0) -> list[dict[str, Any]]:
     """Shapes times ``scale``, with modal masses; node 8 is in the middle of nowhere."""
-    nothing = np.zeros(3)
     return [
-        pyuff.prepare_55(
-            model_type=1,
-            id1="NONE",
-            id2="NONE",
-            id3="NONE",
-            id4="NONE",
-            id5="NONE",
-            analysis_type=2,
-            data_ch=2,
-            spec_data_type=8,
-            data_type=2,
-            n_data_per_node=3,
-            node_nums=[7, 8, 9],
-            load_case=1,
-            mode_n=k + 1,
-            r1=np.array([0.0, 1.0, -BODY.shapes[k, 1] * scale[k]]),
-            r2=nothing,
-            r3=np.array([BODY.shapes[k, 0] * scale[k], 3.0, 0.0]),
-            freq=float(BODY.frequencies_hz[k]),
-            modal_m=float(masses[k]),
-            modal_damp_vis=float(BODY.zeta[k]) - his / 2,
-            modal_damp_his=his,
-        )
-        for k in range(3)
+        mode_set(k + 1, f, zeta - his / 2, (0.0, 1.0, -stop * scale[k]), (lip * scale[k], 3.0, 0.0), masses[k], his)
+        for k, (f, zeta, (lip, stop)) in enumerate(zip(BODY.frequencies_hz, BODY.zeta, BODY.shapes, strict=True))
     ]
 
 
 def function(i: int, j: int, values: np.ndarray, x: np.ndarray = F, **changes: Any) -> dict[str, Any]:
-    nodes, directions = (7, 9), (3, -1)
-    given: dict[str, Any] = {
-        "binary": 0,
-        "id1": "NONE",
-        "id2": "NONE",
-        "id3": "NONE",
-        "id4": "NONE",
-        "id5": "NONE",
-        "func_type": 4,
-        "ver_num": 0,
-        "load_case_id": 0,
-        "rsp_ent_name": "NONE",
-        "rsp_node": nodes[i],
-        "rsp_dir": directions[i],
-        "ref_ent_name": "NONE",
-        "ref_node": nodes[j],
-        "ref_dir": directions[j],
-        "ord_data_type": 6,
-        "num_pts": len(x),
-        "abscissa_spacing": 1,
-        "abscissa_min": float(x[0]),
-        "abscissa_inc": float(x[1] - x[0]),
-        "z_axis_value": 0.0,
-        "abscissa_spec_data_type": 18,
-        "ordinate_spec_data_type": 12,
-        "orddenom_spec_data_type": 13,
-        "z_axis_spec_data_type": 0,
-        "data": values,
-        "x": x,
-    }
-    return pyuff.prepare_58(**(given | changes))
+    """Accelerance over frequency, from port j to port i."""
+    (to, along), (of, pushed) = ((7, 3), (9, -1))[i], ((7, 3), (9, -1))[j]
+    places = {"rsp_node": to, "rsp_dir": along, "ref_node": of, "ref_dir": pushed}
+    return function_set(x, values, **{"ordinate_spec_data_type": 12} | places | changes)
 
 
 S = 2j * np.pi * F
@@ -108,9 +47,9 @@ G = BODY.transfer(S)
 
 def test_modes_in_their_own_units(tmp_path: Path) -> None:
     masses = np.array([1.0, 0.5, 4.0])  # kg, then as tonnes in a file of mm and N
-    si = write(tmp_path / "si.uff", unit_set(1.0, 1.0), *modes(masses, np.sqrt(masses)))
-    mm = write(tmp_path / "mm.uff", unit_set(1000.0, 1.0), *modes(masses / 1e3, np.sqrt(masses)))
-    bare = write(tmp_path / "bare.uff", *modes(masses / 1e3, np.sqrt(masses), his=0.004))
+    si = write_sets(tmp_path / "si.uff", unit_set(1.0, 1.0), *modes(masses, np.sqrt(masses)))
+    mm = write_sets(tmp_path / "mm.uff", unit_set(1000.0, 1.0), *modes(masses / 1e3, np.sqrt(masses)))
+    bare = write_sets(tmp_path / "bare.uff", *modes(masses / 1e3, np.sqrt(masses), his=0.004))
     for path, units in ((si, None), (mm, None), (bare, "mm-N-s")):
         read = read_modes_uff(path, ports=PORTS, units=units)  # type: ignore[arg-type]
         assert read.omega == pytest.approx(BODY.omega, rel=1e-5)  # 5 digits in the file
@@ -127,19 +66,19 @@ def test_frequency_responses_of_every_quantity(tmp_path: Path, ordinate: int, or
     h = G * (S**order)[:, None, None] * 1e3  # mm/N
     pairs = [(0, 0), (1, 1), (1, 0)]
     sets = [function(i, j, h[:, i, j], ordinate_spec_data_type=ordinate) for i, j in pairs]
-    read = read_frf_uff(write(tmp_path / "frf.uff", unit_set(1000.0, 1.0), *sets), ports=PORTS)
+    read = read_frf_uff(write_sets(tmp_path / "frf.uff", unit_set(1000.0, 1.0), *sets), ports=PORTS)
     assert isinstance(read, FrequencyResponse)
     assert read.frequency == pytest.approx(F)
     assert np.abs(read.receptance - G).max() < 1e-9 * np.abs(G).max()
     turned = [function(1, 0, -h[:, 1, 0], rsp_dir=1, ordinate_spec_data_type=ordinate), *sets[:2]]
-    read = read_frf_uff(write(tmp_path / "turned.uff", *turned), ports=PORTS, units="mm-N-s")
+    read = read_frf_uff(write_sets(tmp_path / "turned.uff", *turned), ports=PORTS, units="mm-N-s")
     assert np.abs(read.receptance - G).max() < 1e-9 * np.abs(G).max()
 
 
 def test_from_a_hammer_test_to_a_greens_function(tmp_path: Path) -> None:
     h = G * (S**2)[:, None, None]
     sets = [function(i, j, h[:, i, j]) for i in range(2) for j in range(2)]
-    fit = fit_poles(read_frf_uff(write(tmp_path / "frf.uff", unit_set(1.0, 1.0), *sets), ports=PORTS))
+    fit = fit_poles(read_frf_uff(write_sets(tmp_path / "frf.uff", unit_set(1.0, 1.0), *sets), ports=PORTS))
     assert isinstance(fit, impact.ModalGreens)
     assert fit.omega == pytest.approx(BODY.omega, rel=1e-6)
     assert fit.provenance["file"] == "frf.uff"
@@ -148,13 +87,7 @@ def test_from_a_hammer_test_to_a_greens_function(tmp_path: Path) -> None:
 def test_an_impulse_response(tmp_path: Path) -> None:
     t = 1e-5 * np.arange(500)
     g = BODY.impulse_response(t)
-    options: dict[str, Any] = {
-        "func_type": 1,
-        "ord_data_type": 4,
-        "abscissa_spec_data_type": 17,
-        "ordinate_spec_data_type": 8,
-    }
-    path = write(tmp_path / "g.uff", function(0, 0, 1e3 * g, t, **options))
+    path = write_sets(tmp_path / "g.uff", function_set(t, 1e3 * g, in_time=True))
     read = read_impulse_response_uff(path, ports={"lip": PORTS["lip"]}, units="mm-N-s")
     assert read.values[0, 0] == pytest.approx(g, abs=1e-9 * np.abs(g).max())
     assert read.ports == ("lip",)
@@ -166,7 +99,7 @@ def test_an_impulse_response(tmp_path: Path) -> None:
 
 def test_what_is_refused(tmp_path: Path) -> None:
     masses = np.ones(3)
-    path = write(tmp_path / "modes.uff", *modes(masses, masses))
+    path = write_sets(tmp_path / "modes.uff", *modes(masses, masses))
     with pytest.raises(UffError, match=r"modes.uff: states no units \(dataset 164\); give units=, one of SI"):
         read_modes_uff(path, ports=PORTS)
     with pytest.raises(UffError, match="units 'cgs' are unknown"):
@@ -180,7 +113,7 @@ def test_what_is_refused(tmp_path: Path) -> None:
     (tmp_path / "text.uff").write_text("no universal file")
     with pytest.raises(UffError, match="no dataset 58 in it; it holds nothing"):
         read_frf_uff(tmp_path / "text.uff", ports=PORTS)
-    massless = write(tmp_path / "massless.uff", *modes(0 * masses, masses))
+    massless = write_sets(tmp_path / "massless.uff", *modes(0 * masses, masses))
     with pytest.raises(UffError, match=r"modal mass 0; give modal_mass=1.0"):
         read_modes_uff(massless, ports=PORTS, units="SI")
     assert read_modes_uff(massless, ports=PORTS, units="SI", modal_mass=1.0).shapes == pytest.approx(BODY.shapes)
@@ -188,12 +121,12 @@ def test_what_is_refused(tmp_path: Path) -> None:
     with pytest.raises(
         UffError, match=r"no frequency response for the ports stop / lip, stop / stop; it holds .*7:3/7:3"
     ):
-        read_frf_uff(write(tmp_path / "one.uff", one), ports=PORTS, units="SI")
+        read_frf_uff(write_sets(tmp_path / "one.uff", one), ports=PORTS, units="SI")
     with pytest.raises(UffError, match="two frequency responses from port 'lip' to 'lip'"):
-        read_frf_uff(write(tmp_path / "twice.uff", one, one), ports={"lip": PORTS["lip"]}, units="SI")
+        read_frf_uff(write_sets(tmp_path / "twice.uff", one, one), ports={"lip": PORTS["lip"]}, units="SI")
     strain = function(0, 0, G[:, 0, 0], ordinate_spec_data_type=3)
     with pytest.raises(UffError, match="data type 3 over 13"):
-        read_frf_uff(write(tmp_path / "strain.uff", strain), ports={"lip": PORTS["lip"]}, units="SI")
+        read_frf_uff(write_sets(tmp_path / "strain.uff", strain), ports={"lip": PORTS["lip"]}, units="SI")
 
 
 def test_without_pyuff_the_message_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

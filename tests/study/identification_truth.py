@@ -22,39 +22,20 @@ STEP = 1e-7
 LASTS = 200e-6
 ELEMENTS, KNOTS = 200, 96
 SCENE = """
-[reed]
-kind = "rigid_mass"
-mass = "60 g"
-velocity = "-1 m/s"
-[seat]
-kind = "rod"
-young = "206 GPa"
-density = "7800 kg/m^3"
-area = "100 mm^2"
-length = "200 mm"
-damping_ratio = 0.02
-[contact]
-gap = "20 um"
-law = { kind = "rough_joint", force = "4 kN", closure = "8 um", recovery = 0.9 }
-[run]
-duration = "200 us"
-time_step = "0.5 us"
-filter_width = "5 us"
+reed = { kind = "rigid_mass", mass = "60 g", velocity = "-1 m/s" }
+seat = { kind = "rod", young = "206 GPa", density = "7800 kg/m^3", area = "100 mm^2", length = "200 mm", \
+    damping_ratio = 0.02 }
+contact = { gap = "20 um", law = { kind = "rough_joint", force = "4 kN", closure = "8 um", recovery = 0.9 } }
+run = { duration = "200 us", time_step = "0.5 us", filter_width = "5 us" }
 """
-RECORD = """
-scene = "mass_on_bar.toml"
-[[record]]
-name = "force"
-file = "force.csv"
-kind = "force"
-noise = "40 N"
-[fit]
-contact.law.closure = { start = "15 um", from = "2 um", to = "40 um", name = "closure" }
-contact.law.recovery = { start = 0.9, from = 0.2, to = 1.0 }
-reed.velocity = { start = "-1.2 m/s", from = "-2 m/s", to = "-0.5 m/s" }
-seat.damping_ratio = { start = 0.01, from = 0.002, to = 0.2 }
-delay = { start = "0 us", from = "-10 us", to = "10 us" }
-"""
+RECORD = (
+    '\nscene = "mass_on_bar.toml"\n[[record]]\nname = "force"\nfile = "force.csv"\nkind = "force"\nnoise = "40 N"\n'
+    '[fit]\ncontact.law.closure = { start = "15 um", from = "2 um", to = "40 um", name = "closure" }\n'
+    "contact.law.recovery = { start = 0.9, from = 0.2, to = 1.0 }\n"
+    'reed.velocity = { start = "-1.2 m/s", from = "-2 m/s", to = "-0.5 m/s" }\n'
+    "seat.damping_ratio = { start = 0.01, from = 0.002, to = 0.2 }\n"
+    'delay = { start = "0 us", from = "-10 us", to = "10 us" }\n'
+)
 
 
 def meshed_bar(elements: int = ELEMENTS) -> impact.ModalGreens:

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.natural_modes import Wanted, modes_of
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.scene import Scene
 from tests.gallery import load_text
+from tests.steps import Scene, Stopwatch, striker_of
 
 YOUNG, POISSON, DENSITY, RADIUS, FACET = 200e9, 0.3, 7850.0, 5e-3, 0.6e-3
 SHEAR_WAVE = math.sqrt(YOUNG / (2 * (1 + POISSON)) / DENSITY)

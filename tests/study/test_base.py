@@ -8,13 +8,11 @@ import pytest
 import impact
 from impact.after.result import ImpactResult
 from impact.bodies.time_series import TimeSeriesError
-from impact.greens.base import GreensFunctionError
-from seatfem.study.impacts.contact import problem_of, record_of, seat_of, striker_of
-from seatfem.study.impacts.drives import check_base
-from seatfem.study.impacts.touches import values_of_record
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene
+from seatfem.study.impacts.bodies import check_base, problem_of
+from seatfem.study.impacts.contact import record_of
+from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text, refusal
+from tests.steps import GreensFunctionError, Scene, run_scene, values_of_record
 
 REED = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 12\ndamping_ratio = 0.01\n'
 SPRING = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
@@ -106,12 +104,10 @@ def test_a_record_shorter_than_the_run_is_refused(tmp_path: Path) -> None:
         (SPRING + REED + base("seat") + 'velocity = "velocity.csv"\n', "base.0.velocity: displacement and velocity"),
         (SPRING + REED + '[[base]]\nof = "seat"\n', "base.0.displacement: nothing says how it moves: give exactly one"),
         (SPRING + REED + base("seat").replace("nt.csv", "nt.txt"), "base.0.displacement: no such file"),
-        (
-            SPRING + REED + '[[base]]\nof = "seat"\ndisplacement = { file = "displacement.csv" }\n',
-            "base.0.displacement: {'file': 'displacement.csv'} is no path of a file; write the path alone, in quotes",
-        ),
+        (SPRING + REED + '[[base]]\nof = "seat"\ndisplacement = { file = "displacement.csv" }\n',
+         "base.0.displacement: {'file': 'displacement.csv'} is no path of a file; write the path alone, in quotes"),
         (SPRING + REED + base("seat") + 'columns = { force = "F" }\n', "columns and units know time and displacement"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:
     assert words in refusal(scene_of, tmp_path, text)

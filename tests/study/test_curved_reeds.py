@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.rings import Division
-from seatfem.study.scene import Scene, SceneError, load_scene
-from tests.gallery import FLAPPER
+from tests.gallery import FLAPPER, load_text
+from tests.steps import Division, Scene, SceneError
 
 SEAT = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\nmaterial = "steel"\n'
 LANDING = FLAPPER + 'greens = { bandwidth = "20 kHz" }\nrelease = { velocity = "-2 m/s" }\n'
@@ -21,12 +20,10 @@ FINE = 20_000  # points on each arc, against the program's 256
 
 
 def scene_of(folder: Path, curvature: str = "", contact: str = "", seat: str = SEAT) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(
+    return load_text(
+        folder,
         f'[seat]\n{seat}[reed]\n{LANDING}{curvature}\n[contact]\ngap = "1 um"\n{contact}\n[run]\nduration = "0.2 ms"\n',
-        encoding="utf-8",
     )
-    return load_scene(path)
 
 
 def openings(height: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
@@ -110,16 +107,12 @@ HEIGHTS = 'curvature = { heights = [["0 mm", "0 um"], ["20 mm", "9 um"]] }'
         ("curvature = {}", "", SEAT, "reed.curvature.heights: give exactly one of heights, file and deflection"),
         (HEIGHTS.replace("0 mm", "30 mm", 1), "", SEAT, "reed.curvature.heights: x must increase"),
         (BOWED.replace("deflection", 'file = "no.csv", deflection'), "", SEAT, "no such file"),
-        (
-            'curvature = { heights = [["0 mm", "0 um"], ["40 mm", "9 um"]], shape = "mode" }',
-            "",
-            SEAT,
-            "only a deflection",
-        ),
+        ('curvature = { heights = [["0 mm", "0 um"], ["40 mm", "9 um"]], shape = "mode" }', "", SEAT,
+         "only a deflection"),
         (BOWED, "ports = 1", SEAT, "contact.ports: a single contact point has only a mean gap"),
         (BOWED, "", SPRING, "reed.curvature: a seat of kind 'spring'"),
     ],
-)
+)  # fmt: skip
 def test_keys_that_do_not_fit(tmp_path: Path, keys: str, contact: str, seat: str, message: str) -> None:
     with pytest.raises(SceneError, match=message):
         scene_of(tmp_path, keys, contact, seat)

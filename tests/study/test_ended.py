@@ -5,13 +5,10 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from impact.notices import silent
-from seatfem.machine.resources import Stopwatch
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.kept import NOTE, cached_plan, save_plan
 from seatfem.study.runs.rounds import Round, rounds
 from tests.gallery import REED_ON_SPRING, load_text
+from tests.steps import Plan, Stopwatch, plan_scene, silent
 
 SCENE = REED_ON_SPRING + 'target = "2 %"\n'
 

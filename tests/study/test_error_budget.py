@@ -8,32 +8,22 @@ import numpy as np
 import pytest
 
 import impact
-from impact.greens.base import ErrorEstimate
-from impact.greens.modal import ModalGreens, Residual
 from impact.runs.variations import SAFETY, Budget, narrowed
-from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget, with_jumps
-from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.impacts.touches import Touches
-from seatfem.study.method import stated_method
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
-from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
+from tests.as_stated import striker_of
 from tests.gallery import load_text
+from tests.steps import ErrorEstimate, ModalGreens, Residual, Scene, Solved, Touches, stated_method
 
 MODES = ModalGreens(
     np.array([2e6, 5e6, 9e6]), np.full(3, 0.02), np.array([[20.0], [30.0], [25.0]]), Residual.exponential(2e-11, 1e-2)
 )
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "40 N/um"
-[reed]
-kind = "rigid_mass"
-mass = "0.1 g"
-velocity = "-1 m/s"
-[run]
-duration = "12 us"
+seat = { kind = "spring", stiffness = "40 N/um" }
+reed = { kind = "rigid_mass", mass = "0.1 g", velocity = "-1 m/s" }
+run = { duration = "12 us" }
 """
 
 

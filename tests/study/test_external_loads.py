@@ -8,9 +8,8 @@ import pytest
 
 import impact
 from impact.after.result import ImpactResult
-from seatfem.study.impacts.contact import problem_of, striker_of
-from seatfem.study.scene import Scene, SceneError
 from tests.gallery import load_text, refusal
+from tests.steps import Scene, SceneError, problem_of, striker_of
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "1 mm"\n'
@@ -108,23 +107,17 @@ def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
         (MASS, 'gravity = "1 m/s^2"\nat = "1 mm"\n', "load.0.at: only a force has a place"),
         (MASS, 'force = "1 N"\nat = "1 mm"\n', "load.0.at: a rigid mass has no positions"),
         (REED, 'force = "1 N"\nat = "26 mm"\n', "load.0.at: 26 mm must lie on the reed"),
-        (
-            MASS,
-            'pressure = "1 bar"\narea = [["1 mm", "1 mm^2"], ["0 mm", "2 mm^2"]]\n',
-            "load.0.area.lift: the lifts must increase: 0 mm follows 1 mm",
-        ),
-        (
-            MASS,
-            'pressure = "1 bar"\narea = [["0 mm", "1 mm^2"], ["1 mm", "-2 mm^2"]]\n',
-            "load.0.area.area: an area of -2 mm^2: areas must be positive",
-        ),
+        (MASS, 'pressure = "1 bar"\narea = [["1 mm", "1 mm^2"], ["0 mm", "2 mm^2"]]\n',
+         "load.0.area.lift: the lifts must increase: 0 mm follows 1 mm"),
+        (MASS, 'pressure = "1 bar"\narea = [["0 mm", "1 mm^2"], ["1 mm", "-2 mm^2"]]\n',
+         "load.0.area.area: an area of -2 mm^2: areas must be positive"),
         (MASS, 'pressure = "1 bar"\narea = [["-1 mm", "1 mm^2"]]\n', "load.0.area.lift: a lift of -1 mm"),
         (MASS, 'pressure = "1 bar"\narea = ["1 mm^2"]\n', "load.0.area: rows of lift and area"),
         (MASS, 'pressure = { value = "1 bar", rpm = 3000 }\narea = "1 mm^2"\n', "load.0.pressure.rpm: there is no"),
         (MASS, 'forse = "1 N"\n', "load.0.forse: unknown key; did you mean 'force'?"),
         (ROD, 'gravity = "1 m/s^2"\n', "load.0.gravity: of a reed of kind 'rod' it is not known how its mass is"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_named(reed: str, load: str, words: str, tmp_path: Path) -> None:
     told = refusal(scene_of, tmp_path, f"{reed}[[load]]\n{load}")
     assert words in told
@@ -142,10 +135,7 @@ def test_loads_need_no_other_motion(tmp_path: Path) -> None:
     ("rows", "words"),
     [
         ("0,0\n20,1\n10,1\n", "p.csv, line 4, column 1: angle 10 must exceed the one before, 20"),
-        (
-            "0,0\n60,20\n120,0\n",
-            "p.csv, line 4, column 1: no sample between 120 and 360 deg, 240 deg of the turn (limit 90",
-        ),
+        ("0,0\n60,20\n120,0\n", "line 4, column 1: no sample between 120 and 360 deg, 240 deg of the turn (limit 90"),
         ("0,0\n80,1\n180,0\n270,0\n", "p.csv, line 3, column 1: no sample between 80 and 180 deg, 100 deg of the turn"),
         ("0,0\n10,\n", "p.csv, line 3, column 2: '' must be a finite number"),
     ],

@@ -10,20 +10,15 @@ import pytest
 
 from impact.after.histories import best_plane
 from impact.pictures.lip_plots import plot_lip
-from seatfem.structures.errors import ModelError
 from seatfem.structures.lands import FaceLip
-from seatfem.structures.lip import Lip
-from seatfem.structures.rings import Division
-from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import run_contacts, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
 from seatfem.study.method import as_stated, stated_method
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.prerun.context import PER_ARC
-from seatfem.study.scene import Scene, SceneError, load_scene
-from seatfem.study.scene.files import check_files
 from seatfem.study.scene.lips import closed_line
-from tests.gallery import FLAPPER
+from tests.as_stated import seat_of, solved_striker, striker_of
+from tests.gallery import FLAPPER, load_text
+from tests.steps import Division, Lip, ModelError, Scene, SceneError, check_files, error_budget, plan_scene
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
@@ -38,20 +33,15 @@ GAP = 1e-6
 
 
 def scene_of(folder: Path, seat: str, contact: str, duration: float = 0.12) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(
+    return load_text(
+        folder,
         f'[seat]\n{seat}[reed]\n{LANDING}[contact]\ngap = "1 um"\n{contact}[run]\nduration = "{duration} ms"\n'
         'filter_width = "5 us"\n[accuracy]\ntarget = "5 %"\n',
-        encoding="utf-8",
     )
-    return load_scene(path)
 
 
 def cad(name: str) -> str:
     return f'kind = "cad"\nfile = "{MESHES / name}.step"\n{STEEL}'
-
-
-# What is struck
 
 
 def test_a_face_is_divided_where_the_scene_says_so(tmp_path: Path) -> None:
@@ -65,7 +55,6 @@ def test_a_face_is_divided_where_the_scene_says_so(tmp_path: Path) -> None:
     assert isinstance(whole, FaceLip)
     assert whole.area == pytest.approx(1e-3 * (10e-3 + 6e-3 * math.pi), rel=1e-3)
     struck = scene_of(tmp_path, PLATE + "struck = 2\n", "ports = 16\n").geometry.lip()
-    assert struck is not None
     assert (struck.inner, struck.outer) == pytest.approx((3e-3, 4e-3), rel=1e-3)
     assert isinstance(scene_of(tmp_path, MESHED, "ports = 16\n").geometry.lip(), FaceLip)
 
@@ -76,16 +65,12 @@ def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tup
     half the slot's length, or its width, below the middle."""
     scene = scene_of(tmp_path, SLOT, f'ports = 48\ntilt = "0.3 deg"\ntilt_axis = "{axis} deg"\n')
     lip = scene.seat.lip(48)
-    assert lip is not None
     gaps, rise = scene.geometry.gaps(Division(48)), math.tan(math.radians(0.3))
     (mean, *found) = best_plane(gaps[None], closed_line(lip))[0]
     np.testing.assert_allclose(found, rise * np.array(slopes), atol=1e-6 * rise)
     if axis in (0.0, 90.0):
         assert mean - GAP == pytest.approx(rise * (3.5e-3 if axis == 0.0 else 6e-3), rel=2e-3)
     assert gaps.min() >= GAP + 0.99 * rise * 0.5e-3  # the straight side that lies lowest, on its centre line
-
-
-# Landings
 
 
 def test_a_pitched_landing_around_a_slot_is_its_mirror_image(tmp_path: Path) -> None:
@@ -95,9 +80,6 @@ def test_a_pitched_landing_around_a_slot_is_its_mirror_image(tmp_path: Path) -> 
     scene = scene_of(tmp_path, seat, 'ports = 16\ntilt = "0.2 deg"\ntilt_axis = "90 deg"\n')
     greens = seat_of(scene, mesh_error=False).greens
     touches, lip = run_contacts(scene, striker_of(scene), greens, 1e-7), scene.seat.lip(16)
-    assert touches.parts is not None
-    assert touches.line is not None
-    assert lip is not None
     pushed = touches.parts.force.sum(axis=0)
     np.testing.assert_allclose(pushed, pushed[::-1], atol=0.01 * pushed.max())
     first = np.argmax(touches.parts.force > 0, axis=0)
@@ -123,7 +105,7 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
     found = []
     for seat, sizes in ((annular, ("2 mm", "0.3 mm")), (cad("annular_seat"), ("3 mm", "0.5 mm"))):
         scene = scene_of(tmp_path, seat + band.format(*sizes), 'ports = 16\ntilt = "0.3 deg"\n')
-        solved = seat_of(scene, method=stated_method(scene).seat)
+        solved = seat_of(scene)
         touches = run_contacts(scene, striker_of(scene), solved.greens, 1e-7)
         found.append((scene, solved, touches, measured(touches, scene.run.filter_width)))
     (_, known, _, right), (scene, solved, touches, values) = found
@@ -143,7 +125,6 @@ def test_a_mesh_that_is_given(tmp_path: Path) -> None:
     """Its patch in twice as many arcs, for the error bar; no more than it has elements."""
     scene = scene_of(tmp_path, MESHED, "ports = 8\n")
     solved = seat_of(scene)
-    assert solved.in_rings is not None
     assert Division.from_greens(solved.in_rings) == Division(16)
     assert solved.greens.ports == Division(8).names
     with pytest.raises(ModelError, match=r"contact\.ports = 128: .* only about 5\d elements .*: take fewer$"):
@@ -156,7 +137,6 @@ def test_plans_mesh_each_arc(tmp_path: Path) -> None:
     lip = plan.method.seat.lip
     assert isinstance(lip, FaceLip)
     assert plan.method.ports == 48
-    assert plan.method.seat.contact_size is not None
     assert plan.method.seat.contact_size <= PER_ARC * lip.length / 48 * (1 + 1e-9)
     sizes = 'model = "spring"\nmesh = { size = "3 mm", contact_size = "1.5 mm" }\n'
     with pytest.raises(ModelError, match=r"contact\.ports = 48: .* refine seat\.mesh\.contact_size to 0\.6 mm or less"):
@@ -168,7 +148,6 @@ def test_plans_choose_arcs_of_a_face(tmp_path: Path) -> None:
     plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'tilt = "0.2 deg"\n', 0.04))
     assert plan.method.ports in (16, 32, 64)
     assert any(choice.key == "contact.ports" for choice in plan.choices)
-    assert plan.method.reed.lip is not None
     assert plan.method.reed.lip.arcs == plan.method.ports
 
 
@@ -182,16 +161,10 @@ def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
     assert as_stated(plan.scene, plan.method).geometry.lip() == plan.method.seat.lip
 
 
-# What is refused
-
-
 @pytest.mark.parametrize(
     ("seat", "words"),
     [
-        (
-            cad("conical_seat"),
-            "conical_seat.step: the struck face is not flat: take flat faces, or strike it as a whole",
-        ),
+        (cad("conical_seat"), "conical_seat.step: the struck face is not flat: take flat faces, or strike it as a"),
         (cad("block"), "block.step: a struck face without a hole is only 1.5 times as long as it is wide"),
     ],
 )
@@ -220,11 +193,7 @@ def test_seats_that_have_no_lips(tmp_path: Path, seat: str, words: str) -> None:
     ("seat", "contact", "words"),
     [
         (cad("valve_plate"), "ports = 8\n", "contact.ports: of 8 segments of equal areas some would lie on two"),
-        (
-            cad("kidney_seat"),
-            'waviness = [["0 deg", "1 um"]]\n',
-            "contact.waviness: the struck lip is a strip, several",
-        ),
+        (cad("kidney_seat"), 'waviness = [["0 deg", "1 um"]]\n', "contact.waviness: the struck lip is a strip"),
     ],
 )
 def test_keys_that_a_lip_has_no_place_for(tmp_path: Path, seat: str, contact: str, words: str) -> None:
@@ -237,7 +206,6 @@ def test_keys_that_a_lip_has_no_place_for(tmp_path: Path, seat: str, contact: st
 def test_a_lip_of_several_faces_has_whole_arcs_on_each(tmp_path: Path) -> None:
     """Chosen so where the scene states none."""
     lip = scene_of(tmp_path, cad("valve_plate"), 'tilt = "0.1 deg"\n').geometry.lip()
-    assert lip is not None
     assert lip.arcs == 36
     assert lip.pieces == ((6, True),) * 6
 

@@ -7,12 +7,9 @@ import pytest
 
 import impact
 import seatfem
-from seatfem.structures.errors import ModelError
-from seatfem.structures.lip import Lip
 from seatfem.structures.sheets import PlateModes, plate_modes
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.scene import Scene, SceneError, load_scene
-from tests.gallery import FLAPPER
+from tests.gallery import FLAPPER, load_text
+from tests.steps import Lip, ModelError, Scene, SceneError, striker_of
 
 REED = FLAPPER + 'greens = { bandwidth = "10 kHz" }\n'
 HEAD = "x [mm],y [mm],w [um],velocity [m/s]\n"
@@ -20,10 +17,8 @@ GRID = [(x, y) for x in np.linspace(-1, 32, 67) for y in np.linspace(-9, 9, 37)]
 
 
 def scene_of(folder: Path, release: str) -> Scene:
-    path = folder / "scene.toml"
     seat = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
-    path.write_text(f'{seat}[reed]\n{REED}release = {release}\n[run]\nduration = "1 ms"\n', encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, f'{seat}[reed]\n{REED}release = {release}\n[run]\nduration = "1 ms"\n')
 
 
 def modes_of(scene: Scene) -> PlateModes:
@@ -68,12 +63,10 @@ def test_a_smooth_field_moves_the_contact_as_it_says(tmp_path: Path) -> None:
     ("rows", "message"),
     [
         ("x [mm],y [mm],w [um]\n0,0,1\n9,0,1\n9,9,1\n", r"its points do not surround \("),
-        (
-            HEAD + "".join(f"{x},{y},0,{(-1) ** k}\n" for k, (x, y) in enumerate(GRID)),
-            "leave .* of the square of velocity",
-        ),
+        (HEAD + "".join(f"{x},{y},0,{(-1) ** k}\n" for k, (x, y) in enumerate(GRID)),
+         "leave .* of the square of velocity"),
     ],
-)
+)  # fmt: skip
 def test_fields_that_do_not_serve(tmp_path: Path, rows: str, message: str) -> None:
     scene = of_field(tmp_path, rows)
     with pytest.raises(ModelError, match=f"reed.release.field = .*field.csv: .*{message}"):

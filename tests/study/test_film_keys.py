@@ -9,14 +9,9 @@ import pytest
 import impact
 from impact import measures
 from seatfem.faces.verdict import simpler, verdict
-from seatfem.structures.method import bed
-from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import problem_of, run_contacts, striker_of
-from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.summary import summarise
-from seatfem.study.scene import Scene
 from tests.gallery import FLAPPER, LIP, load_text, refusal
+from tests.steps import Division, Scene, Touches, bed, problem_of, run_contacts, run_scene, striker_of
 
 AIR = 'film = { viscosity = "18 uPa s", floor = "1 um" }'
 LANDING = f"""
@@ -48,12 +43,8 @@ duration = "200 us"
 STIFFNESS, DT = 2e8, 1e-7
 
 
-def scene_of(folder: Path, text: str) -> Scene:
-    return load_text(folder, text)
-
-
 def lip(folder: Path, more: str) -> Scene:
-    return scene_of(folder, LANDING.replace("MORE", more))
+    return load_text(folder, LANDING.replace("MORE", more))
 
 
 def struck(scene: Scene, arcs: int) -> Touches:
@@ -72,7 +63,7 @@ def test_the_film_of_a_lip_is_spread_over_its_arcs(tmp_path: Path) -> None:
 
 def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
     """Where it stays is known: k/2 (1/(g + f)^2 - 1/(g0 + f)^2) = m v; a coefficient 3 % off moves it by 1.5 %."""
-    scene = scene_of(tmp_path, MASS)
+    scene = load_text(tmp_path, MASS)
     result = run_contacts(scene, striker_of(scene), impact.spring(stiffness=1e15), DT).seat
     k = 18e-6 * 34.56e-3 * 1e-9
     rest = (2 * 1e-3 * 0.2 / k + 1 / 6e-6**2) ** -0.5 - 1e-6
@@ -86,10 +77,10 @@ def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
 
 
 def test_a_run_tells_of_its_film_and_of_none(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s"))
+    scene = load_text(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s"))
     outcome = run_scene(scene, tmp_path, pictures=False)
     found = outcome.summary
-    without = scene_of(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s").replace("film = ", "# film = "))
+    without = load_text(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s").replace("film = ", "# film = "))
     plain = run_scene(without, tmp_path / "plain", pictures=False).summary
     assert found["stiction_force_peak_N"] == pytest.approx(0.4e5 * 34.56e-6)
     assert found["film_force_peak_N"] > 10.0  # type: ignore[operator]
@@ -108,10 +99,9 @@ def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> No
     """Of an even gap: the same total force at every step; under a plate whose paddle turns as it comes, far less."""
     seat, _, rest = LANDING.partition("[reed]")
     rigid = seat + '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n' + rest[rest.index("[contact]") :]
-    many, one = (struck(scene_of(tmp_path, rigid.replace("MORE", f"{AIR}\nports = {n}")), n) for n in (8, 1))
+    many, one = (struck(load_text(tmp_path, rigid.replace("MORE", f"{AIR}\nports = {n}")), n) for n in (8, 1))
     size = measures.film_force_peak(one.seat)
     assert size > 10.0
-    assert many.seat.film is not None
     np.testing.assert_allclose(many.seat.force, one.seat.force, atol=1e-9 * size)
     np.testing.assert_allclose(many.seat.film, one.seat.film, atol=1e-9 * size)
     np.testing.assert_allclose(many.line.film.sum(axis=1), many.seat.film, atol=1e-9)
@@ -140,4 +130,4 @@ def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:
-    assert words in refusal(scene_of, tmp_path, text)
+    assert words in refusal(load_text, tmp_path, text)

@@ -5,15 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.cache import build, key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.structures.sheets import Sheet, SolvedSheet
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.scene import Scene, SceneError, load_scene
 from tests.gallery import FLAPPER, load_text, summary_of
+from tests.steps import Scene, SceneError, Stopwatch, striker_of
 
 COARSE = 'greens = { bandwidth = "30 kHz" }\n'
 SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
@@ -74,10 +72,8 @@ def test_it_is_struck_and_stops(tmp_path: Path) -> None:
     assert found["contact_count"] != 0
     assert "Mindlin plate" in str(found["seat_model"])
     stopper = f'[stopper]\ngap = "0.5 mm"\n{FLAPPER}{COARSE}'
-    path = tmp_path / "scene.toml"
     reed = 'kind = "cantilever"\nlength = "20 mm"\nn_modes = 4\nrelease = { tip_deflection = "0.2 mm" }\n'
-    path.write_text(f"[seat]\n{SPRING}[reed]\n{reed}{stopper}{RUN.format('')}", encoding="utf-8")
-    body = load_scene(path).stopper
+    body = load_text(tmp_path, f"[seat]\n{SPRING}[reed]\n{reed}{stopper}{RUN.format('')}").stopper
     assert build(body.body, body.body.stated(), 1e-3).greens.ports == ("contact",)
 
 

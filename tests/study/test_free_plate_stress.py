@@ -6,45 +6,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.notices import silent
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.fields.recovery import largest
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.lives import again
 from seatfem.study.runs.reed_stress import plate_field, plate_pushes, struck_in
-from seatfem.study.runs.round import Round
-from seatfem.study.runs.rounds import rounds
-from seatfem.study.scene import load_scene
+from tests.gallery import load_text
+from tests.steps import Round, Stopwatch, plan_scene, rounds, silent
 
 SCENE = """
-[seat]
-kind = "annular"
-bore_radius = "14.5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-outer_radius = "24 mm"
-material = "steel"
-model = "spring"
-mesh = {{ size = "3 mm", contact_size = "0.5 mm" }}
-[reed]
-kind = "ring_plate"
-outer_diameter = "40 mm"
-inner_diameter = "20 mm"
-thickness = "{thickness} mm"
-material = "steel"
-damping_ratio = 0.01
-velocity = "-1 m/s"
-greens = {{ bandwidth = "{band} kHz" }}
-mesh = {{ size = "{size} mm" }}
-[contact]
-tilt = "0.05 deg"
-ports = {ports}
-law = {{ kind = "spring", stiffness = "{stiffness} N/um" }}
-[run]
-duration = "{duration} us"
-time_step = "0.5 us"
-[accuracy]
-target = 0.9
+seat = {{ kind = "annular", bore_radius = "14.5 mm", lip_width = "1 mm", lip_edge_radius = "0 mm", \
+    outer_radius = "24 mm", material = "steel", model = "spring", \
+    mesh = {{ size = "3 mm", contact_size = "0.5 mm" }} }}
+reed = {{ kind = "ring_plate", outer_diameter = "40 mm", inner_diameter = "20 mm", thickness = "{thickness} mm", \
+    material = "steel", damping_ratio = 0.01, velocity = "-1 m/s", greens = {{ bandwidth = "{band} kHz" }}, \
+    mesh = {{ size = "{size} mm" }} }}
+contact = {{ tilt = "0.05 deg", ports = {ports}, law = {{ kind = "spring", stiffness = "{stiffness} N/um" }} }}
+run = {{ duration = "{duration} us", time_step = "0.5 us" }}
+accuracy = {{ target = 0.9 }}
 """
 
 
@@ -58,11 +35,9 @@ def landed(
     thickness: float = 1.5,
     size: float = 3,
 ) -> Round:
-    file = folder / "scene.toml"
     plate = {"band": band, "thickness": thickness, "size": size}
     text = SCENE.format(ports=ports, stiffness=stiffness, duration=duration, **plate)
-    file.write_text(text, encoding="utf-8")
-    return next(rounds(plan_scene(load_scene(file)), folder, Stopwatch(), silent))
+    return next(rounds(plan_scene(load_text(folder, text)), folder, Stopwatch(), silent))
 
 
 def stress(done: Round) -> float:

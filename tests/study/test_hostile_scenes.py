@@ -6,11 +6,10 @@ import time
 
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.study.scene import SceneError
 from seatfem.units import UnitError, parse_fraction, parse_quantity
 from tests.bounded import GIB, assert_refused, run_bounded
 from tests.gallery import load_text
+from tests.steps import BAD_INPUT, SceneError, run_command
 
 SCENE = (
     '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
@@ -100,37 +99,17 @@ def test_pipes_devices_and_folders_that_a_scene_names(seat, kind, tmp_path, caps
 
 
 BALL = """
-[seat]
-kind = "stopper"
-radius = "8 mm"
-thickness = "5 mm"
-contact_radius = "1 mm"
-material = "steel"
-damping_ratio = 0.02
-[reed]
-kind = "ball"
-diameter = "10 mm"
-material = { young = "5 MPa", density = "1100 kg/m^3", poisson = 0.49 }
-damping_ratio = 0.005
-velocity = "-0.5 m/s"
-[run]
-duration = "10 us"
-filter_width = "0.1 ns"
+seat = { kind = "stopper", radius = "8 mm", thickness = "5 mm", contact_radius = "1 mm", material = "steel", \
+    damping_ratio = 0.02 }
+reed = { kind = "ball", diameter = "10 mm", material = { young = "5 MPa", density = "1100 kg/m^3", poisson = 0.49 }, \
+    damping_ratio = 0.005, velocity = "-0.5 m/s" }
+run = { duration = "10 us", filter_width = "0.1 ns" }
 """
 CONE = """
-[seat]
-kind = "conical"
-bore_radius = "4 mm"
-face_width = "2 mm"
-material = "steel"
-damping_ratio = 0.02
-arc = "1e-6 rad"
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[run]
-duration = "100 us"
+seat = { kind = "conical", bore_radius = "4 mm", face_width = "2 mm", material = "steel", damping_ratio = 0.02, \
+    arc = "1e-6 rad" }
+reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
+run = { duration = "100 us" }
 """
 
 
@@ -146,4 +125,4 @@ def test_what_takes_long_is_priced_or_refused_first(tmp_path):
     assert run.said.index("predicted for the first round") < run.said.index("meshing")
     assert plan.code == 0
     assert "predicted time" in plan.said
-    assert_refused(cone, "cone.toml:8: seat.arc: 5.72958e-05 deg must lie between 0.36 and 360 deg")
+    assert_refused(cone, "cone.toml:2: seat.arc: 5.72958e-05 deg must lie between 0.36 and 360 deg")

@@ -5,12 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.study.identify import intervals
 from seatfem.study.identify.fit import IdentifyError, identify
 from seatfem.study.identify.record import load_identification
 from seatfem.study.identify.shots import Model
-from seatfem.study.scene import SceneError
+from tests.steps import BAD_INPUT, DONE, SceneError, run_command
 from tests.study.identification_truth import NOISE, RECORD, SCENE, TRUE, noise, true_record, write_files
 
 DRAWS = 20
@@ -155,10 +154,7 @@ def test_the_verb_writes_numbers_and_a_picture(record, tmp_path, capsys):
 
 
 WRONG = {
-    "an unknown key": (
-        ("contact.law.closure = {", "contact.law.closur = {"),
-        "record.toml:9: fit.contact.law.closur",
-    ),
+    "an unknown key": (("contact.law.closure = {", "contact.law.closur = {"), "record.toml:9: fit.contact.law.closur"),
     "bounds inverted": (('from = "2 um", to = "40 um"', 'from = "40 um", to = "2 um"'), "must be above from = 40"),
     "start outside": (('start = "15 um"', 'start = "50 um"'), "50 lies outside of from = 2, to = 40"),
     "no bounds": (("start = 0.9, from = 0.2, to = 1.0", "start = 0.9"), "contact.law.recovery"),

@@ -7,27 +7,15 @@ import impact
 from impact.files.csv_table import write_csv
 from seatfem.structures.cache import Cache
 from seatfem.study.identify.fit import identify
-from seatfem.study.impacts.contact import problem_of, seat_of, striker_of
-from seatfem.study.scene import load_scene
+from tests.steps import load_scene, problem_of, seat_of, striker_of
 from tests.study.identification_truth import noise
 
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "5 N/um"
-[reed]
-kind = "cantilever"
-length = "25.4 mm"
-thickness = "0.305 mm"
-damping_ratio = 0.03
-n_modes = 20
-release = { tip_deflection = "1 mm" }
-[contact]
-gap = "0.05 mm"
-[run]
-duration = "3 ms"
-time_step = "0.5 us"
-filter_width = "5 us"
+seat = { kind = "spring", stiffness = "5 N/um" }
+reed = { kind = "cantilever", length = "25.4 mm", thickness = "0.305 mm", damping_ratio = 0.03, n_modes = 20, \
+    release = { tip_deflection = "1 mm" } }
+contact = { gap = "0.05 mm" }
+run = { duration = "3 ms", time_step = "0.5 us", filter_width = "5 us" }
 """
 NOISE = 0.3  # N, of peaks of 15 N
 FINE = 5e-8  # a tenth of the fit's step

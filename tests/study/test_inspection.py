@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.structures.estimates.costs import seat_model
 from seatfem.structures.formats import mesh_files
 from seatfem.structures.inspection import cad
@@ -16,22 +15,12 @@ from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, CylinderFace, NumberedFace
-from seatfem.structures.store import Store
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import rounds_ahead
-from seatfem.study.scene import SceneError, load_scene
-from seatfem.study.scene.files import check_files
+from tests.steps import BAD_INPUT, DONE, SceneError, Store, check_files, load_scene, plan_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT / "meshes"
-REST = """\
-[reed]
-kind = "rigid_mass"
-mass = "5 g"
-velocity = "-2 m/s"
-[run]
-duration = "0.1 ms"
-"""
+REST = '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n[run]\nduration = "0.1 ms"\n'
 CAD = '[seat]\nkind = "cad"\nfile = "{}"\nmaterial = "steel"\n'
 MESH = f'[seat]\nkind = "mesh"\nfile = "{MESHES / "annular_seat.msh"}"\nmaterial = "steel"\n'
 COARSE = MeshSpec(8e-3, order=1, curved=False)
@@ -62,13 +51,9 @@ def test_every_wrong_selector_is_told_at_its_line(verb, tmp_path, capsys):
     )
     found = told(tmp_path, seat, capsys, verb)
     assert [line.split(":")[1:3] for line in found] == [
-        ["5", " seat.contact"],
-        ["6", " seat.fixed"],
-        ["7", " seat.groups.bores"],
-        ["8", " seat.regions.ring"],
-        ["9", " seat.materials.core"],
-        ["10", " seat.supports.0.on"],
-    ]
+        ["5", " seat.contact"], ["6", " seat.fixed"], ["7", " seat.groups.bores"], ["8", " seat.regions.ring"],
+        ["9", " seat.materials.core"], ["10", " seat.supports.0.on"],
+    ]  # fmt: skip
     assert "number 77" in found[0]
     assert "6 separate faces match" in found[2]
     assert "seatfem faces valve_plate.step" in found[0]
@@ -94,14 +79,11 @@ def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest
         ('kind = "frf"\nfile = "seat.csv"', "3: seat.file", "Hz"),
         ('kind = "greens"\nfile = "seat.csv"', "3: seat.file", "seat.csv"),
         ('kind = "modes"\nfile = "seat.csv"\nnode = 1\ndirection = "+z"', "3: seat.file", "seat.csv"),
-        (
-            'kind = "matrices"\nstiffness = "seat.csv"\nmass = "seat.csv"\ncontact = "seat.csv"',
-            "4: seat.mass",
-            "cannot be read",
-        ),
+        ('kind = "matrices"\nstiffness = "seat.csv"\nmass = "seat.csv"\ncontact = "seat.csv"', "4: seat.mass",
+         "cannot be read"),
         (f'kind = "cad"\nmaterial = "steel"\nfile = "{MESHES / "README.md"}"', "", "unknown CAD format"),
     ],
-)
+)  # fmt: skip
 def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
     (tmp_path / "seat.csv").write_text("a,b\n1,2\n", encoding="utf-8")
     found = told(tmp_path, f"[seat]\n{seat}\n", capsys)
@@ -197,18 +179,10 @@ def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -
     """From its faces: lands 1 mm wide, on a plate that bends between its rim; not a patch as wide as the reed."""
     drawn = Plate.model_validate(
         {
-            "kind": "plate",
-            "ports": 6,
-            "port_radius": "3 mm",
-            "pitch": "10 mm",
-            "margin": "5 mm",
-            "thickness": "6 mm",
-            "land_width": "1 mm",
-            "clamp_width": "2 mm",
-            "material": "steel",
-            "struck": 1,
+            "kind": "plate", "ports": 6, "port_radius": "3 mm", "pitch": "10 mm", "margin": "5 mm", "thickness": "6 mm",
+            "land_width": "1 mm", "clamp_width": "2 mm", "material": "steel", "struck": 1,
         }
-    ).patch()
+    ).patch()  # fmt: skip
     seat = CAD.format(MESHES / "valve_plate.step") + "contact = { number = 11 }\n"
     scene = load_scene(written(tmp_path, seat))
     found = scene.seat.patch()

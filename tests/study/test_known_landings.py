@@ -10,37 +10,17 @@ import pytest
 
 from impact.after.landings import Landing
 from seatfem import results
-from seatfem.faces.cli import run_command
 from seatfem.faces.verdict import horizon
 from seatfem.study.runs.horizon import ensemble_keys
-from seatfem.study.scene import SceneError, load_scene
+from tests.steps import SceneError, load_scene, run_command
 
-SCENE = """
-[seat]
-kind = "spring"
-stiffness = "100 kN/m"
-
-[reed]
-kind = "rigid_mass"
-mass = "10 g"
-velocity = "-0.2 m/s"
-
-[[load]]
-gravity = "-9.81 m/s^2"
-
-[[base]]
-of = "seat"
-acceleration = "table.csv"
-
-[contact]
-law = {{ kind = "hunt_crossley", stiffness = "50 MN/m^1.5", damping = "1 s/m" }}
-
-[run]
-duration = "{duration}"
-time_step = "20 us"
-filter_width = "100 us"
-{more}
-"""
+SCENE = (
+    '\nseat = {{ kind = "spring", stiffness = "100 kN/m" }}\n'
+    'reed = {{ kind = "rigid_mass", mass = "10 g", velocity = "-0.2 m/s" }}\n'
+    'contact = {{ law = {{ kind = "hunt_crossley", stiffness = "50 MN/m^1.5", damping = "1 s/m" }} }}\n'
+    'run = {{ duration = "{duration}", time_step = "20 us", filter_width = "100 us"{more} }}\n[[load]]\n'
+    'gravity = "-9.81 m/s^2"\n[[base]]\nof = "seat"\nacceleration = "table.csv"\n'
+)
 
 
 def shaken(folder: Path, duration: str, more: str = "") -> Path:
@@ -48,7 +28,7 @@ def shaken(folder: Path, duration: str, more: str = "") -> Path:
     rows = (f"{t / 4000:.5f},{49.05 * math.cos(100 * math.pi * t / 4000):.6f}" for t in range(12001))
     (folder / "table.csv").write_text("\n".join(["time [s],acceleration [m/s^2]", *rows]) + "\n", encoding="utf-8")
     path = folder / "shaken.toml"
-    path.write_text(SCENE.format(duration=duration, more=more), encoding="utf-8")
+    path.write_text(SCENE.format(duration=duration, more=more and f", {more}"), encoding="utf-8")
     return path
 
 
@@ -153,14 +133,10 @@ def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
 
 def test_a_sentence_has_one_unit() -> None:
     summary = {
-        "landings": [{}, {}, {}],
-        results.KNOWN_LANDINGS: 2,
-        results.LANDING_GROWTH: 5.0,
-        results.ENSEMBLE: 4,
-        results.ENSEMBLE_SPEED: 0.458,
-        f"error_bar_{results.ENSEMBLE_SPEED}": 0.105,
+        "landings": [{}, {}, {}], results.KNOWN_LANDINGS: 2, results.LANDING_GROWTH: 5.0, results.ENSEMBLE: 4,
+        results.ENSEMBLE_SPEED: 0.458, f"error_bar_{results.ENSEMBLE_SPEED}": 0.105,
         results.spread_of(results.ENSEMBLE_SPEED): 0.31,
-    }
+    }  # fmt: skip
     assert horizon(summary).endswith("closing speed 458 ± 105 mm/s (of single landings ± 310 mm/s)")
 
 

@@ -8,21 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import DONE, FAILED, run_command
 from seatfem.study.impacts.landings import needs_landing
 from seatfem.study.sweep import effects
-from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.optimum import run_optimum
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import StudyError
-from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import StudyTable
-from tests.study.crew_at_hand import answer_here
+from tests.steps import DONE, FAILED, load_study, run_command
+from tests.study.crew_at_hand import amount, answer_by, answer_here
 from tests.study.test_studies import study_file
 
 GAPS = '[vary]\ncontact.gap = ["0 mm", "0.05 mm", "0.09 mm", "0.15 mm", "0.3 mm"]\nreed.velocity = {}\n'
 STATUSES = ["landed", "landed", "landed", "cut off", "no landing"]
+LANDED = {"landing_status": "landed"}
 STAYS = np.pi * (1e-3 / 1e6) ** 0.5
 RUN = 2e-4
 
@@ -64,19 +62,16 @@ def test_sobol_blocks_and_bands_without_them(tmp_path: Path, monkeypatch: pytest
     """A measure that grows with its key; scenes above 0.75 of it do not land, and have its largest values."""
     answer_here(monkeypatch)
 
-    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
-        gap = float(str(changed["contact.gap"]).split()[0])
-        status = "landed" if gap < 0.75 else "cut off"
-        return Outcome("done", "", 0.0, {"landing_impulse_Ns": gap, "landing_status": status})
+    def answer(changed: dict[str, object]) -> dict[str, object]:
+        gap = amount(changed["contact.gap"])
+        return {"landing_impulse_Ns": gap, "landing_status": "landed" if gap < 0.75 else "cut off"}
 
-    monkeypatch.setattr(one, "_carried_out", carried_out)
+    answer_by(monkeypatch, answer)
     study = """design = "{}"
 number = 64
-[vary]
-contact.gap = {{ kind = "uniform", from = "0 mm", to = "1 mm" }}
-reed.mass = {{ kind = "uniform", from = "1 g", to = "2 g" }}
-[outputs]
-measures = ["landing_impulse_Ns"]
+vary = {{ contact.gap = {{ kind = "uniform", from = "0 mm", to = "1 mm" }}, \
+    reed.mass = {{ kind = "uniform", from = "1 g", to = "2 g" }} }}
+outputs = {{ measures = ["landing_impulse_Ns"] }}
 """
     drawn = run_study(load_study(study_file(tmp_path, study.format("latin_hypercube"))), tmp_path / "drawn")
     [band] = effects.tolerance_bands(drawn)
@@ -168,13 +163,8 @@ def test_what_the_program_says(tmp_path, monkeypatch, capsys):
 
 def test_a_measure_that_is_empty_in_some_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
-
-    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
-        gap = float(str(changed["contact.gap"]).split()[0])
-        summary = {"landing_restitution": None if gap == 0.05 else gap, "landing_status": "landed"}
-        return Outcome("done", "", 0.0, summary)
-
-    monkeypatch.setattr(one, "_carried_out", carried_out)
+    known = {"0.05 mm": None}
+    answer_by(monkeypatch, lambda keys: {"landing_restitution": known.get(str(keys["contact.gap"]), 0.5)} | LANDED)
     table = swept(tmp_path, monkeypatch, '[outputs]\nmeasures = ["landing_restitution"]\n')
     assert table.empty_in_words() == ["landing_restitution: empty in 1 of 5 scenes that count for it"]
     assert table.unanswered() == ()

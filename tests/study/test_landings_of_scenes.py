@@ -7,30 +7,16 @@ from typing import Any
 
 import pytest
 
-from seatfem.faces.cli import run_command
 from seatfem.results import result_of, words_of
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.runs.rounds import Limits
-from seatfem.study.scene import load_scene
+from tests.steps import Limits, load_scene, run_command, run_scene
 
 SEAT = """
-[seat]
-kind = "rod"
-young = "206 GPa"
-density = "7850 kg/m^3"
-length = "30 mm"
-area = "20 mm^2"
-damping_ratio = 0.05
+seat = { kind = "rod", young = "206 GPa", density = "7850 kg/m^3", length = "30 mm", area = "20 mm^2", \
+    damping_ratio = 0.05 }
 """
 REED = """
-[reed]
-kind = "cantilever"
-length = "30 mm"
-width = "10 mm"
-thickness = "0.3 mm"
-material = "steel"
-damping_ratio = 0.05
-n_modes = 4
+reed = { kind = "cantilever", length = "30 mm", width = "10 mm", thickness = "0.3 mm", material = "steel", \
+    damping_ratio = 0.05, n_modes = 4 }
 """
 PULSE = "time [ms],pressure [bar]\n0,-1\n0.2,-1\n0.4,0.4\n1.0,0.4\n1.4,-0.1\n3.5,-0.5\n6,-15\n8,-15\n"
 VALVE = (

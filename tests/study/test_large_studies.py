@@ -7,29 +7,17 @@ from seatfem.study.sweep.study import load_study
 from tests.bounded import assert_refused, run_bounded
 
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "1e6 N/m"
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[run]
-duration = "100 us"
+seat = { kind = "spring", stiffness = "1e6 N/m" }
+reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
+run = { duration = "100 us" }
 """
-DRAWN = """
-scene = "scene.toml"
-design = "monte_carlo"
-number = {0}
-limit = {0}
-[vary]
-"reed.velocity" = {{ from = "-2 m/s", to = "-1 m/s" }}
-"""
+DRAWN = (
+    '\nscene = "scene.toml"\ndesign = "monte_carlo"\nnumber = {0}\nlimit = {0}\n[vary]\n'
+    '"reed.velocity" = {{ from = "-2 m/s", to = "-1 m/s" }}\n'
+)
 GRID = """
 scene = "scene.toml"
-[vary]
-"reed.velocity" = { from = "-2 m/s", to = "-1 m/s", number = 40 }
-"seat.stiffness" = ["1e6 N/m", "2e6 N/m"]
+vary = { "reed.velocity" = { from = "-2 m/s", to = "-1 m/s", number = 40 }, "seat.stiffness" = ["1e6 N/m", "2e6 N/m"] }
 """
 
 

@@ -8,21 +8,13 @@ import numpy as np
 import pytest
 
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.method import LevelError, Solved
-from seatfem.study.impacts.contact import seat_of
-from seatfem.study.scene import load_scene
 from tests.gallery import load_text
+from tests.steps import LevelError, Solved, load_scene, seat_of
 
-REST = """
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-damping_ratio = 0.1
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[run]
-duration = "20 us"
-"""
+REST = (
+    '\nmaterial = { young = "200 GPa", density = "7850 kg/m^3" }\ndamping_ratio = 0.1\n[reed]\nkind = "rigid_mass"\n'
+    'mass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "20 us"\n'
+)
 RING = 'kind = "annular"\nbore_radius = "4 mm"\nlip_width = "2 mm"\nlip_edge_radius = "0 mm"\nouter_radius = "8 mm"\n'
 RING += 'thickness = "4 mm"\nmesh = { size = "2 mm", contact_size = "1 mm" }\ngreens = { bandwidth = "150 kHz" }\n'
 BAR = 'kind = "bar"\nlength = "12 mm"\nwidth = "4 mm"\nheight = "4 mm"\n'

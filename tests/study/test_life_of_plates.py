@@ -11,29 +11,23 @@ import pytest
 from impact.life.places import margin_error
 from impact.life.strength import basquin
 from seatfem.faces.verdict import lasting as in_words
-from seatfem.structures.fields.recovery import histories, hottest, largest, mises_range, von_mises
+from seatfem.structures.fields.peaks import hottest, largest, mises_range, von_mises
+from seatfem.structures.fields.recovery import histories
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.lives import Stressed
 from seatfem.study.runs.reed_stress import plate_field
-from seatfem.study.runs.round import Round
-from seatfem.study.scene import SceneError, load_scene
-from tests.gallery import BAR
+from tests.gallery import BAR, load_text
+from tests.steps import Round, SceneError
 
 CURVE = basquin(400e6, 1e7, 12.0)
 STRENGTH = 'source = "invented for tests"\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\nlimit_cycles = 1e7\n'
 STRENGTH += '[curve]\nknee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12\n'
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
-REED = """[reed]
-kind = "flapper"
-root_width = "6 mm"
-taper_length = "1 mm"
-neck_width = "6 mm"
-neck_length = "14 mm"
-paddle_diameter = "12 mm"
-thickness = "0.3 mm"
-material = { young = "200 GPa", poisson = 0.0, density = "7850 kg/m^3" }
-greens = { bandwidth = "4 kHz" }
-"""
+REED = (
+    '[reed]\nkind = "flapper"\nroot_width = "6 mm"\ntaper_length = "1 mm"\nneck_width = "6 mm"\nneck_length = "14 mm"\n'
+    'paddle_diameter = "12 mm"\nthickness = "0.3 mm"\n'
+    'material = { young = "200 GPa", poisson = 0.0, density = "7850 kg/m^3" }\ngreens = { bandwidth = "4 kHz" }\n'
+)
 THROWN = REED + 'release = { velocity = "-2 m/s" }\n'
 RUN = '[run]\nduration = "{} ms"\ntime_step = "2 us"\nfilter_width = "20 us"\n[accuracy]\ntarget = 0.9\n'
 FINER = RUN.format(1.5).replace("2 us", "1 us")
@@ -45,7 +39,6 @@ def run(
 ) -> tuple[dict[str, object], list[Round]]:
     """Summary, and the round."""
     (folder / "strength.toml").write_text(STRENGTH, encoding="utf-8")
-    (folder / "scene.toml").write_text(text, encoding="utf-8")
     kept: list[Round] = []
     if monkeypatch is not None:
         of = Stressed.from_round
@@ -55,7 +48,7 @@ def run(
             return of(done, *stresses)  # type: ignore[arg-type]
 
         monkeypatch.setattr(Stressed, "from_round", keep)
-    outcome = pipeline.run_scene(load_scene(folder / "scene.toml"), folder / "out", pictures=False)
+    outcome = pipeline.run_scene(load_text(folder, text), folder / "out", pictures=False)
     return dict(outcome.summary), kept
 
 
@@ -154,11 +147,8 @@ def test_margin_over_lift_is_that_of_runs_with_another_stopper(tmp_path: Path) -
     [
         (THROWN, 'curves = { tilt = ["0 deg", "1 deg"] }\n', r"life.curves.tilt: 0 deg: contact is not along a lip"),
         (THROWN, 'curves = { lift = ["1 mm", "2 mm"] }\n', r"life.curves.lift: 1 mm: the scene has no \[stopper\]"),
-        (
-            REED + 'release = { deflection = "1 mm" }\n',
-            'curves = { speed = ["1 m/s", "2 m/s"] }\n',
-            "life.curves.speed: 1 m/s: the reed does not start with a velocity",
-        ),
+        (REED + 'release = { deflection = "1 mm" }\n', 'curves = { speed = ["1 m/s", "2 m/s"] }\n',
+         "life.curves.speed: 1 m/s: the reed does not start with a velocity"),
         (
             REED
             + 'release = { deflection = "1 mm" }\n[stopper]\nkind = "spring"\nstiffness = "1 N/um"\ngap = "2 mm"\n',
@@ -169,7 +159,7 @@ def test_margin_over_lift_is_that_of_runs_with_another_stopper(tmp_path: Path) -
         (THROWN, "curves = {}\n", "life.curves.speed: no curve is asked for"),
         (THROWN, 'seat_strength = "strength.toml"\n', r"life.seat_strength: .*add the table \[stress\]"),
     ],
-)
+)  # fmt: skip
 def test_refused(tmp_path: Path, scene: str, life: str, said: str) -> None:
     with pytest.raises(SceneError, match=r"scene\.toml:\d+: " + said):
         run(tmp_path, SPRING + scene + "\n" + RUN.format(1) + LIFE + life)

@@ -14,29 +14,21 @@ import pytest
 
 import impact
 from impact.after.histories import largest_average
-from impact.notices import silent
 from impact.storage.hdf5 import restore_checkpoint, save_checkpoint
-from seatfem.machine.resources import Stopwatch
-from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division, as_a_whole, divided_less
-from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import problem_of, run_contacts, seat_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
 from seatfem.study.ladders.level import method_beside
-from seatfem.study.method import stated_method
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.rounds import rounds
-from seatfem.study.scene import Scene, load_scene
-from tests.gallery import FLAPPER
+from tests.as_stated import seat_of, striker_of
+from tests.gallery import FLAPPER, load_text
+from tests.steps import Scene, Solved, Stopwatch, error_budget, plan_scene, rounds, silent, stated_method
 
-SEAT = """kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
-greens = { bandwidth = "100 kHz" }
-mesh = { size = "2.5 mm", contact_size = "0.5 mm" }
-"""
+SEAT = (
+    'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\n'
+    'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\ngreens = { bandwidth = "100 kHz" }\n'
+    'mesh = { size = "2.5 mm", contact_size = "0.5 mm" }\n'
+)
 LANDING = FLAPPER + 'greens = { bandwidth = "60 kHz" }\nrelease = { velocity = "-2 m/s" }\n'
 MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
 RADIUS, GAP, DT = 5.5e-3, 1e-6, 1e-7
@@ -49,12 +41,10 @@ def keys(ports: int, tilt: tuple[str, str] = FLAT, more: str = "") -> str:
 
 
 def scene_of(folder: Path, contact: str, reed: str = LANDING, seat: str = SEAT, duration: str = "0.2 ms") -> Scene:
-    path = folder / "scene.toml"
     text = (
         f'[seat]\n{seat}[reed]\n{reed}[contact]\n{contact}[run]\nduration = "{duration}"\n[accuracy]\ntarget = "5 %"\n'
     )
-    path.write_text(text, encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, text)
 
 
 @dataclass(frozen=True)
@@ -68,7 +58,7 @@ class Bench:
     def seat(self, scene: Scene, *, mesh_error: bool = False) -> Solved:
         key = scene.contact.ports or 0, mesh_error
         if key not in self.seats:
-            self.seats[key] = seat_of(scene, method=stated_method(scene).seat, mesh_error=mesh_error)
+            self.seats[key] = seat_of(scene, mesh_error=mesh_error)
         return self.seats[key]
 
     def problem(self, ports: int, tilt: tuple[str, str] = FLAT) -> impact.ContactProblem:
@@ -103,18 +93,12 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     return Bench(tmp_path_factory.mktemp("lip"))
 
 
-# Symmetry
-
-
 @pytest.mark.parametrize("tilt", [PITCH, BACK, FLAT])
 def test_what_lands_in_pitch_lands_alike_on_both_sides(bench: Bench, tilt: tuple[str, str]) -> None:
     """Of a mirrored mesh, modes that are even or odd, and a residual without cancellation: round-off, times 1e3 by the
     contacts. A mesh that is not mirrored leaves 1e-3, Lanczos' modes alone 1e-5."""
     force = bench.land(32, tilt).force
     assert np.abs(force - force[:, ::-1]).max() < 1e-9 * force.max()
-
-
-# Openings
 
 
 @pytest.mark.parametrize(("axis", "lowest"), [(0.0, 270.0), (90.0, 0.0), (30.0, 300.0)])
@@ -151,9 +135,6 @@ def test_waviness_is_linear_between_its_angles(tmp_path: Path) -> None:
     )
 
 
-# Statics
-
-
 def test_all_arcs_under_one_load_are_the_whole_lip(bench: Bench) -> None:
     """Both bodies: the plate's rules at 192 and at 96 points of the lip differ by 1e-9."""
     many, one = bench.problem(32), bench.problem(1)
@@ -178,9 +159,6 @@ def test_a_rigid_face_on_an_even_lip_is_one_contact(bench: Bench, ports: int) ->
     several, one = (result.force for result in found)
     assert one.max() > 0
     np.testing.assert_allclose(several, np.repeat(one[:, None] / ports, ports, 1), atol=1e-9 * one.max())
-
-
-# Landings
 
 
 def test_landings_of_the_reference(bench: Bench) -> None:
@@ -219,9 +197,6 @@ def test_peaks_converge_with_the_second_power_of_the_arcs(bench: Bench) -> None:
     assert left(16, bench.impulse) / left(64, bench.impulse) > 3.5
 
 
-# What becomes of a run
-
-
 def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:
     problem, result = bench.problem(32, ROLL), bench.land(32, ROLL)
     impact.save_results(tmp_path / "result.h5", {"wave": result}, {})
@@ -244,18 +219,14 @@ def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:
 def test_a_lip_in_rings_and_arcs(bench: Bench) -> None:
     """Two rings of 16 arcs: the reed's ports follow, the sums are those of the undivided width to what that leaves."""
     scene = scene_of(bench.folder, keys(16, ROLL, "rings = 2\n"), duration="0.1 ms")
-    seat, striker = seat_of(scene, method=stated_method(scene).seat, mesh_error=False).greens, striker_of(scene)
+    seat, striker = seat_of(scene, mesh_error=False).greens, striker_of(scene)
     assert seat.ports == Division(16, 2).names
     assert striker.greens.ports[1:] == seat.ports
     by_rings = run_contacts(scene, striker, seat, DT)
-    assert by_rings.line is not None
     assert by_rings.line.force.shape[1] == 16
     plain = bench.land(16, ROLL).force[:1001].sum()
     assert by_rings.seat.force.sum() == pytest.approx(plain, rel=0.02)
     assert by_rings.seat.energy.residual < 1e-9
-
-
-# Error bars
 
 
 @dataclass(frozen=True)
@@ -314,7 +285,6 @@ def test_where_no_more_arcs_can_be_half_as_many_tell(
     monkeypatch.setattr("seatfem.structures.rings.MOST_CHOSEN", 16)
     scene = scene_of(tmp_path, keys(16, ROLL), duration="0.1 ms")
     seat = seat_of(scene, method=stated_method(scene).seat)
-    assert seat.in_rings is not None
     assert Division.from_greens(seat.in_rings) == Division(16)
     touches = run_contacts(scene, striker_of(scene), seat.greens, DT)
     share = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches).parts["patch"]["impulse"]
@@ -362,7 +332,6 @@ def test_rounds_take_more_arcs_on_both_bodies(tmp_path: Path) -> None:
     for done, arcs in ((first, 8), (second, 32)):
         assert done.plan.method.ports == arcs
         assert Division.from_greens(done.seat.greens) == Division(arcs)
-        assert done.reed is not None
         assert done.reed.greens.ports == ("contact", *Division(arcs).names)
     shares = [done.left.parts["patch"]["filtered_peak"] for done in (first, second)]
     assert shares[0] > 2 * shares[1]

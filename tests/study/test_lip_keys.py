@@ -4,10 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.structures.errors import ModelError
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.scene import Scene
 from tests.gallery import FLAPPER, LIP, load_text, mass, refusal, spring
+from tests.steps import ModelError, Scene, striker_of
 
 REED = FLAPPER + 'greens = { bandwidth = "20 kHz" }\nrelease = { velocity = "-2 m/s" }\n'
 MASS, SPRING = mass(0.1, "-1 m/s"), spring("20 N/um")

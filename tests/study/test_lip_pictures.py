@@ -17,36 +17,22 @@ from seatfem.pictures import rendering
 from seatfem.pictures.frame_pictures import animate_frames
 from seatfem.pictures.frames import LANDING, landing_frames
 from seatfem.pictures.moving import load_moving
-from seatfem.structures.lip import Lip
-from seatfem.structures.method import Solved, bed
-from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import run_contacts, solved_striker, striker_of
 from seatfem.study.runs.stress_wave import by_arc, landing_of, lip_pictures
-from seatfem.study.scene import load_scene
-from tests.gallery import FLAPPER, LIP
+from tests.gallery import FLAPPER, LIP, load_text
+from tests.steps import Division, Lip, Solved, bed, run_contacts, solved_striker, striker_of
 
 ARCS, RADIUS = 8, 5.5e-3
-SCENE = f"""title = "a <tilted> landing"
-[seat]
-{LIP}[reed]
-{FLAPPER}greens = {{ bandwidth = "10 kHz" }}
-release = {{ velocity = "-1 m/s" }}
-[contact]
-gap = "1 um"
-tilt = "0.3 deg"
-ports = 8
-rings = 2
-[run]
-duration = "0.3 ms"
-"""
+SCENE = (
+    f'title = "a <tilted> landing"\ncontact = {{ gap = "1 um", tilt = "0.3 deg", ports = 8, rings = 2 }}\n'
+    f'run = {{ duration = "0.3 ms" }}\n[seat]\n{LIP}[reed]\n{FLAPPER}greens = {{ bandwidth = "10 kHz" }}\n'
+    f'release = {{ velocity = "-1 m/s" }}\n'
+)
 
 
 @pytest.fixture(scope="module")
 def landed(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """A round as far as pictures ask for it, on springs; and its baseline."""
-    path = tmp_path_factory.mktemp("lip") / "scene.toml"
-    path.write_text(SCENE, encoding="utf-8")
-    scene, springs = load_scene(path), bed(Division(ARCS, 2), 5e6)
+    scene, springs = load_text(tmp_path_factory.mktemp("lip"), SCENE), bed(Division(ARCS, 2), 5e6)
     striker = striker_of(scene)
     touches, stiffer = (run_contacts(scene, striker, seat, 2e-7) for seat in (springs, bed(Division(ARCS, 2), 5e7)))
     done = SimpleNamespace(
@@ -78,9 +64,6 @@ def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     is not drawn."""
     lip = by_arc(landed.done.touches.parts, Division(ARCS, 2))
     found = landing_of(landed.done, lip)
-    assert found is not None
-    assert found.overlay is not None
-    assert found.time is not None
     corners = found.overlay.points.reshape(-1, 4, 3)[..., :2]
     inner, outer = corners[:, :2], corners[:, 2:]
     (x, y), radius = outer.mean(axis=(0, 1)), RADIUS
@@ -157,8 +140,6 @@ def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None
     from PIL import Image
 
     found = landing_of(landed.done, by_arc(landed.done.touches.parts, Division(ARCS, 2)))
-    assert found is not None
-    assert found.overlay is not None
     few = replace(
         found, displacement=found.displacement[::12], labels=found.labels[::12], time=found.time[::12],
         values=found.values[::12], overlay=replace(found.overlay, values=found.overlay.values[::12]),
@@ -171,8 +152,6 @@ def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None
 
 def test_heights_are_exaggerated_by_round_numbers_up_to_a_share_of_the_plate(landed: Any) -> None:
     found = landing_of(landed.done, by_arc(landed.done.touches.parts, Division(ARCS, 2)))
-    assert found is not None
-    assert found.overlay is not None
     drawn = found.exaggeration * max(found.largest, np.abs(found.overlay.height).max()) / found.size
     assert LANDING / 2.5 < drawn <= LANDING
     assert text(found.exaggeration, "")[0] in "125"

@@ -9,23 +9,11 @@ from seatfem.study.scene import Scene, SceneError
 from tests.gallery import load_text
 
 SCENE = """
-[seat]
-kind = "annular"
-bore_radius = "4 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = "steel"
-[reed]
-kind = "cantilever"
-length = "30 mm"
-width = "{width} mm"
-thickness = "0.3 mm"
-material = "steel"
-release = {{ tip_deflection = "1 mm" }}
-[contact]
-at = "{at} mm"
-[run]
-duration = "1 ms"
+seat = {{ kind = "annular", bore_radius = "4 mm", lip_width = "1 mm", lip_edge_radius = "0 mm", material = "steel" }}
+reed = {{ kind = "cantilever", length = "30 mm", width = "{width} mm", thickness = "0.3 mm", material = "steel", \
+    release = {{ tip_deflection = "1 mm" }} }}
+contact = {{ at = "{at} mm" }}
+run = {{ duration = "1 ms" }}
 """
 
 

@@ -6,28 +6,16 @@ from pathlib import Path
 import pytest
 
 from seatfem.pictures.stress_plot import plot_margins
-from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs.pipeline import margin_curve
-from seatfem.study.scene import SceneError, load_scene
+from tests.steps import RunError, SceneError, load_scene
 
 KEY = "reed.release.velocity"
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "27.8 N/um"
-[reed]
-kind = "cantilever"
-length = "25.4 mm"
-width = "10 mm"
-thickness = "0.305 mm"
-n_modes = 12
-release = { mode = 1, velocity = "-2 m/s" }
-[run]
-duration = "1.2 ms"
-time_step = "2 us"
-filter_width = "10 us"
-[accuracy]
-target = 0.9
+seat = { kind = "spring", stiffness = "27.8 N/um" }
+reed = { kind = "cantilever", length = "25.4 mm", width = "10 mm", thickness = "0.305 mm", n_modes = 12, \
+    release = { mode = 1, velocity = "-2 m/s" } }
+run = { duration = "1.2 ms", time_step = "2 us", filter_width = "10 us" }
+accuracy = { target = 0.9 }
 """
 LIFE = '[life]\nstrength = "strength.toml"\ncriterion = "swt"\ncycles = 4.5e9\n'
 STRENGTH = 'source = "invented for tests"\n[curve]\nknee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12\n'
@@ -92,7 +80,7 @@ def test_values_in_place_of_those_of_the_file(scene: Path) -> None:
     changed = load_scene(scene, {"contact.gap": "0.1 mm", "reed.release.velocity": "-3 m/s"})
     assert (changed.contact.gap, changed.reed.release.velocity) == (pytest.approx(1e-4), -3.0)  # type: ignore[attr-defined]
     assert math.isclose(load_scene(scene).reed.release.velocity, -2.0)  # type: ignore[attr-defined]
-    with pytest.raises(SceneError, match=r"scene\.toml:11: reed\.release\.velocity: .*towards the seat"):
+    with pytest.raises(SceneError, match=r"scene\.toml:3: reed\.release\.velocity: .*towards the seat"):
         load_scene(scene, {"reed.release.velocity": "3 m/s"})
     with pytest.raises(SceneError, match=r"reed\.tip: unknown key"):
         load_scene(scene, {"reed.tip": "3 m/s"})

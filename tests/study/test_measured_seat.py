@@ -8,12 +8,11 @@ import pytest
 from rich.console import Console
 
 import impact
-from impact.greens.base import GreensFunction
 from impact.notices import Advice
 from seatfem.faces.tables import result_table
 from seatfem.study.impacts.validity import fit_of, validity_advice
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.gallery import load_text
+from tests.steps import GreensFunction, Scene, SceneError, load_scene, run_scene
 
 F = np.arange(40.0, 12e3, 20.0)
 S = 2j * np.pi * F
@@ -23,23 +22,12 @@ BODY = impact.ModalGreens(
     2 * np.pi * np.array([[2.3e3 * 1.1e-4], [6.1e3 * 7e-5]]),
     impact.Residual.spring(2e-9),
 )
-REED = """
-[reed]
-kind = "rigid_mass"
-mass = "400 g"
-velocity = "-1 m/s"
-[contact]
-law = { kind = "spring", stiffness = "5e7 N/m" }
-[run]
-duration = "3 ms"
-filter_width = "200 us"
-"""
-SEAT = """[seat]
-kind = "frf"
-file = "hammer.csv"
-columns = { frequency = "f", magnitude = "H1", phase = "Phi" }
-units = { frequency = "kHz", response = "dB re 1 g/N", phase = "deg" }
-quantity = "accelerance"
+REED = (
+    '\n[reed]\nkind = "rigid_mass"\nmass = "400 g"\nvelocity = "-1 m/s"\n[contact]\n'
+    'law = { kind = "spring", stiffness = "5e7 N/m" }\n[run]\nduration = "3 ms"\nfilter_width = "200 us"\n'
+)
+SEAT = """seat = { kind = "frf", file = "hammer.csv", columns = { frequency = "f", magnitude = "H1", phase = "Phi" }, \
+    units = { frequency = "kHz", response = "dB re 1 g/N", phase = "deg" }, quantity = "accelerance" }
 """
 
 
@@ -55,8 +43,7 @@ def scene(folder: Path, noise: float, seat: str = SEAT, odd: float = 1.0) -> Sce
     columns = (F / 1e3, 20 * np.log10(np.abs(h) / 9.80665), np.degrees(np.angle(h)))
     rows = ["\t".join(f"{x:.7f}" for x in row).replace(".", ",") for row in zip(*columns, strict=True)]
     (folder / "hammer.csv").write_text("\n".join(["f\tH1\tPhi", *rows]), encoding="utf-8-sig")
-    (folder / "scene.toml").write_text(seat + REED, encoding="utf-8")
-    return load_scene(folder / "scene.toml")
+    return load_text(folder, seat + REED)
 
 
 def test_bars_of_seat_and_baseline_hold_the_truth(tmp_path: Path) -> None:

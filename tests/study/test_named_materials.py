@@ -7,7 +7,8 @@ import pytest
 
 from seatfem.structures.materials import NAMED_MATERIALS, named_material
 from seatfem.structures.materials import Material as Solid
-from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene import Scene, SceneError
+from tests.gallery import load_text
 
 Load = Callable[[str, str], Scene]
 
@@ -15,14 +16,12 @@ Load = Callable[[str, str], Scene]
 @pytest.fixture
 def load(tmp_path: Path) -> Load:
     def write_and_load(seat: str, reed: str) -> Scene:
-        path = tmp_path / "scene.toml"
-        path.write_text(
+        return load_text(
+            tmp_path,
             f'[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\nmaterial = {seat}\n'
             '[reed]\nkind = "cantilever"\nlength = "20 mm"\nrelease = { tip_deflection = "1 mm" }\n'
             f'material = {reed}\n[run]\nduration = "1 ms"\n',
-            encoding="utf-8",
         )
-        return load_scene(path)
 
     return write_and_load
 

@@ -9,18 +9,16 @@ import scipy.linalg
 from scipy import sparse
 from scipy.io import mmwrite
 
-from impact.notices import silent
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
 from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs import pictures
 from seatfem.study.runs.pipeline import write_modes
-from seatfem.study.scene import load_scene
+from tests.gallery import load_text
 from tests.known_answers.grids import section
+from tests.steps import RunError, Stopwatch, silent
 
 RUN = '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n[run]\nduration = "1 ms"\n'
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'
@@ -35,8 +33,7 @@ BAR = (
 
 
 def seat_of(text, tmp_path):
-    (tmp_path / "scene.toml").write_text(text + RUN, encoding="utf-8")
-    return load_scene(tmp_path / "scene.toml")
+    return load_text(tmp_path, text + RUN)
 
 
 def found(text, tmp_path, count=None, up_to_hz=None):

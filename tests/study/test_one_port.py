@@ -7,53 +7,35 @@ from pathlib import Path
 import pytest
 
 import impact
-from impact.notices import silent
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.rings import Division, divided_less
-from seatfem.study.impacts.contact import problem_of, record_of, solved_striker, striker_of
-from seatfem.study.impacts.touches import values_of_record
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import PORTS, chooses_one_port, stated_method
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.refining import refine
-from seatfem.study.runs.round import Round
-from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.safety import LIP_SHARE, ONE_PORT_BAR
-from seatfem.study.scene import load_scene
-from tests.gallery import FLAPPER
+from tests.as_stated import solved_striker, striker_of
+from tests.gallery import FLAPPER, load_text
+from tests.steps import Limits, Plan, Round, Stopwatch, plan_scene, refine, rounds, silent, values_of_record
 
-SCENE = f"""[seat]
-kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = "steel"
-model = "spring"
-mesh = {{ size = "2.5 mm", contact_size = "0.5 mm" }}
+SCENE = f"""
+seat = {{ kind = "annular", bore_radius = "5 mm", lip_width = "1 mm", lip_edge_radius = "0 mm", material = "steel", \
+    model = "spring", mesh = {{ size = "2.5 mm", contact_size = "0.5 mm" }} }}
+run = {{ duration = "60 us", filter_width = "5 us", time_step = "0.1 us" }}
+accuracy = {{ target = "TARGET %", measures = ["impulse"ALSO] }}
 [reed]
 {FLAPPER}greens = {{ bandwidth = "40 kHz" }}
 release = {{ velocity = "-2 m/s" }}
 [contact]
 gap = "1 um"
 MORE
-[run]
-duration = "60 us"
-filter_width = "5 us"
-time_step = "0.1 us"
-[accuracy]
-target = "TARGET %"
-measures = ["impulse"ALSO]
 """
 
 
 @cache
 def plan_of(folder: Path, more: str = "", target: float = 40, also: str = "") -> Plan:
-    path = folder / "scene.toml"
     text = SCENE.replace("MORE", more).replace("TARGET", f"{target:g}").replace("ALSO", also)
-    path.write_text(text, encoding="utf-8")
-    return plan_scene(load_scene(path))
+    return plan_scene(load_text(folder, text))
 
 
 @pytest.fixture(scope="module")
@@ -104,8 +86,6 @@ def test_the_bar_is_what_arcs_change(folder: Path) -> None:
     done = first_round(folder)
     scene, method = done.plan.scene, done.plan.method
     whole, patch = done.seat.greens.modal, scene.seat.surrogate(scene.run.duration, scene.reed.face).patch
-    assert whole is not None
-    assert patch is not None
     lip = stated_method(scene).seat.lip
     assert lip.arcs == 32
     many = on_its_patch(whole, lip, patch)

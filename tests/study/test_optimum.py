@@ -2,19 +2,18 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from seatfem.study.safety import Effort
-from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.best import Optimum
 from seatfem.study.sweep.cases import PILOTS
 from seatfem.study.sweep.optimum import run_optimum
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError
-from seatfem.study.sweep.study import load_study
-from tests.study.crew_at_hand import answer_here
+from tests.steps import Outcome, load_study
+from tests.study.crew_at_hand import amount, answer_by, answer_here
 from tests.study.test_studies import MESHED, study_file
 
 STIFFNESS = '[vary]\nseat.stiffness = { from = "0.1 N/um", to = "10 N/um", scale = "log" }\n'
@@ -41,30 +40,28 @@ def test_the_softest_spring_that_is_stiff_enough(tmp_path: Path, monkeypatch: py
     assert len(found.searched) <= 40
 
 
-def of_closed_form(jobs_fail: bool = False):
-    """Runs whose displacement is 4 % and whose force 7 % off in the search, and right at the target."""
+def closed_form(changed: dict[str, object]) -> dict[str, object]:
+    """Of runs whose displacement is 4 % and whose force 7 % off in the search, and right at the target."""
+    stiffness, mass = 1e6 * amount(changed["seat.stiffness"]), 1e-3 * amount(changed.get("reed.mass", "1 g"))
+    coarse = "accuracy" in changed
+    return {
+        "filtered_peak_force_N": (stiffness * mass) ** 0.5 * (1.07 if coarse else 1.0),
+        "max_seat_displacement_m": (mass / stiffness) ** 0.5 * (1.04 if coarse else 1.0),
+        "impulse_Ns": 2 * mass,
+    }
 
-    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
-        stiffness = float(str(changed["seat.stiffness"]).split()[0]) * 1e6
-        mass = float(str(changed.get("reed.mass", "1 g")).split()[0]) * 1e-3
-        if jobs_fail and stiffness < 0.6e6:
-            raise RuntimeError("too soft")
-        coarse = "accuracy" in changed
-        summary = {
-            "filtered_peak_force_N": (stiffness * mass) ** 0.5 * (1.07 if coarse else 1.0),
-            "max_seat_displacement_m": (mass / stiffness) ** 0.5 * (1.04 if coarse else 1.0),
-            "impulse_Ns": 2 * mass,
-        }
-        return Outcome("done", "", 0.0, summary)
 
-    return carried_out
+def closed_form_of_stiff_seats(changed: dict[str, object]) -> dict[str, object]:
+    if amount(changed["seat.stiffness"]) < 0.6:
+        raise RuntimeError("too soft")
+    return closed_form(changed)
 
 
 def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkeypatch):
     """Two keys and two limits. The search's own optimum has a stiffness 8 % too large; by the shift it is found to what
     a limit may be violated by without an error bar, 0.1 %, of which stiffness takes the double, and what mass does."""
     answer_here(monkeypatch)
-    monkeypatch.setattr(one, "_carried_out", of_closed_form())
+    answer_by(monkeypatch, closed_form)
     sought = SOUGHT.replace('e-5"]', 'e-5", "impulse_Ns >= 2e-3"]')
     found = run_optimum(load_study(study_file(tmp_path, STIFFNESS + MASS + sought)), tmp_path / "out")
     assert number(found, "reed.mass") == pytest.approx(1.0, rel=2e-3)
@@ -83,12 +80,7 @@ def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkey
 def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Greatest of 5 - (k / 2 - 2 / k)^2, at k = 2: next to a parabola of the shares there."""
     answer_here(monkeypatch)
-
-    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
-        stiffness = float(str(changed["seat.stiffness"]).split()[0])
-        return Outcome("done", "", 0.0, {"life_margin": 5 - (stiffness / 2 - 2 / stiffness) ** 2})
-
-    monkeypatch.setattr(one, "_carried_out", carried_out)
+    answer_by(monkeypatch, lambda keys: {"life_margin": 5 - ((k := amount(keys["seat.stiffness"])) / 2 - 2 / k) ** 2})
     text = STIFFNESS + '[optimise]\nmaximise = "life_margin"\nmost = 20\n'
     found = run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
     assert number(found, "seat.stiffness") == pytest.approx(2.0, rel=0.01)  # 2e-3 of two decades
@@ -98,26 +90,24 @@ def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.Monke
 def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Less is better, and below 0.6 N/um there is nothing; they are tried again when it is asked for."""
     answer_here(monkeypatch)
-    monkeypatch.setattr(one, "_carried_out", of_closed_form(jobs_fail=True))
+    answer_by(monkeypatch, closed_form_of_stiff_seats)
     text = STIFFNESS + '[optimise]\nminimise = "filtered_peak_force_N"\n'
     found = run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
     assert found.as_json()["failed"] > 3
     assert 0.6 <= number(found, "seat.stiffness") < 0.63
-    monkeypatch.setattr(one, "_carried_out", lambda *_, **__: 1 / 0)
+    answer_by(monkeypatch, lambda _: 1 / 0)
     with pytest.raises(StudyError, match=r"none of 13 scenes has the numbers.*ZeroDivisionError"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none")
-    monkeypatch.setattr(one, "_carried_out", of_closed_form())
+    answer_by(monkeypatch, closed_form)
     with pytest.raises(StudyError, match="ZeroDivisionError"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none")
-    assert (
-        run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none", Effort(retry=True)).as_json()["failed"]
-        == 0
-    )
+    again = run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none", Effort(retry=True))
+    assert again.as_json()["failed"] == 0
 
 
 def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """At any scene: no scene twice, the same files."""
-    monkeypatch.setattr(one, "_carried_out", of_closed_form())
+    answer_by(monkeypatch, closed_form)
     path = study_file(tmp_path, STIFFNESS + MASS + SOUGHT)
     jobs = answer_here(monkeypatch)
     run_optimum(load_study(path), tmp_path / "whole")
@@ -136,12 +126,11 @@ def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_a_seat_that_does_not_vary_is_computed_once_a_level(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The one of the search does not serve at the target."""
     jobs = answer_here(monkeypatch)
-
-    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
-        mass = float(str(changed["reed.mass"]).split()[0])
-        return Outcome("done", "", 0.0, {"impulse_Ns": mass}, {"work": 1.0 / len(jobs)})
-
-    monkeypatch.setattr(one, "_carried_out", carried_out)
+    known = Outcome("done", "", 0.0)
+    answer_by(
+        monkeypatch,
+        lambda keys: replace(known, summary={"impulse_Ns": amount(keys["reed.mass"])}, start={"work": 1 / len(jobs)}),
+    )
     text = f'[vary]\n{MASS}[optimise]\nminimise = "impulse_Ns"\nmost = 8\n'
     found = run_optimum(load_study(study_file(tmp_path, text, MESHED)), tmp_path / "out")
     starts = [(json.loads(job)["start"], "accuracy" in json.loads(job)["changed"]) for job in jobs]

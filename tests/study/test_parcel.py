@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 
 from seatfem.jobs.desk import FILES
-from seatfem.structures.cache import key_of
-from seatfem.structures.method import Method
-from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.parcel import by_content, packed
+from tests.gallery import load_text
+from tests.steps import Method, Scene, SceneError, key_of, load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MESH = '[seat]\nkind = "mesh"\nfile = "{}"\ncontact = "lip"\nmaterial = "steel"\ndamping_ratio = 0.01\n'
@@ -95,8 +94,7 @@ def test_what_a_file_is_read_with_counts(tmp_path: Path) -> None:
     (tmp_path / "disk.xdmf").write_text('<DataItem Format="HDF">arrays.h5:/data0</DataItem>', encoding="utf-8")
     (tmp_path / "deck.inp").write_text("*INCLUDE, INPUT=nodes.inp\n", encoding="utf-8")
     for name, other in (("disk.ele", "disk.node"), ("disk.xdmf", "arrays.h5"), ("deck.inp", "nodes.inp")):
-        (tmp_path / "scene.toml").write_text(MESH.format(name) + REED, encoding="utf-8")
-        scene = load_scene(tmp_path / "scene.toml")
+        scene = load_text(tmp_path, MESH.format(name) + REED)
         before = by_content(scene), key_of(scene.seat, Method())
         (tmp_path / other).write_bytes(b"two")
         assert by_content(scene)["seat"]["file"] != before[0]["seat"]["file"]

@@ -15,39 +15,26 @@ import pytest
 import impact
 from impact import measures
 from impact.notices import Progress, silent
-from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import main
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures import plots
 from seatfem.structures.cache import CacheWarning
 from seatfem.structures.store import VARIABLE
-from seatfem.study.impacts.contact import fallback_step, run_contacts, striker_of
-from seatfem.study.impacts.touches import SOURCES
+from seatfem.study.impacts.contact import fallback_step, run_contacts
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.afterwards import baseline_of
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
 from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.runs.stress_spots import load_histories
-from seatfem.study.scene import load_scene
+from tests.as_stated import striker_of
+from tests.steps import SOURCES, load_greens, load_results, load_scene
 
-REED = """
-[reed]
-kind = "cantilever"
-length = "25.4 mm"
-width = "10 mm"
-thickness = "0.305 mm"
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-damping_ratio = 0.03
-n_modes = 8
-release = { tip_deflection = "1 mm" }
-
-[run]
-duration = "0.9 ms"
-
-[accuracy]
-target = "50 %"
-"""
+REED = (
+    '\n[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nwidth = "10 mm"\nthickness = "0.305 mm"\n'
+    'material = { young = "200 GPa", density = "7850 kg/m^3" }\ndamping_ratio = 0.03\nn_modes = 8\n'
+    'release = { tip_deflection = "1 mm" }\n\n[run]\nduration = "0.9 ms"\n\n[accuracy]\ntarget = "50 %"\n'
+)
 SPRING = '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n' + REED
 ROD = '[seat]\nkind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "30 mm"\narea = "1 mm^2"\n' + REED
 STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
@@ -201,19 +188,9 @@ def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     assert {path.name for path in annular.folder.iterdir()} == written
     assert not [message for message in annular.outcome.messages if "picture" in message]
     stages = (
-        "plan",
-        "mesh",
-        "assembly",
-        "reduction",
-        "mesh error",
-        "contact",
-        "spring baseline",
-        "reed stress",
-        "error budget",
-        "hot spots",
-        "files",
-        "pictures",
-    )
+        "plan", "mesh", "assembly", "reduction", "mesh error", "contact", "spring baseline", "reed stress",
+        "error budget", "hot spots", "files", "pictures",
+    )  # fmt: skip
     assert set(annular.outcome.stages) == set(stages)
     assert sum(annular.outcome.stages.values()) <= annular.summary["wall_time_s"]
 
@@ -394,13 +371,10 @@ def assert_whole(folder: Path) -> None:
     [
         ("reduction", 1.0, set()),
         ("stepping", 1.0, {"seat.h5", "seat_coarser.h5"}),
-        (
-            "pictures",
-            0.0,
-            {"seat.h5", "seat_coarser.h5", "result.h5", "summary.json", "landings.csv", "force.png", *OF_STRESS},
-        ),
+        ("pictures", 0.0,
+         {"seat.h5", "seat_coarser.h5", "result.h5", "summary.json", "landings.csv", "force.png", *OF_STRESS}),
     ],
-)
+)  # fmt: skip
 def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         run(BAR, tmp_path / "out", Stop(stage, at), pictures=True)
@@ -469,14 +443,8 @@ def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text(SPRING, encoding="utf-8")
     crash = "import os; from seatfem.study.runs import pictures; pictures.plot_motion = lambda *a, **b: os._exit(139)"
     command = [
-        sys.executable,
-        "-c",
-        f"{crash}; from seatfem.faces.cli import main; main()",
-        "run",
-        "s.toml",
-        "-o",
-        "out",
-    ]
+        sys.executable, "-c", f"{crash}; from seatfem.faces.cli import main; main()", "run", "s.toml", "-o", "out",
+    ]  # fmt: skip
     assert told(command, tmp_path).returncode == 139
     left = {path.name for path in (tmp_path / "out").iterdir()}
     assert left == {"summary.json", "landings.csv", "result.h5", "seat.h5", "force.png", *OF_STRESS}
@@ -528,7 +496,6 @@ def test_an_interrupted_program_leaves_whole_files_only(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text(ANNULAR.replace("3 mm", "2 mm"), encoding="utf-8")
     command = program("run", "s.toml", "-o", "out")
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stderr is not None
         assert any(line.startswith("meshing") for line in process.stderr)
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=60)

@@ -10,9 +10,8 @@ from impact.greens.base import Array
 from seatfem.structures.elements.mindlin import average, everywhere
 from seatfem.structures.kinds.plates import Flapper
 from seatfem.structures.lip import Lip, Patch
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.scene import Scene
 from tests.gallery import FLAPPER, load_text, refusal, spring
+from tests.steps import Scene, striker_of
 
 REED = FLAPPER + 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\ngreens = { bandwidth = "10 kHz" }\n'
 RUN = '[run]\nduration = "4 ms"\ntime_step = "0.5 us"\n'
@@ -32,7 +31,6 @@ def plate_of(scene: Scene) -> tuple[Flapper, Array, Array]:
 
 def at(reed: Flapper, x: float) -> Array:
     plate = reed.solved().plate
-    assert plate.model.dofs is not None
     return average(plate.mesh, Patch(np.array([[x, 0.0]]), np.ones(1)))[0][plate.model.dofs.free]
 
 
@@ -92,10 +90,7 @@ def test_loads_of_the_scene_are_those_of_the_reed(own: str, load: str, tmp_path:
     [
         ('pressure = "1 mbar"\npressure_radius = "9 mm"\n', "reed.pressure_radius: 9 mm must be at most what the"),
         ('gravity = "9 m/s^2"\npressure_radius = "5 mm"\n', "reed.pressure_radius: there is no pressure"),
-        (
-            'point_force = { value = "1 N", at = "40 mm" }\n',
-            "reed.point_force.at: 40 mm must lie on the reed, which ends at 30.4",
-        ),
+        ('point_force = { value = "1 N", at = "40 mm" }\n', "reed.point_force.at: 40 mm must lie on the reed, which"),
         ('release = { deflection = "1 mm", velocity = "-1 m/s" }\n', "reed.release.velocity: deflection is given too"),
         ('release = { velocity = "-1 m/s", shape = "force" }\n', "reed.release.shape: the shape is that of the mode"),
         ('[[load]]\nforce = "1 N"\nat = "40 mm"\n', "load.0.at: 40 mm must lie on the reed, which ends at 30.4"),

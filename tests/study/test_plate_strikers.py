@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem.structures.cache import key_of
-from seatfem.study.impacts.contact import RunError, striker_of
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene
 from tests.gallery import FLAPPER, load_text, refusal, summary_of
+from tests.steps import RunError, Scene, key_of, run_scene, striker_of
 
 RING = 'kind = "ring_plate"\nouter_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "0.5 mm"\n'
 DISC = 'kind = "disc"\ndiameter = "20 mm"\nthickness = "0.5 mm"\n'
@@ -69,19 +66,9 @@ def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
     ("plate", "change", "key", "message"),
     [
         (RING, 'contact_radius = "5.2 mm"\n', "reed.contact_radius", "it must begin beyond the hole, 5 mm"),
-        (
-            RING,
-            'contact_radius = "9.8 mm"\n',
-            "reed.contact_radius",
-            "from the plate's centre, it must stay below the plate's 10 mm",
-        ),
+        (RING, 'contact_radius = "9.8 mm"\n', "reed.contact_radius", "from the plate's centre, it must stay below"),
         (RING, 'contact_width = "6 mm"\n', "reed.contact_width", "the plate's 10 mm"),
-        (
-            DISC,
-            'contact_radius = "11 mm"\n',
-            "reed.contact_radius",
-            "from the plate's centre, it must stay below the plate's 10 mm",
-        ),
+        (DISC, 'contact_radius = "11 mm"\n', "reed.contact_radius", "from the plate's centre, it must stay below the"),
         (DISC, 'contact_width = "3 mm"\n', "reed.contact_width", "must be at most twice contact_radius, 1.25 mm"),
         (FLAPPER, 'neck_width = "9 mm"\n', "reed.neck_width", "must be <= 8 mm (root_width"),
         (FLAPPER, 'paddle_diameter = "5 mm"\n', "reed.paddle_diameter", "must be > 6 mm (neck_width"),
@@ -97,26 +84,17 @@ def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
         (FLAPPER, SLOT.replace('"2 mm"', '"6 mm"'), "reed.slot_width", "must be < 5.4 mm (neck_width"),
         (FLAPPER, 'hole_diameter = "16 mm"\n', "reed.hole_diameter", "must be < 15.4 mm (paddle_diameter"),
         (FLAPPER, HOLE + 'contact_radius = "3.2 mm"\n', "reed.contact_radius", "it must begin beyond the hole, 3 mm"),
-        (
-            SHEET,
-            'outline = [["0 mm", "0 mm"], ["9 mm", "9 mm"], ["9 mm", "0 mm"], ["0 mm", "9 mm"]]\n',
-            "reed.outline",
-            "edges 1 and 3",
-        ),
+        (SHEET, 'outline = [["0 mm", "0 mm"], ["9 mm", "9 mm"], ["9 mm", "0 mm"], ["0 mm", "9 mm"]]\n', "reed.outline",
+         "edges 1 and 3"),
         (SHEET, 'clamped = [["0 mm", "-4 mm"], ["1 mm", "0 mm"]]\n', "reed.clamped", "(0.001, 0) m: this point must"),
         (SHEET, "clamped = { normal = [1, 0] }\n", "reed.clamped.offset", "give normal and offset together"),
         (SHEET, 'clamped = { normal = [1, 0], offset = "30 mm" }\n', "reed.clamped", "the line must cut the sheet"),
         (SHEET, 'contact_at = ["21 mm", "0 mm"]\n', "reed.contact_at", "(0.021, 0) m: this point must lie on the part"),
-        (
-            SHEET,
-            'contact_radius = "3.5 mm"\n',
-            "reed.contact_radius",
-            "reaches 3.5 mm from contact_at, it must stay below the plate's 3 mm",
-        ),
+        (SHEET, 'contact_radius = "3.5 mm"\n', "reed.contact_radius", "reaches 3.5 mm from contact_at, it must stay"),
         (SHEET, 'thickness = "7 mm"\n', "reed.thickness", "its narrowest part: a sheet is thinner"),
         (DISC, 'deflection = "1 mm"\n', "reed.deflection", "give it a velocity"),
     ],
-)
+)  # fmt: skip
 def test_keys_that_do_not_fit(tmp_path: Path, plate: str, change: str, key: str, message: str) -> None:
     motion = LANDING if plate in (FLAPPER, SHEET) else FLIGHT if "deflection" not in change else ""
     name = change.partition(" ")[0]

@@ -6,33 +6,19 @@ import numpy as np
 import pytest
 
 import impact
-from impact.runs.variations import Budget
-from seatfem.structures.method import Solved
-from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.record_end import CLOCK
-from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.method import stated_method
 from tests.gallery import load_text
+from tests.steps import Budget, Solved, error_budget, run_contacts, stated_method, striker_of
 
 STIFFNESS, MASS, SPEED = 40e6, 1e-4, 1.0
 WAY = 30e-6  # from spring to spring [m]
 STEP = 2e-9  # it delays the eighth touch by about 4 us, most of a touch [s]
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "40 N/um"
-[reed]
-kind = "rigid_mass"
-mass = "0.1 g"
-velocity = "-1 m/s"
-[stopper]
-kind = "spring"
-stiffness = "40 N/um"
-gap = "20 um"
-[contact]
-gap = "10 um"
-[run]
-duration = "{end} us"
+seat = {{ kind = "spring", stiffness = "40 N/um" }}
+reed = {{ kind = "rigid_mass", mass = "0.1 g", velocity = "-1 m/s" }}
+stopper = {{ kind = "spring", stiffness = "40 N/um", gap = "20 um" }}
+contact = {{ gap = "10 um" }}
+run = {{ duration = "{end} us" }}
 """
 TOUCH = np.pi * np.sqrt(MASS / STIFFNESS)  # half a period
 PERIOD = 2 * (WAY / SPEED + TOUCH)

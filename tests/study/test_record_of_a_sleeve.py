@@ -5,13 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.greens.base import GreensFunction
 from impact.measured.frf import receptance
 from impact.measured.pole_fit import fit_response
-from impact.runs.variations import SAFETY
-from seatfem.study.impacts.contact import seat_of
 from seatfem.study.safety import OF_DRAWS
-from seatfem.study.scene import load_scene
+from tests.steps import SAFETY, GreensFunction, load_scene, seat_of
 
 SCENE = Path(__file__).parents[2] / "examples" / "flapper_on_peek_sleeve.toml"
 NOISE = 0.02  # of the root mean square of all lines

@@ -10,7 +10,6 @@ import pytest
 import impact
 from impact import measures
 from impact.after.result import as_one
-from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
@@ -19,18 +18,9 @@ from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.rings import (
-    face_compliance,
-    left_by,
-    ring_borders,
-    ring_names,
-    ring_shares,
-)
+from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
-from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError, load_scene
+from tests.steps import ModalGreens, Residual, SceneError, load_scene, plan_scene, run_contacts, run_scene, striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)
 
@@ -136,27 +126,13 @@ def test_a_rectangle_is_divided_by_the_distance_from_its_rim() -> None:
     assert np.abs(outer[inside]).max(initial=0.0) < 1e-3 * np.abs(outer).max()
 
 
-SCENE = """
-[seat]
-kind = "annular"
-bore_radius = "4 mm"
-lip_width = "1 mm"
-material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
-damping_ratio = 0.05
-mesh = { size = "2 mm", contact_size = "0.4 mm" }
-greens = { bandwidth = "300 kHz", tolerance = 0.01 }
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[contact]
-%s
-[run]
-duration = "12 us"
-time_step = "20 ns"
-[accuracy]
-target = 0.3
-"""
+SCENE = (
+    '\n[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\n'
+    'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\ndamping_ratio = 0.05\n'
+    'mesh = { size = "2 mm", contact_size = "0.4 mm" }\ngreens = { bandwidth = "300 kHz", tolerance = 0.01 }\n[reed]\n'
+    'kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\n%s\n[run]\nduration = "12 us"\n'
+    'time_step = "20 ns"\n[accuracy]\ntarget = 0.3\n'
+)
 
 
 def scene_file(folder: Path, contact: str = "") -> Path:

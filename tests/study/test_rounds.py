@@ -12,23 +12,18 @@ from typing import Any
 import pytest
 
 from impact import measures
-from impact.greens.base import GreensFunctionError
-from impact.notices import silent
 from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
-from seatfem.faces.cli import run_command
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures import cache
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.reduction.factorization import FactorizationError
-from seatfem.study.impacts.contact import RunError
 from seatfem.study.planning.plan import Cost, Plan
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import rounds_ahead
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.rounds import missed
 from tests.gallery import REED_ON_SPRING, load_text
+from tests.steps import GreensFunctionError, RunError, Stopwatch, plan_scene, run_command, silent
 
 SCENE = REED_ON_SPRING + 'landing = "run"\n'
 

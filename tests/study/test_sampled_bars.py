@@ -21,34 +21,18 @@ from tests.study.test_studies import SPRING, rows, study_file
 THROWN = """design = "latin_hypercube"
 number = 48
 error_bars = "sampled"
-[vary]
-reed.velocity = { from = "-2 m/s", to = "-1 m/s" }
-contact.gap = { from = "0 mm", to = "0.01 mm" }
+vary = { reed.velocity = { from = "-2 m/s", to = "-1 m/s" }, contact.gap = { from = "0 mm", to = "0.01 mm" } }
 """
-REED = """[seat]
-kind = "spring"
-stiffness = "1 N/um"
-[reed]
-kind = "cantilever"
-length = "25 mm"
-width = "10 mm"
-thickness = "0.3 mm"
-material = "steel"
-damping_ratio = 0.02
-release = { tip_deflection = "1 mm" }
-[run]
-duration = "0.8 ms"
-filter_width = "20 us"
-[accuracy]
-target = "10 %"
+REED = """seat = { kind = "spring", stiffness = "1 N/um" }
+reed = { kind = "cantilever", length = "25 mm", width = "10 mm", thickness = "0.3 mm", material = "steel", \
+    damping_ratio = 0.02, release = { tip_deflection = "1 mm" } }
+run = { duration = "0.8 ms", filter_width = "20 us" }
+accuracy = { target = "10 %" }
 """
-RELEASED = """design = "zip"
-error_bars = "sampled"
-[vary]
-reed.release.tip_deflection = {}
-[outputs]
-measures = ["impulse_Ns", "max_seat_displacement_m", "peak_reed_stress_after_contact_Pa", "peak_force_N"]
-"""
+RELEASED = (
+    'design = "zip"\nerror_bars = "sampled"\n[vary]\nreed.release.tip_deflection = {}\n[outputs]\n'
+    'measures = ["impulse_Ns", "max_seat_displacement_m", "peak_reed_stress_after_contact_Pa", "peak_force_N"]\n'
+)
 
 
 def sampled(table: StudyTable) -> np.ndarray:  # type: ignore[type-arg]
@@ -151,22 +135,13 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "scene", "message"),
     [
-        (
-            'error_bars = "sampled"\n[vary]\nreed.mass = ["1 g", "2 g"]',
-            SPRING,
-            r"study\.toml:4: vary\.reed\.mass: is no",
-        ),
+        ('error_bars = "sampled"\n[vary]\nreed.mass = ["1 g", "2 g"]', SPRING, r"study\.toml:4: vary\.reed\.mass: is"),
         ('error_bars = "few"\n[vary]\nreed.mass = ["1 g", "2 g"]', SPRING, r"study\.toml:2: error_bars: .*'every'"),
-        (
-            'error_bars = "sampled"\n[vary]\ncontact.gap = ["0 mm", "1 um"]\n[outputs]\nmeasures = ["restitution"]',
-            SPRING,
-            r"study\.toml:6: outputs\.measures: 'restitution' takes a run in full",
-        ),
-        (
-            'error_bars = "sampled"\n[vary]\nreed.velocity = ["-1 m/s", "-2 m/s"]',
-            SPRING + '[contact.film]\nviscosity = "18 uPa s"\nfloor = "1 um"\nwidth = "1 mm"\nlength = "9 mm"\n',
-            r"study\.toml:2: error_bars: 'sampled' marches scenes side by side, which a film",
-        ),
+        ('error_bars = "sampled"\n[vary]\ncontact.gap = ["0 mm", "1 um"]\n[outputs]\nmeasures = ["restitution"]',
+         SPRING, r"study\.toml:6: outputs\.measures: 'restitution' takes a run in full"),
+        ('error_bars = "sampled"\n[vary]\nreed.velocity = ["-1 m/s", "-2 m/s"]',
+         SPRING + '[contact.film]\nviscosity = "18 uPa s"\nfloor = "1 um"\nwidth = "1 mm"\nlength = "9 mm"\n',
+         r"study\.toml:2: error_bars: 'sampled' marches scenes side by side, which a film"),
         (
             'error_bars = "sampled"\n[vary]\nreed.velocity = { from = "-2 m/s", to = "-1 m/s" }\n[optimise]\n'
             'minimise = "impulse_Ns"',
@@ -174,7 +149,7 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
             r"study\.toml:2: error_bars: 'sampled' is for designs",
         ),
     ],
-)
+)  # fmt: skip
 def test_what_it_is_not_for(text: str, scene: str, message: str, tmp_path: Path) -> None:
     path = study_file(tmp_path, text, scene)
     told = refusal(lambda: run_study(load_study(path), tmp_path / "out", file=path))

@@ -8,34 +8,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Annular, Cantilever
-from seatfem.study.method import stated_method
-from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.problems import key_lines
 from tests.gallery import load_text
+from tests.steps import Scene, SceneError, key_of, load_scene, stated_method
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
-SCENE = """\
-title = "test"
-[seat]
-kind = "annular"
-bore_radius = "4 mm"
-lip_width = "1 mm"
-material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
-
-[reed]
-kind = "cantilever"
-length = "25.4 mm"
-width = "10 mm"
-thickness = "0.305 mm"
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-release = { tip_deflection = "1 mm" }
-
-[run]
-duration = "3 ms"
-"""
+SCENE = (
+    'title = "test"\n[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\n'
+    'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n\n[reed]\nkind = "cantilever"\n'
+    'length = "25.4 mm"\nwidth = "10 mm"\nthickness = "0.305 mm"\n'
+    'material = { young = "200 GPa", density = "7850 kg/m^3" }\nrelease = { tip_deflection = "1 mm" }\n\n[run]\n'
+    'duration = "3 ms"\n'
+)
 ROD = 'kind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "3 mm"\n'
 
 Load = Callable[[str], Scene]
@@ -86,21 +72,12 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            'lip_width = "1 mm"\n',
-            'lip_width = "1 mm"\nouter_radus = "9 mm"\n',
-            "scene.toml:6: seat.outer_radus: unknown key; did you mean 'outer_radius'?",
-        ),
-        (
-            "[run]",
-            "[run]\nfoo = 1",
-            "scene.toml:17: run.foo: unknown key; known here: duration, time_step, filter_width, ensemble",
-        ),
-        (
-            "[run]",
-            '[run]\n"" = 1',
-            "scene.toml:17: run.: unknown key; known here: duration, time_step, filter_width, ensemble",
-        ),
+        ('lip_width = "1 mm"\n', 'lip_width = "1 mm"\nouter_radus = "9 mm"\n',
+         "scene.toml:6: seat.outer_radus: unknown key; did you mean 'outer_radius'?"),
+        ("[run]", "[run]\nfoo = 1",
+         "scene.toml:17: run.foo: unknown key; known here: duration, time_step, filter_width, ensemble"),
+        ("[run]", '[run]\n"" = 1',
+         "scene.toml:17: run.: unknown key; known here: duration, time_step, filter_width, ensemble"),
         ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' is a mass; a length is needed, e.g. '3 mm'"),
         ('"25.4 mm"', "true", "scene.toml:10: reed.length: True has no unit; write a string, e.g. '3 mm'"),
         ('"25.4 mm"', '"-3 mm"', "scene.toml:10: reed.length: '-3 mm' must be positive"),
@@ -148,26 +125,14 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
             "scene.toml:6: seat.lip_fillet: 0.6 mm: must be < 0.4 mm "
             "(lip_height less lip_edge_radius: the side's flat part)",
         ),
-        (
-            'lip_width = "1 mm"',
-            'lip_width = "1 mm"\nmesh = { size = "1 mm", contact_size = "2 mm" }',
-            "scene.toml:6: seat.mesh.contact_size: 2 mm must be at most the bulk's size, 1 mm",
-        ),
-        (
-            'lip_width = "1 mm"',
-            'lip_width = "1 mm"\ndamping_ratio = 0.1\n[seat.rayleigh]\nstiffness = "1 ns"\n[seat]',
-            "scene.toml:9: TOML syntax: Cannot declare ('seat',) twice (column 6); mend the line",
-        ),
-        (
-            'lip_width = "1 mm"',
-            'lip_width = "1 mm"\ndamping_ratio = 0.1\nrayleigh = { stiffness = "1 ns" }',
-            "scene.toml:7: seat.rayleigh: damping_ratio is given too; keep one of the two",
-        ),
-        (
-            '"3 ms"',
-            '"3 ms"\ntime_step = "2 ms"',
-            "scene.toml:18: run.time_step: 2 ms must leave at least two steps in 3 ms",
-        ),
+        ('lip_width = "1 mm"', 'lip_width = "1 mm"\nmesh = { size = "1 mm", contact_size = "2 mm" }',
+         "scene.toml:6: seat.mesh.contact_size: 2 mm must be at most the bulk's size, 1 mm"),
+        ('lip_width = "1 mm"', 'lip_width = "1 mm"\ndamping_ratio = 0.1\n[seat.rayleigh]\nstiffness = "1 ns"\n[seat]',
+         "scene.toml:9: TOML syntax: Cannot declare ('seat',) twice (column 6); mend the line"),
+        ('lip_width = "1 mm"', 'lip_width = "1 mm"\ndamping_ratio = 0.1\nrayleigh = { stiffness = "1 ns" }',
+         "scene.toml:7: seat.rayleigh: damping_ratio is given too; keep one of the two"),
+        ('"3 ms"', '"3 ms"\ntime_step = "2 ms"',
+         "scene.toml:18: run.time_step: 2 ms must leave at least two steps in 3 ms"),
         (
             "[run]",
             "[seat.greens]\nmethod = 'lancos'\n[run]",
@@ -175,25 +140,19 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
             "'lanczos', "
             "'second_order'; did you mean 'lanczos'?",
         ),
-        (
-            "[run]",
-            "[[seat.supports]]\nkind = 'foundation'\non = 'rim'\nnormal = '2 GPa'\n[run]",
-            "scene.toml:19: seat.supports.0.normal: '2 GPa' is a pressure; a bedding is needed, e.g. '2 GPa/mm'",
-        ),
+        ("[run]", "[[seat.supports]]\nkind = 'foundation'\non = 'rim'\nnormal = '2 GPa'\n[run]",
+         "scene.toml:19: seat.supports.0.normal: '2 GPa' is a pressure; a bedding is needed, e.g. '2 GPa/mm'"),
         (
             "[run]",
             "[[seat.supports]]\nkind = 'hinge'\non = 'rim'\n[run]",
             "scene.toml:17: seat.supports.0.kind: 'hinge' is not one of 'foundation', 'bolted', 'absorbing', "
             "'dashpot', 'sliding'",
         ),
-        (
-            "[run]",
-            "[seat.materials.insert]\nyoung = '200 GPa'\npoison = 0.3\ndensity = '7850 kg/m^3'\n[run]",
-            "scene.toml:18: seat.materials.insert.poison: unknown key; did you mean 'poisson'?",
-        ),
+        ("[run]", "[seat.materials.insert]\nyoung = '200 GPa'\npoison = 0.3\ndensity = '7850 kg/m^3'\n[run]",
+         "scene.toml:18: seat.materials.insert.poison: unknown key; did you mean 'poisson'?"),
         ('title = "test"', "title = test", "scene.toml:1: TOML syntax: Invalid value (column 9); mend the line"),
     ],
-)
+)  # fmt: skip
 def test_bad_scenes(load: Load, old: str, new: str, message: str) -> None:
     assert messages(load, changed(old, new)) == [message]
 
@@ -220,13 +179,11 @@ def test_a_missing_table_names_the_file(load: Load) -> None:
     [
         ("", "scene.toml:1: seat.area: the cross-section is missing: give area, or width and thickness"),
         ('width = "1 mm"', "scene.toml:1: seat.area: the cross-section is missing: give area, or width and thickness"),
-        (
-            'area = "1 mm^2"\nwidth = "1 mm"',
-            "scene.toml:6: seat.area: width or thickness is given too; keep the area or both of these",
-        ),
+        ('area = "1 mm^2"\nwidth = "1 mm"',
+         "scene.toml:6: seat.area: width or thickness is given too; keep the area or both of these"),
         ('area = "1 mm"', "scene.toml:6: seat.area: '1 mm' is a length; an area is needed, e.g. '4 mm^2'"),
     ],
-)
+)  # fmt: skip
 def test_rod_cross_section(load: Load, section: str, message: str) -> None:
     assert messages(load, with_seat(f"{ROD}{section}\n")) == [message]
 
@@ -316,18 +273,10 @@ x = "\\"]"
 """
     lines = key_lines(text)
     expected = {
-        ("a",): 1,
-        ("b", "c"): 2,
-        ("quoted key", "d"): 3,
-        ("list",): 6,
-        ("list", 1, "e"): 7,
-        ("list", 1, "f", 1): 7,
-        ("t", "u"): 9,
-        ("t", "u", "g", "h", "i"): 10,
-        ("t", "u", "g", "j"): 10,
-        ("many", 0, "x"): 13,
+        ("a",): 1, ("b", "c"): 2, ("quoted key", "d"): 3, ("list",): 6, ("list", 1, "e"): 7, ("list", 1, "f", 1): 7,
+        ("t", "u"): 9, ("t", "u", "g", "h", "i"): 10, ("t", "u", "g", "j"): 10, ("many", 0, "x"): 13,
         ("many", 1, "x"): 15,
-    }
+    }  # fmt: skip
     assert {path: lines.get(path) for path in expected} == expected
     assert _paths(tomllib.loads(text)) <= lines.keys()
 

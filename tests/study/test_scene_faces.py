@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.finite_elements import draw, matrices, supports_of
 from seatfem.structures.formats.mesh_files import read_mesh
@@ -16,23 +15,14 @@ from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar, GeometryError, Region
-from seatfem.study.scene import Scene, SceneError, load_scene
 from tests.gallery import load_text
+from tests.steps import BAD_INPUT, Scene, SceneError, run_command
 
 MESHES = Path(__file__).parents[2] / "meshes"
-SCENE = """\
-[seat]
-kind = "cad"
-file = "{file}"
-material = {{ young = "200 GPa", density = "7850 kg/m^3" }}
-{seat}
-[reed]
-kind = "rigid_mass"
-mass = "5 g"
-velocity = "-2 m/s"
-[run]
-duration = "1 ms"
-"""
+SCENE = (
+    '[seat]\nkind = "cad"\nfile = "{file}"\nmaterial = {{ young = "200 GPa", density = "7850 kg/m^3" }}\n{seat}\n'
+    '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n[run]\nduration = "1 ms"\n'
+)
 COARSE = MeshSpec(8e-3, order=1, curved=False)
 
 
@@ -86,10 +76,7 @@ def test_a_cone_and_its_limits(load):
     [
         ('contact = { kind = "cone", half_angle = "90 deg" }', "seat.contact.half_angle: .*between 0 and pi/2"),
         ('contact = { kind = "cylinder", radius = "3 mm", axis = [0, 0, 0] }', "seat.contact.axis: .*must not be zero"),
-        (
-            'contact = { kind = "colr", colour = [1, 2, 3] }',
-            "seat.contact.kind: 'colr' .*'colour', 'plane', 'cylinder'",
-        ),
+        ('contact = { kind = "colr", colour = [1, 2, 3] }', "seat.contact.kind: 'colr' .*'colour', 'plane'"),
         ('contact = { kind = "union", of = [] }', r"seat.contact.of: \[\]"),
         ('contact = { kind = "nothing" }', "seat.contact.kind: 'nothing' is not one of"),
         ('groups = { contact = { kind = "name", name = "x" } }', "each name must stand once"),
@@ -142,12 +129,11 @@ def test_an_absorbing_face_knows_where_the_waves_come_from(load):
 
 
 def test_mesh_files_take_what_read_mesh_takes(tmp_path):
-    path = tmp_path / "scene.toml"
     extra = 'fixed = ""\nmerge = "1 um"\nparts = 2'
-    path.write_text(
-        re.sub('kind = "cad"', 'kind = "mesh"', SCENE.format(file=MESHES / "annular_seat.msh", seat=extra), count=1)
-    )
-    seat = load_scene(path).seat
+    seat = load_text(
+        tmp_path,
+        re.sub('kind = "cad"', 'kind = "mesh"', SCENE.format(file=MESHES / "annular_seat.msh", seat=extra), count=1),
+    ).seat
     assert isinstance(seat, MeshFile)
     assert not isinstance(seat, Cad)
     assert (seat.fixed, seat.merge, seat.parts) == ("", 1e-6, 2)

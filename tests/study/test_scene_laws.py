@@ -6,22 +6,13 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.scene import SceneError
 from tests.gallery import load_text
+from tests.steps import SceneError, run_contacts, striker_of
 
-SCENE = """\
-[seat]
-kind = "spring"
-stiffness = "1e15 N/m"
-[reed]
-kind = "rigid_mass"
-mass = "5 g"
-velocity = "-2 m/s"
-{law}
-[run]
-duration = "1 ms"
-"""
+SCENE = (
+    '[seat]\nkind = "spring"\nstiffness = "1e15 N/m"\n[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n'
+    '{law}\n[run]\nduration = "1 ms"\n'
+)
 SEAT = impact.spring(stiffness=1e15)
 
 
@@ -37,20 +28,14 @@ def scene_with(law, folder):
         ('[contact]\nlaw = { kind = "signorini" }', impact.Signorini()),
         ('[contact]\nlaw = { kind = "spring", stiffness = "20 N/um" }', impact.LinearSpring(20e6)),
         ('[contact]\nlaw = { kind = "hertz", stiffness = "5 GN/m^1.5" }', impact.Hertz(5e9)),
-        (
-            '[contact.law]\nkind = "hunt_crossley"\nstiffness = "1 N/mm^1.5"\ndamping = "0.2 s/m"',
-            impact.HuntCrossley(1e3**1.5, 0.2),
-        ),
-        (
-            '[contact]\nlaw = { kind = "rough_joint", force = "8 kN", closure = "2 um" }',
-            impact.RoughJoint.through(force=8e3, closure=2e-6),
-        ),
-        (
-            '[contact.law]\nkind = "rough_joint"\nforce = "8 kN"\nclosure = "2 um"\nexponent = 3\nrecovery = 0.4',
-            impact.RoughJoint.through(force=8e3, closure=2e-6, exponent=3.0, recovery=0.4),
-        ),
+        ('[contact.law]\nkind = "hunt_crossley"\nstiffness = "1 N/mm^1.5"\ndamping = "0.2 s/m"',
+         impact.HuntCrossley(1e3**1.5, 0.2)),
+        ('[contact]\nlaw = { kind = "rough_joint", force = "8 kN", closure = "2 um" }',
+         impact.RoughJoint.through(force=8e3, closure=2e-6)),
+        ('[contact.law]\nkind = "rough_joint"\nforce = "8 kN"\nclosure = "2 um"\nexponent = 3\nrecovery = 0.4',
+         impact.RoughJoint.through(force=8e3, closure=2e-6, exponent=3.0, recovery=0.4)),
     ],
-)
+)  # fmt: skip
 def test_a_scenes_law(law, expected, tmp_path):
     assert scene_with(law, tmp_path).contact.law.law() == expected
 
@@ -63,10 +48,8 @@ def test_a_scenes_law(law, expected, tmp_path):
         ('law = { kind = "spring", stiffness = "-5 N/m" }', "contact.law.stiffness: '-5 N/m' must be positive"),
         ('law = { kind = "spring", k = "5 N/m", stiffness = "5 N/m" }', "contact.law.k: unknown key"),
         ("law = 3", "contact.law"),
-        (
-            'law = { kind = "rough_joint", force = "8 kN", closure = "2 um", recovery = 1.1 }',
-            "contact.law.recovery: 1.1",
-        ),
+        ('law = { kind = "rough_joint", force = "8 kN", closure = "2 um", recovery = 1.1 }',
+         "contact.law.recovery: 1.1"),
         ('law = { kind = "rough_joint", force = "8 kN" }', "contact.law.closure: required key is missing"),
         ('law = { kind = "table_joint", file = "none.csv" }', "contact.law.file"),
         (
@@ -75,7 +58,7 @@ def test_a_scenes_law(law, expected, tmp_path):
             "contact.film: how the fluid in a joint",
         ),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_named(law, words, tmp_path):
     with pytest.raises(SceneError, match=words):
         scene_with(f"[contact]\n{law}", tmp_path)

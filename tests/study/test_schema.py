@@ -64,17 +64,12 @@ def test_a_study_to_begin_with_is_one(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("table", "key", "value"),
     [
-        ("seat", "bore_radus", "5 mm"),
-        ("seat", "bore_radius", 5),
-        ("seat", "kind", "anular"),
+        ("seat", "bore_radus", "5 mm"), ("seat", "bore_radius", 5), ("seat", "kind", "anular"),
         ("reed", "release", {"mode": 1, "speed": "2 m/s"}),
-        ("contact", "law", {"kind": "hertz", "stifness": "1 N/m^1.5"}),
-        ("contact", "ports", "many"),
-        ("accuracy", "measures", ["impuls"]),
-        ("run", "steps", 3),
-        ("sort", "of", "thing"),
+        ("contact", "law", {"kind": "hertz", "stifness": "1 N/m^1.5"}), ("contact", "ports", "many"),
+        ("accuracy", "measures", ["impuls"]), ("run", "steps", 3), ("sort", "of", "thing"),
     ],
-)
+)  # fmt: skip
 def test_it_refuses_misspelt_keys_and_values(table: str, key: str, value: object) -> None:
     given = tomllib.loads(scene_template("flapper"))
     assert VALID.is_valid(given)

@@ -7,14 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.scene import load_scene
 from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.cases import PILOTS, begun, cases_of, chosen, start_of
 from seatfem.study.sweep.outcome import carry_out
 from seatfem.study.sweep.runner import JOURNAL, read_journal
-from seatfem.study.sweep.study import load_study
-from seatfem.study.sweep.sweep import run_study
+from tests.steps import load_scene, load_study, plan_scene, run_study
 from tests.study.crew_at_hand import answer_here
 from tests.study.test_planning import ANNULAR, REED
 from tests.study.test_studies import SPRING, study_file

@@ -5,19 +5,14 @@ from pathlib import Path
 import pytest
 
 import impact
-from seatfem.structures.method import bed
-from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import problem_of, striker_of
-from seatfem.study.scene import Scene, SceneError, load_scene
-from tests.gallery import FLAPPER, LIP
+from tests.gallery import FLAPPER, LIP, load_text
+from tests.steps import Division, Scene, SceneError, bed, problem_of, striker_of
 
 
 def problem(folder: Path, deflection: str, contact: str, more: str = "") -> tuple[Scene, impact.ContactProblem]:
-    path = folder / "scene.toml"
     reed = FLAPPER + f'greens = {{ bandwidth = "10 kHz" }}\nrelease = {{ deflection = "{deflection}" }}\n'
     text = f'[seat]\n{LIP}[reed]\n{reed}[contact]\nports = 16\n{contact}\n{more}[run]\nduration = "1 ms"\n'
-    path.write_text(text, encoding="utf-8")
-    scene = load_scene(path)
+    scene = load_text(folder, text)
     seat = bed(Division(16), 1e-9)
     return scene, problem_of(scene, striker_of(scene, greens=None), impact.Body(seat))
 

@@ -9,24 +9,11 @@ from seatfem.study.runs.pipeline import run_scene
 from tests.gallery import load_text
 
 SCENE = """
-[seat]
-kind = "rod"
-length = "10 mm"
-area = "10 mm^2"
-young = "200 GPa"
-density = "7850 kg/m^3"
-damping_ratio = 0.01
-[reed]
-kind = "rigid_mass"
-mass = "0.2 g"
-velocity = "-1 m/s"
-[run]
-duration = "80 us"
-time_step = "{step} us"
-filter_width = "10 us"
-[accuracy]
-target = 0.5
-measures = ["impulse", "filtered_peak"]
+seat = {{ kind = "rod", length = "10 mm", area = "10 mm^2", young = "200 GPa", density = "7850 kg/m^3", \
+    damping_ratio = 0.01 }}
+reed = {{ kind = "rigid_mass", mass = "0.2 g", velocity = "-1 m/s" }}
+run = {{ duration = "80 us", time_step = "{step} us", filter_width = "10 us" }}
+accuracy = {{ target = 0.5, measures = ["impulse", "filtered_peak"] }}
 """
 KEYS = ("impulse_Ns", "filtered_peak_force_N")
 

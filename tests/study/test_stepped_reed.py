@@ -4,26 +4,18 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.scene import Scene, load_scene
-from tests.gallery import refusal, summary_of
+from tests.gallery import load_text, refusal, summary_of
+from tests.steps import Scene, striker_of
 
-KEYS = """kind = "{}"
-{}
-thickness = "0.3 mm"
-n_modes = 10
-release = {{ tip_deflection = "0.2 mm" }}
-"""
+KEYS = 'kind = "{}"\n{}\nthickness = "0.3 mm"\nn_modes = 10\nrelease = {{ tip_deflection = "0.2 mm" }}\n'
 UNIFORM = 'widths = [["0 mm", "8 mm"], ["20 mm", "8 mm"]]'
 TAPERED = 'widths = [["0 mm", "8 mm"], ["8 mm", "8 mm"], ["8 mm", "4 mm"], ["20 mm", "3 mm"]]'
 RUN = '[run]\nduration = "2 ms"\nfilter_width = "20 us"\ntime_step = "1 us"\n'
 
 
 def scene_of(folder: Path, kind: str, section: str, contact: str = "") -> Scene:
-    path = folder / "scene.toml"
     seat = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
-    path.write_text(f"{seat}[reed]\n{KEYS.format(kind, section)}{contact}{RUN}", encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, f"{seat}[reed]\n{KEYS.format(kind, section)}{contact}{RUN}")
 
 
 def test_a_uniform_one_is_the_cantilever(tmp_path: Path) -> None:

@@ -12,29 +12,13 @@ from seatfem.study.scene.problems import tables_in
 from seatfem.study.scene.strength import CurveTable, StrengthTable, load_strength
 
 PAGE = Path(__file__).parents[2] / "docs" / "life.md"
-WHOLE = """
-source = "invented for tests"
-grade = "strip"
-direction = "along rolling"
-thickness = "0.3 mm"
-temperature = "120 degC"
-specimens = 30
-ultimate = "1800 MPa"
-fatigue_strength = "2 GPa"
-walker_exponent = 0.65
-loading_ratio = 0
-torsion_limit = "310 MPa"
-bending_limit = "500 MPa"
-limit_cycles = 1e7
-impact_velocity = "8 m/s"
-
-[curve]
-knee_stress = "400 MPa"
-knee_cycles = 1e7
-slope = 12
-scatter = 0.25
-survival = "90 %"
-"""
+WHOLE = (
+    '\nsource = "invented for tests"\ngrade = "strip"\ndirection = "along rolling"\nthickness = "0.3 mm"\n'
+    'temperature = "120 degC"\nspecimens = 30\nultimate = "1800 MPa"\nfatigue_strength = "2 GPa"\n'
+    'walker_exponent = 0.65\nloading_ratio = 0\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\n'
+    'limit_cycles = 1e7\nimpact_velocity = "8 m/s"\n\n[curve]\nknee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12\n'
+    'scatter = 0.25\nsurvival = "90 %"\n'
+)
 
 
 def written(folder: Path, text: str) -> Path:
@@ -95,22 +79,16 @@ def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> No
         (('"8 m/s"', '"-8 m/s"'), "impact_velocity: '-8 m/s' must be positive"),
         (("slope = 12", "slope = 0.08"), "curve.slope: 0.08"),
         (("slope = 12", ""), "missing: slope"),
-        (
-            ("slope = 12", 'slope = 12\npoints = [["500 MPa", 1e5], ["400 MPa", 1e6]]'),
-            "by a knee and slopes or by points",
-        ),
+        (("slope = 12", 'slope = 12\npoints = [["500 MPa", 1e5], ["400 MPa", 1e6]]'),
+         "by a knee and slopes or by points"),
         (("slope = 12", "slope = 12\nsecond_slope = 9\nendurance_limit = true"), "leaves no second slope"),
         (('survival = "90 %"', "survival = 1"), "curve.survival"),
-        (
-            ('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5], ["420 MPa", 1e6]]'),
-            "curve.points: S-N points rise: from 4e+08 Pa at 100000 cycles to 4.2e+08 Pa at 1e+06",
-        ),
-        (
-            ('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5]]'),
-            "two points or more",
-        ),
+        (('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5], ["420 MPa", 1e6]]'),
+         "curve.points: S-N points rise: from 4e+08 Pa at 100000 cycles to 4.2e+08 Pa at"),
+        (('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5]]'),
+         "two points or more"),
     ],
-)
+)  # fmt: skip
 def test_what_is_refused(tmp_path: Path, changed: tuple[str, str], told: str) -> None:
     text = WHOLE.replace(*changed)
     assert text != WHOLE

@@ -8,64 +8,25 @@ import numpy as np
 import pytest
 
 from seatfem.fields import KeyProblem
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError, load_scene
 from tests.gallery import load_text
+from tests.steps import SceneError, plan_scene, run_scene
 
 RING = """
-[seat]
-kind = "annular"
-bore_radius = "14.5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-outer_radius = "24 mm"
-material = "steel"
-model = "spring"
-mesh = { size = "3 mm", contact_size = "0.5 mm" }
-[reed]
-kind = "ring_plate"
-outer_diameter = "40 mm"
-inner_diameter = "20 mm"
-thickness = "1.5 mm"
-material = "steel"
-damping_ratio = 0.01
-velocity = "-1 m/s"
-greens = { bandwidth = "40 kHz" }
-mesh = { size = "3 mm" }
-[contact]
-tilt = "0.05 deg"
-ports = 8
-rings = 3
-law = { kind = "spring", stiffness = "20 N/um" }
-[run]
-duration = "200 us"
-time_step = "0.5 us"
-[accuracy]
-target = 0.5
-measures = ["impulse", "stress"]
+seat = { kind = "annular", bore_radius = "14.5 mm", lip_width = "1 mm", lip_edge_radius = "0 mm", \
+    outer_radius = "24 mm", material = "steel", model = "spring", mesh = { size = "3 mm", contact_size = "0.5 mm" } }
+reed = { kind = "ring_plate", outer_diameter = "40 mm", inner_diameter = "20 mm", thickness = "1.5 mm", \
+    material = "steel", damping_ratio = 0.01, velocity = "-1 m/s", greens = { bandwidth = "40 kHz" }, \
+    mesh = { size = "3 mm" } }
+contact = { tilt = "0.05 deg", ports = 8, rings = 3, law = { kind = "spring", stiffness = "20 N/um" } }
+run = { duration = "200 us", time_step = "0.5 us" }
+accuracy = { target = 0.5, measures = ["impulse", "stress"] }
 """
 BALL = """
-[seat]
-kind = "stopper"
-radius = "6 mm"
-thickness = "6 mm"
-contact_radius = "1 mm"
-material = "steel"
-fixed = "underside"
-damping_ratio = 0.02
-model = "spring"
-[reed]
-kind = "ball"
-diameter = "10 mm"
-material = "steel"
-velocity = "-0.2 m/s"
-[run]
-duration = "30 us"
-filter_width = "1 us"
-[accuracy]
-target = 0.5
-measures = ["stress"]
+seat = { kind = "stopper", radius = "6 mm", thickness = "6 mm", contact_radius = "1 mm", material = "steel", \
+    fixed = "underside", damping_ratio = 0.02, model = "spring" }
+reed = { kind = "ball", diameter = "10 mm", material = "steel", velocity = "-0.2 m/s" }
+run = { duration = "30 us", filter_width = "1 us" }
+accuracy = { target = 0.5, measures = ["stress"] }
 """
 
 
@@ -115,18 +76,14 @@ def test_stress_of_a_ball_is_that_below_a_disk_under_uniform_pressure(tmp_path: 
 
 
 def test_a_margin_is_asked_of_a_strength(tmp_path: Path) -> None:
-    file = tmp_path / "scene.toml"
     text = RING.replace('"impulse", "stress"', '"life_margin"')
-    file.write_text(text, encoding="utf-8")
     with pytest.raises((SceneError, KeyProblem), match=r"life_margin is asked.*life\.strength"):
-        load_scene(file)
+        load_text(tmp_path, text)
 
 
 def test_a_margin_is_planned_by_its_stress(tmp_path: Path) -> None:
     strength = Path(__file__).parents[2] / "examples" / "strengths" / "invented_strip.toml"
-    file = tmp_path / "scene.toml"
     life = f'[life]\nstrength = "{strength.as_posix()}"\ncycles = 1e7\n'
-    file.write_text(RING.replace('"impulse", "stress"', '"life_margin"') + life, encoding="utf-8")
-    plan = plan_scene(load_scene(file))
+    plan = plan_scene(load_text(tmp_path, RING.replace('"impulse", "stress"', '"life_margin"') + life))
     assert set(plan.error) == {"stress"}
     assert 0 < plan.error["stress"] < 1

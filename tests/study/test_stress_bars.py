@@ -7,11 +7,10 @@ from typing import cast
 import numpy as np
 import pytest
 
-from seatfem.structures.rings import Division
 from seatfem.study.impacts.plate_stress import Forces
-from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.runs.stresses import stress_notes
+from tests.steps import Division, Plan
 
 
 def test_forces_keep_their_sum_and_their_place_on_the_lip() -> None:

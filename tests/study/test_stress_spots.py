@@ -9,30 +9,19 @@ import pytest
 from seatfem.faces.exchange import export
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.stress_spots import load_histories
-from seatfem.study.scene import load_scene
+from tests.gallery import load_text
 
 BEAM = """
-[seat]
-kind = "spring"
-stiffness = "27.8 N/um"
-[reed]
-kind = "cantilever"
-length = "25.4 mm"
-width = "10 mm"
-thickness = "0.305 mm"
-material = { young = "200 GPa", density = "7850 kg/m^3" }
-n_modes = 12
-release = { tip_deflection = "0.5 mm" }
-[run]
-duration = "1 ms"
-time_step = "0.1 us"
+seat = { kind = "spring", stiffness = "27.8 N/um" }
+reed = { kind = "cantilever", length = "25.4 mm", width = "10 mm", thickness = "0.305 mm", \
+    material = { young = "200 GPa", density = "7850 kg/m^3" }, n_modes = 12, release = { tip_deflection = "0.5 mm" } }
+run = { duration = "1 ms", time_step = "0.1 us" }
 """
 
 
 def test_the_history_at_the_root_of_a_beam(tmp_path: Path) -> None:
     """It begins with 3 E (h/2) d/L^2 less 2/(pi n)^2, and has the largest stress of the run, where and when it says."""
-    (tmp_path / "scene.toml").write_text(BEAM, encoding="utf-8")
-    summary = run_scene(load_scene(tmp_path / "scene.toml"), tmp_path, pictures=False).summary
+    summary = run_scene(load_text(tmp_path, BEAM), tmp_path, pictures=False).summary
     time, places = load_histories(tmp_path / "stress.h5")
     root = places["reed, root, x = 0 mm, xx"]
     assert root[0] == pytest.approx(1.5 * 200e9 * 0.305e-3 * 0.5e-3 / 25.4e-3**2, rel=2 / (np.pi * 12) ** 2 * 1.05)

@@ -7,76 +7,44 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impact.notices import silent
 from impact.pictures.drawing import PictureError
-from seatfem.machine.resources import Stopwatch
 from seatfem.pictures.cell_grid import skin_of
 from seatfem.pictures.frame_pictures import plot_margin_map
 from seatfem.pictures.frames import wave_frames
 from seatfem.pictures.moving import load_moving
 from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
-from seatfem.structures.fields.solids import elements_of, solid_stress
-from seatfem.study.planning.planner import plan_scene
+from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, solid_stress
 from seatfem.study.runs import afterwards
 from seatfem.study.runs.afterwards import margin_pictures, margins
 from seatfem.study.runs.lives import Stressed
-from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import seat_stress
 from seatfem.study.runs.stress_wave import after_touch, reed_wave, seat_wave, wave_pictures
-from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
-from tests.gallery import FLAPPER
+from tests.gallery import FLAPPER, load_text
+from tests.steps import Limits, Stopwatch, plan_scene, rounds, silent
 
-STRENGTH = """source = "invented for tests"
-ultimate = "1800 MPa"
-torsion_limit = "310 MPa"
-bending_limit = "500 MPa"
-limit_cycles = 1e7
-[curve]
-knee_stress = "500 MPa"
-knee_cycles = 1e7
-slope = 12
-"""
-SCENE = """[seat]
-kind = "bar"
-length = "10 mm"
-width = "2 mm"
-height = "3 mm"
-damping_ratio = 0.05
-material = {{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }}
-model = "3d"
-mesh = {{ size = "2 mm", contact_size = "2 mm" }}
-greens = {{ bandwidth = "100 kHz" }}
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-0.5 m/s"
-[contact]
-gap = "10 um"
-law = {{ kind = "spring", stiffness = "1e5 N/m" }}
-[run]
-duration = "360 us"
-time_step = "200 ns"
-[accuracy]
-target = "20 %"
-[stress]
-distance = "3 mm"
-{stress}
-[life]
-seat_strength = "seat.toml"
-multiaxial = "{criterion}"
-cycles = 4.5e9
-"""
+STRENGTH = (
+    'source = "invented for tests"\nultimate = "1800 MPa"\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\n'
+    'limit_cycles = 1e7\ncurve = { knee_stress = "500 MPa", knee_cycles = 1e7, slope = 12 }\n'
+)
+SCENE = (
+    '[seat]\nkind = "bar"\nlength = "10 mm"\nwidth = "2 mm"\nheight = "3 mm"\ndamping_ratio = 0.05\n'
+    'material = {{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }}\nmodel = "3d"\n'
+    'mesh = {{ size = "2 mm", contact_size = "2 mm" }}\ngreens = {{ bandwidth = "100 kHz" }}\n[reed]\n'
+    'kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-0.5 m/s"\n[contact]\ngap = "10 um"\n'
+    'law = {{ kind = "spring", stiffness = "1e5 N/m" }}\n[run]\nduration = "360 us"\ntime_step = "200 ns"\n[accuracy]\n'
+    'target = "20 %"\n[stress]\ndistance = "3 mm"\n{stress}\n[life]\nseat_strength = "seat.toml"\n'
+    'multiaxial = "{criterion}"\ncycles = 4.5e9\n'
+)
 PRESSURE = 0.5 * np.sqrt(1e5 * 1e-3) / (2e-3 * 3e-3)  # of a mass on a spring; the bar gives way by 1e-3 of it
 TOUCH = 20e-6
 
 
 def load(folder: Path, stress: str = "frames = 12", criterion: str = "crossland") -> Any:
     (folder / "seat.toml").write_text(STRENGTH, encoding="utf-8")
-    (folder / "scene.toml").write_text(SCENE.format(stress=stress, criterion=criterion), encoding="utf-8")
-    return load_scene(folder / "scene.toml")
+    return load_text(folder, SCENE.format(stress=stress, criterion=criterion))
 
 
 @pytest.fixture(scope="module")
@@ -105,9 +73,8 @@ def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> No
     steps = range(140, 1600, 140)
     exact = np.moveaxis(histories(field, force, dt)[:, :, list(steps)], 2, 0)
     np.testing.assert_allclose(in_frames(field, force, dt, steps), exact, atol=1e-9 * np.abs(exact).max())
-    moved = response_in_frames(
-        Response.from_model(stress.model, dt=dt, bandwidth=100e3, damping_ratio=0.05), force, dt, steps
-    )
+    response = Response.from_model(stress.model, bandwidth=100e3, damping_ratio=0.05)
+    moved = response_in_frames(response, force, dt, steps)
     found = np.moveaxis((functional @ moved.T).reshape(3, 6, -1), 2, 0)
     np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
 
@@ -149,7 +116,6 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     np.testing.assert_allclose(last.point_data["von Mises [Pa]"], wave.values[-1], rtol=1e-6)
     np.testing.assert_allclose(last.point_data["displacement [m]"], wave.displacement[-1], rtol=1e-6)
     kept = load_moving(tmp_path / "stress_wave.h5")
-    assert kept.values is not None
     assert kept.labels[-1] == wave.labels[3]
     mises = wave.values[-1]
     np.testing.assert_allclose(kept.values[-1], np.minimum(mises, wave.high), atol=1e-4 * wave.high)
@@ -225,8 +191,7 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     start, end = text.index("[reed]"), text.index("[contact]")
     text = (text[:start] + reed + text[end + len("[contact]") :]).replace('gap = "10 um"', 'gap = "5 um"\nports = 1')
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
-    (tmp_path / "scene.toml").write_text(text.replace('"360 us"', '"60 us"'), encoding="utf-8")
-    scene = load_scene(tmp_path / "scene.toml")
+    scene = load_text(tmp_path, text.replace('"360 us"', '"60 us"'))
     *_, done = rounds(plan_scene(scene), tmp_path, Stopwatch(), silent)
     wave = reed_wave(done)
     steps = np.round(wave.time / done.result.dt).astype(int)
@@ -237,7 +202,6 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     assert moved == pytest.approx(
         exact, abs=0.03 * np.abs(exact).max()
     )  # of the patch of 2 x 3 mm, and without residual
-    assert wave.values is not None
     known = np.isfinite(wave.values).all(axis=0)
     assert np.isnan(wave.values[:, ~known]).all()
     assert not known[struck].any()
@@ -245,41 +209,17 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     assert wave.values[-1, known].max() > 0
 
 
-ARCS = """[seat]
-kind = "annular"
-bore_radius = "4 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0.2 mm"
-material = "steel"
-damping_ratio = 0.05
-mesh = { size = "2 mm", contact_size = "1.2 mm" }
-greens = { bandwidth = "100 kHz" }
-[reed]
-kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "12 mm"
-paddle_diameter = "12 mm"
-thickness = "0.3 mm"
-damping_ratio = 0.02
-release = { velocity = "-1 m/s" }
-greens = { bandwidth = "30 kHz" }
-[contact]
-gap = "2 um"
-tilt = "0.02 deg"
-ports = 8
-[run]
-duration = "60 us"
-time_step = "200 ns"
-[accuracy]
-target = "20 %"
-[stress]
-frames = 5
-[life]
-seat_strength = "seat.toml"
-multiaxial = "crossland"
-cycles = 4.5e9
+ARCS = """
+seat = { kind = "annular", bore_radius = "4 mm", lip_width = "1 mm", lip_edge_radius = "0.2 mm", material = "steel", \
+    damping_ratio = 0.05, mesh = { size = "2 mm", contact_size = "1.2 mm" }, greens = { bandwidth = "100 kHz" } }
+reed = { kind = "flapper", root_width = "8 mm", taper_length = "2 mm", neck_width = "6 mm", neck_length = "12 mm", \
+    paddle_diameter = "12 mm", thickness = "0.3 mm", damping_ratio = 0.02, release = { velocity = "-1 m/s" }, \
+    greens = { bandwidth = "30 kHz" } }
+contact = { gap = "2 um", tilt = "0.02 deg", ports = 8 }
+run = { duration = "60 us", time_step = "200 ns" }
+accuracy = { target = "20 %" }
+stress = { frames = 5 }
+life = { seat_strength = "seat.toml", multiaxial = "crossland", cycles = 4.5e9 }
 """
 
 
@@ -290,14 +230,10 @@ PLACE = np.array([1e-3, 2e-3, 5e-3])
 def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """At any angle the stress of the ring's own field, and the map's least margin where that is looked at."""
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
-    (tmp_path / "scene.toml").write_text(ARCS, encoding="utf-8")
-    *_, done = rounds(
-        plan_scene(load_scene(tmp_path / "scene.toml")), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1)
-    )
+    *_, done = rounds(plan_scene(load_text(tmp_path, ARCS)), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1))
     stress = seat_stress(done)
     assert len(stress.waves.numbers) > 3
     wave = seat_wave(done, stress)
-    assert wave is not None
     some, section = np.arange(len(wave.points))[:: len(wave.points) // 4], elements_of(stress.mesh).nodes.T
     places = np.column_stack([np.hypot(*wave.points[some, :2].T), wave.points[some, 2]])
     nodes = np.array([np.linalg.norm(section - place, axis=1).argmin() for place in places])
@@ -305,7 +241,13 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
     some = some[first]
     angles = np.arctan2(wave.points[some, 1], wave.points[some, 0])
     sites = at_nodes(elements_of(stress.mesh), nodes)
-    ((field, _),) = stress.drawn.fields(done.result.dt, [(sites, angles[:, None])], stress.waves)
+    parts = [
+        Harmonic(
+            n, response.stress(stress.drawn.stress_of(model, sites, n), sites.points).field(done.result.dt), mixing
+        )
+        for n, model, response, mixing in stress.drawn.harmonics(stress.waves)
+    ]
+    field = RingField(sites.points, angles[:, None], tuple(parts))
     exact = von_mises(np.moveaxis(histories(field, force_by_port(done, done.touches), done.result.dt), 1, 2))
     now = np.round(wave.time / done.result.dt).astype(int)
     assert exact.max() > 0

@@ -10,22 +10,16 @@ import impact
 from impact.bodies.loads import Gravity, PointForce, Pressure
 from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import ErrorEstimate
-from impact.notices import silent
-from seatfem.machine.resources import Stopwatch
-from seatfem.structures.cache import key_of
-from seatfem.structures.kinds import kinds_of
-from seatfem.structures.kinds.structure import in_words_of
-from seatfem.structures.method import LevelError
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import RunError, check_step, problem_of, solved_striker, striker_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.method import stated_method
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.refining import refine
 from seatfem.study.prerun.bench import Bench, surrogate_striker
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, SceneError
+from seatfem.study.scene.problems import in_words_of
+from tests.as_stated import solved_striker, striker_of
 from tests.gallery import load_text, refusal, summary_of
+from tests.steps import LevelError, Stopwatch, key_of, kinds_of, plan_scene, refine, rounds, run_scene, silent
 
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
 RUN = '[run]\nduration = "1 ms"\nfilter_width = "20 us"\ntime_step = "1 us"\n[accuracy]\ntarget = "50 %"\n'
@@ -271,7 +265,7 @@ def test_a_part_that_nothing_holds_is_thrown(tmp_path: Path) -> None:
     )
     text = f'kind = "cad"\nfile = "{block}"\nmaterial = "steel"\n{more}'
     scene = scene_of(tmp_path, text, seat=SPRING.replace("20 N/um", "1 N/um"))
-    guess = surrogate_striker(scene)
+    guess = surrogate_striker(scene.reed, stated_method(scene).reed, scene.run.duration, scene.seat.face)
     plan = plan_scene(scene)
     assert not any("no contact" in note for note in plan.notes)
     solved = solved_striker(scene)

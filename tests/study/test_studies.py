@@ -17,52 +17,29 @@ import pytest
 import seatfem
 from impact.files.safe_files import OutputError
 from seatfem.jobs.folders import JournalError, claimed
-from seatfem.structures.errors import ModelError
-from seatfem.study.planning.plan import Plan
-from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.safety import Effort
-from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep import sweep
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
-from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
+from tests.steps import ModelError, Outcome, Plan, Scene, SceneError, load_scene, load_study, run_scene
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-BALL = """[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[run]
-duration = "0.2 ms"
+BALL = """reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
+run = { duration = "0.2 ms" }
 """
-SPRING = f'[seat]\nkind = "spring"\nstiffness = "1 N/um"\n{BALL}'
-PAPERS_REED = """[reed]
-kind = "cantilever"
-length = "25 mm"
-n_modes = 3
-release = { tip_deflection = "0.5 mm" }
-[run]
-duration = "1 ms"
-[accuracy]
-target = "10 %"
+SPRING = f'seat = {{ kind = "spring", stiffness = "1 N/um" }}\n{BALL}'
+PAPERS_REED = """reed = { kind = "cantilever", length = "25 mm", n_modes = 3, release = { tip_deflection = "0.5 mm" } }
+run = { duration = "1 ms" }
+accuracy = { target = "10 %" }
 """
-MESHED = f"""[seat]
-kind = "annular"
-bore_radius = "4 mm"
-lip_width = "1 mm"
-lip_height = "0.5 mm"
-outer_radius = "12 mm"
-thickness = "8 mm"
-material = {{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }}
-damping_ratio = 0.1
-fixed = "underside"
-{BALL}[accuracy]
-target = "10 %"
+MESHED = f"""seat = {{ kind = "annular", bore_radius = "4 mm", lip_width = "1 mm", lip_height = "0.5 mm", \
+    outer_radius = "12 mm", thickness = "8 mm", damping_ratio = 0.1, fixed = "underside", \
+    material = {{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }} }}
+{BALL}accuracy = {{ target = "10 %" }}
 """
 DRAWN = """design = "monte_carlo"
 number = {}

@@ -53,13 +53,11 @@ EXACT = [
     ('from = "1 g", to = "5 g"', stats.uniform(1, 4)),
     ('kind = "uniform", from = "1 g", to = "9 g", scale = "log"', stats.loguniform(1, 9)),
     ('kind = "normal", mean = "5 g", deviation = "0.5 g"', stats.norm(5, 0.5)),
-    (
-        'kind = "truncated_normal", mean = "5 g", deviation = "2 g", from = "4 g", to = "8 g"',
-        stats.truncnorm(-0.5, 1.5, 5, 2),
-    ),
+    ('kind = "truncated_normal", mean = "5 g", deviation = "2 g", from = "4 g", to = "8 g"',
+     stats.truncnorm(-0.5, 1.5, 5, 2)),
     ('kind = "lognormal", median = "3 g", sigma = 0.4', stats.lognorm(0.4, scale=3)),
     (TABLE, stats.rv_histogram(([0.5, 0.125 * 4], [1.0, 2.0, 6.0]), density=False)),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("words", "exact"), EXACT)
@@ -127,25 +125,17 @@ BAD = [
     ('design = "sobol"\n[vary]\nreed.mass = ["1 g"]', "number: required key is missing: scenes that design = 'sobol'"),
     ('design = "sobol"\nnumber = 12\n[vary]\nreed.mass = ["1 g"]', ":3: number: 12 is no power of two"),
     ('design = "zip"\n[vary]\nreed.mass = ["1 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]', ":5: vary.reed.velocity: 2"),
-    (
-        'limit = 5\n[vary]\nreed.mass = ["1 g", "2 g"]\nreed.velocity = ["-1 m/s", "-2 m/s", "-3 m/s"]',
-        ":2: limit: 6 scenes",
-    ),
+    ('limit = 5\n[vary]\nreed.mass = ["1 g", "2 g"]\nreed.velocity = ["-1 m/s", "-2 m/s", "-3 m/s"]',
+     ":2: limit: 6 scenes"),
     ('design = "monte_carlo"\nnumber = 2000000\n[vary]\nreed.mass = ["1 g"]', ":3: number: 2000000 must be at most"),
-    (
-        'design = "monte_carlo"\nnumber = 2\n[vary]\nreed.mass = { kind = "normal", mean = "1 g", deviation = "0 g" }',
-        "vary.reed.mass.deviation: 0 must be",
-    ),
-    (
-        'design = "sobol"\nnumber = 2\n[vary]\nreed.mass = { kind = "table", points = [["1 g", 0], ["2 g", 0.9]] }',
-        "vary.reed.mass.points: the shares go from 0 to 0.9",
-    ),
-    (
-        'design = "monte_carlo"\nnumber = 2\n[vary]\nreed.mass = { from = "1 g", to = "2 g", number = 3 }',
-        ":5: vary.reed.mass.number: this design draws anywhere",
-    ),
+    ('design = "monte_carlo"\nnumber = 2\n[vary]\nreed.mass = { kind = "normal", mean = "1 g", deviation = "0 g" }',
+     "vary.reed.mass.deviation: 0 must be"),
+    ('design = "sobol"\nnumber = 2\n[vary]\nreed.mass = { kind = "table", points = [["1 g", 0], ["2 g", 0.9]] }',
+     "vary.reed.mass.points: the shares go from 0 to 0.9"),
+    ('design = "monte_carlo"\nnumber = 2\n[vary]\nreed.mass = { from = "1 g", to = "2 g", number = 3 }',
+     ":5: vary.reed.mass.number: this design draws anywhere"),
     ('[vary]\nreed.mass = ["1 g"]\n[outputs]\npareto = ["impulse_Ns", "best life"]', "outputs.pareto.1"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "message"), BAD)
@@ -165,10 +155,7 @@ WRONG = [
     ('"reed.mas" = ["1 g"]', r"study\.toml:3: vary\.reed\.mas: scene 1 of 1, .*: unknown key; did you mean 'mass'\?"),
     ('red.mass = ["1 g"]', r"study\.toml:3: vary\.red\.mass: scene 1 of 1, .*: unknown key; did you mean 'reed'\?"),
     ('reed.mass = ["1 g", "1 mm"]', r":3: vary\.reed\.mass: scene 2 of 2, reed\.mass = '1 mm': '1 mm' is a length"),
-    (
-        'reed.mass = ["0 g", "-1 g", "1 g"]',
-        r"scene 1 of 3, reed\.mass = '0 g': .* must be positive; 1 more scene alike",
-    ),
+    ('reed.mass = ["0 g", "-1 g", "1 g"]', r"scene 1 of 3, reed\.mass = '0 g': .* must be positive; 1 more scene"),
     ('run.time_step = ["1 us"]', r"study\.toml:3: vary\.run\.time_step: scene 1 of 1, .*1 us"),
     ('"load.0.gravity" = ["-9.81 m/s^2"]', r"load\.0"),
 ]

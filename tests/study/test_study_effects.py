@@ -19,12 +19,8 @@ PARETO = {"pareto": ["first", "max second"]}
 def study(design: str, number: int | None, keys: tuple[str, ...] = KEYS, **others: object) -> Study:
     each: object = {"kind": "uniform", "from": -np.pi, "to": np.pi} if number else [1.0, 2.0, 3.0, 4.0]
     given = {
-        "scene": str(Path(__file__)),
-        "design": design,
-        "limit": 100_000,
-        "vary": dict.fromkeys(keys, each),
-        **others,
-    }
+        "scene": str(Path(__file__)), "design": design, "limit": 100_000, "vary": dict.fromkeys(keys, each), **others,
+    }  # fmt: skip
     return Study.model_validate(given | ({"number": number} if number else {}))
 
 

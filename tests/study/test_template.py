@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 
 from seatfem.fields import kind_of
-from seatfem.structures.kinds import kinds_of
-from seatfem.study.planning.planner import plan_scene
-from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.keys import scene_template
+from tests.gallery import load_text
+from tests.steps import Scene, SceneError, kinds_of, plan_scene
 
 NAMES = [kind_of(kind) for kind in kinds_of() if kind.__module__.startswith("seatfem.")]
 
@@ -66,8 +65,7 @@ def loaded(text: str, folder: Path) -> Scene:
 
 @pytest.mark.parametrize("kind", ["ball", "conical", "plate", "stepped"])
 def test_it_can_be_planned(kind: str, tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(scene_template(kind), encoding="utf-8")
-    assert plan_scene(load_scene(tmp_path / "scene.toml")).scene.accuracy.target == 0.05
+    assert plan_scene(load_text(tmp_path, scene_template(kind))).scene.accuracy.target == 0.05
 
 
 @pytest.mark.parametrize("kind", ["annular", "flapper", "bar"])
@@ -94,8 +92,7 @@ STATED = {
 
 
 def load(text: str, folder: Path) -> Scene:
-    (folder / "scene.toml").write_text(text, encoding="utf-8")
-    return load_scene(folder / "scene.toml")
+    return load_text(folder, text)
 
 
 def test_no_line_is_too_wide_and_every_key_has_words() -> None:

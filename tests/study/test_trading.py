@@ -15,19 +15,16 @@ import pytest
 from impact import measures
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.jobs.desk import Ask
-from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_models
 from seatfem.study.ladders.ladder import RATIO
-from seatfem.study.method import stated_method
-from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.sweep.effects import pareto_front
-from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.trade import trade
 from seatfem.study.trade.point import ALL_OPEN, Point, carry_out
 from seatfem.study.trade.report import in_words, summary_of
 from seatfem.study.trade.rungs import BY_HAND, Rungs, centre_of
 from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, run_points
 from tests.gallery import FLAPPER
+from tests.steps import Outcome, SceneError, load_scene, seat_of, stated_method, striker_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")
@@ -42,24 +39,14 @@ accuracy = { target = "2 %", measures = ["impulse", "filtered_peak", "contact_du
 """
 
 TILTED = f"""
-[seat]
-kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-model = "spring"
-material = "steel"
-mesh = {{ size = "2.5 mm", contact_size = "0.5 mm" }}
+seat = {{ kind = "annular", bore_radius = "5 mm", lip_width = "1 mm", model = "spring", material = "steel", \
+    mesh = {{ size = "2.5 mm", contact_size = "0.5 mm" }} }}
+contact = {{ tilt = "0.3 deg", ports = 8 }}
+run = {{ duration = "0.1 ms", time_step = "0.1 us" }}
+accuracy = {{ measures = ["impulse", "line_force"] }}
 [reed]
 {FLAPPER}greens = {{ bandwidth = "40 kHz" }}
 release = {{ velocity = "-2 m/s" }}
-[contact]
-tilt = "0.3 deg"
-ports = 8
-[run]
-duration = "0.1 ms"
-time_step = "0.1 us"
-[accuracy]
-measures = ["impulse", "line_force"]
 """
 
 
@@ -68,9 +55,6 @@ def small(tmp_path: Path) -> Path:
     path = tmp_path / "small.toml"
     path.write_text(SMALL, encoding="utf-8")
     return path
-
-
-# --- front ---
 
 
 def test_front_against_its_definition():
@@ -92,9 +76,6 @@ def test_excess_is_one_on_the_front_and_the_ratio_beyond_it():
     assert cost_excess(5.0, 0.1, costs, errors) == 2.5
     assert cost_excess(3.0, 0.05, costs, errors) == 1.0  # more accurate than all
     assert math.isnan(cost_excess(math.nan, 0.1, costs, errors))
-
-
-# --- ladder ---
 
 
 @pytest.mark.parametrize("name", DRAWN + CLOSED)
@@ -218,9 +199,6 @@ def test_the_reference_is_finer_than_every_rung(name: str):
         assert back.seat.greens.bandwidth == pytest.approx(reference.seat.greens.bandwidth / RATIO)
 
 
-# --- settings ---
-
-
 def test_settings_are_stated_and_taken_out(small: Path):
     sizes = {"seat.mesh.size": "2 mm", "seat.greens.bandwidth": "300 kHz", "run.time_step": "50 ns"}
     scene = load_scene(EXAMPLES / "flapper_on_annular_seat.toml", sizes)
@@ -232,9 +210,6 @@ def test_settings_are_stated_and_taken_out(small: Path):
     assert "bandwidth" not in free.seat.greens.model_fields_set
     with pytest.raises(SceneError, match=r"run\.time_step"):
         load_scene(small, {"run.time_step": "1 mm"})
-
-
-# --- points and journal ---
 
 
 def run_point(scene: Path, point: Point, limit: float) -> Outcome:
@@ -348,9 +323,6 @@ def test_what_is_predicted_to_take_far_too_long_is_not_tried(small: Path, monkey
     found = run_points(small, points, small.parent / "trade.jsonl", time_limit=10)
     assert [found[p.name].state for p in points] == ["done", "stopped"]
     assert "25 s predicted" in found["long"].message
-
-
-# --- the trade ---
 
 
 def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floor: float = 1e-3) -> Trade:

@@ -14,28 +14,14 @@ from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity
 @pytest.mark.parametrize(
     ("text", "dimension", "value"),
     [
-        ("3 mm", "length", 3e-3),
-        ("25.4mm", "length", 0.0254),
-        ("1 inch", "length", 0.0254),
-        ("0.305 mm", "length", 0.000305),
-        (" -1e-3 m ", "length", -1e-3),
-        (".5 um", "length", 5e-7),
-        ("1 µs", "time", 1e-6),
-        ("1 μs", "time", 1e-6),
-        ("1 ns", "time", 1e-9),
-        ("200 GPa", "pressure", 2e11),
-        ("7850 kg/m^3", "density", 7850.0),
-        ("7850 kg/m3", "density", 7850.0),
-        ("7.85 g/cm^3", "density", 7850.0),
-        ("4.17e-7 m^2", "area", 4.17e-7),
-        ("20 N/um", "stiffness", 2e7),
-        ("1 MHz", "frequency", 1e6),
-        ("10 1/s", "rate", 10.0),
-        ("0.5 1/us", "rate", 5e5),
-        ("-2 m/s", "velocity", -2.0),
-        ("5 g", "mass", 5e-3),
+        ("3 mm", "length", 3e-3), ("25.4mm", "length", 0.0254), ("1 inch", "length", 0.0254),
+        ("0.305 mm", "length", 0.000305), (" -1e-3 m ", "length", -1e-3), (".5 um", "length", 5e-7),
+        ("1 µs", "time", 1e-6), ("1 μs", "time", 1e-6), ("1 ns", "time", 1e-9), ("200 GPa", "pressure", 2e11),
+        ("7850 kg/m^3", "density", 7850.0), ("7850 kg/m3", "density", 7850.0), ("7.85 g/cm^3", "density", 7850.0),
+        ("4.17e-7 m^2", "area", 4.17e-7), ("20 N/um", "stiffness", 2e7), ("1 MHz", "frequency", 1e6),
+        ("10 1/s", "rate", 10.0), ("0.5 1/us", "rate", 5e5), ("-2 m/s", "velocity", -2.0), ("5 g", "mass", 5e-3),
     ],
-)
+)  # fmt: skip
 def test_values_are_the_nearest_float(text: str, dimension: str, value: float) -> None:
     assert parse_quantity(text, dimension) == value
 

@@ -7,34 +7,21 @@ import numpy as np
 import pytest
 
 import impact
-from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.structures.method import Solved
-from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import RunError, check_step, run_contacts, striker_of
-from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.contact import RunError, check_step, run_contacts
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
-from seatfem.study.method import stated_method
-from seatfem.study.scene import Scene, load_scene
+from tests.as_stated import striker_of
 from tests.gallery import load_text
+from tests.steps import GreensFunction, Scene, Solved, Touches, error_budget, load_scene, stated_method
 
 SCENE = """
-[seat]
-kind = "spring"
-stiffness = "40 N/um"
-[reed]
-kind = "cantilever"
-length = "{length} mm"
-width = "10 mm"
-thickness = "{thickness} mm"
-material = {{ young = "200 GPa", density = "7850 kg/m^3" }}
-n_modes = 12
-release = {{ tip_deflection = "{deflection} mm" }}
-[run]
-duration = "1 ms"
-filter_width = "2 us"
+seat = {{ kind = "spring", stiffness = "40 N/um" }}
+reed = {{ kind = "cantilever", length = "{length} mm", width = "10 mm", thickness = "{thickness} mm", \
+    material = {{ young = "200 GPa", density = "7850 kg/m^3" }}, n_modes = 12, \
+    release = {{ tip_deflection = "{deflection} mm" }} }}
+run = {{ duration = "1 ms", filter_width = "2 us" }}
 """
 
 
@@ -105,25 +92,11 @@ def test_a_filter_beyond_the_measured_band_is_told(tmp_path: Path) -> None:
 
 
 ANNULAR = """
-[seat]
-kind = "annular"
-bore_radius = "2 mm"
-lip_width = "1 mm"
-outer_radius = "12 mm"
-thickness = "8 mm"
-model = "spring"
-material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
-damping_ratio = 0.02
-[reed]
-kind = "rigid_mass"
-mass = "2 g"
-velocity = "-1 m/s"
-[run]
-duration = "0.1 ms"
-filter_width = "20 us"
-[accuracy]
-target = 0.1
-measures = ["impulse"]
+seat = { kind = "annular", bore_radius = "2 mm", lip_width = "1 mm", outer_radius = "12 mm", thickness = "8 mm", \
+    model = "spring", material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }, damping_ratio = 0.02 }
+reed = { kind = "rigid_mass", mass = "2 g", velocity = "-1 m/s" }
+run = { duration = "0.1 ms", filter_width = "20 us" }
+accuracy = { target = 0.1, measures = ["impulse"] }
 """
 
 

@@ -9,13 +9,14 @@ import pytest
 
 import impact
 from impact.bodies.loads import SprungBody
-from seatfem.study.impacts.contact import problem_of, run_contacts, stress_of, striker_of
-from seatfem.study.impacts.drives import valve_spring_keys
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import run_contacts, stress_of
+from seatfem.study.impacts.gauges import valve_spring_keys
 from seatfem.study.impacts.layout import layout_of
 from seatfem.study.prerun.sensitivity import with_other_modes
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene
+from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
+from tests.steps import Scene, run_scene
 
 STIFF = '[seat]\nkind = "spring"\nstiffness = "100 N/um"\n'
 RING = (

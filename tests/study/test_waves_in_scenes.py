@@ -7,9 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError
 from tests.gallery import load_text
+from tests.steps import SceneError, run_scene
 
 ROD = """kind = "rod"
 young = "200 GPa"
@@ -17,71 +16,20 @@ density = "8000 kg/m^3"
 area = "300 mm^2"
 """
 SPEED = 5000.0
-WAVE = f"""
-[seat]
-{ROD}
-length = "1 m"
-far_end = "endless"
-[reed]
-{ROD}
-length = "1 m"
-far_end = "endless"
-[[wave]]
-of = "seat"
-peak = -1e-3
-rise = "10 us"
-duration = "60 us"
-recorded_at = "500 mm"
-[[gauge]]
-name = "first"
-of = "seat"
-at = "500 mm"
-[[gauge]]
-name = "second"
-of = "reed"
-at = "250 mm"
-[contact]
-law = {{ kind = "rough_joint", force = "60 kN", closure = "20 um", recovery = 0.5 }}
-[run]
-duration = "350 us"
-[accuracy]
-landing = "run"
-measures = ["impulse", "gauge_strain"]
-"""
-CHAIN = f"""
-[stopper]
-{ROD}
-length = "200 mm"
-far_end = "free"
-velocity = "-10 m/s"
-at = "1 m"
-gap = "0 mm"
-[reed]
-{ROD}
-length = "1 m"
-far_end = "free"
-[seat]
-{ROD}
-length = "1 m"
-far_end = "endless"
-[[gauge]]
-name = "middle"
-of = "reed"
-at = "400 mm"
-[[gauge]]
-name = "last"
-of = "seat"
-at = "500 mm"
-[[gauge]]
-name = "striker"
-of = "stopper"
-at = "100 mm"
-[run]
-duration = "400 us"
-time_step = "0.2 us"
-[accuracy]
-landing = "run"
-"""
+WAVE = (
+    f'\ncontact = {{ law = {{ kind = "rough_joint", force = "60 kN", closure = "20 um", recovery = 0.5 }} }}\n'
+    f'run = {{ duration = "350 us" }}\naccuracy = {{ landing = "run", measures = ["impulse", "gauge_strain"] }}\n'
+    f'[seat]\n{ROD}\nlength = "1 m"\nfar_end = "endless"\n[reed]\n{ROD}\nlength = "1 m"\nfar_end = "endless"\n'
+    f'[[wave]]\nof = "seat"\npeak = -1e-3\nrise = "10 us"\nduration = "60 us"\nrecorded_at = "500 mm"\n[[gauge]]\n'
+    f'name = "first"\nof = "seat"\nat = "500 mm"\n[[gauge]]\nname = "second"\nof = "reed"\nat = "250 mm"\n'
+)
+CHAIN = (
+    f'\nrun = {{ duration = "400 us", time_step = "0.2 us" }}\naccuracy = {{ landing = "run" }}\n[stopper]\n{ROD}\n'
+    f'length = "200 mm"\nfar_end = "free"\nvelocity = "-10 m/s"\nat = "1 m"\ngap = "0 mm"\n[reed]\n{ROD}\n'
+    f'length = "1 m"\nfar_end = "free"\n[seat]\n{ROD}\nlength = "1 m"\nfar_end = "endless"\n[[gauge]]\n'
+    f'name = "middle"\nof = "reed"\nat = "400 mm"\n[[gauge]]\nname = "last"\nof = "seat"\nat = "500 mm"\n[[gauge]]\n'
+    f'name = "striker"\nof = "stopper"\nat = "100 mm"\n'
+)
 
 
 def run(text, folder):
@@ -181,25 +129,11 @@ def test_impossible_chains_are_refused(old, new, words, tmp_path):
 
 def test_a_landing_reed_has_its_gauge_in_the_results(tmp_path):
     """At the root of a cantilever the strain is that of its largest stress, if that lies there, over E."""
-    text = """
-[seat]
-kind = "spring"
-stiffness = "1 N/um"
-[reed]
-kind = "cantilever"
-length = "20 mm"
-n_modes = 6
-release = { tip_deflection = "0.3 mm" }
-[[gauge]]
-name = "root"
-of = "reed"
-at = "0 mm"
-[run]
-duration = "1 ms"
-[accuracy]
-target = "20 %"
-measures = ["impulse"]
-"""
+    text = (
+        '\n[seat]\nkind = "spring"\nstiffness = "1 N/um"\n[reed]\nkind = "cantilever"\nlength = "20 mm"\nn_modes = 6\n'
+        'release = { tip_deflection = "0.3 mm" }\n[[gauge]]\nname = "root"\nof = "reed"\nat = "0 mm"\n[run]\n'
+        'duration = "1 ms"\n[accuracy]\ntarget = "20 %"\nmeasures = ["impulse"]\n'
+    )
     summary, seen = run(text, tmp_path)
     largest = max(abs(summary["gauge_root_largest_strain"]), abs(summary["gauge_root_smallest_strain"]))
     assert summary["peak_reed_stress_at_m"] == 0.0

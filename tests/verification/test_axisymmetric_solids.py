@@ -8,10 +8,8 @@ import skfem
 from scipy.sparse.linalg import spsolve
 from scipy.special import jv
 
-import impact
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
-from seatfem.structures.reduction.greens import greens_function
 
 
 def rectangle(r0, r1, z0, z1, n, kind=skfem.MeshQuad):
@@ -69,21 +67,3 @@ def test_manufactured_solutions_converge_at_full_order(kind, order, harmonic, in
     errors = [manufactured_error(kind, order, harmonic, inner, n) for n in (8, 16)]
     assert observed_order(errors) > order + 1 - 0.2
     assert errors[-1] < (0.02 if order == 1 else 5e-4)
-
-
-def test_without_lateral_strain_the_cylinder_is_the_rod():
-    """nu = 0: g after the Hann pulse is the closed-form rod's; band five wavelengths long, 40 elements."""
-    young, density, radius, length, zeta = 200e9, 7850.0, 1e-3, 20e-3, 0.1
-    model = assemble_axisymmetric(
-        rectangle(0, radius, 0, length, (1, 40)),
-        Material(young, 0.0, density),
-        fixed="bottom",
-        ports={"contact": "top"},
-        order=2,
-    )
-    width, t = 1 / 500e3, np.linspace(0, 40e-6, 201)
-    greens = greens_function(model, bandwidth=1 / width, duration=t[-1], tolerance=1e-3, damping_ratio=zeta)
-    rod = impact.fixed_rod(young=young, density=density, area=math.pi * radius**2, length=length, damping_ratio=zeta)
-    exact = rod.filtered(t, width)
-    assert np.abs(greens.filtered(t, width) - exact).max() < 1e-3 * np.abs(exact).max()
-    assert greens.initial_value()[0, 0] == pytest.approx(float(rod.initial_value()[0, 0]), rel=1e-9)

@@ -18,9 +18,9 @@ from seatfem.structures.lip import AnyLip, Patch
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.rings import Division
 from seatfem.structures.sheets import Sheet, model_of, plate_modes
-from seatfem.study.impacts.contact import seat_of
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.pipeline import run_scene
+from tests.as_stated import seat_of
 from tests.brute_force import first_mode, marched
 from tests.gallery import load_text
 

@@ -1,7 +1,5 @@
 """Measured sets are compared as they state, and the comparison can fail."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,15 +1,27 @@
-"""The impact by other programs, on small bodies: each must find what we find, and see a coefficient that is wrong."""
+"""Small bodies by other programs: each must find what we find, and see a coefficient that is wrong."""
 
 import numpy as np
 import pytest
+import skfem
 
 from benchmarks.peers import calculix, calculix_impact, plain_impact, siconos_impact, switching
 from benchmarks.peers import impact_scene as scene
 from impact import ModalGreens, Residual
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
+from seatfem.structures.model import ModelError
 from seatfem.structures.reduction.modes import solve_modes
-from tests.verification.test_peers import STEEL, block
 
+STEEL = Material(200e9, 0.3, 7850.0)
+SIDES = (8e-3, 6e-3, 4e-3)
 OMEGA, SHARES = 2 * np.pi * np.array([50e3, 120e3, 310e3]), np.array([6.0, 5.0, 4.0])
+
+
+def block(kind=skfem.MeshTet, cells=(3, 2, 2)):
+    """A block, clamped below, pushed above."""
+    mesh = kind.init_tensor(*(np.linspace(0, side, n + 1) for side, n in zip(SIDES, cells, strict=True)))
+    named = {"contact": lambda x: x[2] > SIDES[2] - 1e-9, "fixed": lambda x: x[2] < 1e-9}
+    return assemble(mesh.with_boundaries(named), STEEL, order=2)
 
 
 def seat(factor=1.0):
@@ -66,3 +78,17 @@ def test_the_contact_of_calculix_finds_the_same():
     right, wrong = (scene.of_points(plain_impact.by_modes(f * squares, shares, dt), dt, 0.0) for f in (1.0, 1.03))
     assert scene.apart(theirs, right)[0] < 0.2
     assert scene.apart(theirs, wrong)[0] > 1.0
+
+
+@pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
+def test_the_mass_explains_what_the_frequencies_differ_by():
+    """With four points for our mass, too: the seven digits that it prints."""
+    model = block()
+    same = calculix.with_its_mass(model, STEEL)
+    theirs = calculix.frequencies(model, STEEL, 5).values
+    assert np.abs(theirs / solve_modes(same, 5).frequencies_hz - 1).max() < 1e-6
+
+
+def test_hexahedra_are_refused():
+    with pytest.raises(ModelError, match="tetrahedra of order 2"):
+        calculix.same_mass(block(skfem.MeshHex), STEEL)

@@ -16,7 +16,7 @@ NEAR = 1e-3  # (x - y)/(x + y) below which secants of powers are taken from thei
 
 @compiled()
 def remember(numbers, i, pen):
-    """Note the closure at the end of a step; a joint that is open has forgotten it."""
+    """Store the deepest closure at the end of a step; an open joint forgets it."""
     numbers[i, DEEPEST] = 0.0 if pen <= 0.0 else max(numbers[i, DEEPEST], pen)
 
 
@@ -54,14 +54,14 @@ def joint_step(code, rule, numbers, i, pen, pen_start, w0, together, dt):
 
 @compiled()
 def _mixed(code, numbers, i, p, p0, share):
-    """Return the force of a step from ``p0`` to ``p``, a ``share`` of it that at the end."""
+    """Return the force of a step from ``p0`` to ``p``: ``share`` of its end value, the rest of its mean."""
     force = share * joint_force(code, numbers, i, p) if share > 0.0 else 0.0
     return force + (1.0 - share) * joint_secant(code, numbers, i, p, p0) if share < 1.0 else force
 
 
 @compiled()
 def joint_force(code, numbers, i, pen):
-    """Return N [N] at a closure: of the loading branch beyond the deepest one so far, else of the other."""
+    """Return N [N] at a closure: on the loading branch beyond the deepest so far, else on the unloading branch."""
     if pen <= 0.0:
         return 0.0
     deepest = numbers[i, DEEPEST]

@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 
 
 SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a tetrahedron
-SECTION_ENTRY: Final = 10.0  # of assembling an entry of a section's matrix, over that of a solid's
-SINGLE_FACTOR, SINGLE_SOLVE = 0.6, 0.62  # of the times in single precision, over those in double
-GRIDS_SOLVE: Final = 1.0  # times what a vector's other products take: a solve on two grids ...
-GRIDS_SETUP: Final = 5.0  # ... and what comes before, beside the factor of the coarse one
-SECTION_FACTOR: Final = 0.5  # of factor and solves of a section, over those of a solid
+SECTION_ENTRY: Final = 10.0  # time to assemble an entry of a section's matrix, over that of a solid's
+SINGLE_FACTOR, SINGLE_SOLVE = 0.6, 0.62  # times of factor and solve in single precision, over those in double
+GRIDS_SOLVE: Final = 1.0  # time of a solve on two grids, over that of a vector's other products
+GRIDS_SETUP: Final = 5.0  # the same of its preparation, beside the coarse factor
+SECTION_FACTOR: Final = 0.5  # times of factor and solves of a section, over those of a solid
 FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3
-ROOM: Final = 32  # Krylov vectors at first; their number is doubled where it does not do
+ROOM: Final = 32  # Krylov vectors at first; doubled where too few
 FAST: Final = 1.8  # speed of pressure waves over that of shear waves
-PORTS_POWER: Final = 0.6  # of the number of rings in the number of vectors
-TOLERANCE_POWER: Final = -0.141  # of the tolerance in the number of vectors
+PORTS_POWER: Final = 0.6  # exponent of the number of rings in the number of vectors
+TOLERANCE_POWER: Final = -0.141  # exponent of the tolerance in the number of vectors
 HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
 HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band
 STRICTER: Final = 8.0  # the tolerance of each harmonic, over that of their sum
@@ -53,7 +53,7 @@ class Numbers:
     Attributes:
         sizes: of the mesh.
         modes: in the band, by Weyl's law.
-        runs: harmonics, reduced one by one; 1 where there are none.
+        runs: number of harmonics, each reduced alone; 1 of other bodies.
         section: whether it is a half section.
         hexahedra: whether elements are hexahedra or quadrilaterals.
         drawn: whether gmsh makes the mesh.
@@ -71,26 +71,25 @@ class Numbers:
 
 @dataclass(frozen=True)
 class SeatModel(Numbers):
-    """The same with what a reduction makes of it. ``vectors``: Krylov vectors, of one harmonic, by a ``solver``."""
+    """A body's finite elements and their reduction. ``vectors``: Krylov vectors of a harmonic; ``solver``: of them."""
 
     vectors: float = 0.0
     solver: Solver = "double"
 
     def stricter(self, ratio: float) -> SeatModel:
-        """Return the aims with the tolerance of the reduction times ``ratio``."""
+        """Return the cost model at the tolerance of the reduction times ``ratio``."""
         return replace(self, vectors=min(self.vectors * ratio**TOLERANCE_POWER, self.sizes.counts.dof))
 
     @property
     def poles(self) -> float:
-        """Return the poles of its Green's function."""
+        """Return the number of poles of the reduced Green's function."""
         return 0.85 * self.vectors * self.runs if self.kept is None else self.kept
 
 
 def seat_model(structure: Structure, method: Method, duration: float, coarser: float = 1.0) -> SeatModel | None:
-    """Return the finite elements of a structure by a method, with elements ``coarser`` times as large; ``None``: no
-    such.
+    """Return the cost model of a structure by a method, elements ``coarser`` times as large, for a ``duration`` [s].
 
-    ``duration``: of the run [s].
+    ``None`` where it has no finite elements, or their number is not known.
     """
     numbers = None if structure.elastic is None else structure.elastic.numbers(method, coarser)
     if numbers is None:
@@ -167,8 +166,7 @@ def modes_of_volume(volume: float, band: float, slow: float) -> float:
 
 
 def krylov_vectors(structure: Structure, method: Method, duration: float, modes: float) -> float:
-    """Return the vectors of one port by a law fitted to bodies of all levels (within a third of them), the undamped
-    ones only roughly."""
+    """Return the Krylov vectors of one port by a fitted law, within a third; roughly without damping."""
     assert method.bandwidth is not None
     k = 2 * math.pi * method.bandwidth
     memory = min(duration, forgotten_after(structure.loss, method.bandwidth))

@@ -211,6 +211,7 @@ def _share(counts: Counts, method: str, there: float) -> float:
 
 SECTION_ENTRIES: Final = {"tet": 11.5, "hex": 16.0}  # coupled nodes for each node of a section of order 2
 ROUGHLY: Final = {"tet": 4.0, "hex": 1.3, "section": 2.3}  # elements over int dV/h^d
+IN_A_BAR: Final = {"tet": 13.0, "hex": 1.0}  # elements in a length h of a bar that is thinner than h
 STEPS: Final = 200  # of distances from the patch
 MARGIN: Final = 4.0  # on rough memory: a mesh that may fit after all is made, and counted exactly
 MOST_ELEMENTS: Final = 2e7  # gmsh makes some 1e5 in a second, and needs 1 kB for each
@@ -299,7 +300,8 @@ def _swept(plane: Tally, layers: int, spec: MeshSpec, *, closed: bool) -> Sizes:
 
 def rough_sizes(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> Sizes:
     """Return the order of magnitude of a mesh, before any is made: int dV/h^d over what lies at each distance from a
-    patch whose outline is as long as that of a strip, as far as the body goes.
+    patch whose outline is as long as that of a strip, as far as the body goes; of a slender body no less than one after
+    the other over its depth.
 
     ``inside``: volume [m^3], or area of a half section [m^2].
     """
@@ -314,6 +316,7 @@ def rough_sizes(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> Si
     dimension, shape = 2 if plane else 3, "section" if plane else spec.shape
     rest = inside - float(pieces[near].sum())
     elements = max(1.0, ROUGHLY[shape] * float(np.sum((pieces / h**dimension)[near]) + rest / spec.size**dimension))
+    elements = elements if plane else max(elements, IN_A_BAR[spec.shape] * patch.depth / spec.size)
     outside = 4 * elements ** (1 - 1 / dimension)
     if plane:
         return _section(Tally(elements, outside, elements), spec, 3 if level == "harmonics" else 2)

@@ -168,6 +168,48 @@ def thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Ar
     return part[looked], times[looked], kept
 
 
+EACH: Final = 4  # points of each region
+_AT_ONCE: Final = 256  # places whose stress over one block of times is held at once
+
+
+def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Array:
+    """Return (P,) sqrt 3 times the diagonal of the box, in Ilyushin's space, that holds each point's deviators [Pa].
+
+    Under proportional stress it is the von Mises stress of the difference of the two states furthest apart, otherwise
+    that at least and sqrt 5 times it at most: no point with a large range is passed over. The times and the coordinates
+    that are looked at are those of `largest`.
+
+    Args:
+        field: stress of a body.
+        force, dt: as in `seatfem.structures.fields.recovery.histories`.
+        since: number of the step from which on.
+    """
+    bounds, stride = field.bounds, stride_of(field, dt)
+    strongest, places = bounds.max(axis=0, initial=0.0), np.arange(len(bounds))
+    shape = (len(bounds), len(field.points) // max(1, len(bounds)), 5)
+    low, high, size = np.full(shape, np.inf), np.full(shape, -np.inf), 0.0
+    for numbers, part in blocks_of_times(field, force, dt, stride):
+        if not len(later := part[numbers >= since // stride]):
+            continue
+        later, _, fields = thinned(later, numbers.astype(np.float64), strongest, size)
+        if not fields.size:  # next to no stress
+            low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
+            continue
+        values = np.ascontiguousarray(later.T)
+        for first in range(0, len(places), _AT_ONCE):
+            for stress in field.stress(places[first : first + _AT_ONCE], values, fields):
+                widen(stress, low[first : first + len(stress)], high[first : first + len(stress)])
+                first += len(stress)
+        size = float((high - low).max(initial=0.0))
+    return np.asarray(np.sqrt(3) * np.linalg.norm(high - low, axis=-1).ravel())
+
+
+def hottest(ranges: Array, regions: NDArray[np.str_], each: int = EACH) -> NDArray[np.int64]:
+    """Return the numbers of the points (P,) with the largest ranges, so many of each region."""
+    order = np.argsort(-ranges, kind="stable")
+    return np.concatenate([order[regions[order] == name][:each] for name in np.unique(regions)]).astype(np.int64)
+
+
 def norms(stress: Array) -> Array:
     """Return the (...) Frobenius norm of (..., 6): a bound of principal stresses, sqrt(3/2) of it of von Mises's."""
     return np.asarray(np.sqrt(np.sum(stress[..., :3] ** 2, axis=-1) + 2 * np.sum(stress[..., 3:] ** 2, axis=-1)))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -21,7 +21,7 @@ from scipy import sparse
 from impact.after.stresses import coordinates
 from impact.bodies.body import Body
 from impact.greens.modal import ModalGreens, Residual
-from seatfem.structures.fields.peaks import Field, Integers, blocks_of_times, norms, stride_of, thinned, widen
+from seatfem.structures.fields.peaks import Field, Integers, norms
 from seatfem.structures.fields.peaks import Largest as Largest
 from seatfem.structures.fields.peaks import LargestStress as LargestStress
 from seatfem.structures.fields.peaks import largest as largest
@@ -44,38 +44,62 @@ FEWER: Final = 0.75  # share of the vectors in the field that is compared, for t
 
 @dataclass(frozen=True)
 class Pairs:
-    """Modes by their coefficients (k, M) in the first k vectors of a space."""
+    """Modes or Ritz pairs of a space.
 
-    greens: ModalGreens
+    Attributes:
+        omega: (M,) angular frequencies [rad/s].
+        zeta: (M,) damping ratios.
+        shapes: (M, p) at the ports [1/sqrt(kg)].
+        coefficients: (k, M) of them in the first k vectors of the space.
+    """
+
+    omega: Array
+    zeta: Array
+    shapes: Array
     coefficients: Array
 
-    def modes(self, vectors: Array) -> Array:
-        """Return the (n, M) shapes of the modes."""
-        return np.asarray(vectors[:, : len(self.coefficients)] @ self.coefficients)
+    def slower(self, dt: float, *, resting: bool) -> Pairs:
+        """Return those slower than pi/dt, which a step of ``dt`` [s] does not step over.
+
+        Of a ``resting`` body without any the slowest follows its forces at once. Raises `ModelError` for other bodies
+        without any.
+        """
+        slow = self.omega * dt < math.pi
+        if stiff := not slow.any():
+            if not resting:
+                raise ModelError(
+                    f"dt = {write_quantity(dt, 'time')}: no mode of the body is slower than pi/dt; shorten the step"
+                )
+            slow[0] = True
+        zeta = np.maximum(self.zeta[slow], 1.0) if stiff else self.zeta[slow]
+        return Pairs(self.omega[slow], zeta, self.shapes[slow], self.coefficients[:, slow])
 
 
 @dataclass(frozen=True)
 class Response:
-    """A body's answers to forces on its ports.
+    """A body's answers to forces on its ports, whatever their step.
 
     Attributes:
         rest: (n, p) displacement under a force at rest on each.
         vectors: (n, k) M-orthonormal.
         pairs: modes or Ritz pairs in these.
         fewer: the same of `FEWER` of the vectors.
+        ports: their names.
+        resting: a body without slower pairs than pi/dt follows its forces at once, instead of being refused.
     """
 
     rest: Array
     vectors: Array
     pairs: Pairs
     fewer: Pairs
+    ports: tuple[str, ...]
+    resting: bool = False
 
     @staticmethod
     def from_model(
         model: SecondOrderModel,
         *,
         bandwidth: float,
-        dt: float,
         damping_ratio: float = 0.0,
         vectors: int | None = None,
         resting: bool = False,
@@ -86,15 +110,15 @@ class Response:
             model: M, K, ports and a damping that does not couple modes.
             bandwidth: [Hz] at which the space is right; of more than `MOST_PORTS` ports, all modes up to `MODES` times
                 it.
-            dt: step of the forces [s]; pairs above pi/dt, which a step would step over, are in the static part alone.
             damping_ratio: uniform, added to the model's own.
             vectors: of the Krylov space; default `VECTORS`, and `MORE` for each port but the first.
-            resting: a body without slower pairs than pi/dt follows its forces at once, instead of being refused.
+            resting: as the attribute.
 
         Raises:
-            ModelError: a body that nothing holds, damping that couples modes, a step too long.
+            ModelError: a body that nothing holds, damping that couples modes.
         """
-        if refusal := model.damping.plus(damping_ratio).refusal:
+        damping = model.damping.plus(damping_ratio)
+        if refusal := damping.refusal:
             raise ModelError(f"stress by modes: {refusal}")
         ports = len(model.ports)
         if ports > MOST_PORTS and (count := len((modes := solve_modes(model, up_to_hz=MODES * bandwidth)).omega)):
@@ -107,12 +131,20 @@ class Response:
             basis.grow(most)
             V, ritz = basis.V, [basis.ritz(k) for k in (basis.size, max(1, int(FEWER * basis.size)))]
             del basis  # and with it the factor, most of the memory
-        pairs, fewer = (_pairs(model, damping_ratio, (dt, resting), V, each) for each in ritz)
-        return Response(_at_rest(model, V, *ritz[0]), V, pairs, fewer)
+        losses = [None if damping.loss is None else damping.losses(V[:, : len(C)] @ C) for *_, C in ritz]
+        pairs, fewer = (
+            Pairs(omega, damping.ratios(omega, loss), at_ports, C)
+            for (omega, at_ports, C), loss in zip(ritz, losses, strict=True)
+        )
+        return Response(_at_rest(model, V, *ritz[0]), V, pairs, fewer, model.port_names, resting)
 
-
-Ritz = tuple[Array, Array, Array]
-"""(k,) angular frequencies, (k, p) shapes at the ports, (k, k) coefficients in a space."""
+    def stress(self, functional: Any, points: Array) -> StressSpace:
+        """Return the stress at points (P, d) by C (6 P, n) of its unknowns, which multiplies columns of them."""
+        columns = functional @ np.hstack([self.rest, self.vectors])
+        static, spanned = np.split(np.asarray(columns).reshape(len(points), 6, -1), [self.rest.shape[1]], axis=2)
+        return StressSpace(
+            points, static, np.ascontiguousarray(spanned), self.pairs, self.fewer, self.ports, self.resting
+        )
 
 
 def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coefficients: Array) -> Array:
@@ -129,21 +161,36 @@ def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coe
         raise ModelError(f"stress of a body that nothing holds is not known: clamp a face of it ({error})") from error
 
 
-def _pairs(model: SecondOrderModel, damping_ratio: float, step: tuple[float, bool], V: Array, ritz: Ritz) -> Pairs:
-    """Return the modes slower than pi/dt, by their coefficients C."""
-    (dt, resting), (omega, shapes, C), damping = step, ritz, model.damping.plus(damping_ratio)
-    kept = omega * dt < math.pi
-    if stiff := not kept.any():
-        if not resting:
-            raise ModelError(
-                f"dt = {write_quantity(dt, 'time')}: no mode of the body is slower than pi/dt; shorten the step"
-            )
-        kept[0] = True
-    loss = None if damping.loss is None else damping.losses(V[:, : len(C)] @ C[:, kept])
-    zeta = damping.ratios(omega[kept], loss)
-    zeta = np.maximum(zeta, 1.0) if stiff else zeta
-    greens = ModalGreens(omega[kept], zeta, shapes[kept], Residual.none(shapes.shape[1]), model.port_names)
-    return Pairs(greens, C[:, kept])
+@dataclass(frozen=True)
+class StressSpace:
+    """Stress at P points of a body that responds, whatever the step of its forces.
+
+    Attributes:
+        points: (P, d) where [m].
+        static: (P, 6, p) of a force at rest on each port [Pa/N].
+        spanned: (P, 6, k) of each vector of the response [Pa/(m sqrt(kg))].
+        pairs, fewer, ports, resting: of the response.
+    """
+
+    points: Array
+    static: Array
+    spanned: Array
+    pairs: Pairs
+    fewer: Pairs
+    ports: tuple[str, ...]
+    resting: bool = False
+
+    def at_points(self, which: NDArray[np.bool_]) -> StressSpace:
+        """Return the stress at some of its points (P,)."""
+        return replace(self, points=self.points[which], static=self.static[which], spanned=self.spanned[which])
+
+    def field(self, dt: float, *, fewer: bool = False) -> StressField:
+        """Return the field under forces of a step ``dt`` [s], or of ``fewer`` vectors. Raises as `Pairs.slower`."""
+        pairs = (self.fewer if fewer else self.pairs).slower(dt, resting=self.resting)
+        spanned = self.spanned.reshape(6 * len(self.points), -1)[:, : len(pairs.coefficients)]
+        modal = (spanned @ pairs.coefficients).reshape(len(self.points), 6, -1)
+        greens = ModalGreens(pairs.omega, pairs.zeta, pairs.shapes, Residual.none(len(self.ports)), self.ports)
+        return StressField(self.points, self.static, modal, Body(greens))
 
 
 @dataclass(frozen=True)
@@ -220,18 +267,11 @@ def recover(
     Args:
         functional: C of its unknowns, which multiplies columns of them: (6 P, n).
         points: (P, d) of them.
-        model, bandwidth, dt, damping_ratio, vectors: as of `Response.from_model`, which gives the errors.
+        dt: step of the force [s].
+        model, bandwidth, damping_ratio, vectors: as of `Response.from_model`, which gives the errors.
     """
-    response = Response.from_model(model, bandwidth=bandwidth, dt=dt, damping_ratio=damping_ratio, vectors=vectors)
-    return field_of(response, functional, points)
-
-
-def field_of(response: Response, functional: Any, points: Array, *, fewer: bool = False) -> StressField:
-    """Return the stress at points (P, d) by C (6 P, n) of a body that responds, or of ``fewer`` of its vectors."""
-    pairs = response.fewer if fewer else response.pairs
-    static = np.asarray(functional @ response.rest).reshape(len(points), 6, -1)
-    modal = np.asarray(functional @ pairs.modes(response.vectors)).reshape(len(points), 6, -1)
-    return StressField(points, static, modal, Body(pairs.greens))
+    response = Response.from_model(model, bandwidth=bandwidth, damping_ratio=damping_ratio, vectors=vectors)
+    return response.stress(functional, points).field(dt)
 
 
 def histories(field: Field, force: Array, dt: float, stride: int = 1) -> Array:
@@ -307,51 +347,11 @@ def response_in_frames(response: Response, force: Array, dt: float, steps: range
     size = len(response.rest)
     rows = -(-size // 6)  # a field has six numbers a point
     alike = sparse.eye_array(6 * rows, size, format="csr")
-    field = field_of(response, sparse.csr_array(alike), np.zeros((rows, 1)))
+    field = response.stress(sparse.csr_array(alike), np.zeros((rows, 1))).field(dt)
     return in_frames(field, force, dt, steps).reshape(len(steps), -1)[:, :size]
 
 
-EACH: Final = 4  # points of each region
 _HELD: Final = 16  # points whose whole histories are held at once
-_AT_ONCE: Final = 256  # places whose stress over one block of times is held at once
-
-
-def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Array:
-    """Return (P,) sqrt 3 times the diagonal of the box, in Ilyushin's space, that holds each point's deviators [Pa].
-
-    Under proportional stress it is the von Mises stress of the difference of the two states furthest apart, otherwise
-    that at least and sqrt 5 times it at most: no point with a large range is passed over. The times and the coordinates
-    that are looked at are those of `largest`.
-
-    Args:
-        field: stress of a body.
-        force, dt: as in `seatfem.structures.fields.recovery.histories`.
-        since: number of the step from which on.
-    """
-    bounds, stride = field.bounds, stride_of(field, dt)
-    strongest, places = bounds.max(axis=0, initial=0.0), np.arange(len(bounds))
-    shape = (len(bounds), len(field.points) // max(1, len(bounds)), 5)
-    low, high, size = np.full(shape, np.inf), np.full(shape, -np.inf), 0.0
-    for numbers, part in blocks_of_times(field, force, dt, stride):
-        if not len(later := part[numbers >= since // stride]):
-            continue
-        later, _, kept = thinned(later, numbers.astype(np.float64), strongest, size)
-        if not kept.size:  # next to no stress
-            low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
-            continue
-        values = np.ascontiguousarray(later.T)
-        for first in range(0, len(places), _AT_ONCE):
-            for stress in field.stress(places[first : first + _AT_ONCE], values, kept):
-                widen(stress, low[first : first + len(stress)], high[first : first + len(stress)])
-                first += len(stress)
-        size = float((high - low).max(initial=0.0))
-    return np.asarray(np.sqrt(3) * np.linalg.norm(high - low, axis=-1).ravel())
-
-
-def hottest(ranges: Array, regions: NDArray[np.str_], each: int = EACH) -> NDArray[np.int64]:
-    """Return the numbers of the points (P,) with the largest ranges, so many of each region."""
-    order = np.argsort(-ranges, kind="stable")
-    return np.concatenate([order[regions[order] == name][:each] for name in np.unique(regions)]).astype(np.int64)
 
 
 def tensor_histories(field: Field, force: Array, dt: float) -> Iterator[Array]:

@@ -96,7 +96,7 @@ def loads_of(mesh: Any, kind: Kind, struck: str, used: Integers, plane: bool) ->
 
 
 def held_of(model: SecondOrderModel) -> NDArray[np.bool_]:
-    """Return (nodes, 3) whether a component is held."""
+    """Return (nodes, 3) which displacement components a support fixes."""
     dofs = model.dofs
     assert dofs is not None
     held = np.ones(dofs.points.size, bool)
@@ -151,14 +151,14 @@ FLAT: Final = 1e-6  # largest difference in height of a flat patch's vertices, o
 
 @dataclass(frozen=True, eq=False)
 class CalculixBody:
-    """A body in a deck.
+    """The part of a deck that describes one body.
 
     Attributes:
         element: its type.
         lines: nodes, elements, sets, materials, supports, the patch's surface (STRUCK) and its node.
         axis: component of the reference node that is the patch's mean normal displacement, 1 to 3.
         node: number of the reference node, the highest of the deck.
-        cells: number of elements.
+        cells: number of its elements.
         loads: (nodes, 3) b, the nodal forces of a unit load on the patch; rows are the nodes of the deck.
         share: of the whole body's load that what is modelled bears: 1/4 of a quarter.
         patch: (n, 3) places of the patch's vertices [m].
@@ -185,7 +185,7 @@ class CalculixBody:
         return float(np.ptp(self.patch[:, 2])) <= FLAT * width and float(self.loads[:, 2].sum()) > 1 - FLAT
 
     def step(self, words: Sequence[str], steps: int = 0) -> list[str]:
-        """Return a step that ends with what is printed of the reference node."""
+        """Return a ``*STEP`` whose last lines print the reference node's displacement."""
         printed = [f"*NODE PRINT, NSET={PATCH}, FREQUENCY=1", "U"] if steps else []
         return [f"*STEP, INC={steps + 1}" if steps else "*STEP", *words, *printed, "*END STEP"]
 

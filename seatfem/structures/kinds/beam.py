@@ -21,10 +21,10 @@ from seatfem.structures.kinds import parts, striking
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.structure import Structure, Traits
 
-STIFFENING: Final = 36 / 35  # of a cantilever under a tip force, over (deflection/length)^2
-DEFLECTED: Final = 0.1  # deflection over length from which on that is 1 %
+STIFFENING: Final = 36 / 35  # extra force of a cantilever's elastica under a tip force, over (deflection/length)^2
+DEFLECTED: Final = 0.1  # deflection over length at which the extra force is 1 %
 SLENDER: Final = 0.2  # thickness over length beyond which a reed is no beam: shear adds 3 % to its compliance
-SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # of the tip's compliance, over (thickness/length)^2; Poisson ratio 0.3
+SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # shear's share of compliance over (t/l)^2, nu = 0.3
 
 
 class Release(fields.Table):
@@ -132,7 +132,7 @@ class Beam(Structure):
             striking.check_along(self.kind, self.span, place, key)
 
     def start_at(self, at: float | None) -> float:
-        """Return the deflection of the shape that it is released in: that of a force at the tip, or that of a mode."""
+        """Return the deflection of the shape of release: static under a force at the tip, or a mode."""
         if self.release is None:
             return 0.0
         beam = self.beam()
@@ -199,7 +199,7 @@ class Beam(Structure):
         return self
 
     def too_thick(self) -> str:
-        """Return why its theory does not hold; "" where it can."""
+        """Return why the theory of thin beams does not hold for this beam; "" where it may."""
         if self.thickness <= SLENDER * self.span:
             return ""
         return (
@@ -209,7 +209,7 @@ class Beam(Structure):
         )
 
     def shear_error(self, at: float | None) -> float:
-        """Return the relative error of its compliance for want of shear, 3 EI/(kappa G A L^2), L to the contact.
+        """Return the relative error 3 EI/(kappa G A L^2) of a compliance without shear, L from the root to the contact.
 
         Source: S. P. Timoshenko, Phil. Mag. 41 (1921) 744; kappa = 5/6, Poisson ratio 0.3.
         """

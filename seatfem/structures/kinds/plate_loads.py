@@ -1,5 +1,5 @@
-"""How a plate starts, in a mode, a static shape or a given field, and the shape of one that is not flat; what loads it:
-pressure, gravity and forces, by the plate's own integrals over its modes.
+"""Starts of a plate (mode, static shape or field), its stress-free curvature, and its loads (pressure, gravity,
+forces), which are integrated over the plate's own modes.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Curvature(Table):
         return table
 
     def given(self, points: Array) -> Array:
-        """Return (n,) heights at points (n, 2) [m], as given. Raises `KeyProblem` of points that they do not cover."""
+        """Return (n,) heights at points (n, 2) [m]. Raises `KeyProblem` of points that they do not cover."""
         if self.heights is not None:
             at, height = np.array(self.heights).T
         else:
@@ -197,7 +197,7 @@ class PlateRelease(Table):
         return amplitudes
 
     def static(self, push: Array, plate: structures.sheets.PlateModes) -> ModalState:
-        """Return a start at rest under a force that moves the modes so, q_k = F s_k/omega_k^2."""
+        """Return a start at rest in the shape q_k = F s_k/omega_k^2 of a static force, s_k its modal part ``push``."""
         assert self.deflection is not None
         each = push / plate.modes.omega**2
         return ModalState(self.deflection / float(plate.centre @ each) * each, np.zeros_like(each))
@@ -350,7 +350,7 @@ def _on_disc(plate: structures.sheets.PlateModes, radius: float) -> tuple[Array,
 
 
 def constant(value: float) -> Callable[[Array], Array]:
-    """Return a course that stays."""
+    """Return the constant course of a value."""
     return lambda t: np.full(np.shape(t), value)
 
 

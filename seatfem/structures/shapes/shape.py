@@ -101,25 +101,26 @@ def require_positive(spec: object, *fields: str) -> None:
     """Raise `GeometryError` unless every named field of ``spec`` is a finite length > 0 (in metres)."""
     for name in fields:
         value = getattr(spec, name)
-        _require(spec, name, math.isfinite(value) and value > 0.0, "a finite length > 0")
+        if not (math.isfinite(value) and value > 0.0):
+            raise _refusal(spec, name, "a finite length > 0")
 
 
 def require_below(spec: object, name: str, limit: float, meaning: str, *, inclusive: bool = False) -> None:
     """Raise `GeometryError` unless the field is below ``limit`` (metres), which ``meaning`` explains."""
     value = getattr(spec, name)
-    is_below, sign = (value <= limit, "<=") if inclusive else (value < limit, "<")
-    _require(spec, name, is_below, f"{sign} {write_quantity(limit, 'length')} ({meaning})")
+    if not (value <= limit if inclusive else value < limit):
+        raise _refusal(spec, name, f"{'<=' if inclusive else '<'} {write_quantity(limit, 'length')} ({meaning})")
 
 
 def require_above(spec: object, name: str, limit: float, meaning: str) -> None:
     """Raise `GeometryError` unless the field is above ``limit`` (metres), which ``meaning`` explains."""
-    _require(spec, name, getattr(spec, name) > limit, f"> {write_quantity(limit, 'length')} ({meaning})")
+    if not getattr(spec, name) > limit:
+        raise _refusal(spec, name, f"> {write_quantity(limit, 'length')} ({meaning})")
 
 
-def _require(spec: object, name: str, holds: bool, what: str) -> None:
-    if not holds:
-        value = write_quantity(getattr(spec, name), "length")
-        raise GeometryError(f"{type(spec).__name__}.{name} = {value}: must be {what}")
+def _refusal(spec: object, name: str, what: str) -> GeometryError:
+    value = write_quantity(getattr(spec, name), "length")
+    return GeometryError(f"{type(spec).__name__}.{name} = {value}: must be {what}")
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from seatfem.machine import compiling, resources
 from seatfem.study import impacts, safety
 from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock
 from seatfem.study.impacts import contact
+from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import (
     LIP,
@@ -75,7 +76,7 @@ def error_budget(
     each run; ``flights``: of the striker, where other runs share them.
     """
     result, flights = touches.seat, flights or contact.Flights(striker, scene.run.duration, scene.contact.preload)
-    problem, width = contact.problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
+    problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
     computed = ComputedRun(scene, method, seat, problem, reed)
     sources, unknown = sources_of(computed)
 

@@ -14,11 +14,12 @@ from impact.march import motion
 from impact.march.prepared import step_count
 from impact.march.problem import ContactProblem
 from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_not
-from seatfem.structures.cache import Cache
+from seatfem.structures.cache import Cache, build
 from seatfem.study.identify.record import OWN, Identification, Samples, is_own, number_of
-from seatfem.study.impacts import drives
-from seatfem.study.impacts.contact import check_step, fallback_step, problem_of, seat_of, striker_of
+from seatfem.study.impacts.bodies import check_base, problem_of, solve_body, striker_of
+from seatfem.study.impacts.contact import check_step, fallback_step
 from seatfem.study.impacts.gauges import gauge_strains
+from seatfem.study.method import stated_method
 from seatfem.study.runs.afterwards import static_stiffness
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.problems import scene_error
@@ -239,10 +240,14 @@ class Model:
             if place not in self._bodies:
                 while len(self._bodies) >= MOST_BODIES:
                     del self._bodies[next(iter(self._bodies))]
+                method, duration = stated_method(scene), scene.run.duration
                 if role == "seat":
-                    seat = seat_of(scene, Cache(None), mesh_error=False).greens
-                    drives.check_base(scene.mount("seat"), seat, scene.run.duration)
-                self._bodies[place] = striker_of(scene) if role == "reed" else impact.Body(seat)
+                    seat = build(scene.seat, method.seat, duration, Cache(None), mesh_error=False).greens
+                    check_base(scene.mount("seat"), seat, duration)
+                    self._bodies[place] = impact.Body(seat)
+                else:
+                    reed = solve_body("reed", scene.reed, method.reed, duration)
+                    self._bodies[place] = striker_of(scene, greens=None if reed is None else reed.greens)
             made.append(self._bodies[place])
         return made[0], made[1]
 

@@ -1,7 +1,7 @@
 # ruff: noqa: I001 (one import a module)
 from seatfem.study.impacts import (
+    bodies as bodies,
     contact as contact,
-    drives as drives,
     gas as gas,
     landings as landings,
     layout as layout,

@@ -1,11 +1,10 @@
-"""The contact problem of a scene: its bodies, computed or loaded, limits of the time step, and one run of it."""
+"""Runs of a contact problem: limits of its time step, marches, and what measures are taken from."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -19,17 +18,13 @@ from impact.march.prepared import step_count
 from impact.march.stepper import FOLLOW, with_recorded_loads
 from impact.notices import Progress, silent
 from impact.runs.variations import with_body
-from seatfem.machine.resources import Stopwatch, available_memory
-from seatfem.structures.cache import Cache, build, key_of
-from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.structure import in_role, in_words_of
-from seatfem.structures.method import Method, Solved, bed
+from seatfem.machine.resources import available_memory
 from seatfem.structures.rings import Division
-from seatfem.study.impacts import drives, touches
-from seatfem.study.impacts.gas import gas_loads, lift_of
+from seatfem.study.impacts import touches
+from seatfem.study.impacts.bodies import check_base, problem_of
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.gauges import Strains, gauge_strains
 from seatfem.study.impacts.landings import Landings, landings_of_march
-from seatfem.study.method import stated_method
 from seatfem.study.scene import Run, Scene, lips, measures
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.waves import Gauged
@@ -51,118 +46,6 @@ StressLook = Callable[[impact.ContactStepper, float | None], ReedStress | None]
 
 class RunError(ValueError):
     """A scene that is well formed but cannot be run as asked; the message names key, limit and remedy."""
-
-
-def seat_of(
-    scene: Scene,
-    cache: Cache | None = None,
-    *,
-    method: Method | None = None,
-    watch: Stopwatch | None = None,
-    progress: Progress = silent,
-    mesh_error: bool = True,
-) -> Solved:
-    """Return the seat for the scene's own duration, by a method, by default as its file states; else as `build`."""
-    how = stated_method(scene).seat if method is None else method
-    duration = scene.run.duration
-    return build(scene.seat, how, duration, cache, watch=watch, progress=progress, mesh_error=mesh_error)
-
-
-def striker_of(
-    scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None, method: Method | None = None
-) -> impact.Body:
-    """Return the scene's striker; ``n_modes``: of a body known by its own modes, in place of those that it states;
-    ``greens``: of a body whose Green's function has to be computed, by ``method`` or as the scene states it if absent.
-    """
-    if greens is None and (solved := solved_striker(scene, method=method)) is not None:
-        greens = solved.greens
-    with in_role("reed", scene.reed):
-        reed, gas = scene.reed, scene.gas
-        body = reed.body(greens, n_modes, scene.geometry.contact_at)
-        of_gas = () if gas is None else gas_loads(gas, reed, body)
-        body = replace(body, loads=(*body.loads, *drives.external_loads(scene.load, reed, body), *of_gas))
-        carried = drives.on_its_base(scene.mount("reed"), body)
-        return drives.on_its_springs(scene.spring, scene.contact.gap, reed, carried)
-
-
-def solved_striker(
-    scene: Scene, progress: Progress = silent, method: Method | None = None, *, mesh_error: bool = True
-) -> Solved | None:
-    """Return the striker, computed by a method, by default as its own keys state, with the error of its mesh; ``None``
-    for a closed form."""
-    if not scene.reed.traits.is_solved:
-        return None
-    with in_role("reed", scene.reed):
-        how = method or stated_method(scene).reed
-        return _computed(scene.reed, scene.run.duration, progress, how, mesh_error=mesh_error)
-
-
-def seat_beside(seat: Structure, duration: float, method: Method) -> Solved:
-    """Return the seat for a ``duration`` [s] by another method than that of the run, which it is compared with."""
-    solved = _computed(seat, duration, method=method, mesh_error=False)
-    assert solved is not None
-    return solved
-
-
-def stopper_of(scene: Scene) -> impact.Body | None:
-    """Return the scene's stopper as its own keys state it; ``None`` where there is none."""
-    if scene.stopper is None:
-        return None
-    solved = solved_stopper(scene.geometry, scene.run.duration)
-    greens = scene.stopper.body.closed_form() if solved is None else solved.greens
-    assert greens is not None
-    waveless = len(greens.ports) == 1 and greens.modal is not None and greens.highest_rate == 0
-    if scene.stopper.parts != Division() and waveless:  # one spring
-        greens = bed(scene.stopper.parts, 1 / float(greens.static_compliance()[0, 0]))
-    mount = scene.mount("stopper")
-    drives.check_base(mount, greens, scene.run.duration)
-    return drives.on_its_base(mount, impact.Body(greens, scene.stopper.speed))
-
-
-def solved_stopper(geometry: lips.ContactGeometry, duration: float) -> Solved | None:
-    """Return the stopper for a ``duration`` [s], computed as its keys state, with its mesh error; ``None`` for a closed
-    form, or none."""
-    if geometry.stopper is None:
-        return None
-    stopper = geometry.stopper.body
-    with in_role("stopper", stopper):
-        lip = None if stopper.lip_face.no_lip else geometry.stopper_lip()
-        how = None if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
-        return _computed(stopper, duration, method=how)
-
-
-def _computed(
-    structure: Structure,
-    duration: float,
-    progress: Progress = silent,
-    method: Method | None = None,
-    *,
-    mesh_error: bool = True,
-) -> Solved | None:
-    """Return the structure, computed by a ``method``, by default as its own keys state; ``None`` for a closed form."""
-    if not structure.traits.is_solved:
-        return None
-    how = method or structure.stated()
-    return _solved(_Asked(key_of(structure, how), mesh_error, structure, how, duration, progress))
-
-
-@dataclass(frozen=True)
-class _Asked:
-    """Arguments of a computed Green's function, by which it is cached in a process."""
-
-    key: str
-    mesh_error: bool
-    structure: Structure = field(compare=False)
-    method: Method = field(compare=False)
-    duration: float
-    progress: Progress = field(default=silent, compare=False)
-
-
-@lru_cache(maxsize=6)
-def _solved(asked: _Asked) -> Solved:
-    cache = Cache(None) if asked.structure.traits.is_kept else None
-    progress = asked.progress
-    return build(asked.structure, asked.method, asked.duration, cache, progress=progress, mesh_error=asked.mesh_error)
 
 
 def stress_of(
@@ -249,7 +132,7 @@ def run_contacts(
 ) -> touches.Touches:
     """Run the scene once: contact between striker and seat, and with a stopper, by the scene's laws. ``flights``: of
     the striker, where several runs share them."""
-    drives.check_base(scene.mount("seat"), seat, scene.run.duration)
+    check_base(scene.mount("seat"), seat, scene.run.duration)
     problem, bodies = problem_of(scene, striker, impact.Body(seat)), None
     if flights is not None:
         flown = flights(striker, dt)
@@ -260,48 +143,6 @@ def run_contacts(
         return met
     force, above, lift = met.seat.force, met.stopper_force, lift_of(met)
     return replace(met, strains=gauge_strains(scene.gauged, striker, force, above, result.dt, lift))
-
-
-def problem_of(
-    scene: Scene, striker: impact.Body, seat: impact.Body, stopper: impact.Body | None = None
-) -> impact.ContactProblem:
-    """Return striker and seat in contact by the scene's law: one contact, or one for each part of the patch; a striker
-    whose ports are other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own,
-    where it has one."""
-    division, geometry = Division.from_greens(seat.greens), scene.geometry
-    law, seat, apart = scene.contact.law, drives.on_its_base(scene.mount("seat"), seat), geometry.has_two_places
-    gaps, films = geometry.gaps(division), geometry.films(division)
-    contacts = [
-        impact.Contact(
-            seat,
-            port=k,
-            gap=float(gap),
-            law=law.law(float(share)),
-            striker_port=striker.greens.port_index(name) if name in striker.greens.ports and not apart else 0,
-            film=film,
-        )
-        for k, (name, gap, share, film) in enumerate(zip(division.names, gaps, division.shares, films, strict=True))
-    ]
-    if scene.stopper is not None:
-        above = geometry.stopper_gaps()
-        target = stopper or stopper_of(scene)
-        assert target is not None
-        target, parts = drives.on_its_base(scene.mount("stopper"), target), scene.stopper.parts
-        beyond = len(striker.greens.ports) - 1 if apart else 0
-        for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
-            port = lips.STOPPER + name
-            contacts.append(
-                impact.Contact(
-                    target,
-                    port=k if len(target.greens.ports) > 1 else 0,
-                    gap=float(above[k]),
-                    law=scene.stopper.law.law(float(share)),
-                    side=-1,
-                    striker_port=port if port in striker.greens.ports else beyond,
-                )
-            )
-    drives.check_start(scene.stopper, striker, contacts)
-    return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 
 def marched(
@@ -404,7 +245,7 @@ def check_step(scene: Scene) -> None:
     """Raise `RunError` for a stated step or a seat that cannot serve, before anything expensive happens."""
     for role, body in (("reed", scene.reed), ("seat", scene.seat)):
         if body.slender is not None and (thick := body.slender.too_thick()):
-            raise RunError(in_words_of(role, body, thick))
+            raise RunError(thick.replace("reed.", f"{role}."))
     if loose := scene.seat.loose:
         raise RunError(
             f"{loose}, so it has no static stiffness to compare with; clamp a face or add a support "

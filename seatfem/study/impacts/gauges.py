@@ -1,4 +1,4 @@
-"""Strain at the gauges of a scene, from the contact forces of a run, and what results say of it."""
+"""Strain at the gauges of a scene and the force of its valve springs, from the contact forces of a run."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from typing import Final
 
 import numpy as np
 
-from impact.after.loads import without_springs
+from impact.after.loads import spring_displacements, without_springs
 from impact.bodies.body import Body
+from impact.bodies.loads import SprungBody
 from impact.files import csv_table
-from impact.greens.base import Array
+from impact.greens.base import Array, GreensFunction
 from impact.march.stepper import with_recorded_loads
 from impact.runs.variations import Values
-from seatfem.study.impacts import touches
+from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts.touches import Touches, on_the_ports, pushes
+from seatfem.study.scene import ContactGeometry, drives
 from seatfem.study.scene.waves import Gauged
 
 FILE: Final = "gauges.csv"
@@ -29,7 +32,7 @@ def gauge_strains(
     there is one [N], and the mean opening (n + 1,) at the seat [m], at steps ``dt`` [s]."""
     if not gauged:
         return {}
-    pushed = touches.pushes(striker, force, stopper)
+    pushed = pushes(striker, force, stopper)
     marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
     on = {"seat": force, "reed": pushed, "stopper": stopper}
     return {each.gauge.name: _strain(each, on[each.gauge.of], dt, marched) for each in gauged}
@@ -58,3 +61,26 @@ def write_strains(folder: Path, strains: Strains, dt: float) -> Path:
     heads = ["time [s]", *(f"{name} [m/m]" for name in strains)]
     csv_table.write_csv(folder / FILE, heads, np.column_stack([time, *(column[1:] for column in columns)]).tolist())
     return folder / FILE
+
+
+def valve_spring_keys(
+    springs: Sequence[drives.ValveSpring],
+    geometry: ContactGeometry,
+    striker: Body,
+    seat: GreensFunction,
+    touches: Touches,
+) -> dict[str, object]:
+    """Return the keys of the force of all valve springs together, towards the ``seat``: the largest one and that as the
+    hardest landing begins; none where there are no such springs."""
+    if not isinstance(striker, SprungBody):
+        return {}
+    dt = touches.seat.dt
+    marched = with_recorded_loads(striker, lift_of(touches), dt)
+    ports = on_the_ports(geometry, striker.greens, seat, touches)
+    (moved,) = spring_displacements(marched, ports, dt, striker.springs.stiffness[:, None])
+    force = np.asarray(sum(spring.force_on_undeformed(geometry.contact.gap) for spring in springs) + moved)
+    hard = None if touches.landings is None else touches.landings.hardest
+    return {
+        "valve_spring_force_max_N": float(force.max()),
+        "valve_spring_force_at_landing_N": hard and float(np.interp(hard.start, touches.seat.time, force)),
+    }

@@ -15,13 +15,13 @@ from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
 from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.contact import Stopper
 from seatfem.study.scene.drives import ExternalLoad
+from seatfem.study.scene.problems import in_role
 from seatfem.units import write_quantity
 
 SAMPLES: Final = 4096  # instants of a run at which the largest pressure is taken

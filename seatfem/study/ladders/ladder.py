@@ -21,7 +21,8 @@ from seatfem.structures.estimates.costs import SeatModel
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.rings import Division
-from seatfem.study.impacts import contact, touches
+from seatfem.study.impacts import touches
+from seatfem.study.impacts.bodies import problem_of, solved_stopper, striker_of
 from seatfem.study.method import RunMethod
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.sensitivity import Changes
@@ -60,11 +61,7 @@ class ComputedRun:
             return self.seat
         if role == "reed":
             return self.reed
-        return (
-            None
-            if self.body("stopper") is None
-            else contact.solved_stopper(self.scene.geometry, self.scene.run.duration)
-        )
+        return None if self.body("stopper") is None else solved_stopper(self.scene.geometry, self.scene.run.duration)
 
     def body(self, role: Role) -> impact.Body | None:
         """Return a body of the march; ``None`` for a stopper that is not there."""
@@ -81,9 +78,9 @@ class ComputedRun:
         """Return the run with another Green's function of one of its bodies."""
         stopper = self.body("stopper")
         if role == "seat":
-            return Variation(contact.problem_of(self.scene, self.problem.striker, impact.Body(greens), stopper), weight)
+            return Variation(problem_of(self.scene, self.problem.striker, impact.Body(greens), stopper), weight)
         if role == "reed":
-            return self.with_body("reed", contact.striker_of(self.scene, greens=greens), weight)
+            return self.with_body("reed", striker_of(self.scene, greens=greens), weight)
         assert stopper is not None
         return self.with_body("stopper", replace(stopper, greens=greens), weight)
 

@@ -10,9 +10,9 @@ from impact.runs.variations import Terms, safety, times
 from seatfem.structures.estimates import surrogate
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method, with_start
-from seatfem.study.impacts.contact import seat_beside
+from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import BodyLadder, ComputedRun, Option, Role
-from seatfem.study.method import MODEL, is_given
+from seatfem.study.method import MODEL
 from seatfem.study.prerun.bench import locate_contact_window
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.look import COARSE_TOLERANCE, lowest_band
@@ -59,7 +59,7 @@ class Level(BodyLadder):
         elif not context.drawn:
             yield replace(option, why=scene.seat.level(0.0).reason)
         else:
-            yield from self._levels(context, option, stated.level if is_given(scene, MODEL) else None)
+            yield from self._levels(context, option, stated.level if MODEL in context.stated.given else None)
 
     def _levels(self, context: PlanningContext, option: Option, stated: str | None) -> Iterator[Option]:
         waves, why = context.waves, context.waves.reason
@@ -119,7 +119,8 @@ def waves_beside(seat: Structure, duration: float, method: Method) -> GreensFunc
     A surrogate knows neither the seat's section nor its harmonics.
     """
     how = method_beside(seat, method)
-    return None if how is None else seat_beside(seat, duration, how).greens
+    solved = None if how is None else solve_body("seat", seat, how, duration, mesh_error=False)
+    return None if solved is None else solved.greens
 
 
 def _rod(context: PlanningContext, option: Option) -> Iterator[Option]:

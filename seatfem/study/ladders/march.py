@@ -11,10 +11,11 @@ from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Values, Variation, changes, times
 from seatfem.structures.kinds import Structure
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import MAX_STEPS, gas_step, problem_of, stopper_of, striker_of
+from seatfem.study.impacts.bodies import problem_of, stopper_of, striker_of
+from seatfem.study.impacts.contact import MAX_STEPS, gas_step
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option, Role
-from seatfem.study.method import MODES, SEAT_MODES, STEP, RunMethod, is_given
+from seatfem.study.method import MODES, SEAT_MODES, STEP, RunMethod
 from seatfem.study.prerun.bench import Bench, window_of
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.sensitivity import Rung, no_better_than_finer, other_modes
@@ -184,7 +185,7 @@ def _reed_modes(context: PlanningContext) -> Iterator[Rung | None]:
     stated = context.stated.reed.n_modes
     if stated is None:
         yield None
-    elif is_given(context.scene, MODES):
+    elif MODES in context.stated.given:
         yield Rung(stated, context.sensitivity.of_modes(stated))
     else:
         yield from no_better_than_finer(context.sensitivity.modes)

@@ -65,7 +65,8 @@ class ElementSize(BodyLadder):
 
 
 def _meshes(context: PlanningContext, band: float) -> Iterator[tuple[float, Mapping[str, Changes]]]:
-    """Yield the errors of g that meshes are made for, and what they leave in the measures, if known beforehand."""
+    """Yield the errors of g that meshes are made for, and what they leave in the measures, if known beforehand; none is
+    finer than the first that leaves less than any target considered can tell."""
     if not context.drawn:
         yield 0.0, {}
         return
@@ -78,7 +79,9 @@ def _meshes(context: PlanningContext, band: float) -> Iterator[tuple[float, Mapp
             assert context.patch is not None
             of_mesh = mesh_error(context.patch, band, sizes, context.stated.seat.order)
             bar = MESH_BAR if context.arcs is None else MESH_BAR_OF_ARCS
-            yield error, {SIZE: context.per_g(bar * of_mesh)}
+            yield error, {SIZE: (changes := context.per_g(bar * of_mesh))}
+            if context.sensitivity.worst(changes) <= context.sensitivity.finest:
+                return
         before = sizes
 
 

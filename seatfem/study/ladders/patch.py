@@ -27,7 +27,7 @@ from seatfem.structures.rings import (
     with_fewer_rings,
 )
 from seatfem.study import method, safety
-from seatfem.study.impacts.contact import problem_of, solved_striker, striker_of
+from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
 from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
@@ -191,7 +191,7 @@ def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens 
 def _greens_along(run: ComputedRun, parts: Division) -> base.GreensFunction | None:
     """Return the Green's function of the plate with the lip in these parts."""
     along = run.method.along(run.scene.geometry, parts.arcs, parts.rings)
-    solved = solved_striker(run.scene, method=along.reed, mesh_error=False)
+    solved = solve_body("reed", run.scene.reed, along.reed, run.scene.run.duration, mesh_error=False)
     return None if solved is None else solved.greens
 
 
@@ -227,7 +227,7 @@ class StopperParts(Ladder):
         if scene.reed.thin_plate is not None and (lip := scene.geometry.behind_the_reed()) is not None:
             behind = replace(lip, arcs=other.arcs, rings=other.rings)  # type: ignore[type-var]
             how = replace(run.method.reed, behind=behind)
-            reed = solved_striker(changed, method=how, mesh_error=False)
+            reed = solve_body("reed", scene.reed, how, scene.run.duration, mesh_error=False)
             striker = striker_of(changed, greens=None if reed is None else reed.greens)
         same = problem if own is body.greens else with_body(problem, body, replace(body, greens=own))
         varied = problem_of(changed, striker, problem.target, replace(body, greens=other_greens))

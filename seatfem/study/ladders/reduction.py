@@ -24,19 +24,19 @@ from seatfem.study.scene import Run
 from seatfem.units import write_quantity
 
 UNCOUNTED: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
-LOOSER_AND_STRICTER: Final = (0.1, 0.003)  # tolerances of a trade
+LOOSER_AND_STRICTER: Final = (0.1, 0.003)  # tolerances that a trade compares
 OF_A_BEAM: Final = 20e3  # Hz: of the plate in whose place a beam stands, which starts as it does
 
 
 def measured_draws(run: ladder.ComputedRun) -> tuple[GreensFunction, ...]:
-    """Return the draws of a seat that is a fit to a record, which take the place of a reduction's error."""
+    """Return further fits to the record of a measured seat, whose spread stands for the error of a reduction."""
     measured = run.scene.seat.measured
     return () if measured is None else tuple(measured.fit().draws)
 
 
 @dataclass(frozen=True)
 class Bandwidth(ladder.BodyLadder):
-    """The band of a body's reduction; the highest modes that it keeps are left out, or tell how the next go on."""
+    """The band of a body's reduction. Its error is what the highest modes within it change when they are left out."""
 
     def describe(self, value: float) -> str:
         """Return a frequency with its unit."""
@@ -97,7 +97,7 @@ class Bandwidth(ladder.BodyLadder):
                 return
 
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
-        """Yield narrower and wider bands; beside a plate's also the beam in its place, which not every plate knows."""
+        """Yield narrower and wider bands; of a plate that has an equivalent beam also this beam."""
         name, value = ("band", centre.seat.bandwidth) if self.role == "seat" else ("reed band", centre.reed.bandwidth)
         if value is None or (self.role != "seat" and centre.ports is None) or self.role == "stopper":
             return
@@ -144,7 +144,7 @@ class Tolerance(ladder.BodyLadder):
             yield option.with_seat(errors, {"tolerance": tolerance}, **costs)
 
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
-        """Yield a looser and a stricter one; arcs of a lip take modes alone."""
+        """Yield a looser and a stricter tolerance; none of a lip in arcs, which is reduced to modes."""
         if self.role == "seat" and centre.seat.bandwidth is not None and (centre.ports or 1) == 1:
             for tolerance in LOOSER_AND_STRICTER:
                 yield ladder.Neighbour(f"tolerance {tolerance:g}", "tolerance", {TOLERANCE: tolerance})

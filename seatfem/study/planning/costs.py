@@ -9,11 +9,13 @@ from impact.greens.base import GreensFunction
 from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import SeatModel, count_elements, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.kinds import Structure
+from seatfem.structures.lip import Lip
 from seatfem.structures.method import Method
-from seatfem.study.impacts.contact import CONTACT_BYTES, fallback_step, striker_of
+from seatfem.study.impacts.bodies import striker_of
+from seatfem.study.impacts.contact import CONTACT_BYTES, fallback_step
 from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.ladders.level import method_beside
-from seatfem.study.method import RunMethod
+from seatfem.study.method import RunMethod, stated_method
 from seatfem.study.planning.plan import Cost
 from seatfem.study.prerun import bench
 from seatfem.study.scene import Scene
@@ -28,18 +30,24 @@ GAS_BARS: Final = 0.6  # s
 PLACES: Final = 400  # of a plate that take a plain search of every step and mode for the largest stress as long
 LIFE_OF_BEAM: Final = 0.2  # s
 SITES: Final = 40  # the same of a seat, for each square root of its surface's elements
+HARMONIC: Final = 0.16  # s of stress for each wave around a lip in arcs, whose elements make it known: two meshes
+FIRST_BLOCK: Final = 1024  # instants at which the stress is had everywhere, before little is larger than what was seen
+EVERYWHERE: Final = 2.7e-5  # s of each of these, of each wave, for each square root of the section's outline elements
+LATER: Final = 0.08  # the same of a later instant, over that
+A_LOOK: Final = 1.2e-6  # s for an error bar of each instant and wave
+LOOKS: Final = 18  # such error bars
 SHEETS_OF_PLATE: Final = 4  # pictures of curves more, with its motion
 SHEETS_OF_LIFE: Final = 6
 SHEETS_OF_STRESS: Final = 12  # histories, hot spots, and the frames of the wave
 
 
 def further_seconds(
-    scene: Scene, seat: SeatModel | None, steps: float, modes: float, contact: float, rates: Machine
+    scene: Scene, method: RunMethod, seat: SeatModel | None, steps: float, modes: float, contact: float, rates: Machine
 ) -> Mapping[str, float]:
     """Return the seconds by stage, as the run's stopwatch names them; those of shared stages come on top.
 
     Args:
-        scene: what is asked.
+        scene, method: what is asked, and how it is computed.
         seat: its finite elements; ``None`` of closed forms.
         steps: of the run.
         modes: of the reed.
@@ -58,7 +66,14 @@ def further_seconds(
         parts["gas bars"] = slower * GAS_BARS
     everywhere = PLACES * rates.stress * steps * modes if plate else slower * LIFE_OF_BEAM
     if scene.stress is not None and seat is not None:
-        parts["seat stress"] = rates.stress * SITES * seat.sizes.surface**0.5 * steps * seat.poles
+        side = seat.sizes.surface**0.5
+        parts["seat stress"] = rates.stress * SITES * side * steps * seat.poles
+        if isinstance(lip := method.seat.lip, Lip) and method.seat.in_arcs and seat.section:
+            across = lip.width / (method.seat.rings or 1)
+            waves = math.pi * lip.radius / min(across, method.seat.contact_size or across)
+            first = min(steps, FIRST_BLOCK)
+            looks = EVERYWHERE * side * (first + LATER * (steps - first)) + A_LOOK * LOOKS * steps
+            parts["seat stress"] += slower * waves * (HARMONIC + looks)
         pictures += SHEETS_OF_STRESS
     if plate and scene.needs_stress:
         parts["reed stress"] = everywhere / 2
@@ -124,7 +139,7 @@ def predict_cost(
     parts["error budget"] += _waves_beside(scene.seat, method.seat, duration, rates)
     views = 0.0 if seat is None or seat.runs != 1.0 else _views(seat, rates, modes=not static)
     parts["pictures"] = SHEETS * rates.sheet + views
-    further = further_seconds(scene, seat, contact.steps, contact.reed, parts["contact"], rates)
+    further = further_seconds(scene, method, seat, contact.steps, contact.reed, parts["contact"], rates)
     parts |= {stage: parts.get(stage, 0.0) + seconds for stage, seconds in further.items()}
     memory = max(_memory(seat, contact.memory), _memory(reed[0] if reed else None, contact.memory))
     if (plate := scene.reed.thin_plate) is not None:
@@ -195,14 +210,17 @@ class ContactModel:
 
 def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> ContactModel:
     """Return the size of the contact's march; ``seat``: its finite elements, as far as they have waves."""
-    closed = closed_form(scene.seat, method.seat)
-    dt = method.time_step or _step(scene, method, seat, closed)
+    closed, known = closed_form(scene.seat, method.seat), None
+    if scene.reed.traits.is_solved:
+        stated = stated_method(scene).reed
+        known = bench.surrogate_striker(scene.reed, stated, scene.run.duration, scene.seat.face)
+    dt = method.time_step or _step(scene, method, known, seat, closed)
     steps = max(1.0, scene.run.duration / dt)
     if seat is not None:
         model = ContactModel(steps, seat.poles, 1.0, seat.poles, BUDGET_RUNS)
     else:
         model = contact_model(steps, dt, closed)
-    return with_striker(model, scene.reed, method, dt, scene.run.duration, bench.surrogate_striker(scene))
+    return with_striker(model, scene.reed, method, dt, scene.run.duration, known)
 
 
 def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> ContactModel:
@@ -232,8 +250,14 @@ def _weights(steps: float) -> float:
     return WEIGHTS * math.log2(steps + 2)
 
 
-def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: GreensFunction | None) -> float:
-    reed = striker_of(scene, method.reed.n_modes, bench.surrogate_striker(scene)).greens
+def _step(
+    scene: Scene,
+    method: RunMethod,
+    known: GreensFunction | None,
+    seat: SeatModel | None,
+    closed: GreensFunction | None,
+) -> float:
+    reed = striker_of(scene, method.reed.n_modes, known).greens
     elements = striker_elements(scene.reed, method.reed, scene.run.duration)
     dt = fallback_step(scene.run, scene.gas, reed, reed if closed is None else closed)
     for model, how in ((seat, method.seat), (None if elements is None else elements[0], method.reed)):

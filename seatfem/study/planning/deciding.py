@@ -157,7 +157,8 @@ class Choices:
         least = bars.min(axis=(0, 1))
         aims = np.maximum(AIM * target, np.where(least <= target, np.minimum(target, SPARE * least), SPARE * least))
         used = (bars / aims).max(axis=2)
-        cost = self._cost[within] / np.where(self._static[within], SIMPLER, 1.0)[:, None]
+        less = np.array([SIMPLER if option.seat.static else 1.0 for option in self.seats])
+        cost = self._cost[within] / less[within, None]
         score = np.where(used <= max(1.0, used.min()), cost * (1 + FREE * used), np.inf)
         seat, contact = np.unravel_index(int(np.argmin(score)), score.shape)
         return Decision(self.context, self.seats[np.flatnonzero(within)[seat]], self.contacts[contact])
@@ -167,11 +168,6 @@ class Choices:
         measures = self.context.scene.accuracy.judged
         errors = _left([{MODEL: o.changes[MODEL]} if MODEL in o.changes else {} for o in self.seats], measures)
         return np.asarray((errors * [safety(name) for name in measures] <= target).all(axis=1))
-
-    @cached_property
-    def _static(self) -> NDArray[np.bool_]:
-        """Return (seats,) whether waves are left out."""
-        return np.array([option.seat.static for option in self.seats])
 
     def within_means(self, wanted: Decision, target: float) -> Decision:
         """Return ``wanted`` if memory and time allow it; else the cheapest that they do for ``target``, or near it."""

@@ -164,7 +164,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     if surrogate.patch is None and not surrogate.exact:
         notes.append(f"{surrogate.words}: this plan is rough; the run measures its errors")
     seat = plan.scene.seat
-    if look.leaves_open(seat) and surrogate.patch is not None and surrogate.band is None:
+    if look.leaves_open(seat, plan.method.given) and surrogate.patch is not None and surrogate.band is None:
         notes.append(
             f"this plan rests on an estimate of the seat ({surrogate.words}): a coarse model of it takes longer than a "
             "plan may, has no modes, or cannot be made"

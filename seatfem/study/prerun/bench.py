@@ -25,13 +25,15 @@ from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, step_count
 from impact.notices import Progress, silent
 from impact.runs.variations import Values
-from seatfem.structures.kinds.structure import in_role
+from seatfem.structures.estimates.surrogate import Face
+from seatfem.structures.kinds import Structure
+from seatfem.structures.method import Method
 from seatfem.structures.rings import Division, divided_less, parts_joined
 from seatfem.study import impacts
-from seatfem.study.impacts import contact, drives
+from seatfem.study.impacts import contact
+from seatfem.study.impacts.bodies import on_its_base, problem_of, solve_body, striker_of
 from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
 from seatfem.study.impacts.touches import force_of, stopper_force_of
-from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import (
     HARDEST,
@@ -42,6 +44,7 @@ from seatfem.study.scene.measures import (
     judged_landing,
     values_of,
 )
+from seatfem.study.scene.problems import in_role
 
 FEW: Final = 16  # reed modes of the first look
 LOOK: Final = 20_000  # steps of the first look ...
@@ -74,24 +77,26 @@ class Window:
         return self.groups > 0
 
 
-def surrogate_striker(scene: Scene, progress: Progress = silent) -> GreensFunction | None:
-    """Return the Green's function that pre-runs take for a striker that has to be computed: its own only where nothing
-    else describes it; ``None`` for a closed form."""
-    if not scene.reed.traits.is_solved:
+def surrogate_striker(
+    reed: Structure, method: Method, duration: float, face: Face, progress: Progress = silent
+) -> GreensFunction | None:
+    """Return the Green's function that pre-runs of a ``duration`` [s] take for a striker that has to be computed: its
+    own, by a method, only where nothing else describes it; ``None`` for a closed form.
+
+    ``face``: of the seat.
+    """
+    if not reed.traits.is_solved:
         return None
-    if (
-        scene.reed.thin_plate is not None
-        and (solved := contact.solved_striker(scene, progress, mesh_error=False)) is not None
-    ):
-        return solved.greens
-    with in_role("reed", scene.reed):
-        if scene.reed.elastic is not None:
-            return scene.reed.elastic.stand_in(scene.run.duration, scene.seat.face)
-        surrogate = scene.reed.surrogate(scene.run.duration, scene.seat.face)
-    greens = surrogate.greens if surrogate.exact else None
-    if greens is None and (solved := contact.solved_striker(scene, progress)) is not None:
-        return solved.greens
-    return greens
+    is_plate = reed.thin_plate is not None
+    if not is_plate:
+        with in_role("reed", reed):
+            if reed.elastic is not None:
+                return reed.elastic.stand_in(duration, face)
+            surrogate = reed.surrogate(duration, face)
+        if surrogate.exact:
+            return surrogate.greens
+    solved = solve_body("reed", reed, method, duration, progress, mesh_error=not is_plate)
+    return None if solved is None else solved.greens
 
 
 def locate_contact_window(
@@ -101,15 +106,14 @@ def locate_contact_window(
 
     ``striker``: what stands for one that has to be computed.
     """
-    few = contact.striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None, striker)
+    beam = scene.reed.slender
+    few = striker_of(scene, None if beam is None else min(FEW, beam.n_modes), striker)
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
     if few.is_deflected and (g := few.greens.modal) is not None and np.any(g.omega):
         dt = min(dt, 1 / float(g.omega[g.omega > 0].min()))  # it may swing back as fast as that
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
-    looked = _marched(
-        impact.prepare(contact.problem_of(scene, few, Body(seat.forces_only()), stopper), dt, scene.run.duration)
-    )
+    looked = _marched(impact.prepare(problem_of(scene, few, Body(seat.forces_only()), stopper), dt, scene.run.duration))
     landings = landings_of_march(looked, width, rebound=False).seat
     return window_of(scene, few, force_of(looked)[1:], dt, stopper_force_of(looked), landings)
 
@@ -214,18 +218,14 @@ class Bench:
         wanted, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
         stoppers = self._beyond(dt)
-        problem = contact.problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
+        problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
         prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
         stepper = _marched(prepared)
-        values = values_of(
-            contact.blow_of_march(
-                self.scene,
-                stepper,
-                self._landings(stepper),
-                displacement=any_needs_displacement(wanted),
-                stress=self._look(dt) if any_needs_stress(wanted) else None,
-            )
-        )
+        displacement = any_needs_displacement(wanted)
+        stress = self._look(dt) if any_needs_stress(wanted) else None
+        landings = self._landings(stepper)
+        record = contact.blow_of_march(self.scene, stepper, landings, displacement=displacement, stress=stress)
+        values = values_of(record)
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *wanted}]
         prefixes = {HARDEST, PREFIXES[landing]}
         never = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
@@ -249,7 +249,7 @@ class Bench:
         if self.scene.reed.thin_plate is None:
             return None
         if not self._plates:
-            striker, division = contact.striker_of(self.scene, None, self.striker), Division.from_greens(self.seat)
+            striker, division = striker_of(self.scene, None, self.striker), Division.from_greens(self.seat)
             self._plates.append(
                 self.look or impacts.plate_stress.PlateLook.at_few_places(self.scene.geometry, striker, division)
             )
@@ -262,7 +262,7 @@ class Bench:
         """Return the striker with its free motion, which all runs of this step share."""
         if (dt, n_modes) not in self._strikers:
             start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
-            body = advanced(self.other or contact.striker_of(self.scene, n_modes, self.striker), start)
+            body = advanced(self.other or striker_of(self.scene, n_modes, self.striker), start)
             discrete = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
             self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
         return self._strikers[dt, n_modes]
@@ -271,7 +271,7 @@ class Bench:
         """Return the seat without energies; the bench's own is kept, as its step weights take longer than the march."""
         known = self._seats if seat is self.seat else {}
         if dt not in known:
-            body = drives.on_its_base(self.scene.mount("seat"), Body(seat.forces_only()))
+            body = on_its_base(self.scene.mount("seat"), Body(seat.forces_only()))
             known[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
         return known[dt]
 
@@ -280,14 +280,17 @@ class Bench:
         if self.stopper is None:
             return ()
         if dt not in self._stoppers:
-            body = drives.on_its_base(self.scene.mount("stopper"), self.stopper)
+            body = on_its_base(self.scene.mount("stopper"), self.stopper)
             self._stoppers[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
         return (self._stoppers[dt],)
 
 
-def prepare_bench(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> Bench:
-    """Return the bench on which the pre-runs of a scene run: its striker, and the window of its contact."""
-    striker = surrogate_striker(scene, progress)
+def prepare_bench(
+    scene: Scene, reed: Method, seat: GreensFunction, stopper: Body | None, progress: Progress = silent
+) -> Bench:
+    """Return the bench on which the pre-runs of a scene run: its striker, by the method ``reed`` where it has to be
+    computed, and the window of its contact."""
+    striker = surrogate_striker(scene.reed, reed, scene.run.duration, scene.seat.face, progress)
     return Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)
 
 

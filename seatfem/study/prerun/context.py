@@ -15,10 +15,10 @@ from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import SeatModel, count_elements
 from seatfem.structures.estimates.surrogate import Patch, Sizes, Surrogate
 from seatfem.structures.method import Applicability, Method, Solved
-from seatfem.structures.rings import REFERENCE_RINGS, Division, as_a_whole, left_by, share_left
+from seatfem.structures.rings import REFERENCE_RINGS, as_a_whole, left_by, share_left
 from seatfem.structures.store import Store
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given, stated_method
+from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, stated_method
 from seatfem.study.prerun import lips
 from seatfem.study.prerun.bench import prepare_bench
 from seatfem.study.prerun.look import BANDS, coarse_method, coarse_seat, element_sizes, look_at, lowest_band
@@ -81,31 +81,31 @@ class PlanningContext:
         store = Store.default() if store is None else store
         longest = LONGEST_LOOK[scene.seat.drawn is None or bool(scene.seat.files())] if look is None else look
         stated = stated_method(scene)
-        surrogate = look_at(scene, stated.seat, surrogate, machine, store, longest)
+        surrogate = look_at(scene, stated, surrogate, machine, store, longest)
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
             behind = scene.stopper.body.surrogate(scene.run.duration, scene.reed.face)
             stopper = Body(behind.greens, scene.stopper.speed)
-        arcs = lips.choose_arc_count(scene, surrogate, stopper, progress)
-        whole = surrogate
-        looked_at, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
-        band = lips.choose_plate_bandwidth(looked_at, surrogate.greens, stopper, progress)
+        method, whole = stated, surrogate
+        arcs = lips.choose_arc_count(scene, method, whole, stopper, progress)
+        if arcs is not None:
+            method, surrogate = arcs.method, arcs.surrogate
+        band = lips.choose_plate_bandwidth(scene, method, surrogate.greens, stopper, progress)
         if band is not None:
-            looked_at = band.scene
-            if arcs is not None and not is_given(scene, PORTS):
-                arcs = lips.choose_more_arcs(looked_at, whole, arcs, band.errors)
-                looked_at, surrogate = arcs.scene, arcs.surrogate
-        bench = prepare_bench(looked_at, surrogate.greens, stopper, progress)
+            method = band.method
+            if arcs is not None and PORTS not in stated.given:
+                arcs = lips.choose_more_arcs(scene, method, whole, arcs, band.errors)
+                method, surrogate = arcs.method, arcs.surrogate
+        bench = prepare_bench(scene, method.reed, surrogate.greens, stopper, progress)
         simpler, one_port = lips.errors_of_simpler_models(bench), None
         if arcs is not None and band is not None and ONE_PORT not in without:
             one_port = lips.one_port_in_place(scene, arcs, simpler, band.errors)
         if one_port is not None:
-            arcs, looked_at, surrogate = None, lips.with_parts(looked_at, Division(1, scene.contact.rings)), whole
-            bench = prepare_bench(looked_at, surrogate.greens, stopper, progress)
+            arcs, method, surrogate = None, method.along(scene.geometry, 1, scene.contact.rings), whole
+            bench = prepare_bench(scene, method.reed, surrogate.greens, stopper, progress)
         widest = math.inf if surrogate.band is None else surrogate.band
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=widest)
-        method = stated_method(looked_at)
         return PlanningContext(
             scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, store, longest, without
         )
@@ -156,7 +156,7 @@ class PlanningContext:
     def bands(self) -> tuple[float, ...]:
         """Return the band edges to choose from [Hz]; the stated one alone."""
         stated = self.stated.seat.bandwidth
-        if stated is not None and is_given(self.scene, BAND):
+        if stated is not None and BAND in self.stated.given:
             return (stated,)
         return tuple(band for band in BANDS if band >= self.lowest_band) or BANDS[-1:]
 
@@ -166,15 +166,15 @@ class PlanningContext:
         arcs."""
         if self.arcs is not None:
             return TOLERANCES[:1]
-        return (self.stated.seat.tolerance,) if is_given(self.scene, TOLERANCE) else TOLERANCES
+        return (self.stated.seat.tolerance,) if TOLERANCE in self.stated.given else TOLERANCES
 
     def elements(self, band: float, tolerance: float, error: float) -> Method:
         """Return the seat by finite elements, with a mesh for an ``error`` of g; stated keys are kept."""
         seat = self.stated.seat
         seat = replace(
             seat,
-            bandwidth=seat.bandwidth if is_given(self.scene, BAND) else band,
-            tolerance=seat.tolerance if is_given(self.scene, TOLERANCE) else tolerance,
+            bandwidth=seat.bandwidth if BAND in self.stated.given else band,
+            tolerance=seat.tolerance if TOLERANCE in self.stated.given else tolerance,
         )
         if not self.drawn:
             return seat
@@ -222,14 +222,14 @@ class PlanningContext:
             return None
         if self.sensitivity.worst(self._bound_of_rings(1)) <= least:
             return None
-        method = coarse_method(self.scene.seat, self.stated.seat, patch, self.scene.run.filter_width)
+        method = coarse_method(self.scene.seat, self.stated, patch, self.scene.run.filter_width)
         seat = self.coarse_seat(replace(method, rings=REFERENCE_RINGS))
         return None if seat is None else self.sensitivity.between(as_a_whole(seat.greens), seat.greens)
 
     @cached_property
     def left_by_rings(self) -> Mapping[int, Changes]:
         """Return what the patch leaves in every number of rings that may be taken: one where they do not matter."""
-        stated = is_given(self.scene, RINGS) or self.one_port is not None  # arcs, which it stands for, have no more
+        stated = RINGS in self.stated.given or self.one_port is not None  # arcs, which it stands for, have no more
         numbers = (self.stated.seat.rings or 1,) if stated else RING_NUMBERS
         chosen = numbers if self.sensitivity.worst(self.of_rings(1)) > 0 else numbers[:1]
         return {rings: self.of_rings(rings) for rings in chosen}

@@ -1,4 +1,7 @@
-"""Numbers that pre-runs choose: arcs and rings of a lip, and modes of a plate that strikes."""
+"""Numbers that pre-runs choose: arcs and rings of a lip, and modes of a plate that strikes.
+
+They stand in the method; the scene stays as its file states it.
+"""
 
 import math
 from collections.abc import Mapping
@@ -22,9 +25,9 @@ from seatfem.structures.rings import (
     as_a_whole,
     division_to_compare,
 )
-from seatfem.study.impacts.contact import striker_of
+from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
-from seatfem.study.method import PORTS, REED_BAND, RINGS, as_stated, is_given, stated_method, value_of
+from seatfem.study.method import PORTS, REED_BAND, RINGS, RunMethod
 from seatfem.study.prerun.bench import MOST as MOST_STEPS
 from seatfem.study.prerun.bench import Bench, prepare_bench, relative_changes, surrogate_striker
 from seatfem.study.prerun.sensitivity import COARSE, Changes, with_other_modes
@@ -38,16 +41,16 @@ MOST_ARCS: Final = 64  # arcs that are chosen without being asked for
 
 @dataclass(frozen=True)
 class Arcs:
-    """A scene with its lip in arcs.
+    """A method with the lip in arcs.
 
     Attributes:
-        scene: with their number stated, and that of the rings across.
-        surrogate: its seat in pre-runs.
+        method: with their number, and that of the rings across.
+        surrogate: the seat in pre-runs.
         errors: what the arcs leave, relative, measure by measure.
         across: the same of the rings across them; empty where no more can be, under a film.
     """
 
-    scene: Scene
+    method: RunMethod
     surrogate: Surrogate
     errors: Changes
     across: Changes
@@ -58,20 +61,31 @@ class Arcs:
         return total(self.errors, self.across) if self.across else self.errors
 
 
-def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Arcs | None:
-    """Return the lip in as many arcs as the accuracy asks for, or the file states; ``None``: it is struck as a
-    whole."""
-    usual = stated_method(scene).ports
+def choose_arc_count(
+    scene: Scene,
+    method: RunMethod,
+    surrogate: Surrogate,
+    stopper: Body | None,
+    progress: Progress,
+    upto: int = 2 * FEWEST_ARCS,
+) -> Arcs | None:
+    """Return the lip in as many arcs as the accuracy asks for, or the file states; ``None``: it is struck as a whole.
+
+    ``method``: as the file states it; ``upto``: most that are looked at first, with twice as many beside; where these
+    are not too many, up to `MOST_ARCS`.
+    """
+    usual = method.ports
     if usual is None or usual == 1 or surrogate.exact or surrogate.patch is None:
         return None
-    stated = is_given(scene, PORTS)
-    most = usual if stated else min(MOST_ARCS, MOST_CHOSEN // scene.contact.rings)
+    stated = PORTS in method.given
+    most = usual if stated else min(upto, MOST_CHOSEN // scene.contact.rings)
     lip = scene.geometry.lip(most)
     assert lip is not None
     most = most if stated else lip.whole(most)
-    finest = with_parts(scene, division_to_compare(Division(most, scene.contact.rings)))
+    parts = division_to_compare(Division(most, scene.contact.rings))
+    finest = method.along(scene.geometry, parts.arcs, parts.rings)
     seat = surrogate_in_arcs(finest, surrogate).greens
-    bench, division = prepare_bench(finest, seat, stopper, progress), Division.from_greens(seat)
+    bench, division = prepare_bench(scene, finest.reed, seat, stopper, progress), Division.from_greens(seat)
     dt = bench.affordable(scene.run.filter_width / COARSE)
     known: dict[int, Mapping[str, float]] = {}
 
@@ -94,52 +108,56 @@ def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, p
         if any(safety(name) * errors[name] > aim for name in scene.accuracy.judged):
             break
         chosen //= 2
+    if chosen == most and upto < MOST_ARCS and not stated:
+        return choose_arc_count(scene, method, surrogate, stopper, progress, MOST_ARCS)
     arcs = left_by(chosen)
-    rings, across = _rings_across(with_parts(scene, Division(chosen, scene.contact.rings)), surrogate, bench, dt)
-    divided = with_parts(scene, Division(chosen, rings))
+    few = method.along(scene.geometry, chosen, scene.contact.rings)
+    rings, across = _rings_across(bench, few, surrogate, dt)
+    divided = method.along(scene.geometry, chosen, rings)
     return Arcs(divided, surrogate_in_arcs(divided, surrogate), arcs, across)
 
 
-def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -> tuple[int, Changes]:
-    """Return how many rings across the arcs of ``scene``, as the file states or as few as leave `ACROSS_SHARE` of the
+def _rings_across(bench: Bench, method: RunMethod, surrogate: Surrogate, dt: float) -> tuple[int, Changes]:
+    """Return how many rings across the arcs of ``method``, as the file states or as few as leave `ACROSS_SHARE` of the
     target, and what they leave, as the budget states it; nothing under a film, which knows no rings.
 
     ``bench``: of the same scene, whose window serves again.
     """
-    stated, accuracy = scene.contact.rings, scene.accuracy
+    scene = bench.scene
+    stated, accuracy, face = scene.contact.rings, scene.accuracy, scene.seat.face
     if scene.contact.film is not None:
         return stated, {}
-    division = Division(stated_method(scene).ports or 1, stated)
+    division = Division(method.ports or 1, stated)
     arcs, errors = scene.geometry.arcs_behind_rings(division), dict[int, Changes]()
-    for rings in (stated,) if is_given(scene, RINGS) or rings_refused(scene.seat, scene.life) else ACROSS:
+    for rings in (stated,) if RINGS in method.given or rings_refused(scene.seat, scene.life) else ACROSS:
         finer, weight = arc_rings_to_compare(rings)
         if division.arcs * rings > MOST_CHOSEN and rings > ACROSS[1] and errors:
             break
         parts = Division(arcs, max(rings, finer))
-        looked_at = with_parts(scene, parts)
-        seat, striker = surrogate_in_arcs(looked_at, surrogate).greens, surrogate_striker(looked_at)
-        every = Bench(looked_at, seat, bench.window, striker, bench.stopper)
+        divided = method.along(scene.geometry, parts.arcs, parts.rings)
+        seat = surrogate_in_arcs(divided, surrogate).greens
+        striker = surrogate_striker(scene.reed, divided.reed, scene.run.duration, face)
+        every = Bench(scene, seat, bench.window, striker, bench.stopper)
         few, many = (every.divided(Division(arcs, number)).measures(dt=dt) for number in (rings, finer))
         errors[rings] = times(weight, relative_changes(few, many))
         if all(safety(name) * errors[rings][name] <= ACROSS_SHARE * accuracy.target for name in accuracy.judged):
             break
-    chosen = max(errors)
-    return chosen, errors[chosen]
+    return max(errors.items())
 
 
-def choose_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
+def choose_more_arcs(scene: Scene, method: RunMethod, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
     """Return twice as many arcs, where what is ``beside`` uses up half of the target: they then may use half as much.
 
-    ``scene``: with their number stated by the plan; ``surrogate``: of the whole lip.
+    ``method``: with their number; ``surrogate``: of the whole lip.
     """
     target, measures = scene.accuracy.target, scene.accuracy.judged
     full = any(safety(name) * beside[name] > target / 2 for name in measures)
     few = any(safety(name) * arcs.errors[name] > ARCS_SHARE / 2 * target for name in measures)
-    twice = 2 * (stated_method(scene).ports or 1)
-    if not (full and few) or twice * scene.contact.rings > MOST_CHOSEN:
-        return replace(arcs, scene=scene)
-    more = with_parts(scene, Division(twice, scene.contact.rings))
-    return replace(arcs, scene=more, surrogate=surrogate_in_arcs(more, surrogate), errors=times(0.5, arcs.errors))
+    twice, rings = 2 * (method.ports or 1), method.seat.rings or 1
+    if not (full and few) or twice * rings > MOST_CHOSEN:
+        return replace(arcs, method=method)
+    more = method.along(scene.geometry, twice, rings)
+    return replace(arcs, method=more, surrogate=surrogate_in_arcs(more, surrogate), errors=times(0.5, arcs.errors))
 
 
 def errors_of_simpler_models(bench: Bench) -> Mapping[str, Changes]:
@@ -193,7 +211,7 @@ def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], 
     That is `DOUBT_OF_ONE_PORT` times what it changes, and what the arcs leave that it is compared with: at most
     `LIP_SHARE` of the target, and with what stands ``beside`` it the part of the target that plans aim at.
     """
-    if is_given(scene, PORTS) or ONE_PORT not in simpler or several_needed(scene):
+    if PORTS in arcs.method.given or ONE_PORT not in simpler or several_needed(scene):
         return None
     change = times(DOUBT_OF_ONE_PORT, simpler[ONE_PORT])
     errors = total(change, {name: arcs.total[name] for name in change})
@@ -205,24 +223,15 @@ def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], 
     return errors
 
 
-def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
-    """Return the surrogate of a seat whose lip is in the arcs that the scene states."""
-    lip, whole, patch = scene.geometry.lip(), surrogate.greens.modal, surrogate.patch
+def surrogate_in_arcs(method: RunMethod, surrogate: Surrogate) -> Surrogate:
+    """Return the surrogate of a seat whose lip is in the arcs of the method."""
+    lip, whole, patch = method.seat.lip, surrogate.greens.modal, surrogate.patch
     assert lip is not None
     assert whole is not None
     assert patch is not None
-    words = f"{surrogate.words}, {in_parts(lip.division)}"
+    across = f" of {lip.rings} parts across" if lip.rings > 1 else ""
+    words = f"{surrogate.words}, in {lip.arcs} arcs{across}"
     return replace(surrogate, greens=on_its_patch(whole, lip, patch), exact=False, words=words)
-
-
-def in_parts(division: Division) -> str:
-    """Return a lip's arcs and rings in words."""
-    return f"in {division.arcs} arcs" + (f" of {division.rings} parts across" if division.rings > 1 else "")
-
-
-def with_parts(scene: Scene, division: Division) -> Scene:
-    """Return the scene with its lip in these parts, stated."""
-    return as_stated(scene, stated_method(scene).along(scene.geometry, division.arcs, division.rings))
 
 
 LEAST: Final = 1.3  # factor by which a band is widened at a time, at least ...
@@ -233,49 +242,48 @@ LOOKS: Final = 3  # bands looked at
 
 @dataclass(frozen=True)
 class PlateBand:
-    """A scene whose striker is a plate, with its band stated.
+    """A method with the band of a plate that strikes.
 
     Attributes:
-        scene: with it.
+        method: with it.
         errors: relative, measure by measure, what its highest modes leave, as the budget states it.
     """
 
-    scene: Scene
+    method: RunMethod
     errors: Changes
 
 
 def choose_plate_bandwidth(
-    scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress
+    scene: Scene, method: RunMethod, seat: GreensFunction, stopper: Body | None, progress: Progress
 ) -> PlateBand | None:
     """Return the band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` for a
     striker that is no plate.
 
-    ``seat``: what stands for it, undivided or in the scene's arcs.
+    ``seat``: what stands for it, undivided or in the arcs of the method.
     """
     if (reed := scene.reed.thin_plate) is None:
         return None
-    stated = is_given(scene, REED_BAND)
+    stated = REED_BAND in method.given
     aim, most = MODES_SHARE * scene.accuracy.target / SAFETY, reed.widest_band
     for _ in range(LOOKS):
-        band = stated_method(scene).reed.bandwidth
+        band = method.reed.bandwidth
         assert band is not None
-        errors = _left(prepare_bench(scene, seat, stopper, progress))
+        errors = _left(prepare_bench(scene, method.reed, seat, stopper, progress), band)
         worst = max((errors[name] for name in scene.accuracy.judged), default=0.0)
         if stated or worst <= aim or band >= most * (1 - 1e-9):
             break
         factor = min(max(MARGIN * (worst / aim) ** 0.5, LEAST), MOST_BAND)
-        wider = stated_method(scene).replaced({REED_BAND: float(f"{min(factor * band, most):.2g}")})
-        scene = as_stated(scene, replace(wider, time_step=None))
-    return PlateBand(scene, errors)
+        method = method.replaced({REED_BAND: float(f"{min(factor * band, most):.2g}")})
+    return PlateBand(method, errors)
 
 
-def _left(bench: Bench) -> Changes:
-    """Return what the highest modes of the plate leave."""
+def _left(bench: Bench, band: float) -> Changes:
+    """Return what the highest modes of the plate leave, whose ``band`` is known [Hz]."""
     dt = bench.affordable(bench.scene.run.filter_width / COARSE)
     own = bench.measures(dt=dt)
     errors: Changes = {}
     striker = striker_of(bench.scene, greens=bench.striker)
-    for other, share in with_other_modes(striker, value_of(bench.scene, REED_BAND)):
+    for other, share in with_other_modes(striker, band):
         change = times(share, relative_changes(own, replace(bench, other=other).measures(dt=dt)))
         errors = larger(change, errors or change)
     return errors or dict.fromkeys(own, math.inf)  # no mode to leave out: nothing tells what the plate's bending does

@@ -11,7 +11,7 @@ from seatfem.structures.estimates.surrogate import ERRORS, Patch, Sizes, Surroga
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import AUTO, Method, Solved
 from seatfem.structures.store import Store
-from seatfem.study.method import BAND, MODEL, SIZE, TOLERANCE, is_given
+from seatfem.study.method import BAND, MODEL, SIZE, TOLERANCE, RunMethod
 from seatfem.study.scene import Scene
 
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
@@ -23,7 +23,7 @@ IMPOSSIBLE: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueE
 
 
 def look_at(
-    scene: Scene, stated: Method, surrogate: Surrogate, machine: Machine, store: Store, longest: float
+    scene: Scene, stated: RunMethod, surrogate: Surrogate, machine: Machine, store: Store, longest: float
 ) -> Surrogate:
     """Return the seat itself on a coarse mesh, as a whole, in place of its surrogate; the surrogate of a seat that is
     not reduced or exact, of which nothing is open, where the look is predicted to take over ``longest`` [s], and of one
@@ -32,11 +32,11 @@ def look_at(
     Over the band of its first resonance, or where that takes too long, over the one that the filter passes.
     """
     structure, run = scene.seat, scene.run
-    if not leaves_open(structure) or surrogate.exact or surrogate.patch is None:
+    if not leaves_open(structure, stated.given) or surrogate.exact or surrogate.patch is None:
         return surrogate
     method = coarse_method(structure, stated, surrogate.patch, run.filter_width)
     seat = coarse_seat(structure, run.duration, method, machine, store, longest)
-    if seat is None and not states(structure, BAND):
+    if seat is None and BAND not in stated.given:
         method = replace(method, bandwidth=next_band(BAND_PER_FILTER / run.filter_width))
         seat = coarse_seat(structure, run.duration, method, machine, store, longest)
     if seat is None or (modal := seat.greens.modal) is None or not len(modal.omega):
@@ -59,18 +59,13 @@ def coarse_seat(
         return None
 
 
-def leaves_open(seat: Structure) -> bool:
-    """Return whether the file leaves the band, the level or the mesh of a reduced seat to the plan."""
-    keys = (BAND,) if seat.drawn is None else (BAND, MODEL, SIZE)
-    return seat.traits.is_reduced and not all(states(seat, key) for key in keys)
+def leaves_open(seat: Structure, given: frozenset[str]) -> bool:
+    """Return whether the file, in which some keys are ``given``, leaves the band, the level or the mesh of a reduced
+    seat to the plan."""
+    return seat.traits.is_reduced and not given.issuperset((BAND,) if seat.drawn is None else (BAND, MODEL, SIZE))
 
 
-def states(seat: Structure, key: str) -> bool:
-    """Return whether the file states a dotted ``key`` of the seat."""
-    return is_given(seat, key.removeprefix("seat."))
-
-
-def coarse_method(seat: Structure, stated: Method, patch: Patch, width: float) -> Method:
+def coarse_method(seat: Structure, stated: RunMethod, patch: Patch, width: float) -> Method:
     """Return the coarsest method whose seat shows the waves that a filter of a ``width`` [s] passes, its face in one
     ring; keys that the file states are as in the ``stated`` one.
 
@@ -78,12 +73,12 @@ def coarse_method(seat: Structure, stated: Method, patch: Patch, width: float) -
     """
     least = max(lowest_band(patch), BAND_PER_FILTER / width)
     band = next_band(least)
-    how = replace(stated, level=seat.level(0.0).level, rings=1, lip=None, reduction=AUTO, max_vectors=None)
-    how = how if states(seat, BAND) else replace(how, bandwidth=band)
-    how = how if states(seat, TOLERANCE) else replace(how, tolerance=COARSE_TOLERANCE)
+    how = replace(stated.seat, level=seat.level(0.0).level, rings=1, lip=None, reduction=AUTO, max_vectors=None)
+    how = how if BAND in stated.given else replace(how, bandwidth=band)
+    how = how if TOLERANCE in stated.given else replace(how, tolerance=COARSE_TOLERANCE)
     if seat.drawn is None:
         return how
-    sizes = element_sizes(patch, stated, (how.bandwidth or band) if states(seat, BAND) else least, ERRORS[0])
+    sizes = element_sizes(patch, stated.seat, (how.bandwidth or band) if BAND in stated.given else least, ERRORS[0])
     return replace(how, size=sizes.size, contact_size=sizes.contact_size)
 
 

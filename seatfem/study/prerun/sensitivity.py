@@ -20,7 +20,7 @@ from impact.bodies.body import Body
 from impact.runs.variations import NARROWER, Values, larger, left_by_step, narrowed, narrower, ringing_on, times
 from seatfem.structures.method import at_once, bed
 from seatfem.structures.rings import Division, face_compliance
-from seatfem.study import method, safety
+from seatfem.study import safety
 from seatfem.study.prerun.bench import Bench, relative_changes
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
@@ -77,15 +77,15 @@ class Sensitivity:
     @property
     def n_modes(self) -> int | None:
         """Return the number of reed modes of the pre-runs that compare seats; ``None`` for a rigid mass."""
-        if not method.has_key(self.bench.scene, method.MODES):
+        if self.bench.scene.reed.slender is None:
             return None
         return self.reed_modes if self._stated_modes is None else min(self.reed_modes, self._stated_modes)
 
     @property
     def _stated_modes(self) -> int | None:
         """Return the number of modes of the reed, where the file states it."""
-        scene = self.bench.scene
-        return int(method.value_of(scene, method.MODES)) if method.is_given(scene, method.MODES) else None
+        beam = self.bench.scene.reed.slender
+        return None if beam is None or "n_modes" not in beam.model_fields_set else beam.n_modes
 
     @cached_property
     def step_modes(self) -> int | None:
@@ -221,11 +221,9 @@ class Sensitivity:
     @cached_property
     def of_g(self) -> Changes:
         """Return the relative change of each measure per relative change of g."""
-        runs = [
-            relative_changes(self.base, self._with(self.bench.seat.scaled(factor)))
-            for factor in (1 - safety.OFF, 1 + safety.OFF)
-        ]
-        return {name: change / safety.OFF for name, change in larger(*runs).items()}
+        less, more = (self._with(self.bench.seat.scaled(factor)) for factor in (1 - safety.OFF, 1 + safety.OFF))
+        changes = larger(relative_changes(self.base, less), relative_changes(self.base, more))
+        return times(1 / safety.OFF, changes)
 
     @cached_property
     def spring(self) -> Changes:
@@ -233,11 +231,9 @@ class Sensitivity:
 
         What it changes of a contact's duration is no less than a step.
         """
-        if Division.from_greens(self.bench.seat).arcs > 1:
-            changes = relative_changes(self.base, self._with(at_once(self.bench.seat)))
-        else:
-            changes = self._spring_of(1.0)
-        return self.known_to(self.step, changes)
+        if Division.from_greens(self.bench.seat).arcs == 1:
+            return self.known_to(self.step, self._spring_of(1.0))
+        return self.known_to(self.step, relative_changes(self.base, self._with(at_once(self.bench.seat))))
 
     def known_to(self, dt: float, changes: Changes) -> Changes:
         """Return ``changes`` with those of a contact's duration no less than a step of ``dt`` [s].
@@ -257,10 +253,9 @@ class Sensitivity:
         compliance = face_compliance(self.bench.seat)
         if not (math.isfinite(compliance) and compliance > 0):
             return dict.fromkeys(self.base, math.inf)
-        division = Division.from_greens(self.bench.seat)
-        if division.arcs > 1:
-            return relative_changes(self.base, self._with(bed(division, factor / compliance)))
-        return relative_changes(self.base, self._with(impact.spring(stiffness=factor / compliance)))
+        division, stiffness = Division.from_greens(self.bench.seat), factor / compliance
+        spring = bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
+        return relative_changes(self.base, self._with(spring))
 
     def between(self, one: impact.GreensFunction, other: impact.GreensFunction) -> Changes:
         """Return what one seat in place of another changes."""

@@ -27,7 +27,8 @@ from seatfem.structures import fields, method, rings
 from seatfem.structures.estimates.surrogate import Column
 from seatfem.study import impacts, runs
 from seatfem.study.impacts import gas, gauges, validity
-from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, strains_of, stress_in_run
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import RunError, record_of, run_contacts, strains_of, stress_in_run
 from seatfem.study.impacts.life import LifeResult, block_from, life_notes
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.planning.plan import Plan
@@ -84,7 +85,7 @@ def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: 
     Raises:
         LifeError: as `impact.life.places.judged`.
     """
-    ranges = fields.recovery.mises_range(field, force, dt, since=since)
+    ranges = fields.peaks.mises_range(field, force, dt, since=since)
     near = np.flatnonzero(ranges >= SHARE * ranges.max())
     factors = np.full(len(ranges), np.nan)
     for number, history in zip(near, fields.recovery.tensor_histories(field.at(near), force, dt), strict=True):

@@ -28,7 +28,7 @@ from seatfem.structures.method import Aims, Method
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.lip_modes import face_greens
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import problem_of
+from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.planning.plan import Plan
 from seatfem.study.scene import Scene
 from seatfem.study.scene.laws import ContactLaw

@@ -15,7 +15,8 @@ from impact.march.problem import ContactProblem
 from impact.notices import Progress
 from impact.runs.horizon import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of, with_wider_gaps
 from seatfem import results
-from seatfem.study.impacts.contact import marched, problem_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.landings import landings_of_march
 from seatfem.study.runs.round import Round
 

@@ -41,7 +41,9 @@ UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 def cached_plan(scene: Scene) -> Plan | None:
     """Return the plan of this scene's last run that met its target; ``None``: there was none, or it is not sound."""
     try:
-        return plan_from_json(scene, json.loads(read_text(_plan_file(scene), MOST_BYTES, ValueError)), NOTE)
+        file = _plan_file(scene)
+        data = json.loads(read_text(file, MOST_BYTES, ValueError))
+        return plan_from_json(scene, data, NOTE)
     except UNSOUND:
         return None
 
@@ -101,7 +103,8 @@ def _method(stated: RunMethod, geometry: ContactGeometry, values: Mapping[str, o
 
 def _plan_file(scene: Scene) -> Path:
     """Return the file of a scene's plan, named by what the scene asks for, its files' content, and the code."""
-    key = content_key({"scene": by_content(scene), "program": code_version()})
+    asked = by_content(scene)
+    key = content_key({"scene": asked, "program": code_version()})
     return cache_folder() / "ended" / f"{key}.json"
 
 

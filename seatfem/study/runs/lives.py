@@ -25,6 +25,7 @@ from seatfem import pictures
 from seatfem.structures import fields
 from seatfem.study import runs
 from seatfem.study.impacts import contact
+from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.life import (
     STRESS,
     Histories,
@@ -150,8 +151,8 @@ def _of_plate(done: Round, field: StressField, touches: Touches, first: int) -> 
     """Yield the histories in both faces where stress changes most in each part of the plate."""
     (field, force), dt = runs.reed_stress.struck_in(field, done, touches), touches.seat.dt
     regions = runs.reed_stress.parts_of_plate(done, field.points)
-    ranges = fields.recovery.mises_range(field, force, dt, since=first)
-    spots = fields.recovery.hottest(ranges, regions)
+    ranges = fields.peaks.mises_range(field, force, dt, since=first)
+    spots = fields.peaks.hottest(ranges, regions)
     chosen = field.at(spots)
     histories = fields.recovery.tensor_histories(chosen, force, dt)
     for point, part, stress in zip(chosen.points, regions[spots], histories, strict=True):
@@ -163,8 +164,8 @@ def _of_plate(done: Round, field: StressField, touches: Touches, first: int) -> 
 def _of_seat(done: Round, seat: SeatStress, touches: Touches, first: int) -> Histories:
     """Yield the histories where stress changes most on the surface, and at the points that the scene names."""
     force, dt = runs.seat_fields.force_by_port(done, touches), touches.seat.dt
-    ranges = fields.recovery.mises_range(seat.field, force, dt, since=first)
-    surface = seat.field.at(fields.recovery.hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
+    ranges = fields.peaks.mises_range(seat.field, force, dt, since=first)
+    surface = seat.field.at(fields.peaks.hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
     for field in (surface, seat.of_points):
         for point, stress in zip(field.points, fields.recovery.tensor_histories(field, force, dt), strict=True):
             yield f"seat, {_millimetres(point)}", stress
@@ -280,7 +281,7 @@ def again(done: Round, name: str, value: float) -> Round:
     """
     scene = done.plan.scene.with_geometry(varied(done.plan.scene.geometry, name, value))
     reed = None if done.reed is None else done.reed.greens
-    striker = contact.striker_of(scene, done.plan.method.reed.n_modes, reed)
+    striker = striker_of(scene, done.plan.method.reed.n_modes, reed)
     touches = contact.run_contacts(scene, striker, done.seat.greens, done.result.dt)
     stress = contact.stress_in_run(scene.geometry, striker, touches, coarsely=True)
     return replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches, stress=stress)

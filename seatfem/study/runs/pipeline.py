@@ -20,8 +20,8 @@ from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
 from seatfem.study import runs
-from seatfem.study.impacts import drives, layout, validity
-from seatfem.study.impacts.contact import RunError, check_step, seat_of
+from seatfem.study.impacts import gauges, layout, validity
+from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
 from seatfem.study.impacts.touches import bar_keys
 from seatfem.study.planning.plan import Plan
@@ -93,7 +93,6 @@ def run_scene(
         Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
     start, watch, is_planned = time.perf_counter(), Stopwatch(), plan is None
-    check_step(scene)
     safe_files.check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
         plan = plan or cached_plan(scene)
@@ -194,7 +193,7 @@ def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Sto
         "seat_kind": scene.seat.kind,
         **({} if gas_run is None else gas_keys(gas_run, done.touches, scene.run.duration)),
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
-        **drives.valve_spring_keys(scene.spring, scene.geometry, done.striker, done.seat.greens, done.touches),
+        **gauges.valve_spring_keys(scene.spring, scene.geometry, done.striker, done.seat.greens, done.touches),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, rings.as_a_whole(done.seat.greens), done.result),
     }
@@ -212,7 +211,8 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
     safe_files.check_writable(path)
     with watch("plan"):
         plan = plan_scene(scene, progress=progress)
-    seat = seat_of(scene, cache.Cache(path), method=plan.method.seat, watch=watch, progress=progress)
+    file, duration = cache.Cache(path), scene.run.duration
+    seat = cache.build(scene.seat, plan.method.seat, duration, file, watch=watch, progress=progress)
     summary = {
         "seat_static_stiffness_N_per_m": static_stiffness(seat.greens, scene.seat.column()),
         **greens_error_keys(seat.greens),

@@ -16,7 +16,8 @@ from seatfem.structures import method, rings, sheets
 from seatfem.structures.fields.corners import near, peak_mesh_error
 from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.recovery import LargestStress, StressField, largest
-from seatfem.study.impacts import contact, gas, plate_stress
+from seatfem.study.impacts import gas, plate_stress
+from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.plate_stress import has_plate_stress, in_some_modes, lips_of_plate, pushes_of, struck_by
 from seatfem.study.impacts.touches import Touches, stress_since
 from seatfem.study.runs.round import Round
@@ -90,7 +91,7 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     fewer = largest(of_lowest, force, dt)
     coarser = sheets.plate_modes(plate.sheet, method.COARSENING)
     lips = lips_of_plate(scene.geometry, _division(done))
-    on_coarser_mesh = plate_field(done, contact.striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
+    on_coarser_mesh = plate_field(done, striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
     on_coarser = largest(on_coarser_mesh, force, dt).after_contact.von_mises
     weight = 1 / (sheets.refinement(plate, coarser) ** sheets.ORDER - 1)
     of_mesh = peak_mesh_error(field.points, of_run.after_contact.von_mises, on_coarser_mesh.points, on_coarser, weight)

@@ -14,11 +14,12 @@ from impact.quantities import in_time
 from impact.runs.variations import Budget, Values, total
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch, peak_memory
-from seatfem.structures.cache import Cache, key_of
+from seatfem.structures.cache import Cache, build, key_of
 from seatfem.study import impacts, runs
 from seatfem.study.accuracy.error_budget import error_budget, with_bars_of_measures
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.contact import run_contacts, seat_of
+from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import LIP, STRIKER, Source, stress_since
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
@@ -169,16 +170,16 @@ def _round(
         seat = before.seat
     else:
         cache = Cache(folder / SEAT_FILE)
-        seat = seat_of(scene, cache, method=method.seat, watch=watch, progress=progress)
+        seat = build(scene.seat, method.seat, scene.run.duration, cache, watch=watch, progress=progress)
     reed = None if before is None or before.plan.method.reed != method.reed else before.reed
     if reed is None and scene.reed.traits.is_solved:
         with watch(STRIKER):
-            reed = contact.solved_striker(scene, progress, method.reed)
-    striker = contact.striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
+            reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, progress)
+    striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     bodies = [striker.greens, seat.greens]
     if scene.stopper is not None:
         with watch("stopper"):  # once for all runs of this process
-            bodies += [body.greens for body in (contact.stopper_of(scene),) if body is not None]
+            bodies += [body.greens for body in (stopper_of(scene),) if body is not None]
     dt = method.time_step or contact.fallback_step(scene.run, scene.gas, *bodies)
     contact.check_length(scene, dt, method.seat.division.count)
     with watch("contact"):

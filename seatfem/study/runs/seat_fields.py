@@ -12,18 +12,18 @@ from typing import Any, Final
 import numpy as np
 
 from impact.greens.base import Array
-from impact.notices import Progress
-from seatfem.structures.fields.corners import near, singular_points
-from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressField, field_of
+from impact.notices import Progress, silent
+from seatfem.structures.fields.corners import edge_distances, near, singular_points
+from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressSpace
 from seatfem.structures.fields.sites import Sites, at_points, on_surface
 from seatfem.structures.fields.solids import AnyField, Harmonic, RingField, elements_of, felt, solid_stress
-from seatfem.structures.finite_elements import AnyMesh, draw, matrices
+from seatfem.structures.finite_elements import AnyMesh, draw, matrices, refinement_of
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.plane_meshes import MeridianMesh
-from seatfem.structures.method import BEYOND, COARSENING
+from seatfem.structures.method import BEYOND, COARSENING, Solved
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.ring_patches import RingPatch, mixing_of
 from seatfem.structures.rings import Division, ring_names
@@ -31,14 +31,12 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.problems import Problem, SceneError
+from seatfem.study.scene.run import Stress as StressTable
 
 FIRST: Final = 4  # harmonics with a full space at least: the lowest frequency first falls, then rises with n
 STATIC: Final = 10  # vectors per port of harmonics without waves in the band
 FEWEST_ANGLES: Final = 16
 ON_IT: Final = 1e-6  # distance [m] from a node of the struck face at which a point counts as on it
-
-Fields = tuple[AnyField, AnyField]
-"""A field, and the same computed with fewer vectors."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +46,12 @@ class SeatMesh:
     Attributes:
         plan: whose seat it is.
         mesh: drawn, or as the file has it.
+        assembled: the model on it, where it is there already.
     """
 
     plan: Plan
     mesh: AnyMesh
+    assembled: SecondOrderModel | None = None
 
     @property
     def body(self) -> Elastic:
@@ -70,20 +70,6 @@ class SeatMesh:
         """Return the distance from singular points within which stress is left out [m]."""
         assert self.plan.scene.stress is not None
         return self.plan.scene.stress.distance
-
-    def surface(self) -> Sites:
-        """Return all nodes of the surface away from singular edges, and from a struck face that does not count."""
-        sites, stress = on_surface(elements_of(self.mesh)), self.plan.scene.stress
-        assert stress is not None
-        left_out = near(sites.points, self.singular, self.distance)
-        if not stress.struck:
-            left_out |= near(sites.points, self.struck, max(self.distance, ON_IT))
-        if left_out.all():
-            raise ModelError(
-                f"stress: the whole surface is within stress.distance = {1e3 * self.distance:g} mm of excluded "
-                "edges and faces; make it smaller, refine seat.mesh.size, or set stress.struck = true"
-            )
-        return sites.at(~left_out)
 
     @property
     def struck(self) -> Array:
@@ -132,45 +118,36 @@ class SeatMesh:
         """Return the points in the coordinates of the mesh."""
         return np.column_stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]]) if self.flat else points
 
-    # Fields
+    # Stress
 
-    def places(self, waves: Waves | None) -> list[tuple[Sites, Array]]:
-        """Return where the largest stress is looked for, then the points that the scene names, with their angles."""
-        asked = self.plan.scene.stress
+    def stress(self, waves: Waves | None, refinement: float = 1.0) -> MeshStress:
+        """Return the stress on it, with ``waves`` around, and how many times as large as another's its elements are."""
+        asked, elements = self.plan.scene.stress, elements_of(self.mesh)
         assert asked is not None
-        points = np.array(asked.points).reshape(-1, 3)
-        named = [(self.named(), np.arctan2(points[:, 1], points[:, 0])[:, None])] if len(points) else []
-        where = (self.surface(), np.zeros(1) if waves is None else waves.angles) if asked.surface else named[0]
-        return [where, *named]
+        of_named = [self.named()] if asked.points and (refinement == 1.0 or not asked.surface) else []
+        places = [*([on_surface(elements)] if asked.surface else []), *of_named]
+        by_place: list[list[StressSpace]] = [[] for _ in places]
+        for n, model, response, _ in self.harmonics(waves):
+            for spaces, sites in zip(by_place, places, strict=True):
+                spaces.append(response.stress(self.stress_of(model, sites, n), sites.points))
+        where, points = tuple(by_place[0]), tuple(by_place[-1]) if of_named else ()
+        to_edge, to_struck = (edge_distances(where[0].points, of) for of in (self.singular, self.struck))
+        return MeshStress(where, points, to_edge, to_struck, refinement)
 
-    def fields(self, dt: float, places: Sequence[tuple[Sites, Array]], waves: Waves | None) -> Sequence[Fields]:
-        """Return fields, for forces of a step ``dt`` [s], at several sets of places, each at angles (A,), or (G, 1) of
-        its own, with ``waves`` around."""
+    def harmonics(self, waves: Waves | None) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
+        """Yield number, model and answers of each harmonic, and its `Harmonic.mixing`, one after the other; without
+        ``waves`` the one model's, of which nothing is mixed."""
         if waves is None:
-            model = self.model
-            response = self._response(model, dt, VECTORS + MORE * (len(model.ports) - 1))
-            return [self._both(model, response, sites) for sites, _ in places]
-        by_place: list[list[tuple[Harmonic, Harmonic]]] = [[] for _ in places]
-        for n, model, response, mixing in self.harmonics(dt, waves):
-            for each, (sites, _) in zip(by_place, places, strict=True):
-                one, two = self._both(model, response, sites, harmonic=n)
-                each.append((Harmonic(n, one, mixing), Harmonic(n, two, mixing)))
-        both = []
-        for each, (sites, turns) in zip(by_place, places, strict=True):
-            angles = np.broadcast_to(turns, (len(sites), turns.shape[-1]))
-            full, less = (RingField(sites.points, angles, of) for of in zip(*each, strict=True))
-            both.append((full, less))
-        return both
-
-    def harmonics(self, dt: float, waves: Waves) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
-        """Yield number, model and answers of each harmonic, and its `Harmonic.mixing`, one after the other."""
-        rings, slowest = list(dict.fromkeys(patch.boundary for patch in waves.patches.values())), 0.0
+            vectors = VECTORS + MORE * (len(self.model.ports) - 1)
+            yield 0, self.model, self._response(self.model, vectors), np.zeros((0, 0, 2))
+            return
+        rings, slowest = waves.rings, 0.0
         for n in waves.numbers:
             model = self._matrices(harmonic=n)
             waving = n <= FIRST or slowest < 2 * math.pi * BEYOND * self.bandwidth
             most = VECTORS + MORE * (len(rings) - 1) if waving else STATIC * len(rings)
-            response = self._response(model, dt, most, resting=n > 0)
-            slowest = float(response.pairs.greens.omega.min())
+            response = self._response(model, most, resting=n > 0)
+            slowest = float(response.pairs.omega.min())
             yield n, model, response, mixing_of(waves.patches, rings, n)
 
     def stress_of(self, model: SecondOrderModel, sites: Sites, harmonic: int = 0) -> Any:
@@ -181,34 +158,113 @@ class SeatMesh:
     @property
     def bandwidth(self) -> float:
         """Return the bandwidth of the seat's own response [Hz]."""
-        return self.plan.method.seat.bandwidth or 1 / self.plan.scene.run.filter_width
+        return bandwidth_of(self.plan)
 
     @cached_property
     def model(self) -> SecondOrderModel:
         """Return the model on the mesh; of a body of revolution that of harmonic 0."""
-        return self._matrices()
+        return self.assembled or self._matrices()
 
     def _matrices(self, harmonic: int = 0) -> SecondOrderModel:
         method, body = self.plan.method.seat, self.body
         lip = method.lip if method.in_arcs and isinstance(method.lip, FaceLip) else None
         return matrices(body, self.mesh, body.elements_of(method), rings=method.rings or 1, harmonic=harmonic, lip=lip)
 
-    def _response(self, model: SecondOrderModel, dt: float, vectors: int, *, resting: bool = False) -> Response:
+    def _response(self, model: SecondOrderModel, vectors: int, *, resting: bool = False) -> Response:
+        zeta = self.body.damping_ratio
         return Response.from_model(
-            model,
-            bandwidth=self.bandwidth,
-            dt=dt,
-            damping_ratio=self.body.damping_ratio,
-            vectors=vectors,
-            resting=resting,
+            model, bandwidth=self.bandwidth, damping_ratio=zeta, vectors=vectors, resting=resting
         )
 
-    def _both(
-        self, model: SecondOrderModel, response: Response, sites: Sites, harmonic: int = 0
-    ) -> tuple[StressField, StressField]:
-        functional = self.stress_of(model, sites, harmonic)
-        one, two = (field_of(response, functional, sites.points, fewer=fewer) for fewer in (False, True))
-        return one, two
+
+@dataclass(frozen=True)
+class MeshStress:
+    """Stress on one mesh of a seat, whatever presses it and at whatever step.
+
+    Attributes:
+        where: at all nodes of the surface, or at the named points where it is looked at these alone; for each harmonic.
+        points: at the named points, likewise; none where none are named.
+        to_edge, to_struck: (P,) distance of each place from the nearest singular edge, and from the struck face [m].
+        refinement: size of the elements over that of the mesh it is compared with; 1 of the finer one.
+    """
+
+    where: tuple[StressSpace, ...]
+    points: tuple[StressSpace, ...]
+    to_edge: Array
+    to_struck: Array
+    refinement: float
+
+    def within(self, asked: StressTable) -> MeshStress:
+        """Return what is looked at: places away from singular edges, and from a struck face that does not count.
+
+        Raises:
+            ModelError: no such places.
+        """
+        if not asked.surface:
+            return self
+        counted = self.to_edge >= asked.distance * (1 - 1e-9)
+        if not asked.struck:
+            counted &= self.to_struck >= max(asked.distance, ON_IT) * (1 - 1e-9)
+        if not counted.any():
+            raise ModelError(
+                f"stress: the whole surface is within stress.distance = {1e3 * asked.distance:g} mm of excluded "
+                "edges and faces; make it smaller, refine seat.mesh.size, or set stress.struck = true"
+            )
+        where = tuple(space.at_points(counted) for space in self.where)
+        return replace(self, where=where, to_edge=self.to_edge[counted], to_struck=self.to_struck[counted])
+
+    def field(
+        self, asked: StressTable, waves: Waves | None, dt: float, *, named: bool = False, fewer: bool = False
+    ) -> AnyField:
+        """Return the field under forces of a step ``dt`` [s] where it is looked at, or at the ``named`` points;
+        ``fewer``: with fewer vectors."""
+        spaces = self.points if named else self.where
+        fields = [space.field(dt, fewer=fewer) for space in spaces]
+        if waves is None:
+            return fields[0]
+        points = np.array(asked.points).reshape(-1, 3)
+        turns = np.arctan2(points[:, 1], points[:, 0])[:, None] if named or not asked.surface else waves.angles
+        mixings = (mixing_of(waves.patches, waves.rings, n) for n in waves.numbers)
+        parts = tuple(map(Harmonic, waves.numbers, fields, mixings))
+        return RingField(spaces[0].points, np.broadcast_to(turns, (len(spaces[0].points), turns.shape[-1])), parts)
+
+
+@dataclass(frozen=True)
+class SeatMeshes:
+    """The two meshes of the seat of a round: those behind its Green's function, or drawn where they are needed.
+
+    Attributes:
+        plan: of the round.
+        solved: its seat.
+        progress: hears of the drawing.
+    """
+
+    plan: Plan
+    solved: Solved
+    progress: Progress = silent
+
+    @cached_property
+    def both(self) -> tuple[SeatMesh, SeatMesh | None]:
+        """Return the mesh, and one coarser by `COARSENING` of a seat that is drawn."""
+        body, mesh, coarser = self.plan.scene.seat.elastic, self.solved.mesh, self.solved.coarser_mesh
+        assert body is not None
+        if mesh is None or (coarser is None and body.drawn is not None):
+            mesh, coarser = body.meshes(self.plan.method.seat, self.progress)
+        known = self.solved.model if mesh is self.solved.mesh else None
+        return SeatMesh(self.plan, mesh, known), None if coarser is None else SeatMesh(self.plan, coarser)
+
+    def stress(self, waves: Waves | None, *, coarser: bool = False) -> MeshStress:
+        """Return the stress on the finer mesh, or on the ``coarser``."""
+        fine, coarse = self.both
+        if not coarser:
+            return fine.stress(waves)
+        assert coarse is not None
+        return coarse.stress(waves, refinement_of(fine.mesh, coarse.mesh))
+
+
+def bandwidth_of(plan: Plan) -> float:
+    """Return the bandwidth of the response of the seat of a plan [Hz]."""
+    return plan.method.seat.bandwidth or 1 / plan.scene.run.filter_width
 
 
 @dataclass(frozen=True)
@@ -225,16 +281,22 @@ class Waves:
     numbers: list[int]
     angles: Array
 
+    @property
+    def rings(self) -> list[str]:
+        """Return the names of the rings that are struck."""
+        return list(dict.fromkeys(patch.boundary for patch in self.patches.values()))
+
     @staticmethod
-    def from_forces(seat: SeatMesh, force: Array) -> Waves | None:
+    def from_forces(seat: SeatMeshes, force: Array) -> Waves | None:
         """Return the waves of a seat under forces by port; ``None`` where no harmonics are needed.
 
         Harmonics up to two elements of the struck ring a wave, which the mesh resolves.
         """
-        method, body = seat.plan.method.seat, seat.body
-        if body.elements_of(method) != "harmonics" or not isinstance(seat.mesh, MeridianMesh):
+        method, body = seat.plan.method.seat, seat.plan.scene.seat.elastic
+        assert body is not None
+        if body.elements_of(method) != "harmonics" or not isinstance(drawn := seat.both[0].mesh, MeridianMesh):
             return None
-        faces, lip, mesh = ring_names("contact", method.rings or 1), method.lip, seat.mesh.mesh
+        faces, lip, mesh = ring_names("contact", method.rings or 1), method.lip, drawn.mesh
         if method.in_arcs and isinstance(lip, Lip):
             turns, width = [float(angle) for angle in lip.angles], 2 * math.pi / lip.arcs
         else:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from impact import notices, quantities
 from impact.greens.base import Array
 from seatfem.pictures import rendering, stress_plot
-from seatfem.structures.fields.corners import edge_distances, local_maxima, near, peak_mesh_error
+from seatfem.structures.fields.corners import local_maxima, peak_mesh_error
 from seatfem.structures.fields.peaks import Largest
 from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
 from seatfem.structures.fields.solids import AnyField, RingField, elements_of
-from seatfem.structures.finite_elements import MESH_SAFETY, refinement_of
+from seatfem.structures.finite_elements import MESH_SAFETY
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.rings import Division
 from seatfem.study.runs import seat_fields, summary
@@ -32,21 +32,19 @@ class SeatStress:
     """Stress in the seat: sites, peaks, hot spots and error bars.
 
     Attributes:
-        mesh: scikit-fem's, of the body, its half section or its sector.
-        drawn: the same with the seat's plan.
+        meshes: of the seat, drawn where something needs them.
+        known: what is known of the stress on the finer one, whatever presses it, where it is looked at.
         waves: around a body of revolution that is struck in arcs.
-        model: on it; ``None`` of a body of revolution that is struck in arcs, which has one for each harmonic.
         sites: (P, d) on its surface, away from singular edges [m]; in space where a body of revolution is struck in
             arcs, whose components are then rr, tt, zz, tz, rz, rt.
-        section: (P,) which of them are on the section that ``mesh`` shows.
+        section: (P,) which of them are on the section that a mesh of it shows.
         singular: (P,) distance of each from the nearest singular edge [m].
         on_lip: (P,) which of them are within ``stress.apart`` of the struck face.
         spots: the numbers of the hot spots among them, the largest first.
         peak: of each of them.
-        bar, tension_bar: of the largest von Mises stress and of the largest tension [Pa]; nan where no coarser mesh is
-            known.
+        bar, tension_bar: of the largest von Mises stress and of the largest tension [Pa], as far as they are known.
         time: (n + 1,) [s].
-        points: (Q, d) that are named [m].
+        points: (Q, 3) that are named [m].
         named: (Q + 1, 6, n + 1) their stress, and last that of the site of the largest [Pa].
         snapshot: (P, 6) on the surface when it is largest [Pa].
         front: rho c_0 v, c_0^2 = E/rho, of the first touch [Pa]; nan without one.
@@ -55,10 +53,9 @@ class SeatStress:
         division: of the struck patch, part by part the ports of these fields.
     """
 
-    mesh: Any
-    drawn: seat_fields.SeatMesh
+    meshes: seat_fields.SeatMeshes
+    known: seat_fields.MeshStress
     waves: seat_fields.Waves | None
-    model: SecondOrderModel | None
     sites: Array
     section: NDArray[np.bool_]
     singular: Array
@@ -78,6 +75,22 @@ class SeatStress:
     division: Division
 
     @property
+    def drawn(self) -> seat_fields.SeatMesh:
+        """Return the finer mesh with the seat's plan."""
+        return self.meshes.both[0]
+
+    @property
+    def mesh(self) -> Any:
+        """Return scikit-fem's mesh, of the body, its half section or its sector."""
+        return elements_of(self.drawn.mesh).mesh
+
+    @property
+    def model(self) -> SecondOrderModel | None:
+        """Return the model on it; ``None`` of a body of revolution that is struck in arcs, which has one for each
+        harmonic."""
+        return self.drawn.model if self.waves is None else None
+
+    @property
     def named_places(self) -> Array:
         """Return the named points in the coordinates of sites: of a section r and z."""
         if self.sites.shape[1] == 3:
@@ -87,7 +100,7 @@ class SeatStress:
     @property
     def is_around(self) -> bool:
         """Return whether its components are those of cylindrical coordinates."""
-        return int(self.mesh.dim()) == 2 or isinstance(self.field, RingField)
+        return self.sites.shape[1] == 2 or isinstance(self.field, RingField)
 
     @property
     def where(self) -> int:
@@ -96,26 +109,23 @@ class SeatStress:
 
 
 def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> SeatStress | None:
-    """Return the stress in the seat of a round, on a mesh that is drawn again; ``None`` where the scene asks for none.
+    """Return the stress in the seat of a round; ``None`` where the scene asks for none.
 
-    Its bar is `MESH_SAFETY` times the change by a coarser mesh at any place over r - 1, plus the changes by fewer
-    vectors and by fewer harmonics; a mesh leaves as much in the tension as in von Mises' stress, and the larger change
-    counts for both.
+    Its bars are the changes by fewer vectors and by fewer harmonics; `left_by_mesh` adds to them.
 
     Raises:
         SceneError: a named point off the seat or at a singular edge.
     """
-    scene, body = done.plan.scene, done.plan.scene.seat.elastic
+    scene = done.plan.scene
     if scene.stress is None:
         return None
-    assert body is not None
-    drawn, coarser = body.meshes(done.plan.method.seat, progress)
-    fine = seat_fields.SeatMesh(done.plan, drawn)
+    meshes = seat_fields.SeatMeshes(done.plan, done.seat, progress)
     dt, force = done.result.dt, seat_fields.force_by_port(done, done.touches)
-    waves = seat_fields.Waves.from_forces(fine, force)
+    waves = seat_fields.Waves.from_forces(meshes, force)
+    known = meshes.stress(waves).within(scene.stress)
     points = np.array(scene.stress.points).reshape(-1, 3)
-    where, *named = fine.places(waves)
-    (field, fewer), *of_points = fine.fields(dt, [where, *named], waves)
+    field, fewer = (known.field(scene.stress, waves, dt, fewer=less) for less in (False, True))
+    of_points = [known.field(scene.stress, waves, dt, named=True)] if known.points else []
     peaks = largest(field, force, dt).after_contact
     worst = int(peaks.von_mises.argmax())
     both = field.at(np.array([worst, int(peaks.principal.argmax())]))
@@ -124,29 +134,16 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
         count = max(1, int(FEWER_HARMONICS * harmonics))
         others.append(RingField(both.section, both.angles, both.harmonics[:count]))
     bars = np.sum([np.abs(_both(largest(other, force, dt).after_contact) - _both(peaks)) for other in others], axis=0)
-    if coarser is None:
-        bars = bars * math.nan
-    else:
-        coarse = seat_fields.SeatMesh(done.plan, coarser)
-        places = coarse.surface() if scene.stress.surface else coarse.named()
-        ((coarse_field, _),) = coarse.fields(dt, [(places, where[1])], waves)
-        weight = MESH_SAFETY / (refinement_of(fine.mesh, coarse.mesh) - 1)
-        other = largest(coarse_field, force, dt).after_contact
-        pairs = ((peaks.von_mises, other.von_mises), (peaks.principal, other.principal))
-        bars += max(peak_mesh_error(field.points, own, coarse_field.points, theirs, weight) for own, theirs in pairs)
-    named_fields = [each for each, _ in of_points]
-    kept = [*named_fields, both.at(np.array([0]))]
-    singular = edge_distances(where[0].points, fine.singular)
-    angles = len(field.points) // len(singular)
+    kept = [*of_points, both.at(np.array([0]))]
+    angles = len(field.points) // len(known.to_edge)
     return SeatStress(
-        elements_of(fine.mesh).mesh,
-        fine,
+        meshes,
+        known,
         waves,
-        fine.model if waves is None else None,
         field.points,
         np.arange(len(field.points)) % angles == worst % angles,
-        np.repeat(singular, angles),
-        np.repeat(near(where[0].points, fine.struck, scene.stress.apart), angles),
+        np.repeat(known.to_edge, angles),
+        np.repeat(known.to_struck < scene.stress.apart * (1 - 1e-9), angles),
         local_maxima(field.points, peaks.von_mises, scene.stress.apart, least=LEAST_SPOT)[:MOST_SPOTS],
         peaks,
         float(bars[0]),
@@ -157,10 +154,31 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
         at_time(field, force, dt, round(peaks.von_mises_time[worst] / dt)),
         _front(done),
         field,
-        named_fields[0] if named_fields else field.at(np.zeros(0, dtype=np.int64)),
+        of_points[0] if of_points else field.at(np.zeros(0, dtype=np.int64)),
         both,
         Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division(1, force.shape[1]),
     )
+
+
+def left_by_mesh(stress: SeatStress, done: Round) -> float:
+    """Return what the mesh leaves in the largest stress [Pa]; nan where no coarser one is known.
+
+    It is `MESH_SAFETY` times the change by a coarser mesh at any place over r - 1. A mesh leaves as much in the tension
+    as in von Mises' stress: the larger change counts for both.
+    """
+    scene, body = done.plan.scene, done.plan.scene.seat.elastic
+    assert scene.stress is not None
+    assert body is not None
+    if body.drawn is None:
+        return math.nan
+    if not stress.peak.von_mises.any():
+        return 0.0
+    dt, force = done.result.dt, seat_fields.force_by_port(done, done.touches)
+    coarse = stress.meshes.stress(stress.waves, coarser=True).within(scene.stress)
+    field = coarse.field(scene.stress, stress.waves, dt)
+    peaks, other, weight = stress.peak, largest(field, force, dt).after_contact, MESH_SAFETY / (coarse.refinement - 1)
+    pairs = ((peaks.von_mises, other.von_mises), (peaks.principal, other.principal))
+    return max(peak_mesh_error(stress.sites, own, field.points, theirs, weight) for own, theirs in pairs)
 
 
 def _both(found: Largest) -> Array:
@@ -189,9 +207,12 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
 def peaks_under(stress: SeatStress, force: Array, dt: float) -> Largest:
     """Return the largest stress at each site under other forces (n + 1, ports) [N]; of a shorter step ``dt`` [s], with
     the faster pairs that answer a sharper blow."""
-    waves = seat_fields.Waves.from_forces(stress.drawn, force)
-    ((field, _),) = stress.drawn.fields(dt, stress.drawn.places(waves)[:1], waves)
-    return largest(field, force, dt).after_contact
+    asked, known = stress.meshes.plan.scene.stress, stress.known
+    waves = seat_fields.Waves.from_forces(stress.meshes, force)
+    assert asked is not None
+    if waves is not None and stress.waves is not None and waves.numbers != stress.waves.numbers:
+        known = stress.meshes.stress(waves).within(asked)
+    return largest(known.field(asked, waves, dt), force, dt).after_contact
 
 
 def stress_pictures(

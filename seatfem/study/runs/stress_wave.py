@@ -181,10 +181,8 @@ def seat_wave(done: Round, stress: seat_stress.SeatStress) -> Frames | None:
         return wave_frames("Stress wave in the seat", skin, mises, moved, time[list(steps)], touch, known)
     skin = cell_grid.skin_of(model)
     sites = at_nodes(elements, skin.nodes)
-    bandwidth = done.plan.method.seat.bandwidth or 1 / scene.run.filter_width
-    unknowns = response_in_frames(
-        Response.from_model(model, dt=dt, bandwidth=bandwidth, damping_ratio=body.damping_ratio), force, dt, steps
-    )
+    response = Response.from_model(model, bandwidth=stress.drawn.bandwidth, damping_ratio=body.damping_ratio)
+    unknowns = response_in_frames(response, force, dt, steps)
     functional = stress.drawn.stress_of(model, sites)
     mises = von_mises(np.moveaxis((functional @ unknowns.T).reshape(len(sites), 6, -1), 2, 0))
     known = ~corners.near(sites.points, stress.drawn.singular, scene.stress.distance)
@@ -202,7 +200,7 @@ def _around(
     nodes, which = np.unique(skin.nodes, return_inverse=True)
     sites = at_nodes(solids.elements_of(stress.mesh), nodes)
     tensors, moved = np.zeros((len(steps), len(skin.nodes), 6)), np.zeros((len(steps), len(skin.nodes), 3))
-    for n, model, response, mixing in stress.drawn.harmonics(done.result.dt, stress.waves):
+    for n, model, response, mixing in stress.drawn.harmonics(stress.waves):
         functional = stress.drawn.stress_of(model, sites, n)
         for by_sin in (False, True)[: 2 if n else 1]:
             pushes = force @ mixing[:, :, int(by_sin)]

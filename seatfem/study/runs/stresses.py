@@ -21,14 +21,15 @@ from impact.runs.variations import Values, budget_of, changes, times
 from seatfem.structures.fields.recovery import Largest, largest
 from seatfem.structures.rings import Division
 from seatfem.study.accuracy.error_budget import sources_of
-from seatfem.study.impacts.contact import marched, problem_of
+from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.plate_stress import Forces, pushes_of
 from seatfem.study.impacts.touches import force_of, stress_since
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs import kept, reed_stress
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_stress import SeatStress, peaks_under, seat_stress
+from seatfem.study.runs.seat_stress import SeatStress, left_by_mesh, peaks_under, seat_stress
 
 STAGE: Final = "runs for the error bar of stress"
 
@@ -38,11 +39,13 @@ def error_bars_of(
     look: Callable[[impact.ContactStepper], Values],
     at_half: Callable[[impact.ContactStepper], Values] | None = None,
     progress: Progress = silent,
+    is_judged: Callable[[Values], bool] = lambda half: True,
 ) -> tuple[Values, Values]:
     """Return the error bars of ``look``, as those of the measures are found, with twice what half the step changes; and
     the values at half the step.
 
-    ``at_half``: the look at a run of half the step, ``None``: as at others; ``progress``: hears of each run.
+    ``at_half``: the look at a run of half the step, ``None``: as at others; ``progress``: hears of each run;
+    ``is_judged``: whether the values at half the step leave any bar to be found: no further run is made without.
     """
     scene, dt = done.plan.scene, done.result.dt
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
@@ -56,7 +59,10 @@ def error_bars_of(
         progress(STAGE, min(count / runs, 1.0))
         return look(marched(varied, step, scene.run.duration, done.flights))
 
-    values, half = run(problem, dt), run(problem, dt / 2, at_half or look)
+    half = run(problem, dt / 2, at_half or look)
+    if not is_judged(half):
+        return dict.fromkeys(half, math.nan), half
+    values = run(problem, dt)
     budget = budget_of(run, problem, values, dt, sources, finer=times(2.0, changes(values, half)))
     return {name: budget.bar(name) for name in values}, half
 
@@ -78,7 +84,8 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
 
     What mesh and modes leave in the recovery is in their bars, and what is left in the force: its error budget again,
     with these stresses for measures. A stress in the seat that half the step changes by more than `RAW` follows the raw
-    force of a first touch, which has no limit without a law of contact that yields: no bar is known of it.
+    force of a first touch, which has no limit without a law of contact that yields: no bar is known of it, and no
+    coarser mesh is looked at for it.
     """
     since = stress_since(done.touches, done.plan.scene.accuracy.landing)
     seat, reed = seat_stress(done, progress), done.plate
@@ -89,6 +96,10 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
         reed = replace(reed, bar=bar if math.isfinite(bar) else math.nan)
     of_seat = seat if np.any(done.result.force) else None
     of_reed = reed if done.plate is None and reed is not None and reed.found.after_contact is not None else None
+    if seat is not None and of_seat is None:
+        seat = replace(
+            seat, bar=seat.bar + (of_mesh := left_by_mesh(seat, done)), tension_bar=seat.tension_bar + of_mesh
+        )
     if of_seat is None and of_reed is None:
         return seat, reed
 
@@ -108,19 +119,30 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
             values |= _peaks_of(peaks_under(of_seat, -forces.by(of_seat.division), forces.dt))
         return values
 
+    own = {} if of_seat is None else _peaks_of(of_seat.peak)
+
+    def is_raw(half: Values) -> list[bool]:
+        return [abs(half[name] - own[name]) > RAW * own[name] for name in own]
+
+    def is_judged(half: Values) -> bool:
+        return of_reed is not None or not all(is_raw(half))
+
     judged = {REED: of_reed, SEAT: of_seat}
     what = f"errors left in {', '.join(sorted(name for name, each in judged.items() if each is not None))}"
     bars_and_half = kept.cached_numbers(
         done,
         done.touches,
         what,
-        lambda: dict(zip(("bars", "half"), error_bars_of(done, look, look_everywhere, progress), strict=True)),
+        lambda: dict(
+            zip(("bars", "half"), error_bars_of(done, look, look_everywhere, progress, is_judged), strict=True)
+        ),
     )
-    errors, finer = bars_and_half["bars"], bars_and_half["half"]
-    if seat is not None and of_seat is not None:
-        own = _peaks_of(of_seat.peak)
-        raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else errors[name] for name in (SEAT, TENSION)]
-        seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
+    errors, raw = bars_and_half["bars"], is_raw(bars_and_half["half"])
+    if of_seat is not None:
+        of_mesh = math.nan if all(raw) else left_by_mesh(of_seat, done)
+        bars = np.array([of_seat.bar, of_seat.tension_bar]) + of_mesh + [errors[name] for name in own]
+        bar, tension_bar = (float(each) for each in np.where(raw, math.nan, bars))
+        seat = replace(of_seat, bar=bar, tension_bar=tension_bar)
     if of_reed is not None:
         reed = replace(of_reed, bar=of_reed.bar + errors[REED])
     return seat, reed

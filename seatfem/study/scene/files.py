@@ -92,34 +92,29 @@ def check_files(scene: models.Scene) -> None:
     contact, stopper = scene.contact, scene.stopper
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
     if not findings and (key := contact.along_a_lip or ("ports" if contact.ports else "")):
-        findings += _of_lip(contact, scene.seat, key)
+        findings += _of_lip(contact, scene.seat, "contact", key)
     if not findings and stopper is not None and stopper.parts != rings.Division():
-        try:
-            stopper.body.lip()
-        except errors.ModelError as error:
-            findings.append((("stopper", "arcs"), _naming_file(stopper.body, error)))
+        findings += _of_lip(contact, stopper.body, "stopper", "arcs")
     if not findings:
         findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
 
 
-def _of_lip(contact: Contact, seat: Structure, key: str) -> Iterator[Finding]:
-    """Yield keys of [contact] that do not fit the seat; a ``key`` in it needs a lip."""
+def _of_lip(contact: Contact, body: Structure, table: str, key: str) -> Iterator[Finding]:
+    """Yield keys of [contact] that do not fit the seat; or that a stopper has no lip, which a ``key`` needs."""
     try:
-        lip, arcs = seat.lip(1, contact.rings), contact.ports or 1
+        lip, arcs = body.lip(1, contact.rings if table == "contact" else 1), contact.ports or 1
     except errors.ModelError as error:
-        yield ("contact", key), _naming_file(seat, error)
+        yield (table, key), next((naming(file, str(error)) for file in body.files()), str(error))
+        return
+    if table != "contact":
         return
     if lip is not None and arcs > 1 and (whole := lip.whole(arcs)) != arcs:
         text = f"of {arcs} segments of equal areas some would lie on two of the seat's faces; take {whole}"
         yield ("contact", "ports"), text
     if lip is not None and contact.waviness and lip.edges is None:
         yield ("contact", "waviness"), lips.NO_ANGLES
-
-
-def _naming_file(body: Structure, error: errors.ModelError) -> str:
-    return next((naming(file, str(error)) for file in body.files()), str(error))
 
 
 def part_of_scene(path: Path) -> inspection.mesh_file.Part:

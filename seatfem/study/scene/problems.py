@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -364,3 +365,26 @@ def leaves(annotation: object) -> Iterator[Any]:
         return
     for part in get_args(annotation):
         yield from leaves(part)
+
+
+_AS_IF: Final = r"(?<![\w/\\.])(?:seat|reed)\."
+"""Tables in messages of structures, as if the body were in them."""
+
+
+def in_words_of(role: str, structure: BaseModel, text: str) -> str:
+    """Return a structure's message, its keys those of the table ``role``; files of such names stay what they are."""
+    if role == "stopper":  # its face is divided by keys of its own table
+        text = text.replace("contact.ports", "stopper.arcs").replace("contact.rings", "stopper.rings")
+    keys = "|".join(sorted(type(structure).model_fields, key=len, reverse=True))
+    return re.sub(rf"{_AS_IF}(?=(?:{keys})\b)", f"{role}.", text)
+
+
+@contextmanager
+def in_role(role: str, structure: BaseModel) -> Iterator[None]:
+    """Tell what goes wrong with a body that stands in the table ``role`` in keys of that table."""
+    try:
+        yield
+    except (ArithmeticError, RuntimeError, ValueError) as problem:
+        if problem.args and isinstance(problem.args[0], str):
+            problem.args = (in_words_of(role, structure, problem.args[0]), *problem.args[1:])
+        raise

@@ -19,7 +19,8 @@ from impact.march.problem import ContactError, ContactProblem
 from impact.runs.batch import ImpactBatch
 from seatfem.jobs.folders import private_folder
 from seatfem.structures import cache, rings
-from seatfem.study.impacts.contact import fallback_step, problem_of, seat_of, solved_striker, stress_of, striker_of
+from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
+from seatfem.study.impacts.contact import fallback_step, stress_of
 from seatfem.study.impacts.landings import landings_of_one_contact
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import SEAT_FILE
@@ -83,7 +84,7 @@ def _marched(
     if plan is None:
         raise ContactError("no plan to march by; give the plan that a scene of the sample ended with")
     with private_folder("sweep") as folder:
-        seat = seat_of(base, cache.Cache(folder / SEAT_FILE), method=plan.method.seat)
+        seat = cache.build(base.seat, plan.method.seat, base.run.duration, cache.Cache(folder / SEAT_FILE))
     problem = _problem(base, plan, impact.Body(seat.greens))
     dt = plan.method.time_step or fallback_step(base.run, base.gas, problem.striker.greens, seat.greens)
     known = list[_Scene | None]()
@@ -108,7 +109,7 @@ def _marched(
 
 
 def _problem(scene: Scene, plan: Plan, target: Body) -> ContactProblem:
-    reed = solved_striker(scene, method=plan.method.reed)  # once in a process
+    reed = solve_body("reed", scene.reed, plan.method.reed, scene.run.duration)  # once in a process
     striker = striker_of(scene, plan.method.reed.n_modes, None if reed is None else reed.greens)
     return problem_of(scene, striker, target)
 

@@ -15,11 +15,11 @@ from seatfem.units import number_and_unit
 MOST: Final = 10_000  # most values of a key
 EDGE: Final = 2.0**-53  # least share, and 1 less the largest, at which distributions without bounds are evaluated
 Value = Any
-"""Value as a scene file has it: "0.3 mm", 5, "signorini"."""
+"""A value as it is written in a scene file: "0.3 mm", 5, "signorini"."""
 
 
 def _quantity(value: object) -> tuple[float, str]:
-    """Return number and unit, as written."""
+    """Return the number and the unit of a written quantity."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"{value!r} is no number; write one with its unit, e.g. '0.3 mm', or a pure one")
     number, unit = number_and_unit(value)
@@ -66,14 +66,14 @@ class Variation(Table):
         raise KeyProblem(keys, f"{self.kind!r} has no levels for this design: give a list, or from, to and number")
 
     def quantile(self, share: float) -> Value:
-        """Return the value below which this share (0..1) of all lies."""
+        """Return the value below which the share p (0 to 1) of the distribution lies."""
         raise NotImplementedError
 
     def check_drawn(self, keys: str) -> None:
-        """Raise `KeyProblem` for what a design that draws values cannot heed."""
+        """Raise `KeyProblem` for keys that designs which draw values cannot use."""
 
     def written(self, number: float) -> Value:
-        """Return a number as a scene file has it."""
+        """Return a number with the unit of its variation, as it is written in a scene file."""
         return f"{number!r} {self.unit}" if self.unit else number
 
 

@@ -14,8 +14,10 @@ from typing import Any, Final
 from impact.march.history import Engine
 from seatfem.jobs import processes, worker
 from seatfem.machine.resources import Stopwatch, peak_memory
+from seatfem.structures.cache import build
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import contact, landings, validity
+from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.touches import measured, stress_since
 from seatfem.study.method import FIELDS, REED_BAND, has_key, stated_method, written
 from seatfem.study.planning.plan import Plan
@@ -93,13 +95,14 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
     method = stated_method(scene)
     if point.in_place:
         method = method.along(scene.geometry, 1)
-    seat = contact.seat_of(scene, method=method.seat, watch=watch, mesh_error=False)
-    solved = contact.solved_striker(scene, method=method.reed, mesh_error=False)
-    striker = contact.striker_of(scene, method.reed.n_modes, None if solved is None else solved.greens)
+    duration = scene.run.duration
+    seat = build(scene.seat, method.seat, duration, watch=watch, mesh_error=False)
+    solved = solve_body("reed", scene.reed, method.reed, duration, mesh_error=False)
+    striker = striker_of(scene, method.reed.n_modes, None if solved is None else solved.greens)
     if point.in_place:
         striker = dict(validity.simpler_bodies(scene, striker, Division()))[point.in_place]
     longest = scene.run.filter_width / point.least_steps
-    stopper = contact.stopper_of(scene)
+    stopper = stopper_of(scene)
     greens = (striker.greens, seat.greens) if stopper is None else (striker.greens, seat.greens, stopper.greens)
     step = method.time_step or min(longest, contact.fallback_step(scene.run, scene.gas, *greens))
     contact.check_length(scene, step, method.seat.division.count)
@@ -114,7 +117,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
         landings.LANDED if touches.landings is None else touches.landings.status,
         seat.about.get("seat_model", ""),
         seat.about.get("seat_dof", 0),
-        seat.greens.marched_poles(step, scene.run.duration / step) or 0,
+        seat.greens.marched_poles(step, duration / step) or 0,
         seat.greens.provenance.get("method", ""),
         step,
         result.engine,

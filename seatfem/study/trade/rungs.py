@@ -18,7 +18,7 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.rings import MOST_RINGS, Division
-from seatfem.study.impacts.contact import striker_of
+from seatfem.study.impacts.bodies import solve_body, striker_of
 from seatfem.study.impacts.validity import BEAM, simpler_bodies
 from seatfem.study.ladders import march, patch, reduction, table
 from seatfem.study.ladders.ladder import RATIO
@@ -61,7 +61,9 @@ _QUICK: Final = (
 def has_a_beam(scene: Scene) -> bool:
     """Return whether a beam is known that could stand in place of the scene's plate."""
     method = stated_method(scene).replaced({REED_BAND: reduction.OF_A_BEAM}).along(scene.geometry, 1)
-    return BEAM in dict(simpler_bodies(scene, striker_of(scene, method=method.reed), Division()))
+    reed = solve_body("reed", scene.reed, method.reed, scene.run.duration)
+    striker = striker_of(scene, greens=None if reed is None else reed.greens)
+    return BEAM in dict(simpler_bodies(scene, striker, Division()))
 
 
 def centre_of(scene: Scene) -> RunMethod:

@@ -1,6 +1,6 @@
-"""The measured trade of speed for accuracy: ladder, planner's choice and reference, and what it says.
+"""Measures the trade of speed for accuracy: points of a scene from coarse to fine, the plan's own, and a reference.
 
-Outcomes are on file at once, one JSON line each: a ladder that was stopped goes on where it was.
+Each outcome is written to the journal at once, one JSON line each, so that a stopped trade can be continued.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ TOO_LONG: Final = 2.0  # predicted time over the limit above which a point is no
 PROGRAM: Final = Program(
     "seatfem.study.trade.point", renew=1, own_session=True, environment=ONE_THREAD, folder_in=(VARIABLE, "TMPDIR")
 )
-"""Process of a point: one thread, so that processor time is work; a folder of its own, so that no result is at hand."""
+"""A point runs in one thread, so that processor time measures work, and in its own folder, where nothing is cached."""
 
 
 def run_points(
@@ -114,7 +114,7 @@ def _stopped(message: str, processor: float) -> Outcome:
 
 
 def processor_of(outcome: Outcome) -> float:
-    """Return its processor time [s]; nan where it is not known."""
+    """Return the processor time of an outcome [s]; nan where it is not known."""
     return float(outcome.summary.get(PROCESSOR, math.nan) or 0.0)
 
 
@@ -209,7 +209,7 @@ class Trade:
     def contenders(self, *, guesses: bool = False) -> tuple[str, ...]:
         """Return the names of the points that can be chosen; ``guesses``: also those by hand.
 
-        A stiffness guessed by hand has no error bar: that it is right is known only once the reference is there.
+        A stiffness guessed by hand has no error bar: whether it is right is known only after the reference has run.
         """
         return tuple(point.name for point in self.points if guesses or point.varied != BY_HAND)
 
@@ -292,7 +292,7 @@ class _Runs:
     found: dict[str, Outcome] = field(default_factory=dict)
 
     def carry_out(self, points: Sequence[Point], longer: float = 1.0, progress: Progress = silent) -> None:
-        """Carry out these points too, each within ``longer`` times the limit."""
+        """Carry out further points, each within ``longer`` times the time limit."""
         limit = longer * self.limit
         self.found = run_points(
             self.path, points, self.journal, time_limit=limit, known=self.found, cluster=self.cluster, progress=progress
@@ -315,7 +315,7 @@ class _Runs:
         return processor_of(last) * GROWTH[self.rungs.is_solid] ** notches
 
     def finer(self, most: int) -> list[Point]:
-        """Run the diagonal above the centre while a rung is predicted to end in half the limit; return its points."""
+        """Run points finer in all keys than the ladder's centre, if predicted to end in half the limit; return them."""
         added: list[Point] = []
         while len(added) < most and self.seconds(len(added), 1) <= self.limit / 2:
             added.append(self.rungs.finer(len(added) + 1))
@@ -323,10 +323,9 @@ class _Runs:
         return added
 
     def reference(self, top: int, progress: Progress) -> tuple[str, str]:
-        """Return the finest that can be afforded: its name, and that of the same one notch back.
+        """Return the name of the finest point that ends in time, and of the point one step coarser in all keys.
 
-        All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
-        allowed.
+        All are finer than the ladder's last rung ``top``; the first is predicted to take half the time allowed.
         """
         notches = [n for n in (3, 2) if self.seconds(top, n) <= LONGER * self.limit / 2]
         tried = []

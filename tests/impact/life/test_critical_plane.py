@@ -22,7 +22,6 @@ def proportional(course: np.ndarray, tensor: np.ndarray) -> np.ndarray:
 
 def margin(stress: np.ndarray) -> float:
     life = judged(on_planes([("root", stress)]), DEMAND).life
-    assert life is not None
     return life.margin
 
 

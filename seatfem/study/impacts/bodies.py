@@ -1,32 +1,157 @@
-"""What drives and holds the bodies of a scene: moving bases, valve springs, known loads, and where they begin."""
+"""The bodies of a scene as they are marched: computed, driven by loads and bases, held by springs; and the contact
+problem that they make.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
 
 import impact
-from impact.after.loads import spring_displacements
 from impact.bodies.body import Body, Load
-from impact.bodies.loads import SprungBody, on_springs
+from impact.bodies.loads import on_springs
 from impact.greens.base import GreensFunction, GreensFunctionError
-from impact.march.stepper import with_recorded_loads
+from impact.notices import Progress, silent
+from seatfem.structures.cache import Cache, build, key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.plate_loads import constant, scaled
-from seatfem.structures.kinds.structure import in_role
-from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.touches import Touches, on_the_ports
-from seatfem.study.scene import ContactGeometry, drives, problems
+from seatfem.structures.method import Method, Solved, bed
+from seatfem.structures.rings import Division
+from seatfem.study.impacts.gas import gas_loads
+from seatfem.study.scene import ContactGeometry, Scene, drives, lips, problems
 from seatfem.study.scene.contact import Stopper
 from seatfem.units import write_quantity
 
 STRAYS: Final = 0.01
 """Most that a body may bend by the inertia that is left out, over the way of its base."""
 LOOKS: Final = 20_000  # times at which a course is looked at
+
+
+def solve_body(
+    role: str,
+    structure: Structure,
+    method: Method,
+    duration: float,
+    progress: Progress = silent,
+    *,
+    mesh_error: bool = True,
+) -> Solved | None:
+    """Return a body, computed by a method for a ``duration`` [s], once in a process; ``None`` for a closed form.
+
+    Raises:
+        What the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError; keys
+        in their messages are those of the table ``role``.
+    """
+    if not structure.traits.is_solved:
+        return None
+    with problems.in_role(role, structure):
+        return _solved(_Asked(key_of(structure, method), mesh_error, structure, method, duration, progress))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Arguments of a computed Green's function, by which it is cached in a process."""
+
+    key: str
+    mesh_error: bool
+    structure: Structure = field(compare=False)
+    method: Method = field(compare=False)
+    duration: float
+    progress: Progress = field(default=silent, compare=False)
+
+
+@lru_cache(maxsize=6)
+def _solved(asked: _Asked) -> Solved:
+    cache = Cache(None) if asked.structure.traits.is_kept else None
+    how = (asked.method, asked.duration, cache)
+    return build(asked.structure, *how, progress=asked.progress, mesh_error=asked.mesh_error)
+
+
+def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None) -> Body:
+    """Return the scene's striker under its loads, on its base and springs.
+
+    ``n_modes``: of a body known by its own modes, in place of those that it states; ``greens``: of a body whose Green's
+    function has to be computed.
+    """
+    reed, gas = scene.reed, scene.gas
+    with problems.in_role("reed", reed):
+        body = reed.body(greens, n_modes, scene.geometry.contact_at)
+        of_gas = () if gas is None else gas_loads(gas, reed, body)
+        body = replace(body, loads=(*body.loads, *external_loads(scene.load, reed, body), *of_gas))
+        carried = on_its_base(scene.mount("reed"), body)
+        return on_its_springs(scene.spring, scene.contact.gap, reed, carried)
+
+
+def stopper_of(scene: Scene) -> Body | None:
+    """Return the scene's stopper as its own keys state it; ``None`` where there is none."""
+    if scene.stopper is None:
+        return None
+    solved = solved_stopper(scene.geometry, scene.run.duration)
+    greens = scene.stopper.body.closed_form() if solved is None else solved.greens
+    assert greens is not None
+    waveless = len(greens.ports) == 1 and greens.modal is not None and greens.highest_rate == 0
+    if scene.stopper.parts != Division() and waveless:  # one spring
+        greens = bed(scene.stopper.parts, 1 / float(greens.static_compliance()[0, 0]))
+    mount = scene.mount("stopper")
+    check_base(mount, greens, scene.run.duration)
+    return on_its_base(mount, Body(greens, scene.stopper.speed))
+
+
+def solved_stopper(geometry: ContactGeometry, duration: float) -> Solved | None:
+    """Return the stopper for a ``duration`` [s], computed as its keys state, with its mesh error; ``None`` for a closed
+    form, or none."""
+    if geometry.stopper is None:
+        return None
+    stopper = geometry.stopper.body
+    with problems.in_role("stopper", stopper):
+        lip = None if stopper.lip_face.no_lip else geometry.stopper_lip()
+        method = stopper.stated() if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
+    return solve_body("stopper", stopper, method, duration)
+
+
+def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = None) -> impact.ContactProblem:
+    """Return striker and seat in contact by the scene's law: one contact, or one for each part of the patch; a striker
+    whose ports are other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own,
+    where it has one."""
+    division, geometry = Division.from_greens(seat.greens), scene.geometry
+    law, seat, apart = scene.contact.law, on_its_base(scene.mount("seat"), seat), geometry.has_two_places
+    gaps, films = geometry.gaps(division), geometry.films(division)
+    contacts = [
+        impact.Contact(
+            seat,
+            port=k,
+            gap=float(gap),
+            law=law.law(float(share)),
+            striker_port=striker.greens.port_index(name) if name in striker.greens.ports and not apart else 0,
+            film=film,
+        )
+        for k, (name, gap, share, film) in enumerate(zip(division.names, gaps, division.shares, films, strict=True))
+    ]
+    if scene.stopper is not None:
+        above = geometry.stopper_gaps()
+        target = stopper or stopper_of(scene)
+        assert target is not None
+        target, parts = on_its_base(scene.mount("stopper"), target), scene.stopper.parts
+        beyond = len(striker.greens.ports) - 1 if apart else 0
+        for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
+            port = lips.STOPPER + name
+            contacts.append(
+                impact.Contact(
+                    target,
+                    port=k if len(target.greens.ports) > 1 else 0,
+                    gap=float(above[k]),
+                    law=scene.stopper.law.law(float(share)),
+                    side=-1,
+                    striker_port=port if port in striker.greens.ports else beyond,
+                )
+            )
+    check_start(scene.stopper, striker, contacts)
+    return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 
 def on_its_base(mount: drives.Mount, body: Body) -> Body:
@@ -51,8 +176,7 @@ def on_its_base(mount: drives.Mount, body: Body) -> Body:
     motion, loads = base.motion(), body.loads
     modes = 0 if body.greens.modal is None else len(body.greens.modal.omega)
     if structure.traits.has_weight and modes:  # a spring in its place has no inertia
-        with in_role(role, structure):
-            shape, mass = structure.weight(body)
+        shape, mass = structure.weight(body)
         alike = np.zeros(modes)  # as many as it has: what it is compared with may have fewer, or one more
         alike[: len(shape)] = shape[:modes]
         loads = (*loads, motion.load(alike, mass))
@@ -116,10 +240,11 @@ def on_its_springs(springs: Sequence[drives.ValveSpring], gap: float, reed: Stru
         )
     shapes, stiffness, loads = [], [], list(body.loads)
     for spring in springs:
+        force = constant(-spring.force_on_undeformed(gap))
         columns = reed.pushed_at(body, spring.places if spring.at is None else spring.at, by="springs")
         shapes.append(columns)
         stiffness.append(np.full(columns.shape[1], spring.stiffness / columns.shape[1]))
-        loads.append(Load(columns.mean(axis=1), constant(-spring.force_on_undeformed(gap))))
+        loads.append(Load(columns.mean(axis=1), force))
     held = on_springs(replace(body, loads=tuple(loads)), np.concatenate(shapes, axis=1), np.concatenate(stiffness))
     if not math.isinf(held.mass):
         raise GreensFunctionError(
@@ -127,29 +252,6 @@ def on_its_springs(springs: Sequence[drives.ValveSpring], gap: float, reed: Stru
             "places or more that do not lie in one line, by points, or by number and radius"
         )
     return held
-
-
-def valve_spring_keys(
-    springs: Sequence[drives.ValveSpring],
-    geometry: ContactGeometry,
-    striker: Body,
-    seat: GreensFunction,
-    touches: Touches,
-) -> dict[str, object]:
-    """Return the keys of the force of all valve springs together, towards the ``seat``: the largest one and that as the
-    hardest landing begins; none where there are no such springs."""
-    if not isinstance(striker, SprungBody):
-        return {}
-    dt = touches.seat.dt
-    marched = with_recorded_loads(striker, lift_of(touches), dt)
-    ports = on_the_ports(geometry, striker.greens, seat, touches)
-    (moved,) = spring_displacements(marched, ports, dt, striker.springs.stiffness[:, None])
-    force = np.asarray(sum(spring.force_on_undeformed(geometry.contact.gap) for spring in springs) + moved)
-    hard = None if touches.landings is None else touches.landings.hardest
-    return {
-        "valve_spring_force_max_N": float(force.max()),
-        "valve_spring_force_at_landing_N": hard and float(np.interp(hard.start, touches.seat.time, force)),
-    }
 
 
 def external_loads(loads: Sequence[drives.ExternalLoad], reed: Structure, body: Body) -> Iterator[Load]:
@@ -182,7 +284,7 @@ def _blown(load: drives.ExternalLoad, reed: Structure, body: Body) -> Load:
 SLACK: Final = 1e-2  # of the largest deflection of its ports: what modes left out may be off by
 
 
-def check_start(stopper: Stopper | None, striker: impact.Body, contacts: Sequence[impact.Contact]) -> None:
+def check_start(stopper: Stopper | None, striker: Body, contacts: Sequence[impact.Contact]) -> None:
     """Raise `SceneError` for a striker that is bent into what it is to strike, where it is deepest: rigid contact would
     throw it out within one step. What yields, as a spring, may begin compressed."""
     if striker.state is None or striker.greens.modal is None:
