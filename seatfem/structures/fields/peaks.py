@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from impact.after.histories import Spans
+from impact.march.loop.compiled import compiled
 from seatfem.machine.compiling import threads
 from seatfem.structures.model import Array
 
@@ -227,7 +227,7 @@ def principal(stress: Array) -> Array:
     return np.asarray(np.linalg.eigvalsh(tensors))
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Update the largest by stress (P, 6, m): the largest root of the characteristic cubic is looked for where mean + 2
     sqrt(J2/3), which it cannot exceed, is above what was seen, and top I - stress, by its leading minors, is not
@@ -268,7 +268,7 @@ def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: n
                 found[2, p], found[3, p] = value, times[m]
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def widen(stress, low, high):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Widen boxes (g, A, 5) from ``low`` to ``high`` by the deviators in Ilyushin's space, as `deviators` has them, of
     stress (g, A, 6, m)."""
