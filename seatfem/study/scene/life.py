@@ -14,6 +14,8 @@ from seatfem.study.scene.contact import STEEPEST
 from seatfem.study.scene.contradictions import contradictions_of_start
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from seatfem.study.scene.lips import ContactGeometry
 
 
@@ -178,25 +180,17 @@ source = "report, page"
 
     def measured(self, key: str = "strength") -> life.strength.Strength | None:
         """Return the strength as a key's file has it; ``None`` without one. Raises `KeyProblem` for what is wrong."""
-        return self.of_seat if key == "seat_strength" else self.of_reed
-
-    @cached_property
-    def of_reed(self) -> life.strength.Strength | None:
-        """Return the strength of the reed's material; errors as `measured`."""
-        return self._read("strength")
-
-    @cached_property
-    def of_seat(self) -> life.strength.Strength | None:
-        """Return the strength of the seat's material; errors as `measured`."""
-        return self._read("seat_strength")
-
-    def _read(self, key: str) -> life.strength.Strength | None:
         if (path := getattr(self, key)) is None:
             return None
         try:
-            return study.scene.strength.load_strength(path)
+            return self.known.get(path) or self.known.setdefault(path, study.scene.strength.load_strength(path))
         except study.scene.problems.SceneError as problem:
             raise fields.KeyProblem(key, str(problem).replace("\n", "; ")) from None
+
+    @cached_property
+    def known(self) -> dict[Path, life.strength.Strength]:
+        """Return the strengths that are read already, by their files."""
+        return {}
 
     def demand(self, of: Of = "reed") -> life.places.Demand | None:
         """Return the life that a body or the contact must endure; ``None`` without a strength, or without a request.
