@@ -360,9 +360,8 @@ def afterwards(
         keep(keys)
     if runs.horizon.has_horizon(done):
         with watch("horizon"):
-            keys |= runs.kept.cached_numbers(
-                done, done.touches, "horizon", partial(runs.horizon.horizon_keys, done, progress)
-            )
+            compute = partial(runs.horizon.horizon_keys, done, progress)
+            keys |= runs.kept.cached_numbers(done, done.touches, "horizon", compute)
     elif scene.run.ensemble is not None:
         keys |= runs.horizon.NO_ENSEMBLE
     courses: tuple[Path, ...] = ()

@@ -15,7 +15,7 @@ from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch
-from seatfem.pictures.rendering import Painter, Picture
+from seatfem.pictures.rendering import Painter
 from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
@@ -140,14 +140,12 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            of_lip: list[Picture] = []
-            if touches.line is not None:
-                of_lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
+            lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"]) if touches.line else []
             division = latest.plan.method.seat.division
             drawing = layout.DRAWING, lambda path: draw_layout(layout.layout_of(scene, division), path)
             of_gas = runs.pictures.gas_pictures(gas_run, scene.geometry, scene.title)
             strains = runs.pictures.gauge_pictures(latest.touches, scene.title)
-            more = [drawing, *of_lip, *of_gas, *strains, *later.pictures(latest)]
+            more = [drawing, *lip, *of_gas, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
             bodies = (latest.plan.method, latest.seat, *results)
             drawn, gaps = runs.pictures.draw_run(scene, *bodies, folder, progress, more, painter, summary["landings"])

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from impact.notices import Progress, Tell, ignore
 from impact.quantities import in_time
@@ -199,14 +199,13 @@ def _round(
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None
         looks = (wanted_stress, reed, computed.look, progress, flights)
-
-        def judge() -> dict[str, Any]:
-            return vars(error_budget(scene, method, seat, striker, touches, *looks))
-
-        beside = [each is None for each in (seat.coarser, seat.in_rings)]  # what was there beside the seat
-        alone = not limits.steady  # scenes of a study are kept by its journal
-        left = runs.kept.cached_numbers(computed, touches, f"error budget {beside}", judge) if alone else judge()
-        budget = Budget(left["values"], left["parts"], tuple(left["sources"]))
+        judge = partial(error_budget, scene, method, seat, striker, touches, *looks)
+        if limits.steady:  # scenes of a study are kept by its journal
+            budget = judge()
+        else:
+            beside = [each is None for each in (seat.coarser, seat.in_rings)]  # what was there beside the seat
+            left = runs.kept.cached_numbers(computed, touches, f"error budget {beside}", lambda: vars(judge()))
+            budget = Budget(left["values"], left["parts"], tuple(left["sources"]))
     landings = () if touches.landings is None else touches.landings.seat
     budget = with_bars_of_measures(_at_least_planned(plan, budget), landings)
     return replace(computed, left=_with_recovery(budget, computed.plate))

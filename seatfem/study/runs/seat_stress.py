@@ -215,12 +215,8 @@ def peaks_under(stress: SeatStress, force: Array, dt: float) -> Largest:
     return largest(known.field(asked, waves, dt), force, dt).after_contact
 
 
-def stress_pictures(
-    stress: SeatStress | None, title: str, unsure: tuple[float, float] = (math.nan, math.nan)
-) -> list[rendering.Picture]:
-    """Return seat_stress.png and seat_stress.vtu; none if no stress is known. ``unsure``: as in `plot_stress`."""
-    if stress is None:
-        return []
+def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float]) -> list[rendering.Picture]:
+    """Return seat_stress.png and seat_stress.vtu. ``unsure``: as in `plot_stress`."""
     k, peak = stress.where, stress.peak
     labels = [place_words(place, "seat") for place in (*stress.named_places, stress.sites[k])]
     sites = stress.sites[stress.section]

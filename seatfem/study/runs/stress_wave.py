@@ -134,11 +134,11 @@ PASSES: Final = 2  # passes of shear waves along the seat that are shown
 UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
 
 
-def wave_pictures(done: Round, stress: seat_stress.SeatStress | None) -> list[Picture]:
+def wave_pictures(done: Round, stress: seat_stress.SeatStress) -> list[Picture]:
     """Return stress_wave.gif, .png and .h5, seat_stress.pvd, and the same of a plate that strikes; none where no frames
     are asked for, or nothing touches and no time is stated."""
     settings, title = done.plan.scene.stress, done.plan.scene.title or "Stress wave"
-    if stress is None or settings is None or not settings.frames:
+    if settings is None or not settings.frames:
         return []
     pictures: list[Picture] = []
     for stem, file, make in (
