@@ -14,12 +14,12 @@ from typing import ClassVar
 
 import numpy as np
 import scipy
-from numba import njit
 from numpy.typing import ArrayLike
 from rainflow import extract_cycles
 
 from impact.greens.base import Array
 from impact.life.strength import LifeError, Strength, criterion
+from impact.march.loop.compiled import compiled
 from impact.notices import Advice
 from impact.quantities import brief
 
@@ -99,7 +99,7 @@ def counted(points: Array) -> tuple[Array, Array, Array]:
     return ranges, means, np.ones(len(ranges))
 
 
-@njit(cache=True)
+@compiled()
 def _whole_cycles(points):  # type: ignore[no-untyped-def]
     stack = np.empty(len(points))
     ranges, means = np.empty(len(points) // 2), np.empty(len(points) // 2)

@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from impact.greens.base import Array
 from impact.life.strength import LifeError
+from impact.march.loop.compiled import compiled
 
 _FIRST, _FINEST = 8, 256  # values of the polar angle over the sphere: of the first grid, of the finest
 _FEW = 64  # most points whose hull is found without leaving out inner ones first
@@ -47,7 +47,7 @@ def _polar(number: int) -> tuple[Array, Array]:
     return cosines[number // 2 :], weights[number // 2 :]
 
 
-@njit(cache=True)
+@compiled()
 def _average(stress, cosines, weights):  # type: ignore[no-untyped-def]
     around = 4 * len(cosines)
     vectors = np.empty((len(stress), 2))
@@ -67,7 +67,7 @@ def _average(stress, cosines, weights):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True)
+@compiled()
 def _half_width_squared(points):  # type: ignore[no-untyped-def]
     """Return the mean over all directions of (half the width)^2 of points in a plane.
 
@@ -95,7 +95,7 @@ def _half_width_squared(points):  # type: ignore[no-untyped-def]
     return 0.25 * total / math.pi
 
 
-@njit(cache=True)
+@compiled()
 def _outer(points):  # type: ignore[no-untyped-def]
     """Return the points without those inside the octagon of those that are extreme along eight directions (Akl and
     Toussaint 1978)."""
@@ -121,7 +121,7 @@ def _outer(points):  # type: ignore[no-untyped-def]
     return outer[:kept]
 
 
-@njit(cache=True)
+@compiled()
 def _hull_edges(points):  # type: ignore[no-untyped-def]
     """Return the edges of the convex hull, by Andrew's monotone chain."""
     upwards = np.argsort(points[:, 1])
@@ -170,7 +170,7 @@ def enclosing_sphere(points: Array) -> tuple[Array, float]:
     return origin + scale * centre, scale * math.sqrt(squared)
 
 
-@njit(cache=True)
+@compiled()
 def _furthest(points, centre):  # type: ignore[no-untyped-def]
     best, at = -1.0, 0
     for k in range(points.shape[0]):
@@ -182,7 +182,7 @@ def _furthest(points, centre):  # type: ignore[no-untyped-def]
     return best, at
 
 
-@njit(cache=True)
+@compiled()
 def _smallest(points, inside, most):  # type: ignore[no-untyped-def]
     """Return the centre, squared radius, and whether it ended; the radius holds the furthest point."""
     size = points.shape[1]
@@ -207,7 +207,7 @@ def _smallest(points, inside, most):  # type: ignore[no-untyped-def]
     return centre, squared, False
 
 
-@njit(cache=True)
+@compiled()
 def _around(few):  # type: ignore[no-untyped-def]
     """Return the smallest sphere around at most d + 2 points, the last of them on it: centre, squared radius, subset as
     bits."""
@@ -225,7 +225,7 @@ def _around(few):  # type: ignore[no-untyped-def]
     return centre, best, chosen
 
 
-@njit(cache=True)
+@compiled()
 def _circumscribed(few, subset):  # type: ignore[no-untyped-def]
     """Return the centre in the plane of the subset and the last point: 2 G lam = diag G, G of the edges from that
     point."""

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from difflib import get_close_matches
 from itertools import pairwise
+from statistics import NormalDist
 from typing import Any, TypeVar
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 from impact.greens.base import Array
@@ -153,7 +153,7 @@ def tabled(points: Sequence[tuple[float, float]], *, scatter: float | None = Non
 def _quantile(survival: float) -> float:
     if not 0 < survival < 1:
         raise LifeError(f"survival = {survival:g} must lie between 0 and 1, as in 0.999")
-    return float(scipy.special.ndtri(survival))
+    return NormalDist().inv_cdf(survival)
 
 
 Kind = TypeVar("Kind")

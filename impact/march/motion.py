@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from impact.bodies.body import Body, ModalState
@@ -19,6 +18,7 @@ from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
 from impact.march import history, problem
+from impact.march.loop.compiled import compiled
 from impact.march.loop.past import FLOOR, displaced
 from impact.march.replay import Replay, blocks, resting, translate
 from impact.quantities import brief
@@ -293,7 +293,7 @@ def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, 
     return (power - at_far_end) + r**2 * (at_far_end - back), (1 - r**2) * at_far_end
 
 
-@njit(cache=True)
+@compiled()
 def reflected(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Return the outgoing wave a = f + R a(t - T) of a rod whose waves return after so many steps."""
     out = f.copy()
@@ -363,7 +363,7 @@ class LiveLoads:
         return out
 
 
-@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+@compiled(fastmath={"reassoc", "contract", "nsz"})
 def _carry(a, b, shapes, seen, amplitudes, start, state, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Advance oscillators under known amplitudes from step ``start``; writes changes of the gaps to ``out`` (m, p)."""
     steps, contacts = out.shape

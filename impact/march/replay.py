@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from impact.bodies.body import ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
+from impact.march.loop.compiled import compiled
 from impact.march.loop.past import FLOOR, oscillate, padded
 
 BLOCK = 4096  # steps of a block
@@ -159,7 +159,7 @@ def _modal_forces(force: Array, shapes: Array, room: Array) -> Array:
     return np.dot(force.T, shapes, out=room[: force.shape[1]])
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@compiled(nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _relax(relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Relax Kelvin-Voigt elements f = y' + rate y: each stores rate y^2/2 and loses the integral of y'^2.
 
@@ -183,7 +183,7 @@ def resting(place: float, rate: float) -> Array:
     return np.array([place, rate, 0.0, 0.0, 0.0])
 
 
-@njit(cache=True)
+@compiled()
 def translate(dt, state, force, places, rates):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Advance a rigid-body mode; the sums of forces and of displacements carry their round-off (Knuth's two-sum).
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from impact import notices, quantities
@@ -18,6 +17,7 @@ from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.history import aligned
 from impact.march.laws import DEEPEST, ROUGH, PlainLaw
+from impact.march.loop.compiled import compiled
 from impact.march.loop.marches import LANES, march_lanes
 from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, prepare
@@ -198,7 +198,7 @@ def _in_translation(striker: Body) -> Body | None:
     return None if math.isinf(striker.mass) else replace(striker, velocity=1.0, state=None, loads=())
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _measure(force, dt, merge, width, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Fill rows of ``out`` (8, S) from force (n, S): peak, filtered peak, impulse, first contact, duration of the first
     group, number of groups, (not changed), force at the end."""
@@ -228,7 +228,7 @@ def _measure(force, dt, merge, width, out):  # type: ignore[no-untyped-def]  # p
         _filtered_peak(force, dt, width, out[1])
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _filtered_peak(force, dt, width, peak):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Return the largest (I(t + width) - I(t))/width where t or t + width is a recorded time, I linear between them."""
     steps, scenes = force.shape

@@ -25,8 +25,8 @@ NUMBERS = {"numpy", "scipy", "h5py", "pydantic"}
 ERRANDS = [  # with the most modules that they may load: some 1 % above what they do
     (["--help"], 0, 292, DRAWN | SOLID | COMPILED | NUMBERS),
     (["run", "wrong.toml"], 2, 605, DRAWN | SOLID | COMPILED | {"h5py", "pypardiso"}),
-    (["run", "spring.toml", "--output", "out", "--no-pictures"], 0, 1195,
-     DRAWN | SOLID - {"scipy.linalg"} | {"pypardiso"}),
+    (["run", "spring.toml", "--output", "out", "--no-pictures"], 0, 1001,
+     DRAWN | SOLID | {"pypardiso", "numba.np.linalg"}),
 ]  # fmt: skip
 
 
@@ -41,7 +41,8 @@ def test_an_errand_loads_no_more_than_it_needs(
     root = str(Path(__file__).parents[2])
     program = f"import sys; sys.path.insert(0, {root!r})\n{PROGRAM}"
     command = [sys.executable, "-c", program, *errand]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    for _ in range(2):  # the first one may compile
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     ended, modules = json.loads(done.stdout)
     assert ended == code
     assert not_needed & set(modules) == set()

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from seatfem.study.runs.kept import NOTE, cached_plan, save_plan
-from seatfem.study.runs.rounds import Round, rounds
+from seatfem.study.runs.rounds import Limits, Round, rounds
 from tests.gallery import REED_ON_SPRING, load_text
 from tests.steps import Plan, Stopwatch, plan_scene, silent
 
@@ -43,6 +43,19 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
     assert second.left.values == done.left.values  # the same numbers, without the rounds before
     save_plan(second)
     assert cached_plan(plan.scene) == again  # told once
+
+
+def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
+    """Bit by bit; where the forces differ, or nothing is on file, they are computed."""
+    plan = plan_of(tmp_path)
+    first, asked = last_of(plan, tmp_path), []
+    monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *args: asked.append(args) or first.left)
+    assert last_of(plan, tmp_path).left == first.left
+    assert not asked
+    last_of(replace(plan, method=plan.method.replaced({"run.time_step": first.result.dt / 2})), tmp_path)
+    assert len(asked) == 1
+    list(rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(steady=True)))
+    assert len(asked) == 2
 
 
 def test_other_questions_are_planned(tmp_path):

@@ -1,7 +1,8 @@
-"""`numba.njit` for loops that call loops of other files.
+"""`numba.njit` for loops whose code is kept on file, and for those that call loops of other files.
 
-By itself numba's cache is renewed when a function's own file changes, not when another one does that it calls into.
-Here it is renewed with each of the files that these functions are made of.
+By itself numba's cache is renewed when a function's own file changes, not when another one does that it calls into:
+that of the march is renewed with each of the files that its functions are made of. And it loads all that numba compiles
+with before it looks for code on file: half of what numba takes to start, for nothing where the code is found.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from numba import njit
+from numba.core.caching import FunctionCache
+from numba.core.runtime.nrt import rtsys
 
 
 def stamp(march: Path) -> str:
@@ -32,14 +35,25 @@ def on_file(made: Any) -> bool:
     return cached is None or bool(cached._load_index())  # none where nothing is compiled: NUMBA_DISABLE_JIT
 
 
+class CodeOnFile(FunctionCache):
+    """numba's cache of a function's code, from where it is loaded without what numba compiles with."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the code for these types of arguments; ``None`` where it is not on file."""
+        rtsys.initialize(target_context)  # the memory of arrays that the code makes
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
+
+
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Return a decorator that compiles with ``options`` of `numba.njit`, cached until one of the files changes."""
+    """Return a decorator that compiles with ``options`` of `numba.njit`, its code on file until a source changes."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(cache=True, **options)(function)
-        cached = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-        if cached is not None:  # numba's own stamp is of one file, and nothing public sets another
-            cached._source_stamp = STAMP
+        dispatcher = njit(**options)(function)
+        if hasattr(dispatcher, "_cache"):  # not where nothing is compiled: NUMBA_DISABLE_JIT
+            dispatcher._cache = CodeOnFile(function)  # what `njit(cache=True)` does, with numba's own
+            if function.__module__.startswith(__package__):  # numba's stamp is of one file, nothing public sets another
+                dispatcher._cache._cache_file._source_stamp = STAMP
         return dispatcher
 
     return decorate

@@ -5,14 +5,15 @@ Arrays are plain: m elements of L nodes with V geometry nodes, Q quadrature poin
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from impact.march.loop.compiled import compiled
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 
-@njit(cache=True)
+@compiled()
 def node_graph(cells: Ints, n: int) -> tuple[Ints, Ints]:
     """Return (indptr, indices) of the nodes that share an element, rows sorted; ``cells`` is (m, L)."""
     m, local = cells.shape
@@ -52,7 +53,7 @@ def node_graph(cells: Ints, n: int) -> tuple[Ints, Ints]:
     return indptr, indices
 
 
-@njit(cache=True)
+@compiled()
 def expand_pattern(indptr: Ints, indices: Ints, unknown: Ints, free: int) -> tuple[Ints, Ints, Ints]:
     """Return the pattern of all couplings of the unknowns, for the graph (indptr, indices) of the nodes.
 
@@ -89,7 +90,7 @@ def expand_pattern(indptr: Ints, indices: Ints, unknown: Ints, free: int) -> tup
     return rows, columns, offset
 
 
-@njit(cache=True)
+@compiled()
 def expand_scalar(indptr: Ints, indices: Ints, values: Floats, unknown: Ints, free: int) -> tuple[Ints, Ints, Floats]:
     """Return rows, columns and data of values (x) I over the unknowns: a component couples only with its own kind."""
     n = len(indptr) - 1
@@ -114,7 +115,7 @@ def expand_scalar(indptr: Ints, indices: Ints, values: Floats, unknown: Ints, fr
     return rows, columns, data
 
 
-@njit(cache=True)
+@compiled()
 def _jacobian(corners: Ints, points: Floats, slopes: Floats, inverse: Floats) -> float:
     """Return det J of x = sum_v points_v N_v, with J^-1 into ``inverse`` (left as it is where J is singular)."""
     xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
@@ -135,7 +136,7 @@ def _jacobian(corners: Ints, points: Floats, slopes: Floats, inverse: Floats) ->
     return det
 
 
-@njit(cache=True)
+@compiled()
 def jacobian_range(corners: Ints, points: Floats, slopes: Floats) -> Floats:
     """Return (m, 2) least and largest det J of each element at the points where ``slopes`` (Q, V, 3) were taken."""
     extremes, inverse = np.empty((len(corners), 2)), np.empty((3, 3))
@@ -148,7 +149,7 @@ def jacobian_range(corners: Ints, points: Floats, slopes: Floats) -> Floats:
     return extremes
 
 
-@njit(cache=True, fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def _add_products(T: Floats, G: Floats, weight: float) -> None:
     """Do T += weight G (x) G in the blocks on and above the diagonal; G holds the gradients node by node."""
     size = len(G)
@@ -158,7 +159,7 @@ def _add_products(T: Floats, G: Floats, weight: float) -> None:
             T[r, c] += g * G[c]
 
 
-@njit(cache=True)
+@compiled()
 def _orthonormalise(gram: Floats, D: Floats, modes: int) -> None:
     """Do D <- L^-1 D for the Cholesky factor gram = L L', so that sum_k D_k (x) D_k is the projected product."""
     for k in range(modes):
@@ -171,7 +172,7 @@ def _orthonormalise(gram: Floats, D: Floats, modes: int) -> None:
         D[k] /= np.sqrt(gram[k, k])
 
 
-@njit(cache=True)
+@compiled()
 def _element_stiffness(
     corners: Ints,
     points: Floats,
@@ -210,7 +211,7 @@ def _element_stiffness(
         _orthonormalise(gram, D, modes)
 
 
-@njit(cache=True)
+@compiled()
 def _isotropic(T: Floats, D: Floats, modes: int, lam: float, mu: float, K: Floats) -> None:
     """Add lam T + mu T' + mu tr(T) I on and above the diagonal of K; the volume's part from D where projected."""
     for r in range(0, len(T), 3):
@@ -227,7 +228,7 @@ def _isotropic(T: Floats, D: Floats, modes: int, lam: float, mu: float, K: Float
                 K[r + a, s + a] += trace
 
 
-@njit(cache=True)
+@compiled()
 def _anisotropic(T: Floats, tensor: Floats, K: Floats) -> None:
     """Add blocks C_acbd T_cd on and above the diagonal of K."""
     for r in range(0, len(T), 3):
@@ -241,7 +242,7 @@ def _anisotropic(T: Floats, tensor: Floats, K: Floats) -> None:
                     K[r + a, s + b] = total
 
 
-@njit(cache=True)
+@compiled()
 def _mirror(A: Floats) -> None:
     """Copy the upper triangle of A to the lower."""
     for r in range(len(A)):
@@ -249,7 +250,7 @@ def _mirror(A: Floats) -> None:
             A[r, c] = A[c, r]
 
 
-@njit(cache=True)
+@compiled()
 def _position(indices: Ints, low: int, high: int, node: int) -> int:
     """Return where ``node`` stands in the sorted indices[low:high]."""
     while low < high:
@@ -261,7 +262,7 @@ def _position(indices: Ints, low: int, high: int, node: int) -> int:
     return low
 
 
-@njit(cache=True)
+@compiled()
 def add_elements(
     cells: Ints,
     corners: Ints,
@@ -333,7 +334,7 @@ def add_elements(
                                 p += 1
 
 
-@njit(cache=True)
+@compiled()
 def nodal_mass(
     cells: Ints,
     corners: Ints,

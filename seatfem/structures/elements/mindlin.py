@@ -23,10 +23,10 @@ from types import MappingProxyType
 from typing import Final, Literal
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
 
+from impact.march.loop.compiled import compiled
 from impact.quantities import brief
 from seatfem.structures.elements.supports import whole_model
 from seatfem.structures.errors import ModelError
@@ -322,7 +322,7 @@ def located(mesh: PlateMesh, points: Array, names: NDArray[np.str_]) -> tuple[In
     )
 
 
-@njit(cache=True)
+@compiled()
 def _nine_shapes(s: float, t: float, values: Array, slopes: Array) -> None:
     """Write the values (9,) and slopes (9, 2) of `shapes_at` at one point."""
     for k in range(9):
@@ -334,7 +334,7 @@ def _nine_shapes(s: float, t: float, values: Array, slopes: Array) -> None:
         slopes[k, 1] = in_s * (t + j / 2 if j else -2 * t)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _solve_inside(nodes: Array, x: float, y: float, inside: Array, values: Array, slopes: Array) -> bool:
     """Move the reference coordinates (2,) to those of a point in an element of nodes (9, 2), or beyond; return whether
     they settle. The last two arrays are room to work in."""
@@ -358,7 +358,7 @@ def _solve_inside(nodes: Array, x: float, y: float, inside: Array, values: Array
     return False
 
 
-@njit(cache=True)
+@compiled()
 def _locate(nodes: Array, points: Array) -> tuple[Integers, Array]:
     """Return the elements (q,) and reference coordinates (q, 2) of points (q, 2) on elements of nodes (m, 9, 2).
 

@@ -72,7 +72,8 @@ class Discretization:
     @cached_property
     def graph(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Return (indptr, indices) of the nodes that share an element."""
-        return node_graph(self.cells, self.size)
+        starts, nodes = node_graph(self.cells, self.size)
+        return starts, nodes
 
     def centre(self, element: int) -> str:
         """Return the centre of an element, for messages."""

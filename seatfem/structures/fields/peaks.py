@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from impact.after.histories import Spans
+from impact.march.loop.compiled import compiled
 from seatfem.machine.compiling import threads
 from seatfem.structures.model import Array
 
@@ -226,7 +226,7 @@ def principal(stress: Array) -> Array:
     return np.asarray(np.linalg.eigvalsh(tensors))
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _largest(stress, times, peaks):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Update the peaks (4, P) with stress (P, 6, m). The largest principal stress (root of the characteristic cubic) is
     computed only where its bound mean + 2 sqrt(J2/3) exceeds the present peak (top) and top I - stress is not positive
@@ -267,7 +267,7 @@ def _largest(stress, times, peaks):  # type: ignore[no-untyped-def]  # pragma: n
                 peaks[2, p], peaks[3, p] = value, times[m]
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def widen(stress, low, high):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Widen the boxes from ``low`` to ``high`` (g, A, 5) in Ilyushin's space until they enclose the deviators of stress
     (g, A, 6, m); the five components are those of `deviators`."""

@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-import numba
 import numpy as np
 import scipy.linalg
 
+from impact.march.loop.compiled import compiled
 from impact.notices import silent
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.eigen_search import rigid_shapes
@@ -34,7 +34,7 @@ def gauss_rule(diagonal: Array, below: Array) -> tuple[Array, Array]:
     return values[order], first[order]
 
 
-@numba.njit(cache=True)
+@compiled()
 def _ql(d: Array, e: Array, z: Array) -> None:
     """Diagonalise in place: ``d`` becomes the values, ``z`` (the first row of the unit matrix) their components."""
     n = len(d)
@@ -233,7 +233,7 @@ class Recursion:
         return np.asarray(self.start.T @ solved[: self.width])
 
 
-@numba.njit(cache=True)
+@compiled()
 def _subtract(w: Array, block: Array, factors: Array) -> None:
     """Compute w -= block @ factors for few columns in one pass, which is faster than threads of a BLAS."""
     for i in range(w.shape[0]):
@@ -242,7 +242,7 @@ def _subtract(w: Array, block: Array, factors: Array) -> None:
                 w[i, j] -= block[i, k] * factors[k, j]
 
 
-@numba.njit(cache=True)
+@compiled()
 def _gram(a: Array, b: Array) -> Array:
     """Return a'b for two blocks of few columns."""
     out = np.zeros((a.shape[1], b.shape[1]))

@@ -25,7 +25,7 @@ from seatfem import pictures
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import fields, method, rings
 from seatfem.structures.estimates.surrogate import Column
-from seatfem.study import runs
+from seatfem.study import impacts, runs
 from seatfem.study.impacts import gas, gauges, validity
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts, strains_of, stress_in_run
@@ -61,7 +61,7 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Pi
     try:
         maps = [each for each in (_seat_map(done, stressed), _reed_map(done, stressed)) if each is not None]
     except Exception as problem:  # all numbers are on file: the missing picture is reported instead
-        return [(PICTURE, partial(runs.stress_wave.raising, problem))]
+        return [(PICTURE, partial(runs.pictures.raising, problem))]
     if not maps:
         return []
     criterion = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
@@ -298,12 +298,14 @@ class Afterwards:
 
     def pictures(self, done: Round) -> list[rendering.Picture]:
         """Return the pictures of stress, life and curves."""
+        of_seat: list[rendering.Picture] = []
+        title = done.plan.scene.title or "Stress in the seat"
+        if self.stress is not None:
+            of_seat = runs.seat_stress.stress_pictures(self.stress, title, runs.stress_wave.after_touch(done))
         return [
-            *runs.seat_stress.stress_pictures(
-                self.stress, done.plan.scene.title or "Stress in the seat", runs.stress_wave.after_touch(done)
-            ),
+            *of_seat,
             *runs.stress_spots.spot_pictures(done, self.spots),
-            *runs.stress_wave.wave_pictures(done, self.stress),
+            *([] if self.stress is None else runs.stress_wave.wave_pictures(done, self.stress)),
             *margin_pictures(done, self.stressed),
             *runs.lives.curve_pictures(self.curves),
         ]
@@ -358,7 +360,8 @@ def afterwards(
         keep(keys)
     if runs.horizon.has_horizon(done):
         with watch("horizon"):
-            keys |= runs.horizon.horizon_keys(done, progress)
+            compute = partial(runs.horizon.horizon_keys, done, progress)
+            keys |= runs.kept.cached_numbers(done, done.touches, "horizon", compute)
     elif scene.run.ensemble is not None:
         keys |= runs.horizon.NO_ENSEMBLE
     courses: tuple[Path, ...] = ()
@@ -368,7 +371,8 @@ def afterwards(
             courses = (gauges.write_strains(folder, done.touches.strains, done.result.dt),)
         keep(keys)
     stress, reed_stress_ = None, done.plate
-    if scene.stress is not None or scene.life is not None:
+    of_plate = impacts.plate_stress.has_plate_stress(scene.reed, done.striker)
+    if scene.stress is not None or (scene.life is not None and of_plate):
         with watch("reed stress" if scene.stress is None else "seat stress"):
             stress, reed_stress_ = runs.stresses.stresses(done, progress)
         keys |= runs.seat_stress.stress_keys(stress) | ({} if done.plate else plate_stress_keys(reed_stress_))

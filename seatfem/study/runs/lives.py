@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import scipy
@@ -21,9 +21,9 @@ from impact.files.csv_table import write_csv
 from impact.life.places import margin_error
 from impact.notices import Progress, Tell, silent
 from impact.quantities import finite_or_none, in_time
-from seatfem.pictures import rendering, stress_plot
-from seatfem.structures.fields.peaks import hottest, mises_range
-from seatfem.structures.fields.recovery import StressField, tensor_histories
+from seatfem import pictures
+from seatfem.structures import fields
+from seatfem.study import runs
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.life import (
@@ -40,11 +40,14 @@ from seatfem.study.impacts.life import (
     life_keys,
 )
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs import kept, seat_fields
-from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, struck_in
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.scene.life import OF_A_CURVE, UNITS, varied
+
+if TYPE_CHECKING:
+    from seatfem.pictures.rendering import Picture
+    from seatfem.structures.fields.recovery import StressField
+    from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress
+    from seatfem.study.runs.seat_stress import SeatStress
 
 OF_SEAT = 12  # hot spots of the seat's surface whose life is computed
 
@@ -93,8 +96,8 @@ def lives(
     def compute() -> Mapping[str, Any]:
         return as_json(_compute_life(done, stressed, touches, stress, progress, with_seat=with_seat))
 
-    numbers = kept.cached_numbers(done, touches, what, compute)
-    with suppress(*kept.UNSOUND):
+    numbers = runs.kept.cached_numbers(done, touches, what, compute)
+    with suppress(*runs.kept.UNSOUND):
         return from_json(done.plan.scene.life, numbers)
     return _compute_life(done, stressed, touches, stress, progress, with_seat=with_seat)
 
@@ -146,12 +149,13 @@ def _beam_histories(done: Round, touches: Touches, stress: ReedStress | None) ->
 
 def _plate_histories(done: Round, field: StressField, touches: Touches, first: int) -> Histories:
     """Yield the stress histories in both faces at the points of each part of the plate with the largest range."""
-    (field, force), dt = struck_in(field, done, touches), touches.seat.dt
-    regions = parts_of_plate(done, field.points)
-    ranges = mises_range(field, force, dt, since=first)
-    spots = hottest(ranges, regions)
+    (field, force), dt = runs.reed_stress.struck_in(field, done, touches), touches.seat.dt
+    regions = runs.reed_stress.parts_of_plate(done, field.points)
+    ranges = fields.peaks.mises_range(field, force, dt, since=first)
+    spots = fields.peaks.hottest(ranges, regions)
     chosen = field.at(spots)
-    for point, part, stress in zip(chosen.points, regions[spots], tensor_histories(chosen, force, dt), strict=True):
+    histories = fields.recovery.tensor_histories(chosen, force, dt)
+    for point, part, stress in zip(chosen.points, regions[spots], histories, strict=True):
         place = f"reed, {part}, {_millimetres(point)}"
         yield f"{place}, face away from the seat", stress
         yield f"{place}, face towards the seat", -stress
@@ -159,11 +163,11 @@ def _plate_histories(done: Round, field: StressField, touches: Touches, first: i
 
 def _seat_histories(done: Round, seat: SeatStress, touches: Touches, first: int) -> Histories:
     """Yield the stress histories at the surface points with the largest range, and at the points the scene names."""
-    force, dt = seat_fields.force_by_port(done, touches), touches.seat.dt
-    ranges = mises_range(seat.field, force, dt, since=first)
-    surface = seat.field.at(hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
+    force, dt = runs.seat_fields.force_by_port(done, touches), touches.seat.dt
+    ranges = fields.peaks.mises_range(seat.field, force, dt, since=first)
+    surface = seat.field.at(fields.peaks.hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
     for field in (surface, seat.of_points):
-        for point, stress in zip(field.points, tensor_histories(field, force, dt), strict=True):
+        for point, stress in zip(field.points, fields.recovery.tensor_histories(field, force, dt), strict=True):
             yield f"seat, {_millimetres(point)}", stress
 
 
@@ -309,7 +313,7 @@ def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...
     return tuple(write_curve(curve, folder / f"margin_over_{curve.key}.csv") for curve in curves)
 
 
-def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[rendering.Picture]:
+def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
     """Yield margin_over_speed.png, ..."""
     for curve in curves:
         draw = partial(_draw, curve)
@@ -317,7 +321,7 @@ def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[rendering.Picture]
 
 
 def _draw(curve: MarginCurve, path: Path) -> None:
-    stress_plot.plot_margins(
+    pictures.stress_plot.plot_margins(
         curve.values,
         curve.margins,
         curve.bars,

@@ -18,22 +18,23 @@ from impact.pictures.drawing import gap_of
 from impact.pictures.greens_plots import plot_greens
 from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_motion, plot_strains
 from impact.quantities import text
+from seatfem import pictures, structures
 from seatfem.machine.libraries import picture_library_gap
-from seatfem.pictures import cell_grid, fit_plots, frames, moving, plots, rendering
-from seatfem.structures import cache, natural_modes, rings
+from seatfem.pictures import rendering
+from seatfem.structures import cache, rings
 from seatfem.structures.kinds import Structure
-from seatfem.structures.mesh import meshing, plane_meshes
 from seatfem.structures.method import Solved
 from seatfem.structures.model import Array
 from seatfem.structures.store import Store, StoreError
 from seatfem.study.impacts import gas
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
-from seatfem.study.runs.stress_wave import raising
 from seatfem.study.scene import ContactGeometry, Run, Scene
 
 if TYPE_CHECKING:
-    from seatfem.structures.natural_modes import NaturalModes
+    from seatfem.pictures import cell_grid
+    from seatfem.structures.mesh import meshing, plane_meshes
+    from seatfem.structures.natural_modes import Mode, NaturalModes
 
 SHOWN_MODES = 6  # modes in a run's modes.png
 MODES_FILE: Final = "modes.h5"
@@ -49,6 +50,11 @@ BODIES: Final = (
     "reed_stress_wave.png",
     "margin_map.png",
 )  # pictures in three dimensions, drawn by VTK in another process
+
+
+def raising(problem: Exception, path: Path) -> None:
+    """Raise the reason why a picture cannot be made; takes the place of the function that draws it."""
+    raise problem
 
 
 def draw_run(
@@ -71,7 +77,7 @@ def draw_run(
     title, width = scene.title or "Impact", scene.run.filter_width
     marked: dict[str, Any] = {"filter_width": width, "title": title, "landings": landings}
     struck = "seat" if scene.stopper is None else "seat and stopper"
-    pictures: list[rendering.Picture] = [
+    of_run: list[rendering.Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, **marked)),
         ("motion.png", lambda path: plot_motion(result, baseline, path, crank=scene.crank, **marked)),
         ("energy.png", lambda path: plot_energy(result, path, title=title, targets=struck)),
@@ -79,7 +85,7 @@ def draw_run(
         *more,
     ]
     of_seat = _seat_pictures(scene.seat, width, seat)
-    files, gaps = draw_all(pictures + of_seat, folder, progress, painter)
+    files, gaps = draw_all(of_run + of_seat, folder, progress, painter)
     if scene.seat.elastic is None:
         return files, gaps
     names, key = [name for name, _ in of_seat], cache.key_of(scene.seat, method.seat)
@@ -129,25 +135,25 @@ def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[renderin
     if measured is not None and fitted is not None:
         response, fit = measured.response(), measured.fit()
         drawn: list[rendering.Picture] = [
-            ("fit.png", lambda path: fit_plots.plot_fit(response, fitted, path, width=width))
+            ("fit.png", lambda path: pictures.fit_plots.plot_fit(response, fitted, path, width=width))
         ]
         if len(fit.tried) > 1:
-            drawn.append(("stabilisation.png", partial(fit_plots.plot_stabilisation, response, fit.tried)))
+            drawn.append(("stabilisation.png", partial(pictures.fit_plots.plot_stabilisation, response, fit.tried)))
         return drawn
     if seat.model is None or seat.mesh is None:
         return []
-    pictures: list[rendering.Picture] = [("mesh.png", mesh_picture(seat.mesh))]
+    of_mesh: list[rendering.Picture] = [("mesh.png", mesh_picture(seat.mesh))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
-        return pictures
+        return of_mesh
     # "Modes of the seat": all modes are known, and of the whole body instead of a section or sector
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
     kept = _kept_modes(seat)
     drawn = _mode_pictures(kept[:SHOWN_MODES], title, cut=body.traits.revolved)
-    return [*pictures, *drawn, *([(MODES_FILE, partial(_save_modes, kept, title))] if len(drawn) > 1 else [])]
+    return [*of_mesh, *drawn, *([(MODES_FILE, partial(_save_modes, kept, title))] if len(drawn) > 1 else [])]
 
 
-def _mode_pictures(numbered: list[tuple[int, natural_modes.Mode]], title: str, *, cut: bool) -> list[rendering.Picture]:
+def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, cut: bool) -> list[rendering.Picture]:
     """Return modes.png and mode_1.gif, or a picture that fails with the reason why they cannot be drawn."""
     frequencies = [mode.frequency_hz for _, mode in numbered]
     try:
@@ -155,56 +161,58 @@ def _mode_pictures(numbered: list[tuple[int, natural_modes.Mode]], title: str, *
     except Exception as problem:  # all numbers are on file: the missing picture is reported instead
         return [("modes.png", partial(raising, problem))]
     names = [_name(k, mode) for k, mode in numbered]
-    sheet = partial(plots.plot_modes, grid, shapes, frequencies, title=title, cut=cut, names=names)
-    return [("modes.png", sheet), ("mode_1.gif", partial(plots.animate_mode, grid, shapes[0], frequencies[0], cut=cut))]
+    sheet = partial(pictures.plots.plot_modes, grid, shapes, frequencies, title=title, cut=cut, names=names)
+    moving = partial(pictures.plots.animate_mode, grid, shapes[0], frequencies[0], cut=cut)
+    return [("modes.png", sheet), ("mode_1.gif", moving)]
 
 
-def _kept_modes(seat: Solved) -> list[tuple[int, natural_modes.Mode]]:
+def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
     """Return the first `SHOWN` modes of a seat's Green's function, numbered from 1."""
     assert seat.modes is not None
-    diameters = 0 if isinstance(seat.mesh, plane_meshes.MeridianMesh) else None
+    new = structures.natural_modes.Mode
+    diameters = 0 if isinstance(seat.mesh, structures.mesh.plane_meshes.MeridianMesh) else None
     triples = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)
     return [
-        (number, natural_modes.Mode(float(frequency), float(residual), None, diameters, "", seat.model, shape))
+        (number, new(float(frequency), float(residual), None, diameters, "", seat.model, shape))
         for number, (frequency, residual, shape) in enumerate(triples, start=1)
     ]
 
 
-def _save_modes(numbered: list[tuple[int, natural_modes.Mode]], title: str, path: Path) -> None:
+def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> None:
     """Write modes of one mesh to a file of `seatfem.pictures.moving`; of a body of revolution all around the axis."""
     first = numbered[0][1].model
     assert first is not None
-    skin = cell_grid.skin_of(first)
+    skin = pictures.cell_grid.skin_of(first)
     shapes = [skin.moved(_amplitudes(mode)[:, skin.nodes].T, mode.diameters or 0) for _, mode in numbered]
     labels = [f"{_name(k, mode)}: {text(mode.frequency_hz, 'Hz', 4)}" for k, mode in numbered]
     frequency = np.array([mode.frequency_hz for _, mode in numbered])
-    moving.save_moving(frames.mode_frames(skin, shapes, labels, title, frequency), path)
+    pictures.moving.save_moving(pictures.frames.mode_frames(skin, shapes, labels, title, frequency), path)
 
 
 def mesh_picture(mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None) -> Callable[..., None]:
     """Return the function that draws this kind of mesh."""
-    if isinstance(mesh, plane_meshes.MeridianMesh):
-        return partial(plots.plot_section, mesh.mesh)
-    return partial(plots.plot_mesh, None if mesh is None else mesh.mesh)
+    if isinstance(mesh, structures.mesh.plane_meshes.MeridianMesh):
+        return partial(pictures.plots.plot_section, mesh.mesh)
+    return partial(pictures.plots.plot_mesh, None if mesh is None else mesh.mesh)
 
 
 def draw_all(
-    pictures: list[rendering.Picture], folder: Path, progress: Progress, painter: rendering.Painter | None = None
+    wanted: list[rendering.Picture], folder: Path, progress: Progress, painter: rendering.Painter | None = None
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Draw all pictures, `BODIES` in another process meanwhile; return the files and messages about gaps.
 
     ``painter``: that process, if it is running; pictures that it has begun are not drawn again.
     """
     files, gaps = [], []
-    bodies = [] if picture_library_gap() else [picture for picture in pictures if picture[0] in BODIES]
+    bodies = [] if picture_library_gap() else [picture for picture in wanted if picture[0] in BODIES]
     with nullcontext(painter) if painter is not None else rendering.drawing_apart() as drawing:
         drawing.take([picture for picture in bodies if picture[0] not in drawing])
-        for number, (name, draw) in enumerate(sorted(pictures, key=lambda p: p[0] in drawing), start=1):
+        for number, (name, draw) in enumerate(sorted(wanted, key=lambda p: p[0] in drawing), start=1):
             if gap := drawing.wait(name, folder) if name in drawing else gap_of(_by_name(draw), folder / name):
                 gaps.append(f"skipped pictures: {gap}")
             else:
                 files.append(folder / name)
-            progress("pictures", number / len(pictures))
+            progress("pictures", number / len(wanted))
     return tuple(files), tuple(dict.fromkeys(gaps))
 
 
@@ -228,23 +236,24 @@ def draw_modes(natural: NaturalModes, folder: Path, progress: Progress) -> tuple
     title = "Modes of the seat" if natural.complete else "Modes of the seat, not counted"
 
     def paraview(path: Path) -> None:
-        plots.write_vtu(*in_space([mode for _, mode in numbered]), [mode.frequency_hz for _, mode in numbered], path)
+        modes = [mode for _, mode in numbered]
+        pictures.plots.write_vtu(*in_space(modes), [mode.frequency_hz for mode in modes], path)
 
-    pictures: list[rendering.Picture] = [("mesh.png", mesh_picture(natural.mesh))]
+    wanted: list[rendering.Picture] = [("mesh.png", mesh_picture(natural.mesh))]
     if elastic:
-        pictures += [*_mode_pictures(elastic, title, cut=cut), ("modes.vtu", paraview)]
-        pictures.append((MODES_FILE, partial(_save_modes, elastic, title)))
-    files, gaps = draw_all(pictures, folder, progress)
+        wanted += [*_mode_pictures(elastic, title, cut=cut), ("modes.vtu", paraview)]
+        wanted.append((MODES_FILE, partial(_save_modes, elastic, title)))
+    files, gaps = draw_all(wanted, folder, progress)
     return (table, *files), gaps
 
 
-def in_space(modes: list[natural_modes.Mode]) -> tuple[cell_grid.CellGrid, list[Array]]:
+def in_space(modes: list[Mode]) -> tuple[cell_grid.CellGrid, list[Array]]:
     """Return the body in three dimensions and the displacements of its modes; a half section is revolved."""
     model = modes[0].model
     assert model is not None
     if modes[0].diameters is None:
-        return cell_grid.CellGrid.of_model(model), [_amplitudes(mode) for mode in modes]
-    body = cell_grid.revolve(model)
+        return pictures.cell_grid.CellGrid.of_model(model), [_amplitudes(mode) for mode in modes]
+    body = pictures.cell_grid.revolve(model)
     shapes = []
     for mode in modes:
         turned = math.pi / (2 * mode.diameters) if mode.repeats and mode.diameters else 0.0
@@ -260,13 +269,13 @@ def write_table(natural: NaturalModes, path: Path) -> None:
     write_csv(path, heads, rows, digits=9)
 
 
-def _amplitudes(mode: natural_modes.Mode) -> Array:
+def _amplitudes(mode: Mode) -> Array:
     assert mode.model is not None
     assert mode.shape is not None
     return mode.model.expand(mode.shape)
 
 
-def _name(number: int, mode: natural_modes.Mode) -> str:
+def _name(number: int, mode: Mode) -> str:
     """Return a mode's number, family and nodal diameters n, to stand before its frequency."""
     if mode.diameters is None:
         return f"{number}"

@@ -138,13 +138,13 @@ def run_scene(
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
-        with watch("pictures"):
-            of_lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
+        with watch("pictures"):  # whatever becomes of them, all numbers are on file
+            lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"]) if touches.line else []
             division = latest.plan.method.seat.division
             drawing = layout.DRAWING, lambda path: draw_layout(layout.layout_of(scene, division), path)
             of_gas = runs.pictures.gas_pictures(gas_run, scene.geometry, scene.title)
             strains = runs.pictures.gauge_pictures(latest.touches, scene.title)
-            more = [drawing, *of_lip, *of_gas, *strains, *later.pictures(latest)]
+            more = [drawing, *lip, *of_gas, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
             bodies = (latest.plan.method, latest.seat, *results)
             drawn, gaps = runs.pictures.draw_run(scene, *bodies, folder, progress, more, painter, summary["landings"])

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 import impact
+from impact.after import measures
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.quantities import in_time, percent
@@ -90,6 +91,12 @@ class Round:
     def result(self) -> ImpactResult:
         """Return the impact on the seat, with its struck patch as one contact."""
         return self.touches.seat
+
+    @property
+    def touch(self) -> float:
+        """Return the time of the first touch of the seat [s]; nan without one."""
+        groups = measures.contact_groups(self.result)
+        return float(groups[0][0]) if len(groups) else math.nan
 
     @property
     def landed(self) -> bool:

@@ -198,8 +198,14 @@ def _round(
         computed = replace(computed, plate=plate, stress=None if plate is None else plate.found)
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None
-        options = (wanted_stress, reed, computed.look, progress, flights)
-        budget = error_budget(scene, method, seat, striker, touches, *options)
+        looks = (wanted_stress, reed, computed.look, progress, flights)
+        compute = partial(error_budget, scene, method, seat, striker, touches, *looks)
+        if limits.steady:  # scenes of a study are kept by its journal
+            budget = compute()
+        else:
+            beside = [each is None for each in (seat.coarser, seat.in_rings)]  # which comparisons of the seat there are
+            left = runs.kept.cached_numbers(computed, touches, f"error budget {beside}", lambda: vars(compute()))
+            budget = Budget(left["values"], left["parts"], tuple(left["sources"]))
     landings = () if touches.landings is None else touches.landings.seat
     budget = with_bars_of_measures(_at_least_planned(plan, budget), landings)
     return replace(computed, left=_with_recovery(budget, computed.plate))

@@ -1,7 +1,6 @@
 """Stress in the seat of a run: the largest on its surface with an error bar, and histories at named points."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
@@ -21,6 +20,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.rings import Division
 from seatfem.study.runs import seat_fields, summary
 from seatfem.study.runs.round import Round
+from seatfem.study.runs.stress_spots import place_words
 
 FEWER_HARMONICS: Final = 0.75  # fraction of the harmonics in the comparison that gives their truncation error
 MOST_SPOTS: Final = 20  # most hot spots of a seat
@@ -220,23 +220,8 @@ def peaks_under(stress: SeatStress, force: Array, dt: float) -> Largest:
     return largest(known.field(asked, waves, dt), force, dt).after_contact
 
 
-def axes_of(place: Sequence[float] | Array, body: str) -> tuple[str, ...]:
-    """Return the names of the coordinates of a place in a body: r and z for a half section of the seat."""
-    return ("r", "z") if len(place) == 2 and body == "seat" else ("x", "y", "z")[: len(place)]
-
-
-def place_words(place: Sequence[float] | Array, body: str) -> str:
-    """Return a place with its axes, in millimetres: ``"(r, z) = (4.62, 6) mm"``."""
-    axes, values = ", ".join(axes_of(place, body)), ", ".join(f"{1e3 * x:.3g}" for x in place)
-    return f"({axes}) = ({values}) mm" if len(place) > 1 else f"{axes} = {values} mm"
-
-
-def stress_pictures(
-    stress: SeatStress | None, title: str, unsure: tuple[float, float] = (math.nan, math.nan)
-) -> list[rendering.Picture]:
-    """Return seat_stress.png and seat_stress.vtu; none if no stress is known. ``unsure``: as in `plot_stress`."""
-    if stress is None:
-        return []
+def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float]) -> list[rendering.Picture]:
+    """Return seat_stress.png and seat_stress.vtu. ``unsure``: as in `plot_stress`."""
     k, peak = stress.where, stress.peak
     labels = [place_words(place, "seat") for place in (*stress.named_places, stress.sites[k])]
     sites = stress.sites[stress.section]

@@ -38,6 +38,17 @@ PICTURE: Final = "stress_histories.png"
 _FILES: Final = {"seat": "hot_spots.csv", "reed": "reed_hot_spots.csv"}
 
 
+def axes_of(place: Sequence[float] | Array, body: str) -> tuple[str, ...]:
+    """Return the names of the coordinates of a place in a body: of a seat's section r and z."""
+    return ("r", "z") if len(place) == 2 and body == "seat" else ("x", "y", "z")[: len(place)]
+
+
+def place_words(place: Sequence[float] | Array, body: str) -> str:
+    """Return a place with its axes, in millimetres: ``"(r, z) = (4.62, 6) mm"``."""
+    axes, values = ", ".join(axes_of(place, body)), ", ".join(f"{1e3 * x:.3g}" for x in place)
+    return f"({axes}) = ({values}) mm" if len(place) > 1 else f"{axes} = {values} mm"
+
+
 @dataclass(frozen=True)
 class Spot:
     """A hot spot.
@@ -71,7 +82,7 @@ class Spot:
     @property
     def name(self) -> str:
         """Return body, part and position in words."""
-        return f"{self.body}, {self.part}, {runs.seat_stress.place_words(self.at, self.body)}"
+        return f"{self.body}, {self.part}, {place_words(self.at, self.body)}"
 
 
 @dataclass(frozen=True)
@@ -143,7 +154,7 @@ def write_spots(spots: Spots, folder: Path, *, courses: bool = True) -> tuple[Pa
     for body, file in _FILES.items():
         if not (own := [spot for spot in spots.all if spot.body == body]):
             continue
-        places = [f"{axis}_m" for axis in runs.seat_stress.axes_of(own[0].at, body)]
+        places = [f"{axis}_m" for axis in axes_of(own[0].at, body)]
         heads = ("von_mises_Pa", "time_s", *places, "edge_distance_m", "part", "component", "component_Pa")
         rows = ((p.value, p.time, *p.at, p.edge, p.part, p.component, p.leading) for p in own)
         files.append(write_csv(folder / file, heads, rows, digits=9))
@@ -190,7 +201,7 @@ def spot_pictures(done: Round, spots: Spots) -> list[Picture]:
                 pictures.stress_plot.plot_stress_histories,
                 spots.time,
                 curves,
-                touch=runs.stress_wave.touch_of(done),
+                touch=done.touch,
                 title=title,
             ),
         )
@@ -202,7 +213,7 @@ def _beam_histories(done: Round, stride: int) -> list[History]:
     scene, stress = done.plan.scene, done.stress
     if stress is None:
         return []
-    at, touch = scene.geometry.contact_at, runs.stress_wave.touch_of(done)
+    at, touch = scene.geometry.contact_at, done.touch
     places = at if isinstance(at, tuple) else () if at is None else (at,)
     worst = (stress.after_contact or stress.initial).at
     positions = {
@@ -258,7 +269,7 @@ def _seat_spots(done: Round, seat: seat_stress.SeatStress, stride: int) -> tuple
     courses = fields.recovery.histories(field.at(first), force, dt, stride)
     spot_histories = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
     for point, course in zip(seat.named_places, seat.named[:-1], strict=True):
-        k = _peak_step(done, fields.recovery.von_mises(course.T), runs.stress_wave.touch_of(done))
+        k = _peak_step(done, fields.recovery.von_mises(course.T), done.touch)
         spot = Spot.from_stress("seat", "named", point, math.inf, float(done.result.time[k]), course[:, k], names)
         spot_histories.append(History(spot, names, course[:, ::stride]))
     return spots, tuple(spot_histories)

@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -24,6 +23,7 @@ from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.touches import Touches, on_the_ports
 from seatfem.study.runs import reed_stress, seat_fields, seat_stress
+from seatfem.study.runs.pictures import raising
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.lips import closed_line
 
@@ -66,11 +66,6 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
         pictures.append((LANDING, partial(frame_pictures.animate_frames, landing, title=title)))
         pictures.append(("landing.h5", partial(moving.save_moving, landing)))
     return pictures
-
-
-def raising(problem: Exception, path: Path) -> None:
-    """Raise ``problem``, which prevented a picture; stands in for the function that draws it."""
-    raise problem
 
 
 def by_arc(parts: result.ImpactResult, division: Division) -> result.ImpactResult:
@@ -137,11 +132,11 @@ PASSES: Final = 2  # duration of the frames, in travel times of a shear wave alo
 UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
 
 
-def wave_pictures(done: Round, stress: seat_stress.SeatStress | None) -> list[Picture]:
+def wave_pictures(done: Round, stress: seat_stress.SeatStress) -> list[Picture]:
     """Return stress_wave.gif, .png and .h5, seat_stress.pvd, and likewise for a plate that strikes; none if the scene
     asks for no frames, or if nothing touches and no times are stated."""
     settings, title = done.plan.scene.stress, done.plan.scene.title or "Stress wave"
-    if stress is None or settings is None or not settings.frames:
+    if settings is None or not settings.frames:
         return []
     pictures: list[Picture] = []
     for stem, file, make in (
@@ -166,7 +161,7 @@ def seat_wave(done: Round, stress: seat_stress.SeatStress) -> Frames | None:
     scene, body, model = done.plan.scene, done.plan.scene.seat.elastic, stress.model
     assert body is not None
     assert scene.stress is not None
-    extent, touch = float(np.ptp(stress.mesh.p, axis=1).max()), touch_of(done)
+    extent, touch = float(np.ptp(stress.mesh.p, axis=1).max()), done.touch
     steps = _steps(done, touch, touch + PASSES * extent / body.slowest)
     if not steps:
         return None
@@ -244,16 +239,9 @@ def reed_wave(done: Round) -> Frames | None:
     )  # fmt: skip
 
 
-def touch_of(done: Round) -> float:
-    """Return the time of the first touch of the seat [s]; nan without one."""
-    groups = measures.contact_groups(done.result)
-    return float(groups[0][0]) if len(groups) else math.nan
-
-
 def after_touch(done: Round) -> tuple[float, float]:
     """Return start and end [s] of one filter width after the first touch, in which stress depends on the time step."""
-    touch = touch_of(done)
-    return touch, touch + done.plan.scene.run.filter_width
+    return done.touch, done.touch + done.plan.scene.run.filter_width
 
 
 def _steps(done: Round, first: float, last: float) -> range:

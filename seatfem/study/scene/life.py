@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from impact import life
@@ -13,6 +14,8 @@ from seatfem.study.scene.contact import STEEPEST
 from seatfem.study.scene.contradictions import contradictions_of_start
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from seatfem.study.scene.lips import ContactGeometry
 
 
@@ -180,9 +183,14 @@ source = "report, page"
         if (path := getattr(self, key)) is None:
             return None
         try:
-            return study.scene.strength.load_strength(path)
+            return self.known.get(path) or self.known.setdefault(path, study.scene.strength.load_strength(path))
         except study.scene.problems.SceneError as problem:
             raise fields.KeyProblem(key, str(problem).replace("\n", "; ")) from None
+
+    @cached_property
+    def known(self) -> dict[Path, life.strength.Strength]:
+        """Return the strengths that are read already, by their files."""
+        return {}
 
     def demand(self, of: Of = "reed") -> life.places.Demand | None:
         """Return the life that a body or the contact must endure; ``None`` without a strength, or without a request.
