@@ -145,7 +145,8 @@ def solver_of(counts: Counts, method: Method, rings: float = 1, *, solid: bool =
     if method.distributed:
         return "double"
     solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)
-    if solver == "two grids" and solid and method.order == 2 and method.reduction in (AUTO, "krylov"):
+    named = None if method.reduction == AUTO else reduction.greens.named(method.reduction)
+    if solver == "two grids" and solid and method.order == 2 and (named is None or named.on_two_grids):
         return solver
     return "single" if solver != "double" and libraries.has_pardiso() else "double"
 

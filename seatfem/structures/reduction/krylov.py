@@ -190,6 +190,7 @@ class Krylov(Reducer):
     most: int = 800
 
     name = "krylov"
+    on_two_grids = True
     distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
