@@ -177,8 +177,8 @@ def to_skfem(arrays: MeshArrays) -> SolidMesh:
     """Return the scikit-fem mesh with every named surface as a boundary and every named volume as a subdomain.
 
     MeshTet, MeshTet2, MeshHex or MeshHex2; those of order 2 are isoparametric. Nodes of no element are dropped; a
-    subdomain "seat" with all elements is added if there is none. The orientation of elements is kept. Raises `MeshError` for a surface
-    that is no part of the mesh; other checks are those of `seatfem.structures.mesh.checks`.
+    subdomain "seat" with all elements is added if there is none. Elements keep their orientation. Raises `MeshError`
+    for a surface that is no part of the mesh; other checks are those of `seatfem.structures.mesh.checks`.
     """
     kind = arrays.kind
     used = distinct(arrays.vertices)
