@@ -186,7 +186,7 @@ damping_ratio = 0.02
         """Return the strain by superposition of the waves from the contact forces at both ends."""
         pressed = force.reshape(len(force), -1) * np.array([1.0, -1.0])[: 1 if force.ndim == 1 else force.shape[1]]
         ends = zip(pressed.T, (place, self.length - place), strict=False)
-        borne = [after.stresses.axial_force(push, dt, self._reached(away)) for push, away in ends]
+        borne = [after.stresses.axial_force(push, dt, self._step_response(away)) for push, away in ends]
         return np.asarray(sum(borne) / -(self.young * self.cross_section))
 
     def _step_response(self, away: float) -> Callable[[Array], Array]:
