@@ -1,4 +1,4 @@
-"""A body: a Green's function and the motion it would have without contact."""
+"""A body: its Green's function, initial conditions and loads, which give its motion without contact."""
 
 from __future__ import annotations
 
@@ -25,31 +25,31 @@ class ModalState:
 
 
 class Feedback(Protocol):
-    """A load on a body that is itself driven by the opening of its contacts, as gas that flows through a valve.
+    """A load with its own state equations, driven by the opening of the contacts, such as gas flow through a valve.
 
-    It is data; how far it has come is an array of numbers, which the march keeps.
+    The object is constant; its state is an array that the time integration keeps.
     """
 
     def start(self) -> Array:
-        """Return its (S,) state at t = 0."""
+        """Return the (S,) state at t = 0."""
 
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
-        """Take ``state`` on in place, from ``time`` over ``span`` [s] at a constant mean ``opening`` [m] of the
-        contacts with seats; returns the mean amplitude of its load over the span [N]."""
+        """Advance ``state`` in place from ``time`` by ``span`` [s] at a constant mean ``opening`` [m] of the contacts
+        with seats; return the mean amplitude of the load over the span [N]."""
 
 
 @dataclass(frozen=True)
 class Load:
-    """A prescribed force with a fixed place and a given course in time: modal forces shape_k * amplitude(t).
+    """A force with fixed spatial distribution and prescribed history: modal forces shape_k * amplitude(t).
 
     Attributes:
         shape: (M,) participation of each mode; the mode shapes at x for a point force [1/sqrt(kg)].
-        amplitude: force at the times given, (n,) s -> (n,) N; taken at the middle of each step.
-        by_opening: factor on it by the opening of the contacts with seats, their mean [m] (a jet that a lifting reed
-            turns away); 1 for ``None``. Only the march knows it, foreseen for some steps at a time; what is prepared
-            takes 1.
-        feedback: what gives the amplitude in place of ``amplitude``, step by step in the march alone; what is prepared
-            takes ``amplitude``, which is its value at t = 0.
+        amplitude: force at times, (n,) s -> (n,) N; evaluated at the middle of each step.
+        by_opening: factor on the amplitude as a function of the mean opening of the contacts with seats [m], as for a
+            jet that a lifting reed deflects; ``None``: 1. It is evaluated during the run, for some steps at a time;
+            before the run it is 1.
+        feedback: state equations that give the amplitude during the run; before the run it is ``amplitude``, the value
+            at t = 0.
     """
 
     shape: Array
@@ -59,7 +59,7 @@ class Load:
 
     @property
     def follows(self) -> bool:
-        """Return whether it depends on how far the contacts are open."""
+        """Return whether it depends on the opening of the contacts."""
         return self.by_opening is not None or self.feedback is not None
 
     __repr__ = brief
@@ -71,15 +71,15 @@ class Body:
 
     Attributes:
         greens: its Green's function.
-        velocity: of the first port before contact, as a rigid body moves along the normal [m/s]; only for a body free
+        velocity: initial velocity of the first port in rigid-body motion along the normal [m/s]; only for a body free
             to move.
         state: initial modal state of a modal body (a deflected reed).
         loads: prescribed forces on a modal body (pressure, gravity).
-        base: displacement of its base, from which its own is counted, at the times (n,) s -> (n,) m, zero at t = 0;
-            ``None``: at rest. What the body feels of it is one of ``loads`` (`impact.BaseMotion`).
+        base: displacement of its base, (n,) s -> (n,) m, zero at t = 0; ``None``: at rest. Displacements of the body
+            are relative to it, and its inertia load is one of ``loads`` (`impact.BaseMotion`).
 
     Raises:
-        GreensFunctionError: a velocity of a body that is held; a state or loads that do not fit its modes.
+        GreensFunctionError: a velocity of a supported body; a state or loads that do not fit its modes.
     """
 
     greens: GreensFunction
@@ -115,8 +115,8 @@ class Body:
     _repr_html_ = as_html
 
     def carried(self, time: Array) -> Array:
-        """Return the (n,) displacement of its base [m]; raises `GreensFunctionError` unless one finite number a
-        time."""
+        """Return the (n,) displacement of its base [m]. Raises `GreensFunctionError` unless it is finite, of shape
+        (n,)."""
         if self.base is None:
             return np.zeros(len(time))
         displacement = np.asarray(self.base(time), dtype=float)
@@ -127,7 +127,7 @@ class Body:
         return displacement
 
     def load_amplitudes(self, time: Array) -> Array:
-        """Return the (L, n) amplitudes of its loads at the times (n,) [s -> N]."""
+        """Return the (L, n) amplitudes of its loads [N] at times (n,) [s]."""
         amplitudes = np.zeros((len(self.loads), len(time)))
         for row, load in zip(amplitudes, self.loads, strict=True):
             row[:] = load.amplitude(time)
@@ -135,16 +135,16 @@ class Body:
 
     @property
     def mass(self) -> float:
-        """Return the mass of the rigid translation along the normal at the first port [kg]; ``inf`` if held."""
+        """Return the mass of the rigid translation along the normal at the first port [kg]; ``inf`` if supported."""
         return self.greens.mass()
 
     @property
     def is_deflected(self) -> bool:
-        """Return whether it starts with any modal displacement or velocity beyond its translation."""
+        """Return whether it has an initial modal displacement or velocity in addition to the translation."""
         return self.state is not None and bool(np.any(self.state.displacement) or np.any(self.state.velocity))
 
     def velocity_of(self, port: str | int) -> float:
-        """Return a port's velocity in the initial translation of the rigid body pushed at its first port [m/s]."""
+        """Return the initial velocity of a port in rigid-body motion by an impulse on the first port [m/s]."""
         if self.velocity == 0.0:
             return 0.0
         i = self.greens.port_index(port)
@@ -152,18 +152,18 @@ class Body:
 
     @property
     def momentum(self) -> float:
-        """Return the impulse on the first port that sets the body moving at ``velocity`` [N s]."""
+        """Return the impulse on the first port that causes the initial ``velocity`` [N s]."""
         return self.velocity * self.mass if self.velocity else 0.0
 
     def in_modes(self, greens: ModalGreens, turn: Callable[[Array], Array]) -> Body:
-        """Return the body in other modes; ``turn`` brings its state and the shapes of its loads to them."""
+        """Return the body in other modal coordinates; ``turn`` transforms its state and the shapes of its loads."""
         state = self.state and ModalState(turn(self.state.displacement), turn(self.state.velocity))
         loads = tuple(replace(load, shape=turn(load.shape)) for load in self.loads)
         return replace(self, greens=greens, state=state, loads=loads)
 
     def modal_start(self, modal: ModalGreens | None = None) -> ModalState:
-        """Return the initial modal state with the translation; ``modal``: the oscillators among the parts, all by
-        default."""
+        """Return the initial modal state, the translation included; ``modal``: modal part of the Green's function, by
+        default all of it."""
         g = self.greens.modal if modal is None else modal
         if g is None:
             raise GreensFunctionError(
@@ -189,7 +189,7 @@ def as_body(partner: Body | GreensFunction) -> Body:
 
 
 class AtRest(Body):
-    """A body at rest made from a bare Green's function; the same function always means the same body."""
+    """A body at rest, made from a Green's function; equal functions are the same body."""
 
 
 def rigid_mass(*, mass: float, velocity: float) -> Body:

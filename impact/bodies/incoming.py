@@ -1,4 +1,4 @@
-"""A wave that comes along an endless rod to the end that is struck."""
+"""A wave in an endless rod that arrives at its struck end."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from impact.bodies.time_series import TimeSeries, TimeSeriesError
 from impact.greens.base import Array
 
 EARLY: Final = 0.01
-"""Share of a wave's whole displacement of the end that may come before t = 0, as the noise of a record."""
+"""Largest displacement of the end before t = 0 over its maximum, as allowance for the noise of a record."""
 
 
 @dataclass(frozen=True)
 class IncomingWave:
-    """A strain wave e(t) that arrives at the free end of an endless rod, at rest before, and goes back from there.
+    """A strain wave e(t) that arrives at the free end of an endless rod, initially at rest, and is reflected.
 
     Without contact the end moves outwards at -2 c e(t), twice the particle velocity, and at a distance x from it the
-    strain is e(t + x/c) - e(t - x/c), > 0 in tension. The forces of a contact add to both what they do in a rod without
-    a wave (d'Alembert).
+    strain is e(t + x/c) - e(t - x/c), > 0 in tension. The response to contact forces is superposed on both
+    (d'Alembert).
 
     Attributes:
-        strain: e at times (n,), as a gauge records it, > 0 in tension, zero outside the record.
+        strain: e recorded by a gauge at times (n,), > 0 in tension, zero outside the record.
         speed: c [m/s].
         recorded_at: distance of that gauge from the end [m].
 
     Raises:
-        TimeSeriesError: a speed or distance that is none, a wave of which a part has reached the end before t = 0.
+        TimeSeriesError: an invalid speed or distance, or a wave that reaches the end before t = 0.
     """
 
     strain: TimeSeries
@@ -58,7 +58,7 @@ class IncomingWave:
         return np.asarray(self.strain(np.asarray(time, dtype=float) - self.recorded_at / self.speed))
 
     def outwards(self, time: Array) -> Array:
-        """Return the (n,) displacement of the free end out of the rod since t = 0 [m], exact for strains linear between
+        """Return the (n,) outward displacement of the free end since t = 0 [m], exact for strain that is linear between
         samples."""
         return self._moved(time) - self._moved(0.0)
 

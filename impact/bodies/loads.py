@@ -25,15 +25,15 @@ Course = Callable[[Array], ArrayLike]  # (n,) times [s] -> (n,) values, or one v
 
 
 class ReedLoad(Protocol):
-    """Anything that pushes a reed in a known way.
+    """A prescribed load on a reed.
 
-    The modes left out follow such a load statically; that part is neglected. Relative to the static tip deflection it
-    is, under a force at the tip, 4.1e-2/n^3 for an Euler-Bernoulli cantilever with n modes (6e-7 for 40) and 2.3e-3/n
-    for a stubby Timoshenko cantilever, L/h = 10 (6e-5 for 40); under uniform pressure 5e-10 and 4e-8 for 40.
+    The quasi-static response of the truncated modes is neglected. Relative to the static tip deflection it is, under a
+    force at the tip, 4.1e-2/n^3 for an Euler-Bernoulli cantilever with n modes (6e-7 for 40) and 2.3e-3/n for a thick
+    Timoshenko cantilever, L/h = 10 (6e-5 for 40); under uniform pressure 5e-10 and 4e-8 for 40.
     """
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
-        """Return the load as shapes on the modes and courses in time."""
+        """Return the load as modal shapes with their amplitudes over time."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Pressure:
 
     Attributes:
         pressure: p(t), times (n,) s -> Pa; positive pushes the reed away from the seat.
-        between: distances from the clamp where it acts [m] (the port's hole); ``None`` is the whole reed.
+        between: distances from the clamp between which it acts [m] (the port's hole); ``None`` is the whole reed.
         profile: distribution along the reed, x (G,) m -> (G,); ``None`` is uniform.
     """
 
@@ -78,15 +78,15 @@ class Pressure:
 
 @dataclass(frozen=True)
 class PressureField:
-    """Pressure p(x, t) [Pa] that does not separate, as the polynomial in x through ``points`` Gauss points.
+    """Pressure p(x, t) [Pa] that is no product of functions of x and t, interpolated in x at ``points`` Gauss points.
 
-    Each point is one load with the course p(x_g, t), spread by its Lagrange polynomial: exact for polynomials of degree
-    points - 1, spectral for smooth p. Use ``between`` where the pressure ends sharply.
+    Each point is one load p(x_g, t), distributed by its Lagrange polynomial: exact for polynomials of degree
+    points - 1, of spectral accuracy for smooth p. Use ``between`` if the pressure is discontinuous.
 
     Attributes:
         pressure: p(x, t), one distance [m] and times (n,) s -> (n,) Pa; positive pushes the reed away from the seat.
-        between: distances from the clamp where it acts [m]; ``None`` is the whole reed.
-        points: number of Gauss points; each costs as much as one contact port.
+        between: distances from the clamp between which it acts [m]; ``None`` is the whole reed.
+        points: number of Gauss points; each costs as much as a contact port.
     """
 
     pressure: Callable[[float, Array], ArrayLike]
@@ -150,10 +150,10 @@ Kind = Literal["displacement", "velocity", "acceleration"]
 
 @dataclass(frozen=True)
 class BaseMotion:
-    """A course of the base along the normal, from rest relative to it at t = 0.
+    """Motion of the base of a body along the normal; the body is at rest relative to it at t = 0.
 
-    In the frame of its base a body feels the load -acceleration on its mass, as if gravity changed; its ports are
-    carried along by the displacement. Both are needed:
+    In the frame of its base the body has the inertia load -acceleration times its mass, like gravity, and the
+    displacement of the base is added to that of its ports. Both are needed:
 
         body = impact.cantilever_reed(..., loads=[motion])
         body = dataclasses.replace(body, base=motion.displacement)
@@ -170,12 +170,12 @@ class BaseMotion:
 
     @staticmethod
     def from_series(series: TimeSeries, kind: Kind) -> BaseMotion:
-        """Return the motion by a record of one of the three, the others by exact integrals and derivatives of one
-        piecewise polynomial.
+        """Return the motion by a record of displacement, velocity or acceleration, as a piecewise polynomial with exact
+        integrals and derivatives.
 
         An acceleration or velocity is linear between its samples, a displacement a cubic spline (not-a-knot). The base
-        moves from s = 0 at t = 0; an acceleration starts it from rest. Raises `TimeSeriesError`: another kind; later,
-        times that the record does not cover.
+        has s = 0 at t = 0 and, for an acceleration, s' = 0. Raises `TimeSeriesError` for another kind, and the
+        functions do so for times outside the record.
         """
         if kind not in get_args(Kind):
             raise TimeSeriesError(f"{series.name}: {kind!r} of a base is unknown; choose {', '.join(get_args(Kind))}")
@@ -206,28 +206,29 @@ class BaseMotion:
         return BaseMotion(displacement, lambda t: np.asarray(push(inside(t))))
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
-        """Return the load on a beam in the frame of its base, tip mass included: -integral of rho A w_k dx times
-        s''."""
+        """Return the inertia load on a beam in the frame of its base, tip mass included: -s'' times the integral of
+        rho A w_k dx."""
         return tuple(self.load(load.shape, modes.line_density * modes.length) for load in Gravity(1.0).modal(modes))
 
     def load(self, shape: Array, mass: float) -> Load:
-        """Return the inertia load on a body of ``mass`` [kg] whose modes take part by ``shape`` (M,) [1/sqrt(kg)]."""
+        """Return the inertia load on a body of ``mass`` [kg] with the participation ``shape`` (M,) of its modes
+        [1/sqrt(kg)]."""
         return Load(shape, lambda t: -mass * np.asarray(self.acceleration(t), dtype=float))
 
 
-ROUND_OFF: Final = 1e-10  # relative round-off of the pull of springs and forces on a motion that they leave free
+ROUND_OFF: Final = 1e-10  # relative modal force below which a rigid motion counts as free of it
 
 SPRINGS: Final = "springs"
-"""Key in the origin of a Green's function of the number of springs that its modes include."""
+"""Key, in the origin of a Green's function, of the number of springs that its modes include."""
 
 
 @dataclass(frozen=True)
 class Suspension:
-    """Springs of a body, by the M modes that it has with them.
+    """Springs of a body, and the modes that it has with them.
 
-    ``shapes`` (M, S) of these modes at the S springs [1/sqrt(kg)]; ``stiffness`` (S,) [N/m]; ``basis`` (M, M): these
-    modes in terms of those without the springs, orthonormal, q = basis q_with; ``omega`` (M,) [rad/s] and ``zeta`` (M,)
-    without.
+    ``shapes`` (M, S): these modes at the S springs [1/sqrt(kg)]; ``stiffness`` (S,) [N/m]; ``basis`` (M, M):
+    orthonormal transformation q = basis q_with to coordinates of the modes without springs; ``omega`` (M,) [rad/s] and ``zeta``
+    (M,): frequencies and damping ratios of the latter.
     """
 
     shapes: Array
@@ -239,7 +240,7 @@ class Suspension:
 
 @dataclass(frozen=True, repr=False)
 class SprungBody(Body):
-    """A body on ``springs``: its Green's function, state and loads are in the modes that it has with them."""
+    """A body on ``springs``; its Green's function, state and loads refer to the modes with the springs."""
 
     springs: Suspension = field(kw_only=True)
 
@@ -248,16 +249,16 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
     """Return the body with undamped linear springs between some of its places and the ground.
 
     With the modes of the body, W their frequencies and B (M, S) their shapes at the springs' places, the modes with
-    springs are the eigenvectors V of W^2 + B k B'. This is exact in the space of the modes; what the modes left out
-    would yield to the springs is neglected, as it is of loads. Damping stays modal: the terms that V' 2 zeta W V has
-    off its diagonal are left out. A velocity becomes part of the state, for a body on springs is held.
+    springs are the eigenvectors V of W^2 + B k B'. This is exact in the space of the modes; the deflection of truncated
+    modes is neglected, as for loads. Damping remains modal: the off-diagonal terms of V' 2 zeta W V are neglected. A
+    velocity becomes part of the state, as a body on springs is supported.
 
     Args:
-        body: a sum of modes.
+        body: body with a modal Green's function.
         shapes: B (M, S) [1/sqrt(kg)].
-        stiffness: (S,), or one for all [N/m].
+        stiffness: stiffness of each spring (S,), or of all [N/m].
 
-    Raises `GreensFunctionError`: a body without modes, shapes that do not fit them, a stiffness that is not positive.
+    Raises `GreensFunctionError` for a body without modes, shapes that do not fit them, or a stiffness <= 0.
     """
     modal = body.greens.modal
     if modal is None or not len(modal.omega):
@@ -305,9 +306,8 @@ def own_coordinates(body: Body, coordinates: Array) -> Array:
 def _modes_with(omega: Array, pulls: Array) -> tuple[Array, Array]:
     """Return the (M,) angular frequencies [rad/s] and the (M, M) vectors of diag(omega^2) + pulls pulls'.
 
-    Rigid motions that no spring feels stay as they are, with the frequency 0. The others' squares are sums of positive
-    terms, |W v|^2 + |pulls' v|^2, which soft springs leave exact where an eigenvalue solver, off by round-off of the
-    highest frequency's square, does not.
+    Rigid motions on which no spring acts keep the frequency 0. The squares of the others are computed as |W v|^2 +
+    |pulls' v|^2, accurate for soft springs, too, while the eigenvalue solver has the round-off of the largest square.
     """
     rigid, elastic = np.flatnonzero(omega == 0), np.flatnonzero(omega > 0)
     turn = np.eye(len(omega))

@@ -26,7 +26,7 @@ from impact.quantities import brief
 
 @dataclass(frozen=True, repr=False)
 class Cycles:
-    """(m,) cycles of one block: ``ranges`` smax - smin and ``means`` (smax + smin)/2 [Pa], and how many, ``counts``."""
+    """The m cycles of one block: ``ranges`` smax - smin, ``means`` (smax + smin)/2 [Pa] and ``counts``, each (m,)."""
 
     ranges: Array
     means: Array
@@ -36,7 +36,7 @@ class Cycles:
 
 
 def reversals(history: ArrayLike) -> Array:
-    """Return the (r,) turning points of an (n,) history [Pa], its ends among them; equal neighbours count once.
+    """Return the (r,) turning points of an (n,) history [Pa], including its ends; equal neighbours count once.
 
     Raises:
         LifeError: no values, or some that are not finite.
@@ -57,11 +57,10 @@ def reversals(history: ArrayLike) -> Array:
 
 
 def from_peak(history: ArrayLike) -> Array:
-    """Return the (r,) turning points of the history repeated for ever, one period from its highest peak to the next
-    one.
+    """Return the (r,) turning points of the periodic history, from its highest peak to the next one.
 
     Raises:
-        LifeError: as `reversals`.
+        LifeError: as in `reversals`.
     """
     points = reversals(history)
     top = int(points.argmax())
@@ -69,18 +68,18 @@ def from_peak(history: ArrayLike) -> Array:
 
 
 def rainflow(history: ArrayLike, *, repeated: bool = True) -> Cycles:
-    """Count cycles.
+    """Return the cycles of a history by rainflow counting.
 
-    Three consecutive turning points with ranges Y, X: Y is a cycle where X >= Y. A ``repeated`` history begins at its
-    highest peak, so that nothing but whole cycles is left; the residue of the four-point method, taken twice, gives
-    the same. Otherwise ranges that hold the beginning, and those left at the end, are half cycles, in their order.
+    For three consecutive turning points with ranges Y, X, Y is a cycle if X >= Y. A ``repeated`` history begins at its
+    highest peak and has full cycles only; the four-point method with the residue repeated gives the same. Otherwise
+    ranges that contain the beginning, and those remaining at the end, are half cycles, in their order.
 
     Args:
         history: (n,) stress, one block [Pa].
-        repeated: the block repeats without end, as revolutions do.
+        repeated: whether the block is repeated endlessly.
 
     Raises:
-        LifeError: as `reversals`.
+        LifeError: as in `reversals`.
 
     Source: ASTM E1049-85, 5.4.4 (simple) and 5.4.5 (repeating histories), by the package `rainflow`.
     """
@@ -94,7 +93,7 @@ def rainflow(history: ArrayLike, *, repeated: bool = True) -> Cycles:
 def counted(points: Array) -> tuple[Array, Array, Array]:
     """Return the ranges, means and counts of turning points that begin and end at the highest one.
 
-    The package's rule in a compiled loop, some hundred times as fast: maps count millions of turning points.
+    It is the rule of the package `rainflow` in a compiled loop, about a hundred times as fast, for maps of many points.
     """
     ranges, means = _whole_cycles(points)
     return ranges, means, np.ones(len(ranges))
@@ -118,32 +117,32 @@ def _whole_cycles(points):  # type: ignore[no-untyped-def]
 
 
 class MeanStress(ABC):
-    """The effect of a mean stress on an amplitude, by one criterion."""
+    """A mean-stress criterion."""
 
     name: ClassVar[str]
 
     @abstractmethod
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
-        """Return the (...,) fully reversed amplitudes [Pa] of cycles with amplitudes >= 0 and means [Pa]; ``inf``: it
-        breaks."""
+        """Return the (...,) equivalent fully reversed amplitudes [Pa] of cycles with amplitudes >= 0 and means [Pa];
+        ``inf`` for static failure."""
 
     @abstractmethod
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
-        """Return (...,) amplitudes S [Pa] that are equivalent where the mean is slant S, slant = (1 + R)/(1 - R)."""
+        """Return the (...,) amplitudes S [Pa] that are equivalent at the mean slant S, slant = (1 + R)/(1 - R)."""
 
     @property
     def breaks_at(self) -> float:
-        """Return the mean stress that no cycle survives [Pa]."""
+        """Return the mean stress of static failure [Pa]."""
         return math.inf
 
 
-def _over(stress: Array, left: Array) -> Array:
-    """Return the quotient, ``inf`` where nothing is left to bear it."""
-    return np.asarray(np.divide(stress, left, out=np.full(np.shape(left), np.inf), where=left > 0))
+def _over(stress: Array, factor: Array) -> Array:
+    """Return stress/factor, ``inf`` where the factor is not positive."""
+    return np.asarray(np.divide(stress, factor, out=np.full(np.shape(factor), np.inf), where=factor > 0))
 
 
 class _Straight(MeanStress):
-    """sa/(1 - sm/limit): on a straight line of Haigh's diagram; ``inf`` from the limit on."""
+    """sa/(1 - sm/limit): a straight line in Haigh's diagram; ``inf`` for means at or above the limit."""
 
     compression: bool
 
@@ -157,7 +156,7 @@ class _Straight(MeanStress):
 
 @dataclass(frozen=True)
 class Goodman(_Straight):
-    """sa/(1 - sm/UTS); a compressive mean is no benefit unless ``compression`` is asked for.
+    """sa/(1 - sm/UTS); a compressive mean has no effect unless ``compression`` is set.
 
     Attributes:
         ultimate: UTS [Pa].
@@ -176,10 +175,10 @@ class Goodman(_Straight):
 
 @dataclass(frozen=True)
 class Morrow(_Straight):
-    """sa/(1 - sm/sf'); a compressive mean is no benefit unless ``compression`` is asked for.
+    """sa/(1 - sm/sf'); a compressive mean has no effect unless ``compression`` is set.
 
     Attributes:
-        fatigue_strength: sf', of cycles to failure 1/2 [Pa].
+        fatigue_strength: sf', the amplitude at 1/2 cycle to failure [Pa].
 
     Source: J. Morrow, Fatigue properties of metals, in Fatigue Design Handbook, SAE AE-4 (1968), 3.2.
     """
@@ -238,7 +237,7 @@ class Walker(_Power):
     """smax^(1 - gamma) sa^gamma, smax = sm + sa; no damage where smax <= 0.
 
     Attributes:
-        walker_exponent: gamma, a measured ratio; 1 knows no mean stress, 1/2 is Smith, Watson and Topper's.
+        walker_exponent: measured gamma; 1: no effect of the mean, 1/2: Smith, Watson and Topper.
 
     Source: K. Walker, ASTM STP 462 (1970) 1.
     """
@@ -264,16 +263,16 @@ def mean_stress(name: str, strength: Strength) -> MeanStress:
     return criterion(MeanStress, name, strength)  # type: ignore[type-abstract]
 
 
-_STEEPEST = 700.0  # largest |log(damage)| of the search for a margin; beyond it damage is none or infinite
-_WIDEST = 1e12  # largest stress of that search, over the curve's own; its inverse is the smallest
+_STEEPEST = 700.0  # bound on |log(damage)| in the search for a margin
+_WIDEST = 1e12  # largest stress in that search, over the first stress of the curve; its inverse is the smallest
 
 
 def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: float | None = None) -> float:
-    """Return the damage of one block, D = sum n_i / N(S_i); ``inf`` where a mean stress breaks the part.
+    """Return the damage of one block, D = sum n_i / N(S_i); ``inf`` for static failure.
 
-    S_i is the amplitude that is as damaging at the loading ratio of the S-N curve as the cycle is at its mean, by the
-    criterion ``judge`` of mean stresses. ``survival``: share of the parts that lives on; ``None``: that of the curve.
-    Raises `LifeError` without a curve, or for a survival that it cannot give.
+    S_i is the amplitude at the loading ratio of the S-N curve that is equivalent to the cycle by the mean-stress
+    criterion ``judge``. ``survival``: fraction of parts that survives; ``None``: that of the curve. Raises `LifeError`
+    without a curve, or for another survival without scatter.
 
     Source: M. A. Miner, J. Appl. Mech. 12 (1945) A159.
     """
@@ -294,12 +293,12 @@ def margin(
     blocks: float,
     survival: float | None = None,
 ) -> float:
-    """Return the factor f on all stresses, amplitudes and means, with which ``blocks`` D(f) = 1; ``inf`` where nothing
-    fails.
+    """Return the factor f on all stresses, amplitudes and means, with which ``blocks`` D(f) = 1; ``inf`` if no factor
+    causes failure.
 
-    D grows with f, so that there is one root, or one jump (an endurance limit, a mean that breaks the part) which is
-    the margin then. ``blocks``: design number of repetitions, > 0; else as in `damage`. Raises `LifeError` as it does,
-    and for a number of blocks that is not positive and finite.
+    D increases with f, so that there is one root, or one jump (endurance limit, static failure), which is then the
+    margin. ``blocks``: design number of repetitions, > 0; other arguments and errors as in `damage`, and `LifeError`
+    for a number of blocks that is not positive and finite.
     """
     if not (math.isfinite(blocks) and blocks > 0):
         raise LifeError(f"blocks = {blocks:g}, the design number of repetitions, must be positive and finite")
@@ -327,14 +326,14 @@ def margin(
 
 @dataclass(frozen=True)
 class Life:
-    """The effect of repeated blocks on one point.
+    """Fatigue life at one point under repeated blocks.
 
     Attributes:
-        damage: of one block, by Miner's sum; 1 is failure.
-        blocks: to failure, 1/damage.
-        margin: factor on all stresses with which the part fails just at the end of the design number of blocks.
-        survival: the share of parts for which this holds.
-        advice: stresses at which the part breaks at once.
+        damage: damage of one block, by Miner's sum; 1 is failure.
+        blocks: number of blocks to failure, 1/damage.
+        margin: factor on all stresses with which the part fails at the design number of blocks.
+        survival: fraction of parts for which this holds.
+        advice: warnings of stresses that cause static failure.
     """
 
     damage: float
@@ -352,7 +351,7 @@ def life(
     blocks: float,
     survival: float | None = None,
 ) -> Life:
-    """Return `damage` and `margin`, a factor on the stress, together, and advice; arguments and errors are theirs."""
+    """Return `damage`, `margin` and advice together; arguments and errors as in these."""
     [curve] = strength.needed("a life", "curve")
     sum_ = damage(cycles, strength, judge, survival=survival)
     spare = margin(cycles, strength, judge, blocks=blocks, survival=survival)

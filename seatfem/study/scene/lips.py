@@ -204,8 +204,8 @@ class ContactGeometry:
         return ACROSS if is_curved(self.reed) else 2
 
     def _heights(self, points: Array, angles: Array | None) -> Array:
-        """Return the heights (arcs, lines, n) of the gap [m] at points (arcs, lines, n, 2) relative to the centre of the
-        lip, at these angles (arcs, n).
+        """Return the heights (arcs, lines, n) of the gap [m] at points (arcs, lines, n, 2) from the centre of the lip,
+        at these angles (arcs, n).
 
         Raises `SceneError` for waviness on a lip without angles."""
         contact = self.contact
