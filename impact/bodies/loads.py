@@ -227,8 +227,8 @@ class Suspension:
     """Springs of a body, and the modes that it has with them.
 
     ``shapes`` (M, S): these modes at the S springs [1/sqrt(kg)]; ``stiffness`` (S,) [N/m]; ``basis`` (M, M):
-    orthonormal transformation q = basis q_with to coordinates of the modes without springs; ``omega`` (M,) [rad/s] and ``zeta``
-    (M,): frequencies and damping ratios of the latter.
+    orthonormal transformation q = basis q_with to coordinates of the modes without springs; ``omega`` (M,) [rad/s] and
+    ``zeta`` (M,): frequencies and damping ratios of the latter.
     """
 
     shapes: Array

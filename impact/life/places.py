@@ -130,8 +130,8 @@ def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
     [Pa].
 
     The normals are spread over half the sphere, aligned with the principal axes of the stress furthest from the mean,
-    so that proportional stress is evaluated exactly. Planes are skipped on which neither the range nor twice the largest
-    tension reaches `SHARE` of the largest of all planes. ``stress``: (n, 6) of one block, xx, yy, zz,
+    so that proportional stress is evaluated exactly. Planes are skipped on which neither the range nor twice the
+    largest tension reaches `SHARE` of the largest of all planes. ``stress``: (n, 6) of one block, xx, yy, zz,
     yz, xz, xy [Pa]; raises `LifeError` for another shape and for values that are not finite.
     """
     if stress.ndim != 2 or stress.shape[1] != 6 or not len(stress):

@@ -1,4 +1,4 @@
-"""One point of the trade: a scene at one fidelity, carried out and measured in a process of its own.
+"""One point of the trade: a scene at one fidelity, computed and timed in a process of its own.
 
 `python -m seatfem.study.trade.point` answers each job, a line of JSON, with its outcome.
 """
@@ -25,23 +25,23 @@ from seatfem.study.scene import Scene, load_scene
 from seatfem.study.sweep.outcome import FAILURES, Outcome
 
 Settings = Mapping[str, object]
-"""Values by dotted key, written as in a scene file ("1 mm"); ``None`` takes the key out of the file."""
+"""Values by dotted key, written as in a scene file ("1 mm"); ``None`` removes the key."""
 
 ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # keys left to the planner
 
 
 def stated_choices(plan: Plan) -> Settings:
-    """Return everything that decides the fidelity of a planned scene, as settings."""
+    """Return all choices of a plan that determine the fidelity, as settings."""
     values = {key: plan.method.value(key) for key in FIELDS if has_key(plan.scene, key)}
     return {key: written(key, value) for key, value in values.items() if value is not None}
 
 
 PROCESSOR: Final = "processor_s"
 COSTS: Final = (PROCESSOR, "memory_bytes", "start_s")
-"""Processor seconds of all threads, mesher included, or the limit if stopped; largest memory of the process; seconds
-from the start of the process to the beginning of the computation."""
+"""Processor seconds of all threads, gmsh included, or the limit if stopped; largest memory of the process; seconds from
+the start of the process to that of the computation."""
 ABOUT: Final = (landings.STATUS, "seat_model", "seat_dof", "seat_poles", "reduction", "time_step_s", "engine")
-REPEATED_BELOW: Final = 4.0  # processor time [s] below which a point is run twice: the first time loads and compiles
+REPEATED_BELOW: Final = 4.0  # processor time below which a point is run twice, as the first run loads and compiles [s]
 
 
 @dataclass(frozen=True)
@@ -49,15 +49,15 @@ class Point:
     """A scene at one fidelity.
 
     Attributes:
-        name: unique in its ladder.
-        family: the model of the seat: "spring", "rod", "axisymmetric", "harmonics", "sector", "3d", "as given".
-        varied: what of the centre is changed: "diagonal" (mesh and band together), "mesh", "order", "band", ...
-        settings: what the scene is made to say.
-        engine: of the history.
-        in_place: of the contact along a lip, a simpler model by its name: `ONE_PORT`, `BEAM`.
-        after: name of a coarser point without whose end this one is not tried.
-        least_steps: in the width of the filter, where the scene leaves the step open.
-        predicted: seconds, where they are; what is predicted to take far too long is not tried.
+        name: unique name.
+        family: model of the seat: "spring", "rod", "axisymmetric", "harmonics", "sector", "3d", "as given".
+        varied: key that differs from the centre: "diagonal" (mesh and band together), "mesh", "order", "band", ...
+        settings: values of keys of the scene.
+        engine: convolution engine of the run.
+        in_place: name of a simpler model that replaces the contact along a lip: `ONE_PORT`, `BEAM`; "" for none.
+        after: name of a coarser point that must have ended before this one is tried.
+        least_steps: least number of time steps per filter width, if the scene does not state the step.
+        predicted: predicted time [s], 0 if unknown; points predicted to take far too long are not tried.
     """
 
     name: str
@@ -72,9 +72,9 @@ class Point:
 
 
 def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
-    """Compute the point's seat, contact and measures; no error bars, files, pictures. Whatever fails is the outcome.
+    """Compute the point's seat, contact and measures, without error bars, files and pictures; failures are outcomes.
 
-    Its summary has the measures [SI] by name, `ABOUT` and `COSTS`. ``start``: seconds that the program took to load.
+    The summary has the measures [SI] by name, `ABOUT` and `COSTS`. ``start``: time that the program took to load [s].
     """
     loaded = {"start_s": start}
     try:
@@ -128,7 +128,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
 
 
 def _processor_time() -> float:
-    """Return the processor time of all threads of this process and of those it started (the mesher) [s]."""
+    """Return the processor time of all threads of this process and its child processes (gmsh) [s]."""
     try:
         import resource  # absent on Windows
     except ImportError:
@@ -138,7 +138,7 @@ def _processor_time() -> float:
 
 
 def _reply(line: str) -> str:
-    """Return the outcome of one job, within its processor time."""
+    """Return the outcome of one job, after limiting the processor time."""
     job: dict[str, Any] = json.loads(line)
     processes.limit_process(seconds=math.ceil(job["limit"]))
     point = Point(**job["point"], settings=job["changed"])
