@@ -57,7 +57,7 @@ def reversals(history: ArrayLike) -> Array:
 
 
 def from_peak(history: ArrayLike) -> Array:
-    """Return the (r,) turning points of the periodic history, from its highest peak to the next one.
+    """Return the (r,) turning points [Pa] of the periodic history, from its highest peak to the next one.
 
     Raises:
         LifeError: as in `reversals`.
@@ -237,7 +237,7 @@ class Walker(_Power):
     """smax^(1 - gamma) sa^gamma, smax = sm + sa; no damage where smax <= 0.
 
     Attributes:
-        walker_exponent: measured gamma; 1: no effect of the mean, 1/2: Smith, Watson and Topper.
+        walker_exponent: gamma, a measured ratio; 1: no effect of the mean, 1/2: Smith, Watson and Topper.
 
     Source: K. Walker, ASTM STP 462 (1970) 1.
     """
@@ -351,7 +351,7 @@ def life(
     blocks: float,
     survival: float | None = None,
 ) -> Life:
-    """Return `damage`, `margin` and advice together; arguments and errors as in these."""
+    """Return `damage`, `margin` (a factor on the stress) and advice together; arguments and errors as in these."""
     [curve] = strength.needed("a life", "curve")
     sum_ = damage(cycles, strength, judge, survival=survival)
     spare = margin(cycles, strength, judge, blocks=blocks, survival=survival)

@@ -185,7 +185,7 @@ class Demand:
     Attributes:
         strength: strength of its material.
         judge: mean-stress criterion for uniaxial stress; ``None`` if there is no such stress.
-        blocks: design number of repetitions of one block.
+        blocks: design number of repetitions, a factor on one block.
         survival: fraction of parts that survives; ``None``: that of the S-N curve.
         several_axes: criterion for stress tensors; ``None`` if there are none.
     """
