@@ -195,14 +195,14 @@ def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
     return _of_inspected(path.name, inspected, None, notes)
 
 
-def _of_inspected(name: str, part: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
+def _of_inspected(name: str, inspected: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
     """Return the part; ``keys``: prefix of the fields in notes on problems; ``None``: no notes on problems."""
-    if not part.faces:
-        raise GeometryError("\n".join(message for _, message in part.problems))
+    if not inspected.faces:
+        raise GeometryError("\n".join(message for _, message in inspected.problems))
     messages = (
-        () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in part.problems)
+        () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in inspected.problems)
     )
-    return Part(name, part.faces, part.shape, part.parts, part.regions, (*notes, *messages))
+    return Part(name, inspected.faces, inspected.shape, inspected.parts, inspected.regions, (*notes, *messages))
 
 
 def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
