@@ -1,4 +1,4 @@
-"""Bodies: a Green's function with the motion that it would have without contact; releases, loads, time series."""
+"""Bodies: a Green's function with initial conditions and loads; releases of reeds and time series."""
 
 from impact.names import lazy_names
 

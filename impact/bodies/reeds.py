@@ -1,4 +1,4 @@
-"""This module makes of a beam a `Body` that takes part in an impact: contact points, release, loads."""
+"""Bodies from beams: contact points, release and loads of a reed."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from impact.bodies.loads import ReedLoad
 from impact.greens.base import Array, ErrorEstimate, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 
-_ROUND_OFF = 1e-13  # largest residual, over the static compliance, that is round-off of the subtraction
-_OFF = 1e-6  # largest excess of a sum of modes over the static compliance; 5e-7 of a thousand by finite elements
+_ROUND_OFF = 1e-13  # round-off per mode of the residual compliance, over the static compliance
+_OFF = 1e-6  # largest relative excess of a sum of modes over the static compliance; 5e-7 for 1000 by finite elements
 
 
 class Beam(Protocol):
-    """A beam as `reed` needs it; all positions are distances from its (left) clamp [m]."""
+    """Interface of a beam for `reed`; all positions are distances from its (left) clamp [m]."""
 
     @property
     def length(self) -> float:
@@ -30,7 +30,7 @@ class Beam(Protocol):
 
     @property
     def free_point(self) -> float:
-        """Return where it is touched and measured unless stated: the tip, or the middle [m]."""
+        """Return the default position of contact and measurement: the tip, or the middle [m]."""
 
     @property
     def description(self) -> Mapping[str, object]:
@@ -43,8 +43,8 @@ class Beam(Protocol):
         """Return the static deflection at ``x`` per unit force at ``load`` [m/N]."""
 
     def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
-        """Return what the modes up to ``highest`` [rad/s] leave out at the points ``at``, given its static (p, p)
-        part."""
+        """Return the residual of modes truncated above ``highest`` [rad/s] at the points ``at``, from its static (p, p)
+        ``compliance``."""
 
 
 class Release(Protocol):
@@ -59,7 +59,7 @@ class StaticShape:
     """Release from rest in the static shape under a force at ``at`` that deflects this point by ``deflection`` [m].
 
     q_k = F w_k(at)/omega_k^2.  ``at=None`` is the tip (the middle of a clamped-clamped reed); > 0 is away from the
-    seat. The modes left out carry the rest of the deflection, as stated for loads in `impact.bodies.loads.ReedLoad`.
+    seat. The part of the deflection by truncated modes is neglected, as for loads in `impact.bodies.loads.ReedLoad`.
     """
 
     deflection: float
@@ -75,8 +75,7 @@ class StaticShape:
 
 @dataclass(frozen=True)
 class ModeShape:
-    """Release in mode ``number`` = 1, 2 ..., the point ``at`` deflected by ``deflection`` [m] and moving at
-    ``velocity`` [m/s].
+    """Release in mode ``number`` = 1, 2 ..., with the ``deflection`` [m] and ``velocity`` [m/s] of the point ``at``.
 
     ``at=None`` is the tip (the middle of a clamped-clamped reed); > 0 is away from the seat.
     """
@@ -133,16 +132,17 @@ def reed(
 ) -> Body:
     """Return a beam as one partner of an impact.
 
-    Its lowest modes with one damping ratio, plus the static compliance they leave out at the contact points.
+    Its Green's function has the lowest modes, with one damping ratio, and the residual static compliance at the contact
+    points.
 
     Args:
-        beam: `Cantilever`, `TipMassCantilever`, `ClampedClamped`, `TimoshenkoCantilever`, or your own.
-        damping_ratio: of every mode.
-        n_modes: how many of the lowest modes are retained.
+        beam: `Cantilever`, `TipMassCantilever`, `ClampedClamped`, `TimoshenkoCantilever`, or another `Beam`.
+        damping_ratio: damping ratio of every mode.
+        n_modes: number of modes.
         contact_at: distance of the contact point from the clamp [m], or several; ``None`` is the tip (the middle of a
             clamped-clamped reed). The ports are "contact", or "contact_1", "contact_2", ... in the order given.
         release: `StaticShape`, `ModeShape`, `GivenShape`; ``None`` is straight and at rest.
-        loads: of `impact.bodies.loads`.
+        loads: loads of `impact.bodies.loads`.
 
     Raises:
         GreensFunctionError: a contact point off the reed, at a clamp or given twice; no modes; negative damping.
@@ -158,7 +158,7 @@ def reed(
         modes.omega,
         np.full(n_modes, damping_ratio),
         shapes,
-        beam.residual(_left_out(beam, at, shapes / modes.omega[:, None]), at, damping_ratio, float(modes.omega[-1])),
+        beam.residual(_residual(beam, at, shapes / modes.omega[:, None]), at, damping_ratio, float(modes.omega[-1])),
         port_names=("contact",) if len(at) == 1 else tuple(f"contact_{i + 1}" for i in range(len(at))),
         error=ErrorEstimate(mesh=0.0),
         origin={**beam.description, "damping_ratio": damping_ratio, "contact_at": at[0] if len(at) == 1 else list(at)},
@@ -187,8 +187,9 @@ def _on_reed(what: str, x: float, beam: Beam) -> None:
         raise GreensFunctionError(f"{what} {x:g} m is at a clamp, where nothing moves; choose another point")
 
 
-def _left_out(beam: Beam, at: tuple[float, ...], scaled: Array) -> Array:
-    """Return the (p, p) static compliance minus the modes', without negative eigenvalues of round-off [m/N]."""
+def _residual(beam: Beam, at: tuple[float, ...], scaled: Array) -> Array:
+    """Return the (p, p) residual static compliance of truncated modes, negative eigenvalues by round-off removed
+    [m/N]."""
     total = np.array([[beam.compliance(x, y) for y in at] for x in at])
     kept = np.array([[math.fsum(scaled[:, i] * scaled[:, j]) for j in range(len(at))] for i in range(len(at))])
     values, vectors = np.linalg.eigh(total - kept)
@@ -225,14 +226,14 @@ def cantilever_reed(
 ) -> Body:
     """Return a cantilever reed released at t = 0, by default from the static shape under a tip force.
 
-    Short for ``reed(Cantilever(...), release=StaticShape(tip_deflection), ...)``: modes of `Cantilever`, one damping
-    ratio for all, plus the static compliance they leave out, see `EulerBernoulliBeam.residual`.
+    It is ``reed(Cantilever(...), release=StaticShape(tip_deflection), ...)``; for the residual compliance see
+    `EulerBernoulliBeam.residual`.
 
     Args:
         young, density, length, width, thickness: SI.
         tip_deflection: at release [m]; > 0 is away from the seat.
         release: another release than the static shape; then ``tip_deflection`` stays 0.
-        damping_ratio, n_modes, contact_at, loads: as of `reed`.
+        damping_ratio, n_modes, contact_at, loads: as in `reed`.
 
     Raises:
         GreensFunctionError: a length that is not positive, a contact point off the reed, no modes, two releases.

@@ -1,4 +1,4 @@
-"""Measured or computed courses in time, read from CSV files."""
+"""Time series from measurement or computation, read from CSV files."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Outside = Literal["forbid", "hold", "zero", "repeat"]
 Quantity = Literal["pressure", "force", "acceleration", "velocity", "displacement", "strain"]
 
 Stated = Mapping[str, str]
-"""Column names or units that a header does not state, by the role of a column."""
+"""Column names or units by the role of a column, if the header does not state them."""
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 TURN = 360.0  # degrees of crank angle after which a record in angles repeats
-MOST_GAP = 90.0  # largest distance of neighbours [degrees] in a record of a turn, over which a straight line is drawn
+MOST_GAP = 90.0  # largest distance of neighbouring samples in a record of one turn [degrees]
 _UNITS: dict[str, dict[str, float]] = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293168361},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
@@ -34,19 +34,19 @@ _UNITS: dict[str, dict[str, float]] = {
 
 
 class TimeSeriesError(ValueError):
-    """A time series that cannot be used; the message names file, line, column and remedy."""
+    """Error of an unusable time series; the message names file, line, column and remedy."""
 
 
 @dataclass(frozen=True)
 class TimeSeries:
-    """A course in time by linear interpolation; call it with times [s].
+    """A time series as a function of times [s], by linear interpolation.
 
     Attributes:
-        time: (n,) strictly increasing [s].
-        value: (n,) SI.
-        outside: before the first and after the last sample: "hold" the end value, "zero", "repeat" or "forbid" (raise).
-        name: for messages.
-        period: after which it repeats [s], with "repeat"; between last and first sample it is a line.
+        time: (n,) strictly increasing times [s].
+        value: (n,) values [SI].
+        outside: extrapolation: "hold" the end values, "zero", "repeat" or "forbid" (raise an error).
+        name: name in messages.
+        period: period with "repeat" [s]; it is linear between the last and the first sample.
     """
 
     time: Array
@@ -130,7 +130,7 @@ def read_time_series(
     first = {"time": SECONDS} if rpm is None else {"angle": {"deg": 60 / (TURN * rpm)}}
 
     def hint(head: str) -> str:
-        """Tell times where angles are expected, or the other way round."""
+        """Return a hint if there are times in place of angles, or the other way round."""
         if rpm is None and head not in ("time", *_UNITS):
             return "; of a record in crank angle, 'angle [deg]', state rpm, too"
         return "; rpm is for records in crank angle: remove it" if rpm is not None and head == "time" else ""
@@ -154,7 +154,7 @@ def read_time_series(
 
 
 def _check_gaps(name: Path, angles: Array, lines: Sequence[int], most: float) -> None:
-    """Raise `TimeSeriesError` of angles that leave out more than ``most``, from the last to the first one, too."""
+    """Raise `TimeSeriesError` for a gap between angles above ``most``, also from the last to the first."""
     gaps = np.diff(angles, append=angles[0] + TURN)
     worst = int(gaps.argmax())
     if gaps[worst] > most * (1 + 1e-9):

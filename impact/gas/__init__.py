@@ -1,4 +1,4 @@
-"""Gas through a reed valve, and in the cylinder behind it."""
+"""Gas flow through a reed valve, and the gas in the cylinder behind it."""
 
 from impact.names import public_names
 

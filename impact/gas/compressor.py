@@ -1,4 +1,4 @@
-"""A reed valve in its compressor: what the gas does to the reed, and the reed to the gas (Costagliola 1950; Soedel)."""
+"""Coupling of a reed valve with the gas in a compressor's cylinder (Costagliola 1950; Soedel)."""
 
 from __future__ import annotations
 
@@ -38,15 +38,16 @@ class Compressor:
     """A cylinder between two plenums. One valve is the reed; the other one is ideal: a nozzle without inertia that
     opens forward at its plenum's pressure.
 
-    A step: half the change of volume, half the flow through the reed valve, that through the other one, the other
-    halves in turn: symmetric, of second order, each part exact in mass and energy. It is the `Feedback` of a load.
+    A step by symmetric splitting: half the change of volume, half the flow through the reed valve, the flow through the
+    other one, then the other halves in reverse order. It is of second order, and each part is exact in mass and energy.
+    The class is the `Feedback` of a load.
 
     Attributes:
-        gas, crank, valve: what flows, the piston, the reed's areas.
+        gas, crank, valve: gas, crank drive, and effective areas of the reed valve.
         suction, discharge: the plenums.
-        side: which valve the reed is.
-        other_area: effective area of the other valve [m^2]; 0: there is none.
-        start_pressure: in the cylinder at t = 0, with the temperature that `isentropic` gives [Pa].
+        side: valve that is the reed.
+        other_area: effective area of the other valve [m^2]; 0 if there is none.
+        start_pressure: pressure in the cylinder at t = 0 [Pa]; its temperature is that by `isentropic`.
     """
 
     gas: PerfectGas
@@ -61,7 +62,7 @@ class Compressor:
     __repr__ = brief
 
     def start(self) -> Array:
-        """Return the (7,) state as `impact.gas.flow` orders it."""
+        """Return the initial (7,) state in the order of `impact.gas.flow`."""
         state = np.zeros(STATE)
         state[PRESSURE] = self.start_pressure
         warm = isentropic(self.gas, self.suction, self.start_pressure)
@@ -69,8 +70,7 @@ class Compressor:
         return state
 
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
-        """Advance as `Feedback` says and return the mean of dp in the middle of the step, before and after the flow, on
-        A_f [N]."""
+        """Advance as in `Feedback`; return dp A_f, with the mean of dp before and after the flow of the step [N]."""
         before, now, after = (self.crank.volume(time + part * span) for part in (0.0, 0.5, 1.0))
         squeeze(self.gas, state, before, now)
         first = float(state[PRESSURE])
@@ -93,13 +93,13 @@ class Compressor:
 
 @dataclass(frozen=True)
 class Prescribed:
-    """A cylinder whose pressure is known: it drives the reed, and the flow is an outcome alone.
+    """A cylinder with prescribed pressure, which drives the reed but does not depend on the flow.
 
-    Gas that comes from the cylinder has the temperature that `isentropic` gives.
+    Gas from the cylinder has the temperature by `isentropic`.
 
     Attributes:
-        pressure: in the cylinder, (n,) s -> (n,) Pa.
-        gas, valve, suction, discharge, side: as of a `Compressor`.
+        pressure: pressure in the cylinder, (n,) s -> (n,) Pa.
+        gas, valve, suction, discharge, side: as in `Compressor`.
     """
 
     pressure: Callable[[Array], Array]
@@ -112,13 +112,14 @@ class Prescribed:
     __repr__ = brief
 
     def start(self) -> Array:
-        """Return the (7,) state as `impact.gas.flow` orders it: pressure, and the masses that pass; others stay 0."""
+        """Return the initial (7,) state in the order of `impact.gas.flow`, in which only pressure and masses through
+        the reed valve are used."""
         state = np.zeros(STATE)
         state[PRESSURE] = self.pressure(np.zeros(1))[0]
         return state
 
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
-        """Advance as `Feedback` says, by the midpoint rule."""
+        """Advance as in `Feedback`, by the midpoint rule."""
         middle, end = (float(p) for p in self.pressure(np.array([time + span / 2, time + span])))
         over = drop(self, middle)
         known = self.suction if self.side == "suction" else self.discharge
@@ -138,19 +139,19 @@ def isentropic(gas: PerfectGas, plenum: Plenum, pressure: float) -> float:
 
 
 def drop(drive: Compressor | Prescribed, pressure: Pressure) -> Pressure:
-    """Return the pressure in the port less that on the reed's other side [Pa]: the suction port is the plenum's, that
-    of the discharge the cylinder's."""
+    """Return the pressure in the port less that on the other side of the reed [Pa]; the port has the pressure of the
+    suction plenum or, for a discharge valve, of the cylinder."""
     return drive.suction.pressure - pressure if drive.side == "suction" else pressure - drive.discharge.pressure
 
 
 @dataclass(frozen=True)
 class GasHistory:
-    """The gas over a run, at the ends of the spans for which it takes the lift as constant.
+    """History of the gas in a run, at the ends of the intervals in which it assumes a constant lift.
 
     Attributes:
-        time: (n + 1,) [s].
+        time: (n + 1,) times [s].
         lift: (n + 1,) mean lift [m].
-        states: (n + 1, 7) as `impact.gas.flow` orders them.
+        states: (n + 1, 7) states in the order of `impact.gas.flow`.
     """
 
     time: Array
@@ -165,13 +166,13 @@ class GasHistory:
         return np.asarray(self.states[:, PRESSURE])
 
     def flow(self, *columns: int) -> Array:
-        """Return the (n + 1,) mass flow of ``columns`` of the states over the span that ends there [kg/s]; of BACK
-        negative."""
+        """Return the (n + 1,) mass flow by ``columns`` of the states, mean over the interval before, BACK counted
+        negative [kg/s]."""
         passed = np.sum([(-1 if c == BACK else 1) * self.states[:, c] for c in columns], axis=0)
         return np.concatenate([np.zeros(1), np.diff(passed) / np.diff(self.time)])
 
     def mass_residual(self, side: Side) -> float:
-        """Return the largest |m - m_0 - what came in + what went out| over the mass at the start."""
+        """Return the largest error of the mass balance over the initial mass."""
         s = self.states - self.states[0]
         reed, other = s[:, FORWARD] - s[:, BACK], s[:, OTHER]
         came = reed - other if side == "suction" else other - reed
@@ -186,12 +187,12 @@ class GasHistory:
 
 
 def gas_history(drive: Compressor | Prescribed, opening: Array, dt: float) -> GasHistory:
-    """Return the gas of a run that is over, found again from the reed's motion as the march had it.
+    """Return the history of the gas, recomputed after a run from the reed's motion as during the run.
 
     Args:
-        drive: what the reed was driven by.
+        drive: cylinder that drove the reed.
         opening: (n + 1,) mean opening of the contacts with seats [m].
-        dt: step [s].
+        dt: time step [s].
     """
     first, ahead = foreseen(opening)
     state = drive.start()
@@ -205,5 +206,5 @@ def gas_history(drive: Compressor | Prescribed, opening: Array, dt: float) -> Ga
 
 
 def angles(time: Array, rpm: float, start: float) -> Array:
-    """Return the crank angles [deg] at times [s], on from ``start`` [rad] without return."""
+    """Return the crank angles [deg], not reduced to one turn, at times [s], from ``start`` [rad] at t = 0."""
     return np.asarray(math.degrees(start) + 6 * rpm * time)

@@ -1,7 +1,7 @@
 """Flow of a perfect gas: through a nozzle, through the areas of a reed valve, into and out of a cylinder.
 
-A state holds pressure, mass, and what has passed so far. Each function takes it on in place by a step that conserves
-mass and energy to round-off.
+A state holds pressure, mass, and the time integrals of flows, work and enthalpy. Functions advance it in place by a
+step that conserves mass and energy to round-off.
 """
 
 import math
@@ -18,7 +18,7 @@ MOLAR: Final = 8.31446261815324
 
 
 class GasError(ValueError):
-    """Gas, geometry or tables that nothing can be computed with; the message names the value, the limit, the remedy."""
+    """Error of an invalid gas, geometry or table; the message names value, limit and remedy."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class PerfectGas:
     Attributes:
         k: ratio of the specific heats, > 1.
         constant: R of this gas [J/(kg K)], molar constant over molar mass.
-        source: of the numbers.
+        source: citation of the numbers.
 
     Raises:
         GasError: k <= 1, R <= 0, or a number that is not finite.
@@ -53,12 +53,12 @@ class PerfectGas:
         return float((2 / (self.k + 1)) ** (self.k / (self.k - 1)))
 
     def flux(self, upstream: float, temperature: float, drop: float) -> float:
-        """Return the mass flow through an effective area [kg/(s m^2)], at rest ``upstream`` [Pa] with its
+        """Return the mass flow per effective area [kg/(s m^2)] from gas at rest at the pressure ``upstream`` [Pa] and
         ``temperature`` [K].
 
             m'/A = p_u sqrt(2 k/((k - 1) R T_u) (r^(2/k) - r^((k + 1)/k))),   r = max(p_d/p_u, r*),
 
-        where r* is `critical`. Given is ``drop`` = p_u - p_d >= 0 [Pa], so that no digit is lost where it is small.
+        where r* is `critical`. The argument ``drop`` = p_u - p_d >= 0 [Pa] avoids cancellation for small drops.
         """
         k = self.k
         ratio = max(1 - drop / upstream, self.critical)
@@ -82,18 +82,18 @@ GASES: Final = {
         1.108, 102.032e-3, "ideal-gas limit at 300 K: Tillner-Roth and Baehr, J. Phys. Chem. Ref. Data 23 (1994) 657"
     ),
 }
-"""Ideal gases by name: near saturation real gases are denser, state k and molar mass that fit there."""
+"""Ideal gases by name; near saturation real gases are denser and need other values of k and molar mass."""
 
 
 PRESSURE, MASS, FORWARD, BACK, OTHER, WORK, ENTHALPY = range(7)
-"""Rows of a state: p [Pa] and m [kg] of the gas; mass through the reed valve forward and back, and through the other
-valve [kg]; work done on the gas, enthalpy it received [J]."""
-STATE: Final = 7
+"""Entries of a state: p [Pa] and m [kg] of the gas; mass through the reed valve forward and back, and through the other
+valve [kg]; work done on the gas, and enthalpy received by it [J]."""
+STATE: Final = 7  # length of a state
 
 
 @dataclass(frozen=True)
 class SliderCrank:
-    """A piston on a crank that turns steadily; its pin axis meets the crank's.
+    """A slider-crank drive without offset, at constant speed.
 
     Attributes:
         bore, stroke, rod: cylinder diameter, stroke, length of the connecting rod [m].
@@ -157,10 +157,10 @@ def squeeze(gas: PerfectGas, state: Array, before: float, after: float) -> None:
 def let_in(gas: PerfectGas, state: Array, volume: float, plenum: Plenum, area: float, span: float) -> float:
     """Let gas flow from or to a plenum through an effective ``area`` [m^2] over ``span`` [s] at a constant volume.
 
-    p' = k R T_u m'/V, with T_u of the plenum where it flows in; where it flows out, what stays keeps p/m^k. The root s
-    of the pressures' difference is smooth down to zero, where the flow ends: it is stepped by the midpoint rule, of
-    second order, and stops there. Mass and enthalpy follow from p exactly. Returns the mass that came in [kg];
-    negative: went out.
+    p' = k R T_u m'/V, with T_u of the plenum for inflow; for outflow, the gas in the volume keeps p/m^k. The root s
+    of the pressure difference is a smooth function of time until the flow ends at s = 0: it is advanced by the
+    midpoint rule, of second order. Mass and enthalpy follow from p exactly. Returns the mass that entered [kg],
+    negative for outflow.
     """
     p, m, k = float(state[PRESSURE]), float(state[MASS]), gas.k
     root = math.sqrt(abs(plenum.pressure - p))
@@ -200,12 +200,12 @@ NOT_MEASURED: Final = "not measured: "
 
 @dataclass(frozen=True)
 class AreaTable:
-    """An effective area by the lift, by lines between its points, held beyond the last.
+    """An effective area as piecewise linear function of the lift, constant beyond the last point.
 
     Attributes:
         lift: (n,) mean lift [m], increasing from 0.
-        area: (n,) at each of them [m^2], none negative.
-        source: of the numbers.
+        area: (n,) areas at these lifts [m^2], >= 0.
+        source: citation of the numbers.
 
     Raises:
         GasError: a table that does not begin at lift 0, lifts that do not increase, negative areas.
@@ -231,20 +231,20 @@ class AreaTable:
             raise GasError(f"an area of {1e6 * np.min(area):g} mm^2: areas are >= 0 and finite")
 
     def __call__(self, lift: float) -> float:
-        """Return the area [m^2] at a mean lift [m]; below 0 that at 0."""
+        """Return the area [m^2] at a mean lift [m]; for a lift below 0, that at 0."""
         return float(np.interp(lift, self.lift, self.area))
 
 
 @dataclass(frozen=True)
 class ReedValve:
-    """Effective areas of a reed valve, each direction with its own.
+    """Effective areas of a reed valve for both directions of flow.
 
-    Forward is through the port, which lifts the reed. The pressure drop dp is counted forward: that in the port less
-    that on the reed's other side.
+    Flow is forward if it comes out of the port and lifts the reed. The pressure drop dp is that from the port to
+    the other side of the reed.
 
     Attributes:
-        flow, flow_back: A_e, by which `PerfectGas.flux` gives the mass flow.
-        force, force_back: A_f, by which dp gives the force on the reed; at lift 0 the area of the port.
+        flow, flow_back: A_e, which times `PerfectGas.flux` is the mass flow.
+        force, force_back: A_f, which times dp is the force on the reed; at lift 0 the area of the port.
 
     Raises:
         GasError: a force area of 0 at lift 0: nothing would open the valve.
@@ -265,18 +265,18 @@ class ReedValve:
                 )
 
     def flow_area(self, lift: float, drop: float) -> float:
-        """Return A_e at a lift [m] under dp = ``drop`` [Pa], whose sign alone counts [m^2]."""
+        """Return A_e [m^2] at a lift [m] for the sign of dp = ``drop`` [Pa]."""
         return (self.flow if drop >= 0 else self.flow_back)(lift)
 
     def push(self, lift: float, drop: float) -> float:
-        """Return dp A_f, away from the seat [N]."""
+        """Return the force dp A_f on the reed, away from the seat [N]."""
         return drop * (self.force if drop >= 0 else self.force_back)(lift)
 
 
 def port_flow(radius: float, coefficient: float) -> AreaTable:
-    """Return C_d min(2 pi R x, pi R^2), the gap round a port of radius R [m], up to the port itself.
+    """Return the estimate C_d min(2 pi R x, pi R^2): the gap around a port of radius R [m], at most the port's area.
 
-    It is an estimate, and marked so; C_d is the ``coefficient``.
+    C_d is the ``coefficient``; the source is marked as not measured.
     """
     area = coefficient * math.pi * radius**2
     words = f"{NOT_MEASURED}{coefficient:g} min(2 pi R x, pi R^2), R = {1e3 * radius:g} mm"
@@ -284,6 +284,6 @@ def port_flow(radius: float, coefficient: float) -> AreaTable:
 
 
 def port_force(radius: float) -> AreaTable:
-    """Return pi R^2 [m^2] at every lift, as if the valve stayed shut: an estimate, marked so."""
+    """Return the estimate pi R^2 [m^2], the value of a closed valve, at every lift, marked as not measured."""
     words = f"{NOT_MEASURED}pi R^2 at every lift, R = {1e3 * radius:g} mm"
     return AreaTable(np.zeros(1), np.array([math.pi * radius**2]), words)

@@ -1,4 +1,4 @@
-"""Fatigue under repeated blocks of stress: cycles, mean stress, S-N curves, Miner's sum, criteria of several axes."""
+"""Fatigue under repeated blocks of stress: cycles, mean stress, S-N curves, Miner's sum, multiaxial criteria."""
 
 from impact.names import public_names
 

@@ -1,10 +1,9 @@
-"""Criteria of unlimited life (or of N cycles) under stress tensors that turn, and the stress below a contact of
-Hertz.
+"""Multiaxial criteria of unlimited life (or of N cycles), and the stress below a Hertzian contact.
 
 Stress histories are (n, 6) of one block, in Voigt order xx, yy, zz, yz, xz, xy with tensor shear stresses [Pa]. Every
-criterion compares an equivalent shear amplitude with t-1 and is of first degree in stress, so that t-1 over it is the
-factor on all stresses at which the limit is met. Pure bending with the amplitude f-1 and pure torsion with t-1 both
-give t-1 exactly: that determines the constant of each.
+criterion compares an equivalent shear amplitude with t-1. The amplitude is homogeneous of degree one in stress, so that
+t-1 over it is the factor on all stresses at which the limit is met. The constant of each criterion follows from
+amplitudes of t-1 for both pure bending with f-1 and pure torsion with t-1.
 
 To add a criterion: a frozen dataclass that is a `Multiaxial`, with its ``name`` and ``within``.
 """
@@ -37,7 +36,7 @@ class Multiaxial(ABC):
         bending_limit: f-1, fully reversed bending amplitude, at the same number of cycles [Pa].
 
     Raises:
-        LifeError: t-1/f-1 not ``within`` what the criterion can mean: above the first, up to the second.
+        LifeError: t-1/f-1 outside the range ``within`` of the criterion, lower bound excluded.
     """
 
     name: ClassVar[str]
@@ -71,8 +70,8 @@ class Multiaxial(ABC):
 class Crossland(Multiaxial):
     """sqrt(J2a) + (3 t-1/f-1 - sqrt 3) pmax <= t-1, sqrt(J2a) the radius of the smallest sphere around the deviators.
 
-    A negative constant, of t-1/f-1 < 1/sqrt 3, would let pressure do damage; beyond 1 a shaft endures
-    more in torsion than in bending, which no metal does.
+    For t-1/f-1 < 1/sqrt 3 the constant would be negative, so that compression did damage; a ratio above 1, more
+    strength in torsion than in bending, is not observed in metals.
 
     Source: B. Crossland, Proc. Int. Conf. Fatigue of Metals, IMechE, London 1956, 138.
     """
@@ -89,8 +88,8 @@ class Crossland(Multiaxial):
 class DangVan(Multiaxial):
     """max over t of tau(t) + (3 t-1/f-1 - 3/2) p(t) <= t-1, tau the largest shear stress around the shaken-down state.
 
-    The microscopic stress is the deviator seen from the centre of the smallest sphere around the block's deviators,
-    where plastic grains come to rest; tau is half its largest difference of principal stresses (Tresca).
+    The microscopic stress is the deviator relative to the centre of the smallest sphere around the block's deviators,
+    the residual stress after shakedown of grains; tau is half its largest difference of principal stresses (Tresca).
 
     Source: K. Dang Van et al., in Biaxial and Multiaxial Fatigue, EGF 3 (1989) 479; ASTM STP 1191 (1993) 120.
     """
@@ -109,11 +108,11 @@ class DangVan(Multiaxial):
 class Papadopoulos(Multiaxial):
     """sqrt(5 <Ta^2>) + (3 t-1/f-1 - sqrt 3) pmax <= t-1, the mean over all planes and directions in them.
 
-    Ta is half the range of the resolved shear stress. Where all components are harmonic at one frequency,
-    stress = A cos + B sin, 5 <Ta^2> = J2(A) + J2(B): phases do not count. For hard metals.
+    Ta is half the range of the resolved shear stress. If all components are harmonic at one frequency,
+    stress = A cos + B sin, 5 <Ta^2> = J2(A) + J2(B), independent of phases. For hard metals.
 
     Attributes:
-        tolerance: relative, of the mean square (`impact.life.planes.mean_square_shear`).
+        tolerance: relative tolerance of the mean square (`impact.life.planes.mean_square_shear`).
 
     Source: I. V. Papadopoulos, Int. J. Fatigue 16 (1994) 377; Papadopoulos et al., Int. J. Fatigue 19 (1997) 219.
     """
@@ -170,9 +169,9 @@ def _checked(stress: ArrayLike) -> Array:
 
 
 DEPTHS: Final = 40
-"""Points along the axis, down to 1.5 radii of the largest contact: the largest shear stress lies at 0.5."""
+"""Number of depths on the axis, down to 1.5 radii of the largest contact; the largest shear stress lies at 0.5."""
 WIDTHS: Final = 60
-"""Widths of the contact, from none to the largest."""
+"""Number of radii of the contact, up to the largest."""
 
 
 def hertz_path(force: float, *, stiffness: float, modulus: float, poisson: float = 0.3) -> Iterator[tuple[str, Array]]:
@@ -180,10 +179,10 @@ def hertz_path(force: float, *, stiffness: float, modulus: float, poisson: float
     ``force`` [N].
 
     Its radius is R = (3 k/(4 E*))^2; at the half-width a the pressure is p0 = 2 E* a/(pi R), and the stress on the axis
-    p0 times that of `circular_axis_stress`. What a blow does in time does not matter: it takes each depth along one
-    line of tensors, there and back, and the criteria of `impact.life.multiaxial` depend on that line alone.
-    ``stiffness``: k [N/m^1.5]; ``modulus``: E* of both bodies [Pa]; ``poisson``: of the body that is judged. Raises
-    `LifeError`: a stiffness or modulus that is not positive, a force below 0.
+    p0 times that of `circular_axis_stress`. The history of the force does not matter: at each depth loading and
+    unloading follow the same path of tensors, and the criteria of `impact.life.multiaxial` depend on the path only.
+    ``stiffness``: k [N/m^1.5]; ``modulus``: E* of both bodies [Pa]; ``poisson``: ratio of the evaluated body. Raises
+    `LifeError` for a stiffness or modulus that is not positive, or a force below 0.
 
     Source: K. L. Johnson, Contact Mechanics, Cambridge 1985, 3.45, 4.22 - 4.24.
     """

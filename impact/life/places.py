@@ -1,4 +1,4 @@
-"""Where a part fails first: maps of many points, critical planes, and the worst of named places."""
+"""Location of the first fatigue failure: maps of many points, critical planes, and the worst of named places."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -15,17 +15,17 @@ from impact.life.strength import LifeError, Strength
 from impact.quantities import brief
 
 SHARE = 0.7
-"""Of the hot spot's range: below it, damage by slopes of 5 and more is less than 0.7^5 = 17 % of the hot spot's."""
+"""Least stress range over that of the hot spot; below it damage is less than 0.7^5 = 17 % for slopes of 5 and more."""
 
 
 @dataclass(frozen=True, repr=False)
 class PointMap:
-    """The effect of cycles on P points.
+    """Results for the cycles at P points.
 
     Attributes:
-        values: (P,) what was asked for; NaN at points that were skipped.
-        ranges: (P,) largest stress range of each point [Pa].
-        share: points below this share of the largest range were skipped.
+        values: (P,) results; NaN at points that were skipped.
+        ranges: (P,) largest stress range at each point [Pa].
+        share: points with ranges below this fraction of the largest were skipped.
     """
 
     values: Array
@@ -34,24 +34,24 @@ class PointMap:
 
     @property
     def skipped(self) -> int:
-        """Return how many points were not counted."""
+        """Return the number of skipped points."""
         return int(np.isnan(self.values).sum())
 
     __repr__ = brief
 
 
 def cycle_map(blocks: Iterable[Array], judged: Callable[[Cycles], float], share: float = SHARE) -> PointMap:
-    """Return a number for each point by its cycles, where they may matter.
+    """Return a result for each point by its cycles, except for points with small stress ranges.
 
-    A point is skipped where its largest range is below ``share`` of the largest of all points, 0 ... 1; 0 skips none.
-    Ranges say nothing of means: where means differ much from point to point, take a lower share.
+    A point is skipped if its largest range is below ``share`` of the largest of all points, 0 ... 1; 0 skips none. As
+    mean stresses are ignored in this, take a lower share if they differ much between points.
 
     Args:
-        blocks: (p, n) histories of p points at a time, each repeated without end [Pa]; made one after the other.
-        judged: of the `Cycles` of one point, as by `impact.life.damage.damage` or `margin`.
+        blocks: (p, n) histories of p points at a time, each repeated endlessly [Pa].
+        judged: function of the `Cycles` of one point, such as `impact.life.damage.damage` or `margin`.
 
-    Raises `LifeError`: a share out of its range, a block of another shape, values that are not finite, no points; and
-    what ``judged`` raises.
+    Raises `LifeError` for a share out of range, a block of another shape, values that are not finite, or no points, and
+    the errors of ``judged``.
     """
     if not 0 <= share <= 1:
         raise LifeError(f"share = {share:g} of the hot spot's range must lie between 0 and 1")
@@ -76,10 +76,9 @@ def cycle_map(blocks: Iterable[Array], judged: Callable[[Cycles], float], share:
 
 
 def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
-    """Return the (P,) margins of points by a criterion of several axes; ``blocks``: (p, n, 6) stress of p points each
-    [Pa].
+    """Return the (P,) margins of points by a multiaxial criterion; ``blocks``: (p, n, 6) stress at p points each [Pa].
 
-    Raises `LifeError` as the criterion's ``value``, and for no points.
+    Raises `LifeError` like the criterion's ``value``, and for no points.
     """
     margins = [criterion.margin(history) for block in blocks for history in block]
     if not margins:
@@ -88,20 +87,20 @@ def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
 
 
 SAME: Final = 1e-4
-"""Share of a stress's largest distance from its mean: turns that move no plane's stress by more decide no life."""
+"""Relative deviation from a straight path, over the largest distance from the mean, that is neglected."""
 _SPAN, _PARTS = (
     256,
     4,
-)  # steps that are looked at together, and the parts into which they fall where they are not straight
-_NORM: Final = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # of the squares of a tensor's components
+)  # number of steps that are tested for a straight path at once, and number of parts if they are not straight
+_NORM: Final = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # weights of squared Voigt components in s:s
 
 
 def thinned(stress: Array) -> Array:
-    """Return the (m, 6) rows of an (n, 6) history that decide its life, in their order, both ends among them.
+    """Return the (m, 6) rows of an (n, 6) history that matter for its life, in order, with both ends.
 
-    A row is left out that lies within `SAME` of the straight line between its neighbours kept, in the norm of tensors.
-    Every normal stress and pressure, and the smallest sphere around the path, keep their extremes to that: they take
-    them at corners. Steps are shorter than a mode's period by hundreds, so that some hundredth of the rows is kept.
+    A row is omitted if it deviates, in the norm of tensors, by less than `SAME` from the straight line between the rows
+    kept. The extremes of normal stresses and pressure and the smallest sphere, which lie at corners of the path, are
+    kept to this accuracy. As steps are hundreds of times shorter than periods, about a hundredth of the rows is kept.
     """
     if stress.ndim != 2 or len(stress) <= _SPAN:
         return stress
@@ -122,17 +121,17 @@ def thinned(stress: Array) -> Array:
 
 
 APART: Final = 10.0
-"""Degrees between normals: one half of that off loses 1 - cos^2 = 0.8 % of the stress; along the axes nothing."""
-_HELD: Final = 16  # planes at once
+"""Degrees between normals; half of this off the critical plane, a stress is 1 - cos^2 = 0.8 % too small."""
+_HELD: Final = 16  # number of planes that are evaluated at once
 
 
 def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
     """Yield a place with the (n,) normal stress n' sigma n in time on each plane that may be critical, > 0 in tension
     [Pa].
 
-    The normals are spread over half the sphere, from the principal axes of the stress that is furthest from the mean:
-    proportional stress is judged along its own axes, exactly. Planes are passed over on which neither the range nor
-    twice the largest tension reaches `SHARE` of the largest of all planes. ``stress``: (n, 6) of one block, xx, yy, zz,
+    The normals are spread over half the sphere, aligned with the principal axes of the stress furthest from the mean,
+    so that proportional stress is evaluated exactly. Planes are skipped on which neither the range nor twice the
+    largest tension reaches `SHARE` of the largest of all planes. ``stress``: (n, 6) of one block, xx, yy, zz,
     yz, xz, xy [Pa]; raises `LifeError` for another shape and for values that are not finite.
     """
     if stress.ndim != 2 or stress.shape[1] != 6 or not len(stress):
@@ -157,8 +156,8 @@ def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
 
 
 def on_planes(histories: Iterable[tuple[str, Array]], *, tensors: bool = False) -> Iterator[tuple[str, Array]]:
-    """Yield named histories of one axis as they are, and in place of tensors, or beside them, their
-    `normal_stresses`."""
+    """Yield named uniaxial histories unchanged, and for tensors their `normal_stresses`; ``tensors``: also the tensors
+    themselves."""
     for name, history in histories:
         if history.ndim == 1:
             yield name, history
@@ -181,14 +180,14 @@ def _normals() -> Array:
 
 @dataclass(frozen=True)
 class Demand:
-    """The demand on a part, and the rules by which it is judged.
+    """Design life of a part, and the criteria for its evaluation.
 
     Attributes:
-        strength: of its material.
-        judge: of mean stresses, for stress of one axis; ``None``: there must be none.
+        strength: strength of its material.
+        judge: mean-stress criterion for uniaxial stress; ``None`` if there is no such stress.
         blocks: design number of repetitions, a factor on one block.
-        survival: share of parts that lives on; ``None``: that of the S-N curve.
-        several_axes: for stress tensors; ``None``: there must be none.
+        survival: fraction of parts that survives; ``None``: that of the S-N curve.
+        several_axes: criterion for stress tensors; ``None`` if there are none.
     """
 
     strength: Strength
@@ -200,12 +199,12 @@ class Demand:
 
 @dataclass(frozen=True)
 class Judged:
-    """The worst places; ``None`` where no history of that kind was given.
+    """The places of least margin; ``None`` without histories of that kind.
 
     Attributes:
-        at, life: of stress of one axis.
-        tensor_at, tensor_margin: of stress of several axes; the margin, a factor on the stress, holds for the N
-            of its two limits.
+        at, life: place and life by uniaxial stress.
+        tensor_at, tensor_margin: place and margin by stress tensors; the margin, a factor on the stress, holds for the
+            N of the criterion's two limits.
     """
 
     at: str | None = None
@@ -215,19 +214,19 @@ class Judged:
 
 
 def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
-    """Return where a block of stress that repeats without end leaves the least margin.
+    """Return the places with the least margin under an endlessly repeated block of stress.
 
-    Of stress of one axis, places are passed over where neither the largest range nor the largest range with its mean,
-    twice the largest tension, reaches `SHARE` of the largest of all places.
+    Places with uniaxial stress are skipped if neither the largest range nor twice the largest tension reaches `SHARE`
+    of the largest of all places.
 
     Args:
-        histories: names with (n,) stress of one axis, > 0 in tension, or (n, 6) tensors, xx, yy, zz, yz, xz, xy [Pa];
-            each is let go before the next is asked for.
-        demand: what has to be endured.
+        histories: names with (n,) uniaxial stress, > 0 in tension, or (n, 6) tensors, xx, yy, zz, yz, xz, xy [Pa]; one
+            is in memory at a time.
+        demand: design life and criteria.
 
     Raises:
-        LifeError: arrays of another shape, values that are not finite, stress for which no criterion is stated;
-            what `impact.life.damage.life` raises.
+        LifeError: arrays of another shape, values that are not finite, stress without a criterion; errors of
+            `impact.life.damage.life`.
     """
     counted: list[tuple[float, str, Cycles]] = []
     most = 0.0
@@ -262,6 +261,6 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
 
 
 def margin_error(margin: float, bar: float) -> float:
-    """Return the error bar of a margin of stresses that are known to the share ``bar``: a margin of f at stress 1 is
-    f/(1 + b) at 1 + b, exactly, and the larger deviation is the one below, f b/(1 - b); ``inf`` from b = 1 on."""
+    """Return the error of a margin f for stresses with the relative error b = ``bar``: as the margin is inversely
+    proportional to the stress, it is f b/(1 - b), that at a stress lower by b; ``inf`` for b >= 1."""
     return margin * bar / (1 - bar) if bar < 1 else math.inf

@@ -1,4 +1,4 @@
-"""Amplitudes of stress paths: over all planes and directions in them, and the smallest sphere around a path."""
+"""Amplitudes of stress paths: mean square shear over all planes, and the smallest sphere around a path."""
 
 import math
 
@@ -8,8 +8,8 @@ from impact.greens.base import Array
 from impact.life.strength import LifeError
 from impact.march.loop.compiled import compiled
 
-_FIRST, _FINEST = 8, 256  # values of the polar angle over the sphere: of the first grid, of the finest
-_FEW = 64  # most points whose hull is found without leaving out inner ones first
+_FIRST, _FINEST = 8, 256  # number of polar angles over the sphere in the first and the finest grid
+_FEW = 64  # largest number of points whose hull is computed without removing inner points first
 
 
 def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
@@ -17,11 +17,11 @@ def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
 
         <Ta^2> = 1/(8 pi^2) int int int Ta^2(theta, phi, chi) dchi sin(theta) dtheta dphi
 
-    Over chi it is exact: the shear vectors on a plane lie in a polygon, their convex hull, of which Ta is half the
-    width. Over the normals, Gauss-Legendre in cos(theta), equal steps in phi: exact from the first number on where the
-    stress path is a segment or an ellipse, of third order where it has corners. The number is doubled until a quarter
-    of the last change and of an eighth of the one before, lest two agree by chance, meet the relative ``tolerance``.
-    ``stress``: (n, 6) [Pa], one block in Voigt order; raises `LifeError` where the value does not settle.
+    The integral over chi is exact: Ta is half the width of the convex hull of the shear vectors on a plane. Over the
+    normals it is Gauss-Legendre in cos(theta) and equidistant in phi: exact for a stress path that is a segment or an
+    ellipse, of third order for one with corners. The number of angles is doubled until a quarter of the last change,
+    and of an eighth of the one before in case two values agree by chance, meets the relative ``tolerance``.
+    ``stress``: (n, 6) [Pa], one block in Voigt order. Raises `LifeError` if the value does not converge.
     """
     turns = stress - stress.mean(axis=0)
     scale = float(np.abs(turns).max())
@@ -42,7 +42,7 @@ def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
 
 
 def _polar(number: int) -> tuple[Array, Array]:
-    """Return cosines and weights over half the sphere: opposite normals are one plane."""
+    """Return cosines and weights over half the sphere, as opposite normals are the same plane."""
     cosines, weights = np.polynomial.legendre.leggauss(number)
     return cosines[number // 2 :], weights[number // 2 :]
 
@@ -145,16 +145,16 @@ def _hull_edges(points):  # type: ignore[no-untyped-def]
     return edges
 
 
-_INSIDE = 1e-12  # relative round-off of a squared radius: a point this far outside counts as inside
-_MOST = 2000  # most exchanges of the smallest sphere; some ten happen
+_INSIDE = 1e-12  # relative tolerance of the squared radius within which a point counts as inside
+_MOST = 2000  # largest number of exchanges of the smallest sphere; usually about ten
 
 
 def enclosing_sphere(points: Array) -> tuple[Array, float]:
     """Return the (d,) centre and radius of the smallest sphere that holds (n, d) points, d <= 6, all finite.
 
-    The sphere is determined by at most d + 1 of the points. Beginning with two, the point furthest outside joins them,
-    and the smallest sphere around these few, found among the circumscribed spheres of their subsets, replaces the last
-    one: its radius grows, so that no set returns, and the work ends with the exact sphere; else a `LifeError`.
+    The sphere is determined by at most d + 1 of the points. To a set of these the point furthest outside is added, and
+    the smallest sphere around the set, one of the circumscribed spheres of its subsets, gives the next set. The radius
+    grows, so that no set recurs and the exact sphere is reached; raises `LifeError` otherwise.
 
     Source: E. Welzl, LNCS 555 (1991) 359; B. Gaertner, LNCS 1643 (1999) 325, for the exchange of the furthest point.
     """
@@ -184,7 +184,7 @@ def _furthest(points, centre):  # type: ignore[no-untyped-def]
 
 @compiled()
 def _smallest(points, inside, most):  # type: ignore[no-untyped-def]
-    """Return the centre, squared radius, and whether it ended; the radius holds the furthest point."""
+    """Return the centre, the squared distance of the furthest point, and whether the iteration converged."""
     size = points.shape[1]
     held = np.empty((size + 2, size))
     held[0] = points[_furthest(points, points[0])[1]]
@@ -239,7 +239,7 @@ def _circumscribed(few, subset):  # type: ignore[no-untyped-def]
     edges = edges[:m]
     matrix = 2 * edges @ edges.T
     right = 0.5 * np.diag(matrix)
-    for k in range(m):  # elimination; edges that others imply are left out
+    for k in range(m):  # elimination with pivoting; linearly dependent edges are omitted
         pivot = k + np.argmax(np.abs(np.diag(matrix)[k:]))
         for each in range(m):
             matrix[k, each], matrix[pivot, each] = matrix[pivot, each], matrix[k, each]

@@ -1,4 +1,4 @@
-"""Strength as numbers: S-N curves with their scatter, and criteria made of a material's measured numbers."""
+"""Fatigue strength of a material: S-N curves with their scatter, and criteria with constants of the material."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from impact.quantities import in_units
 
 
 class LifeError(ValueError):
-    """A question of fatigue that these numbers cannot answer; the message names number, limit and remedy."""
+    """Error of data from which no fatigue life follows; the message names number, limit and remedy."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Straight pieces of log S over log N, as a fatigue test gives them: `basquin` and `tabled` make one.
+    """An S-N curve, piecewise linear in log S over log N; `basquin` and `tabled` make one.
 
-    log10 N at a stress is normal with the standard deviation ``scatter``, so that the share P of parts survives
+    log10 N at a stress is normally distributed with the standard deviation ``scatter``, so that a fraction P survives
 
         log10 N_P(S) = log10 N(S) - (z(P) - z(survival)) scatter,   z = inverse of the normal distribution.
 
     Attributes:
-        stresses: amplitudes [Pa], falling.
-        cycles: to failure at them, rising.
+        stresses: amplitudes [Pa], decreasing.
+        cycles: cycles to failure at these amplitudes, increasing.
         first_slope: k = -dlogN/dlogS above the first stress.
-        last_slope: below the last one; ``inf`` is an endurance limit.
-        scatter: s_logN >= 0, or ``None`` where it is not known.
-        survival: the share of parts that survives the curve as stated.
+        last_slope: the same below the last stress; ``inf`` is an endurance limit.
+        scatter: standard deviation >= 0 of log10 N, or ``None`` if it is not known.
+        survival: fraction of parts that survives the curve as stated.
 
     Raises:
-        LifeError: a branch that rises, numbers that are not positive and finite, a share not within 0 ... 1.
+        LifeError: a rising branch, numbers that are not positive and finite, a fraction not within 0 ... 1.
     """
 
     stresses: tuple[float, ...]
@@ -67,10 +67,10 @@ class Curve:
         _quantile(self.survival)
 
     def life(self, amplitude: ArrayLike, survival: float | None = None) -> Array:
-        """Return the cycles to failure of (...,) amplitudes >= 0 [Pa] for a share of survivors; 0 Pa: ``inf``.
+        """Return the cycles to failure at (...,) amplitudes >= 0 [Pa] for a ``survival``; ``inf`` at 0 Pa.
 
-        Raises `LifeError`: a ``survival`` other than the curve's own where its scatter is not known; an amplitude that
-        is no number >= 0.
+        Raises `LifeError` for an amplitude that is no number >= 0, or another ``survival`` than that of a curve without
+        scatter.
         """
         stress = np.asarray(amplitude, dtype=float)
         if not np.all(stress >= 0):
@@ -84,7 +84,7 @@ class Curve:
             return np.asarray(np.exp(logs - self._shift(survival)))
 
     def stress(self, cycles: float, survival: float | None = None) -> float:
-        """Return the amplitude [Pa] that a share of the parts endures for so many cycles > 0; raises as `life`."""
+        """Return the amplitude [Pa] for failure at this number of cycles > 0; ``survival`` and errors as in `life`."""
         if not 0 < cycles < math.inf:
             raise LifeError(f"cycles = {cycles:g} must be positive and finite")
         levels, counts = np.log(self.stresses), np.log(self.cycles)
@@ -94,7 +94,7 @@ class Curve:
         return float(np.exp(level))
 
     def _shift(self, survival: float | None) -> float:
-        """Return by how much ln N falls at this survival; > 0 means fewer cycles."""
+        """Return the decrease of ln N for this survival."""
         if survival is None or survival == self.survival:
             return 0.0
         if self.scatter is None:
@@ -114,14 +114,13 @@ def basquin(
     scatter: float | None = None,
     survival: float = 0.5,
 ) -> Curve:
-    """Return the curve N = N_k (S/S_k)^-k, with another slope below the knee; none stated: 2k - 1, and no endurance
-    limit.
+    """Return the curve N = N_k (S/S_k)^-k, with another slope below the knee, by default 2k - 1.
 
     Args:
         knee_stress: S_k, amplitude [Pa].
         knee_cycles: N_k.
         slope: k above the knee, 1 to 1000.
-        second_slope: below it; ``inf`` states an endurance limit.
+        second_slope: slope below the knee; ``inf`` is an endurance limit.
         scatter, survival: as in `Curve`.
 
     Raises:
@@ -136,8 +135,7 @@ def basquin(
 
 
 def tabled(points: Sequence[tuple[float, float]], *, scatter: float | None = None, survival: float = 0.5) -> Curve:
-    """Return the curve of measured (amplitude [Pa], cycles), joined by straight lines in log-log; the end pieces go on
-    for ever.
+    """Return the curve through measured points (amplitude [Pa], cycles), linear and extrapolated in log-log.
 
     Raises:
         LifeError: as `Curve`, fewer than two points.
@@ -161,14 +159,14 @@ Kind = TypeVar("Kind")
 
 @dataclass(frozen=True)
 class Strength:
-    """The known fatigue strength of a material, and where it is from; ``None`` is what nobody measured.
+    """Fatigue strength of a material with its source; ``None``: not measured.
 
     Attributes:
         source: citation of all numbers; required.
-        grade, direction: which material, and along what it was loaded (rolling, across).
-        thickness: of the specimens [m].
-        temperature: of the tests [K].
-        specimens: their number.
+        grade, direction: material grade, and direction of loading (rolling, across).
+        thickness: thickness of the specimens [m].
+        temperature: temperature of the tests [K].
+        specimens: number of specimens.
         ultimate: tensile strength [Pa].
         fatigue_strength: Morrow's coefficient sf' [Pa].
         walker_exponent: gamma, 0 < gamma <= 1.
@@ -222,24 +220,24 @@ class Strength:
                 )
 
     def needed(self, what: str, *names: str) -> list[Any]:
-        """Return values of these fields. Raises `LifeError`, which names those that are missing and ``what`` needs."""
+        """Return the values of these fields. Raises `LifeError` if some that ``what`` needs are missing."""
         if missing := [name for name in names if getattr(self, name) is None]:
             raise LifeError(f"{what} needs {', '.join(missing)} of the material ({self.source}): measure or cite it")
         return [getattr(self, name) for name in names]
 
 
 def all_criteria(base: type[Kind]) -> Iterator[type[Kind]]:
-    """Yield the criteria there are: every subclass with a ``name``, those defined elsewhere, too."""
+    """Yield all criteria: every subclass with a ``name``, in any module."""
     for each in base.__subclasses__():
         yield from [each] if "name" in vars(each) else []
         yield from all_criteria(each)
 
 
 def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
-    """Return the criterion of that name, its constants the fields of the same names of the strength.
+    """Return the criterion of this name, with constants from the fields of the same names of the strength.
 
-    ``base`` is `MeanStress` or `Multiaxial`, ``name`` "goodman", ..., or "crossland", .... Raises `LifeError`: no
-    criterion of that name, or constants that are missing or outside its range.
+    ``base`` is `MeanStress` or `Multiaxial`, ``name`` "goodman", ..., or "crossland", .... Raises `LifeError` for an
+    unknown name, or constants that are missing or out of range.
     """
     known: dict[str, Any] = {each.name: each for each in all_criteria(base)}  # type: ignore[attr-defined]
     if name not in known:
@@ -253,7 +251,7 @@ def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
 
 @dataclass(frozen=True)
 class SpeedMargin:
-    """The industry's rule: a valve may close up to a speed that experience allows [m/s]; ``margin`` = allowed/speed."""
+    """Margin by the empirical limit of the closing speed of a valve [m/s]; ``margin`` = allowed/speed."""
 
     margin: float
     speed: float
@@ -262,9 +260,9 @@ class SpeedMargin:
 
 
 def speed_margin(speed: float, strength: Strength) -> SpeedMargin:
-    """Return how far a ``speed`` of closing, either sign [m/s], is below the one that the strength allows.
+    """Return the margin of a closing ``speed`` of either sign [m/s] to the allowed one.
 
-    Raises `LifeError`: no allowed speed is known, or the speed is not finite.
+    Raises `LifeError` if no allowed speed is known, or the speed is not finite.
     """
     [allowed] = strength.needed("the impact velocity limit", "impact_velocity")
     if not math.isfinite(speed):

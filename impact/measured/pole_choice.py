@@ -1,4 +1,4 @@
-"""Number and places of the poles of a noisy response: as many as its noise resolves, all within its band.
+"""Number and initial positions of the poles of a noisy response, by an information criterion, all within the band.
 
 Sources: Schwarz, Ann. Statist. 6 (1978) 461 (the information criterion); Ewins, Modal Testing, 2nd ed., 4.4 (residual
 terms in place of modes below and above the band).
@@ -16,17 +16,17 @@ from impact.greens.base import Array, ComplexArray
 from impact.measured.amplitudes import FitData, oscillators
 from impact.measured.vector_fitting import Lines, Poles, fitted_poles, left_over, refined, starting_poles
 
-ABOVE_NOISE: Final = 5.0  # least height of a resonance, over the noise of a line
-BEYOND: Final = (1.03, 1.08, 1.16, 1.3, 1.6, 2.5)  # frequencies, over the highest line, of oscillators for all above
-_PATIENCE: Final = 3  # rounds with more poles and no gain, after which the search ends
-_MOST_ROUNDS: Final = 20  # most rounds with more poles; a record that no number of poles explains would take minutes
-_MOST_IDLE: Final = 12  # most poles that are taken out again
+ABOVE_NOISE: Final = 5.0  # least ratio of a resonance to the noise of its line
+BEYOND: Final = (1.03, 1.08, 1.16, 1.3, 1.6, 2.5)  # frequencies of residual terms above the band, over the highest line
+_PATIENCE: Final = 3  # number of rounds without improvement after which the search ends
+_MOST_ROUNDS: Final = 20  # most rounds with more poles; limits the time for a record that no number of poles fits
+_MOST_IDLE: Final = 12  # most poles that are removed again
 _PROMINENCE: Final = 0.5  # least prominence of a resonance, in the logarithm of the mobility
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Poles of one order that were tried, and their Bayesian information criterion, of which less is better."""
+    """Poles of one order that were tried, and their Bayesian information criterion; less is better."""
 
     poles: Poles
     criterion: float
@@ -35,8 +35,8 @@ class Candidate:
 def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[Candidate, ...]]:
     """Return the poles of least Bayesian information criterion, and all that were tried, in the order of the search.
 
-    Free terms stand for what is beyond the band. ``floor`` (n,): misfit that is small enough, whatever the noise [m/N];
-    ``most``: limit of pole pairs.
+    Residual terms represent modes outside the band. ``floor`` (n,): misfit that is acceptable whatever the noise [m/N];
+    ``most``: largest number of pole pairs.
     """
     lines, most = data.lines(residual_terms(data.s)), min(most, len(data.s) // 3)
     poles = starting_poles(data.s, *_peaks(data, most))
@@ -51,7 +51,7 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
         best, least = (poles, cost) if cost < least else (best, least)
         a, b = lines.posed(poles)
         size = np.linalg.norm(a, axis=0)
-        rest = b - (a / size) @ np.linalg.lstsq(a / size, b, rcond=1e-13)[0]  # what the best residues leave
+        rest = b - (a / size) @ np.linalg.lstsq(a / size, b, rcond=1e-13)[0]  # misfit with the best residues
         apart = (rest[: len(data.s)] + 1j * rest[len(data.s) :]) / data.weights[:, None]
         if np.mean(np.abs(apart) ** 2 / floor[:, None] ** 2) <= 1:
             return poles, tuple(tried)
@@ -68,28 +68,28 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
 
 
 def residual_terms(s: ComplexArray) -> ComplexArray:
-    """Return columns (n, 8) of what is not in the band: a compliance and oscillators above it, last a mass below it."""
+    """Return the columns (n, 8) of residual terms: a compliance and oscillators above the band, and a mass below it."""
     highest = float(s.imag[-1])
     above = highest**2 * oscillators(s, 1j * highest * np.array(BEYOND))
     return np.concatenate([np.ones_like(s)[:, None], above, (np.abs(s).min() / s[:, None]) ** 2], axis=1)
 
 
 def within(s: ComplexArray, poles: Poles) -> Poles:
-    """Return the poles whose frequencies, and rates, are in the band of the lines."""
+    """Return the poles with frequencies and rates in the band of the lines."""
     low, high = s.imag[0], s.imag[-1]
     pairs, rates = np.abs(poles.pairs), poles.rates
     return Poles(poles.pairs[(pairs >= low) & (pairs <= high)], rates[(rates >= low) & (rates <= high)])
 
 
 def criterion(data: FitData, squares: float, poles: Poles, form: str = "complex") -> float:
-    """Return the information criterion of a fit that leaves a sum of squares, in units of the noise's variance.
+    """Return the information criterion of a fit with this sum of squared residuals over the variance of the noise.
 
-    Noise that was estimated too large is taken for as small as the fit finds it; never for larger. The frequency of a
-    pole counts twice, for it is looked for along all lines.
+    The variance is reduced, but never raised, to that of the residuals. The frequency of a pole counts as two
+    parameters, as it is searched along all lines.
     """
     q = data.elements.shape[1]
     numbers = 2 * len(data.s) * q / data.alike
-    expected = numbers  # each of real and imaginary part has half of the variance
+    expected = numbers  # real and imaginary part have half of the variance each
     squares = 2 * squares / data.alike
     fit = squares if squares >= expected else expected * (1 + math.log(max(squares / expected, 1e-300)))
     per_pair = 3 + (2 if form == "complex" else 1) * q
@@ -97,7 +97,7 @@ def criterion(data: FitData, squares: float, poles: Poles, form: str = "complex"
 
 
 def _without_idle(data: FitData, lines: Lines, poles: Poles, cost: float) -> list[Candidate]:
-    """Return the poles without those that the information criterion is better off without, one fewer in each."""
+    """Return candidates with poles removed one after the other, as long as this improves the information criterion."""
     candidates = list[Candidate]()
     for _ in range(_MOST_IDLE):
         if len(poles.pairs) == 0:
@@ -116,12 +116,12 @@ def _without_idle(data: FitData, lines: Lines, poles: Poles, cost: float) -> lis
 
 
 def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:
-    """Return the indices of the local maxima that stand out of their surroundings by ``prominence``."""
+    """Return the indices of the local maxima of at least this ``prominence``."""
     return np.asarray(scipy.signal.find_peaks(values, prominence=prominence)[0], dtype=np.int64)
 
 
 def _peaks(data: FitData, most: int) -> tuple[int, Array]:
-    """Return the number of pole pairs to begin with, and the resonances that stand out of the noise [rad/s]."""
+    """Return the initial number of pole pairs, and the frequencies of resonances above the noise [rad/s]."""
     size = np.linalg.norm(data.g, axis=(1, 2))
     peaks = _local_peaks(np.log(np.maximum(size * data.s.imag, 1e-300)), prominence=_PROMINENCE)
     peaks = data.s.imag[peaks[(size * data.weights)[peaks] > ABOVE_NOISE]]

@@ -1,4 +1,4 @@
-"""The way from a measured response to a passive Green's function: poles, residues, and what they miss."""
+"""Fit of a passive Green's function to a measured response: poles, residues, and their uncertainty."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ from impact.measured.vector_fitting import Poles, basis, left_over, pole_passivi
 Form = Literal["auto", "modal", "complex"]
 Fitted = ModalGreens | PoleGreens
 NOT_CAUSAL: Final = 0.5  # causality defect above which a response is refused
-DRAWS: Final = 24  # copies of the record with other noise that are fitted anew, over the number of ports
-MOST_UNEXPLAINED: Final = 0.5  # share of the response left unexplained above which a fit is refused
+DRAWS: Final = 24  # number of fits to copies of the record with other noise, times the number of ports
+MOST_UNEXPLAINED: Final = 0.5  # relative misfit beyond the noise above which a fit is refused
 _SEED: Final = 20_261
-_FLOOR: Final = 0.1  # misfit, over the tolerance, that a fit need not explain, whatever the noise
-_LEAN: Final = 0.01  # least eigenvalue of a mode's amplitude matrix, over the largest: noise adds to its rank one
-_SURE: Final = 30.0  # decrease of the squares, in variances of the noise, above which the lines support a term
+_FLOOR: Final = 0.1  # misfit over the tolerance that is acceptable whatever the noise
+_LEAN: Final = 0.01  # relative eigenvalue of a mode's amplitude matrix below which noise may have raised its rank
+_SURE: Final = 30.0  # decrease of the sum of squares, in variances of the noise, above which a term is significant
 _BEYOND: Final = (1.02, 1.04, 1.06, 1.09, 1.13, 1.18, 1.25, 1.35, 1.5, 1.8, 2.5, 4.0)
-"""Frequencies, over the highest line, at which modes above the band are looked for."""
-_MOST_BEYOND: Final = 3
-_FARTHEST: Final = 6.0  # highest frequency, over the highest line, that modes above the band may move to
+"""Initial frequencies of modes above the band, over the highest line."""
+_MOST_BEYOND: Final = 3  # most modes above the band
+_FARTHEST: Final = 6.0  # highest frequency of modes above the band, over the highest line
 _MOST_DAMPED: Final = 0.3  # largest damping ratio of modes above the band
-_SIGNAL: Final = 10.0  # least excess of a response's power over the noise's, in standard deviations of that
+_SIGNAL: Final = 10.0  # least excess of a response's power over the noise's, in standard deviations of the latter
 _MARGIN: Final = 1.5  # safety factor on the largest change among the draws
-_BLOCK: Final = 9  # neighbouring lines over which the misfit is averaged
+_BLOCK: Final = 9  # number of neighbouring lines over which the misfit is averaged
 BLOCK_LIMIT: Final = 4.5
-"""Largest mean square of their misfit, in variances of the noise: five deviations, for noise known to 20 %."""
-_RANGES: Final = 5  # most ranges of lines that are named
+"""Largest mean squared misfit in variances of the noise: five standard deviations, for noise known to 20 %."""
+_RANGES: Final = 5  # most ranges of lines that are reported
 
 
 @dataclass(frozen=True)
 class PoleFit:
-    """Poles through a measured response, and what its noise leaves open.
+    """Poles fitted to a measured response, with samples of their uncertainty.
 
-    ``greens``: the passive fit; ``draws``: the same, of the same order, to records that differ by their noise, and
-    behind them with other modes beyond the band that the record does not refute; ``deviation``: (n,) of the noise, from
-    the file or from the lines [m/N]; ``tried``: poles of each order that were looked at.
+    ``greens``: the passive fit; ``draws``: fits of the same order to copies of the record with other noise, then fits
+    with other modes above the band that are as plausible; ``deviation``: (n,) standard deviation of the noise, from the
+    file or from the lines [m/N]; ``tried``: poles of each order that was tried.
     """
 
     greens: Fitted
@@ -61,9 +61,9 @@ def fit_poles(
     free: bool | None = None,
     most_pairs: int = 80,
 ) -> Fitted:
-    """Return a passive sum of poles through a measured response: `fit_response` without its draws.
+    """Return a passive sum of poles fitted to a measured response: `fit_response` without its draws.
 
-    ``tolerance``: relative misfit that is allowed beyond the noise.
+    ``tolerance``: relative misfit allowed beyond the noise.
     """
     return fit_response(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs).greens
 
@@ -77,32 +77,32 @@ def fit_response(
     most_pairs: int = 80,
     draws: int | None = None,
 ) -> PoleFit:
-    """Return a passive sum of poles through a measured response, with draws of what its noise leaves open.
+    """Return a passive sum of poles fitted to a measured response, with draws for the uncertainty by its noise.
 
-    Each line counts by its noise in the quantity that was measured (`response.deviation`, or what neighbouring lines
-    have beyond a smooth course), which a misfit of a tenth of ``tolerance`` adds to. Poles by vector fitting, then by
-    least squares; their number by the Bayesian information criterion; all of them within the band. Then either:
+    Lines are weighted by their noise in the measured quantity (`response.deviation`, or the scatter of neighbouring
+    lines), plus a misfit of a tenth of ``tolerance``. Poles follow from vector fitting, then from least squares, their
+    number from the Bayesian information criterion; all lie within the band. Then either:
 
         "modal":   g_ij = sum of damped oscillators with positive matrices of amplitudes, relaxations and a bare
                    compliance, by least squares under these signs: passive by construction (uncoupled modes);
-        "complex": `PoleGreens` with free residues, changed as little as makes them passive (modes coupled by damping);
-        "auto":    real modes unless the noise lets complex ones be distinguished from them.
+        "complex": `PoleGreens` with free residues, changed least to be passive (modes coupled by damping);
+        "auto":    real modes unless complex ones are distinguishable from them despite the noise.
 
-    What lies above the band is a bare compliance, and where the highest lines rise towards it, oscillators at fixed
-    places beyond them; what lies below is a rigid body, if ``free`` or the lines say so, and otherwise not known.
+    Modes above the band are a bare compliance and, if the highest lines rise towards them, oscillators above the band;
+    below the band there is a rigid body, if ``free`` or the lines show it, else nothing.
 
-    ``error.reduction``: the largest change of g after a Hann pulse whose spectrum ends with the band (-6 dB at half the
-    highest line) among the draws, what oscillations beyond the band leave after it, and the misfit that noise does not
-    explain, over the largest response to it. ``origin["fit"]`` holds misfit, noise, causality, passivity and order.
+    ``error.reduction``: the largest change among the draws of g filtered by a Hann pulse whose spectrum ends with the
+    band (-6 dB at half the highest line), the filtered oscillations above the band, and the misfit beyond the noise,
+    over the largest filtered response. ``origin["fit"]`` holds misfit, noise, causality, passivity and order.
 
     Args:
-        free: whether the body can move away (a term -1/(m w^2)); by default, whether the lines need that term and it
-            outweighs all others at the lowest.
-        most_pairs: limit of pole pairs.
-        draws: of records with other noise, always the same; `DRAWS` over the number of ports if absent.
+        free: whether the body is unsupported (a term -1/(m w^2)); by default, whether that term is significant and
+            dominates the lowest lines.
+        most_pairs: largest number of pole pairs.
+        draws: number of copies of the record with other, reproducible noise; default: `DRAWS` over the number of ports.
 
-    Raises `FrequencyResponseError`: not causal, lines that hold nothing but noise, a misfit beyond the noise of more
-    than half of the response, a "complex" fit that cannot be made passive.
+    Raises `FrequencyResponseError` for a response that is not causal, lines with noise only, a misfit beyond the noise
+    of more than half of the response, or a "complex" fit that cannot be made passive.
     """
     if form not in get_args(Form):
         raise frf.FrequencyResponseError(f"form {form!r} is unknown; choose from {', '.join(get_args(Form))}")
@@ -163,8 +163,8 @@ def fit_impulse_response(
     free: bool | None = None,
     most_pairs: int = 80,
 ) -> ModalGreens | PoleGreens:
-    """Do `fit_poles` of a sampled g, which need not have come to rest: an exponential window is laid over it and taken
-    off the poles. ``highest``: band [Hz], by default 0.25/dt. ``free``: by default, whether its tail rule is
+    """Return the fit by `fit_poles` of a sampled g, which need not end at rest: an exponential window is applied, and
+    removed from the poles. ``highest``: band [Hz], by default 0.25/dt. ``free``: by default, whether its tail rule is
     "rigid"."""
     free = greens.tail == "rigid" if free is None else free
     response = frf.of_impulse_response(greens, highest=highest)
@@ -178,7 +178,7 @@ def fit_impulse_response(
 
 
 def noise_of(response: frf.FrequencyResponse) -> Array:
-    """Return the standard deviation (n,) of the noise of a line, of its noisiest element, as receptance [m/N]."""
+    """Return the standard deviation (n,) of the noise of each line's noisiest element, as receptance [m/N]."""
     if response.deviation is not None:
         return np.asarray(response.deviation.max(axis=(1, 2)))
     unit = response.per_receptance
@@ -190,14 +190,14 @@ def noise_of(response: frf.FrequencyResponse) -> Array:
 
 
 def _lines_alike(response: frf.FrequencyResponse) -> int:
-    """Return how many neighbouring lines share their noise: under an exponential window, those in its width."""
+    """Return the number of neighbouring lines with correlated noise: those in the width of an exponential window."""
     spacing = 2 * np.pi * float(np.median(np.diff(response.frequency)))
     return int(min(1 + round(4 * response.shift / spacing), max(len(response.frequency) // 20, 1)))
 
 
 def _floor_of(response: frf.FrequencyResponse, share: float) -> Array:
-    """Return the misfit (n,) that counts as none: ``share`` of the root of the line's size and of the median size, as
-    measured; so that it is a smaller part of resonances than of what lies between them."""
+    """Return the acceptable misfit (n,): ``share`` times the geometric mean of the line's size and the median size, in
+    the measured quantity, so that it is relatively smaller at resonances."""
     unit = np.abs(response.per_receptance)
     size = unit * np.linalg.norm(response.receptance, axis=(1, 2))
     middle = float(np.median(size))
@@ -205,7 +205,7 @@ def _floor_of(response: frf.FrequencyResponse, share: float) -> Array:
 
 
 def _check_signal(data: FitData) -> None:
-    """Raise `FrequencyResponseError` where the power of the lines is that of their noise."""
+    """Raise `FrequencyResponseError` if the power of the lines is that of their noise."""
     power, n = float(np.sum(_squares(data, data.g))), len(data.s) * data.elements.shape[1]
     if power - n < _SIGNAL * np.sqrt(n):
         raise frf.FrequencyResponseError(
@@ -221,7 +221,7 @@ def _squares(data: FitData, values: ComplexArray) -> Array:
 
 
 def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> list[tuple[FitData, Poles]]:
-    """Return the data with the terms beyond the band that the lines support, and poles; then others not refuted."""
+    """Return the data with significant terms outside the band, and poles, followed by equally plausible pairs."""
     data = replace(data, free=True)
     if not (_is_free(data, poles) if free is None else free):
         data = replace(data, free=False)
@@ -233,8 +233,8 @@ def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> list
 
 
 def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[FitData, Poles]:
-    """Return the data and the poles after least squares for those in the band and those beyond it, if these stay
-    there."""
+    """Return data and poles after least squares for poles in and above the band together, if the latter remain above,
+    else for the former only."""
     several = refined(data.lines(data.extra), data.with_beyond(poles), iterations)
     count, highest = len(poles.pairs), float(data.s.imag[-1])
     inside, above = Poles(several.pairs[:count], several.rates), several.pairs[count:]
@@ -245,7 +245,7 @@ def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[F
 
 
 def _is_free(data: FitData, poles: Poles) -> bool:
-    """Return whether the lines support a mass line, beside all from above the band, and where it outweighs the rest."""
+    """Return whether a mass line is significant, and dominates the response at some lines."""
     s, terms = data.s, pole_choice.residual_terms(data.s)
     if 2 * left_over(data.lines(terms[:, :-1]), poles) - 2 * left_over(data.lines(terms), poles) < _SURE:
         return False
@@ -257,15 +257,15 @@ def _is_free(data: FitData, poles: Poles) -> bool:
 
 
 def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[FitData, Poles]]:
-    """Return data and poles with as many modes beyond the band as its highest lines resolve, three at most.
+    """Return data and poles with the number of modes above the band, up to three, of least information criterion.
 
-    Behind them are those with more modes, which fit as well, and those with fewer whose criterion is hardly worse: of
-    what they say about the response beyond the band, and so about its static part, the lines prefer none.
+    They are followed by those with more modes, and with fewer modes of about the same criterion, as the lines do not
+    discriminate between these responses above the band, and their static parts.
     """
     turn, places = -zeta + 1j * np.sqrt(1 - zeta**2), float(data.s.imag[-1]) * np.array(_BEYOND)
     candidates = [_moved_together(data, poles)]
     for _ in range(_MOST_BEYOND):
-        last, _ = candidates[-1]  # its poles may have left the band to stand for what it lacks there
+        last, _ = candidates[-1]  # its poles may be distorted by missing modes above
         more = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
         place = min(more, key=lambda each: left_over(data.lines(each.fixed), poles))
         candidates.append(_moved_together(place, poles))
@@ -278,7 +278,7 @@ def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[F
 
 
 def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitted, bool]:
-    """Return the passive fit of the form asked for, and whether its residues are complex."""
+    """Return the passive fit in the required form, and whether its residues are complex."""
     real: tuple[float, Fitted] | None = None
     if form != "complex":
         whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
@@ -306,7 +306,7 @@ def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitt
 
 
 def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float, float]], float]:
-    """Return ranges of lines [Hz] whose misfit is more than the noise, the worst first, and the largest ratio (rms)."""
+    """Return ranges of lines [Hz] with a misfit above the noise, the worst first, and the largest ratio (rms)."""
     squares = np.mean(np.abs(residual) ** 2, axis=(1, 2))
     mean = np.convolve(np.pad(squares, _BLOCK // 2, mode="reflect"), np.ones(_BLOCK) / _BLOCK, mode="valid")
     over, worst = np.flatnonzero(mean > BLOCK_LIMIT), float(np.sqrt(mean.max()))
@@ -324,7 +324,7 @@ def in_words(ranges: list[tuple[float, float]]) -> str:
 
 
 def _noise_of_draws(data: FitData, deviation: Array, residual: ComplexArray) -> Array:
-    """Return the deviation (n,) that records are drawn with: the noise, and what the fit misses around a line."""
+    """Return the standard deviation (n,) for draws: that of the noise or, if larger, of the misfit around a line."""
     squares = np.mean(np.abs(residual) ** 2, axis=(1, 2))
     width = min(51, len(squares) | 1)
     around = np.convolve(np.pad(squares, width // 2, mode="reflect"), np.ones(width) / width, mode="valid")
@@ -370,8 +370,8 @@ def _report(greens: Fitted, data: FitData, response: frf.FrequencyResponse, defe
 
 
 def _pulse_error(greens: Fitted, draws: tuple[Fitted, ...], data: FitData, unexplained: float) -> float:
-    """Return what draws change of g after the pulse of the band, with oscillations beyond it and the unexplained
-    part."""
+    """Return the error of g filtered by the pulse of the band: the change by draws, oscillations above the band and
+    the ``unexplained`` misfit."""
     w = data.s.imag
     width, end = float(4 * np.pi / w[-1]), float(2 * np.pi / np.median(np.diff(w)))
     t = np.linspace(0.0, min(end, 200 * width), int(min(4 * end * w[-1] / (2 * np.pi), 2000)) + 2)

@@ -1,4 +1,4 @@
-"""Measured Green's functions: read from files, what to know of a run with them, and noise, line by line.
+"""Measured Green's functions: reading of files, advice on runs with them, and noise of frequency responses by line.
 
 Sources: McKelvey and Guerin, IFAC Proc. 45 (2012) 424, and Schoukens et al., Mech. Syst. Signal Process. 20 (2006) 897
 (local rational and polynomial models of a frequency response); Bendat and Piersol, Random Data, 4th ed., 9.2 (the
@@ -23,9 +23,9 @@ from impact.greens.sampled import Pretrigger, SampledGreens, Tail
 from impact.measured.passivity import passivity
 from impact.notices import Advice
 
-UNRESOLVED_LIMIT = 0.01  # largest share of the response above the run's Nyquist frequency without advice
-REST_LIMIT = 0.05  # largest end of a record, over its largest value, without advice under the tail rule 'zero'
-_CHECKED_STEPS = 8192
+UNRESOLVED_LIMIT = 0.01  # fraction of the power above the run's Nyquist frequency beyond which there is advice
+REST_LIMIT = 0.05  # ratio of a record's end to its largest value beyond which there is advice, for tail 'zero'
+_CHECKED_STEPS = 8192  # most steps whose passivity is checked
 _LIKE = "'time [us],impulse_response [um/(N s)]'"
 _UNITS = {"m/(N s)": 1.0, "mm/(N s)": 1e-3, "um/(N s)": 1e-6, "nm/(N s)": 1e-9}
 
@@ -43,7 +43,7 @@ def read_impulse_response(
 ) -> SampledGreens:
     """Read g(t) from two columns under a header such as ``time [us],impulse_response [um/(N s)]``.
 
-    Times in s, ms, us, equally spaced, t = 0 the blow; g in m/(N s), mm/(N s), um/(N s), nm/(N s). Empty lines and
+    Times in s, ms, us, equally spaced from the impact at 0; g in m/(N s), mm/(N s), um/(N s), nm/(N s). Empty lines and
     lines that begin with # are skipped; separators, ``columns`` and ``units`` as in `impact.read_time_series`, the rest
     as `SampledGreens.from_series`; of several ports, read each and stack the values. ``static``: (1, 1) [m/N].
 
@@ -72,11 +72,10 @@ def read_impulse_response(
 
 
 def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "target") -> tuple[Advice, ...]:
-    """Return advice on what a run of ``n`` steps of ``dt`` [s] should know of a sampled body (or of the sampled parts
-    of a sum).
+    """Return advice for a run of ``n`` steps of ``dt`` [s] with a sampled body (or the sampled parts of a sum).
 
-    Share of the sum of |g^(f)|^2 of the samples above 1/(2 dt), with its limit; and whether the step weights are
-    passive, over the first 8192 steps at most; whether a record that the tail rule sets to zero has come to rest.
+    Advice is given if the fraction of the power |g^(f)|^2 of the samples above 1/(2 dt) is large, if the step weights
+    are not passive (in the first 8192 steps), and if a record that is set to zero at its end is not at rest there.
     """
     return tuple(advice for part in greens.sampled_parts for advice in _advice_on(part, dt, n, body))
 
@@ -114,19 +113,19 @@ def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> Iterator[
         )
 
 
-HALF: Final = 7  # lines on either side of one that its local model is fitted to
-SMOOTH: Final = 61  # fewest lines over which the level of the noise is smoothed
-_MODELS: Final = ((7, 2), (7, 4), (4, 2))  # half width in lines, degree of numerator and denominator
-_MUCH_LESS: Final = 0.3  # variance, over the first local model's, below which another model resolves what that misses
-_OUTLIER: Final = 30.0  # local variance over its model, above which it is a resonance that no local model resolves
-_LEAST_COHERENCE: Final = 1e-4
+HALF: Final = 7  # number of lines on either side of one in its local model
+SMOOTH: Final = 61  # least number of lines over which the level of the noise is smoothed
+_MODELS: Final = ((7, 2), (7, 4), (4, 2))  # half width in lines, and degree of numerator and denominator
+_MUCH_LESS: Final = 0.3  # ratio of variances below which another local model replaces the first
+_OUTLIER: Final = 30.0  # ratio of the local variance to its smooth model above which it is due to a resonance
+_LEAST_COHERENCE: Final = 1e-4  # smaller values are replaced by this one
 
 
 def deviation_by_coherence(values: ArrayLike, coherence: ArrayLike, averages: int) -> Array:
     """Return the standard deviation of a complex response, whose squared magnitude is E|error|^2, from its coherence.
 
-    The variance of |H| over |H|^2 is (1 - g2)/(2 g2 n); real and imaginary part together have twice that. It is taken
-    over neighbouring lines: where noise outweighs a response, lines that it happens to make small would seem exact.
+    The variance of |H| over |H|^2 is (1 - g2)/(2 g2 n); that of real and imaginary part together is twice that. It is
+    averaged over neighbouring lines, as otherwise lines that noise happens to make small would seem accurate.
     """
     share = np.clip(np.asarray(coherence, dtype=float), _LEAST_COHERENCE, 1.0)
     variance = np.abs(np.asarray(values)) ** 2 * (1 - share) / (share * averages)
@@ -136,11 +135,11 @@ def deviation_by_coherence(values: ArrayLike, coherence: ArrayLike, averages: in
 
 
 def estimate_deviation(values: ComplexArray, frequency: Array) -> Array:
-    """Return the standard deviation (n,) of one response, from what neighbouring lines have beyond a smooth course.
+    """Return the standard deviation (n,) of the noise of one response, by the scatter of neighbouring lines.
 
-    A rational function is fitted to each line and its neighbours; what it leaves is noise. The noise's course is
-    a sum of what electronics and conversions leave: a constant, a part of the response, and parts that fall and rise
-    as the square of the frequency; times what the running median of the local estimates tells in addition.
+    The residual of a rational function fitted to each line and its neighbours is noise. Its variance is modelled as a
+    sum of a constant, a part proportional to the response, and parts that fall and rise with the frequency, as by
+    electronics and conversion of units, times the running median of the local estimates relative to this sum.
     """
     variance, smooth = _about_rational(values, *_MODELS[0])
     for half, degree in _MODELS[1:]:  # the best local model
@@ -155,7 +154,7 @@ def estimate_deviation(values: ComplexArray, frequency: Array) -> Array:
 
 
 def _about_rational(values: ComplexArray, half: int, degree: int) -> tuple[Array, Array]:
-    """Return the variance about rational functions of the line's number, and their magnitude in the middle."""
+    """Return the (n,) variance about local rational functions of the line's number, and their magnitude at the line."""
     n = len(values)
     width = min(2 * half + 1, n)
     degree = min(degree, (width - 2) // 2)
@@ -180,7 +179,7 @@ def _about_rational(values: ComplexArray, half: int, degree: int) -> tuple[Array
 
 
 def _components(variance: Array, smooth: Array, frequency: Array) -> Array:
-    """Return the variance (n,) as a positive sum of a few courses, by reweighted least squares without outliers."""
+    """Return the variance (n,) as a positive sum of a few functions, by reweighted least squares without outliers."""
     middle = np.sqrt(frequency[0] * frequency[-1])
     courses = (np.ones_like(frequency), smooth**2, (frequency / middle) ** -4, (frequency / middle) ** 4)
     columns = np.stack([course / max(course.max(), 1e-300) for course in courses], axis=1)

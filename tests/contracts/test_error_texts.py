@@ -39,7 +39,7 @@ EXEMPT = {
     ("seatfem/fields.py", "words"): "what tables yield, of which the same is asked where they do",
     ("faces/cli.py", "text"): "the whole text of an error, which gets its line",
     ("jobs/cluster.py", "reason"): "the words of a worker, whose errors are of the same packages",
-    ("structures/inspection/mesh_file.py", "found.problems"): "what the process of gmsh found wrong, in its words",
+    ("structures/inspection/mesh_file.py", "inspected.problems"): "what the process of gmsh found wrong, in its words",
     ("structures/inspection/outline.py", "inspected.problems"): "the same",
     ("structures/kinds/from_files.py", "inspected.problems"): "the same",
     ("structures/mesh/gmsh_process.py", "last['error']"): "the same",

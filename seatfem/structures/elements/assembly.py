@@ -6,8 +6,8 @@ With T_ij = integral of grad phi_i (x) grad phi_j over the body, the 3 x 3 block
     M_ij = rho I integral of phi_i phi_j
 
 Shape functions and quadrature are scikit-fem's; the loop over the elements is compiled and writes straight into the
-sparsity pattern of the unknowns, which are numbered node by node. In nearly incompressible solids the volume change is
-projected, element by element, on what the element can afford (Hughes 1980): its mean in tetrahedra of order 2 and
+sparsity pattern of the unknowns, which are numbered node by node. In nearly incompressible solids the volume change
+of each element is projected on fewer functions against locking (Hughes 1980): its mean in tetrahedra of order 2 and
 hexahedra of order 1, linear functions in hexahedra of order 2.
 """
 
@@ -34,7 +34,7 @@ Mass = Literal["consistent", "nodal"]
 Dilatation = Literal["auto", "full", "projected"]
 
 PROJECT_ABOVE = 0.45  # Poisson's ratio above which the volume change is projected
-_MODES = {("RefTet", 2): 1, ("RefHex", 1): 1, ("RefHex", 2): 4}  # functions it is projected on
+_MODES = {("RefTet", 2): 1, ("RefHex", 1): 1, ("RefHex", 2): 4}  # number of functions on which it is projected
 _FINE_RULE = 14  # degree of the quadrature over a patch whose rings end within elements
 _CUTS = ("symmetry_0", "symmetry_1")
 _CHUNK = 16_384  # elements between two reports of progress
@@ -75,10 +75,10 @@ def assemble(
         dilatation: "projected" keeps nearly incompressible solids from locking; "auto" does so for isotropic solids
             with poisson above 0.45.
         rayleigh: (alpha [1/s], beta [s]) of the damping C = alpha M + beta K, on top of the solids' own.
-        copies: the mesh is one of this many equal sectors that move alike: M, C, K, areas and impedances are of all;
-            their cuts are the sliding boundaries "symmetry_0" and "symmetry_1".
-        rings: every patch is divided into so many ports, NAME_1, NAME_2, ... (`seatfem.structures.rings`).
-        lip: every patch is divided into its parts instead, each a port by its name.
+        copies: number of equal sectors with equal motion, of which the mesh is one: M, C, K, areas and impedances are
+            those of the whole; the cuts are the sliding boundaries "symmetry_0" and "symmetry_1".
+        rings: number of ports into which every patch is divided, NAME_1, NAME_2, ... (`seatfem.structures.rings`).
+        lip: parts into which every patch is divided instead, each a port by its name.
         progress: called with ("assembly", fraction).
 
     Raises:
@@ -121,7 +121,7 @@ def assemble(
 
 @dataclass(frozen=True)
 class _Body:
-    """Elements with their solids and unknowns, from which the matrices are made."""
+    """Elements with their solids and unknowns, and their assembly to matrices."""
 
     made: shape_functions.Discretization
     solids: tuple[Solid, ...]
@@ -131,7 +131,7 @@ class _Body:
     mass: Mass
 
     def matrices(self, progress: Progress, scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
-        """Return (K, M), each solid's stiffness and density times its row of ``scale`` (solids, 2)."""
+        """Return (K, M), with stiffness and density of each solid scaled by its row of ``scale`` (solids, 2)."""
         space, unknown = self.made, self.unknowns.unknown
         lame = np.array([s.lame if isinstance(s, Material) else (0.0, 0.0) for s in self.solids]) * scale[:, :1]
         tensors = np.stack([stiffness_tensor(s.elasticity) for s in self.solids]) * scale[:, :1, None, None, None]
@@ -163,7 +163,7 @@ class _Body:
 
 
 def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArray[np.int32]]:
-    """Return the solids, and which of them each element is made of."""
+    """Return the solids, and the number of each element's solid."""
     count = int(mesh.nelements)
     if isinstance(material, Material | Orthotropic):
         return (material,), np.zeros(count, np.int32)
@@ -189,7 +189,7 @@ def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArr
 
 
 def _modes(made: shape_functions.Discretization, solids: Sequence[Solid], dilatation: Dilatation) -> NDArray[np.int32]:
-    """Return the number of functions the volume change of each solid is projected on; 0: not projected."""
+    """Return, for each solid, the number of functions on which the volume change is projected; 0: not projected."""
     kind = made.element.refdom.__name__
     modes = np.zeros(len(solids), np.int32)
     for k, solid in enumerate(solids):
@@ -206,12 +206,12 @@ def _modes(made: shape_functions.Discretization, solids: Sequence[Solid], dilata
 
 
 def names(given: str | Sequence[str]) -> tuple[str, ...]:
-    """Return boundaries, of which one may be given by its name alone."""
+    """Return the names of boundaries, a single one of which may be given as text."""
     return (given,) if isinstance(given, str) else tuple(given)
 
 
 def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequence[str]]) -> None:
-    """Raise if a boundary is missing, or a patch is pushed that cannot move."""
+    """Raise `ModelError` if a boundary is missing, or a port shares facets with a held boundary."""
     for role, group in {**held, "port": tuple(patches.values())}.items():
         for name in group:
             shape_functions.facets_of(mesh, name, role)

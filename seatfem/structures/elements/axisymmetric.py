@@ -54,16 +54,16 @@ def assemble_axisymmetric(
         material: a `Material`; an `Orthotropic` one whose stiffness does not change by turning it about z; a mapping
             with young [Pa], poisson and density [kg/m^3]; or one of these for each subdomain of the mesh by name.
         harmonic: n >= 0.
-        torsion: of harmonic 0, the motion that the symmetric one leaves out: V alone, which no port excites.
+        torsion: for harmonic 0, assemble the torsional motion V instead, which no port excites.
         fixed: boundaries without displacement; ``()`` for a free body.
         sliding: straight boundaries without normal displacement: planes, cylinders, cones.
         ports: boundary name of each port's ring; default ``{"contact": "contact"}``.
         order: 1 or 2, polynomial order of the displacement; default: that of the mesh.
         mass: "consistent", or "nodal" for a diagonal one, see `nodal_mass_blocks`.
         rayleigh: (alpha [1/s], beta [s]) of the damping C = alpha M + beta K, on top of the materials' own.
-        supports: springs and dashpots on boundaries (`elements.supports`), all around.
-        rings: every patch is divided into so many ports, NAME_1, NAME_2, ... (`rings`), from the inner edge to
-            the outer one.
+        supports: springs and dashpots on boundaries (`elements.supports`), uniform in the angle.
+        rings: number of ports into which every patch is divided, NAME_1, NAME_2, ... from the inner edge to the outer
+            one.
         progress: called with ("assembly", fraction).
 
     Raises:
@@ -123,7 +123,7 @@ def _matrices(
     mass: Mass,
     T: sparse.csr_array,
 ) -> Matrices:
-    """Return K and M of the unknowns."""
+    """Return the function that assembles (K, M) for scaled stiffness and density of each region."""
     components = np.array([1] if torsion else [0, 2] if harmonic == 0 else [0, 1, 2])
     moving = T[(3 * np.arange(section.n_nodes)[:, None] + components).ravel()]
     elasticity = np.array([solid.elasticity for solid in solids])[region]
@@ -166,13 +166,13 @@ def _constraints(
 
 
 def _places(patch: shape_functions.Surface) -> Array:
-    """Return places as `places_across`: a patch is divided by r; a cylinder, which has but one, along z."""
+    """Return the positions by which rings divide a patch, as in `places_across`: r, or z on a cylinder."""
     radii = patch.places[..., 0]
     return patch.places[..., 1] if np.ptp(radii) <= ONE_RADIUS * radii.max() else radii
 
 
 def check_revolved(solid: materials.Solid) -> None:
-    """Raise `ModelError` unless its stiffness stays the same when it is turned by an eighth or a quarter about z."""
+    """Raise `ModelError` unless the stiffness is invariant under rotations by an eighth and a quarter turn about z."""
     stiffness = materials.stiffness_tensor(solid.elasticity)
     for angle in (math.pi / 4, math.pi / 2):
         c, s = math.cos(angle), math.sin(angle)

@@ -1,16 +1,16 @@
 """Mass, stiffness and ports of thick plates: Mindlin-Reissner theory on curved quadrilaterals of nine nodes.
 
-A node has the deflection w and the rotations a = (a_x, a_y) of its normal, grad w in thin plates. Unknowns are
-w and l a, l the typical side of an element: of one unit, matrices are solved 200 times as exactly. With
+A node has the deflection w and the rotations a = (a_x, a_y) of its normal, grad w in thin plates. Unknowns are w and
+l a, l the typical side of an element: with equal units the solution is 200 times as accurate. With
 D = E h^3/(12 (1 - nu^2)), kappa = 5/6 and G = E/(2 (1 + nu)),
 
     2 U = integral of D ((a_x,x + a_y,y)^2 - 2 (1 - nu) (a_x,x a_y,y - (a_x,y + a_y,x)^2/4)) + kappa G h |grad w - a|^2
     2 T = integral of rho h w'^2 + rho h^3/12 |a'|^2
 
 Bending and mass are integrated by 3 x 3 Gauss points, shear by 2 x 2, which keeps thin plates from locking (Hughes,
-Cohen & Haroun, Nuclear Engineering and Design 46 (1978) 203). That alone leaves one deflection without energy on every
-mesh, +1 at vertices, -1 at middles of sides, 0 at centres. The part of its shear that 2 x 2 points do not see gets its
-energy back, times h^2/(h^2 + A) in an element of area A. Where grad w = a, that part is zero.
+Cohen & Haroun, Nuclear Engineering and Design 46 (1978) 203). This alone has a zero-energy mode on every mesh:
+w = +1 at vertices, -1 at middles of sides, 0 at centres. The part of its shear strain that vanishes at 2 x 2 points is
+therefore given its energy, times h^2/(h^2 + A) in an element of area A. That part is zero where grad w = a.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ Integers = NDArray[np.int64]
 UNKNOWNS: Final[tuple[Unknown, ...]] = ("w", "a_x", "a_y")
 SHEAR: Final = 5 / 6  # shear factor kappa of a rectangular section
 _NODES: Final = ((-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0), (0, 0))  # gmsh's order
-_NORM: Final = 15 / 8  # 1 over the squares of both parts of the pattern that 2 x 2 points do not see: 2 * 2/3 * 2/5
-_FLAT: Final = 1e-6  # Jacobian of a folded element, over its largest
-_NEAREST: Final = 16  # elements, those with the nearest centres, in which a point is searched
-_NEWTON: Final = 12
-_BEYOND: Final = 1.5  # largest reference coordinate of points beyond an element
+_NORM: Final = 15 / 8  # 1 over the integral of the squared pattern of `_unseen`, 2 * 2/3 * 2/5
+_FLAT: Final = 1e-6  # largest ratio of the least to the greatest Jacobian of a folded element
+_NEAREST: Final = 16  # number of elements with the nearest centres in which a point is searched
+_NEWTON: Final = 12  # most steps of Newton's iteration
+_BEYOND: Final = 1.5  # bound on the reference coordinates of points outside an element
 _REACH: Final = 1.25  # factor on the distance of the farthest node from the centre: sides bulge between nodes
-_SETTLED: Final = 1e-12  # last step of Newton's iteration, in reference coordinates
-_INSIDE: Final = 1e-6  # reference distance by which a point on the outline may lie outside
+_SETTLED: Final = 1e-12  # step at which Newton's iteration ends, in reference coordinates
+_INSIDE: Final = 1e-6  # largest distance outside of a point on the outline, in reference coordinates
 
 
 @dataclass(frozen=True)
@@ -106,21 +106,21 @@ def assemble_plate(
     held: Mapping[str, Sequence[Unknown]] = MappingProxyType({}),
     ports: Mapping[str, Patch] = MappingProxyType({}),
 ) -> SecondOrderModel:
-    """Assemble the plate's bending motion, as its module says.
+    """Assemble the bending motion of a plate by the theory of this module.
 
     Args:
-        mesh: of the mid-surface.
-        material: isotropic, with its own damping.
+        mesh: mesh of the mid-surface.
+        material: isotropic material, with its damping.
         thickness: h [m].
         clamped: names of ``mesh.lines`` without deflection and rotation; ``()`` for a free plate.
         held: unknowns that vanish on other lines: a simple support has ``("w",)``, or w and the rotation along it.
-        ports: patches whose mean deflection is observed, and pushed by a uniform pressure.
+        ports: patches, loaded by a uniform pressure and observed by their mean deflection.
 
     Returns:
         The model; its ``dofs.expand`` gives displacements (3, n) of the mid-surface.
 
     Raises:
-        ModelError: no such line, a thickness that is not positive, a patch that reaches off the plate.
+        ModelError: an unknown line, a thickness that is not positive, a patch that extends beyond the plate.
     """
     if not (np.isfinite(thickness) and thickness > 0):
         raise ModelError(f"plate: thickness = {thickness:g} m must be positive and finite")
@@ -135,7 +135,7 @@ def assemble_plate(
 def plate_dofs(
     mesh: PlateMesh, *, clamped: str | Sequence[str] = (), held: Mapping[str, Sequence[Unknown]] = MappingProxyType({})
 ) -> DofMap:
-    """Return unknowns of `assemble_plate`, without its matrices. Raises `ModelError` of a line that is not there."""
+    """Return the unknowns of `assemble_plate`. Raises `ModelError` for an unknown line."""
     lines = [clamped] if isinstance(clamped, str) else clamped
     count, moves = len(mesh.points), np.ones((len(mesh.points), 3), dtype=bool)
     for name, unknowns in {**held, **dict.fromkeys(lines, UNKNOWNS)}.items():
@@ -153,10 +153,10 @@ def plate_dofs(
 
 
 def plate_ports(mesh: PlateMesh, patches: Mapping[str, Patch], material: Material, free: Integers) -> dict[str, Port]:
-    """Return ports of patches, pushed by a uniform pressure; ``free``: the unknowns that may move.
+    """Return ports of patches under a uniform pressure; ``free``: numbers of the unknowns that are not held.
 
     Raises:
-        ModelError: a point of a patch that lies off the plate.
+        ModelError: a point of a patch outside the plate.
     """
     areas = [float(patch.weights.sum()) for patch in patches.values()]
     vectors = average(mesh, *patches.values(), names=tuple(patches))
@@ -167,10 +167,10 @@ def plate_ports(mesh: PlateMesh, patches: Mapping[str, Patch], material: Materia
 
 
 def average(mesh: PlateMesh, *patches: Patch, names: Sequence[str] = ("port",)) -> list[Array]:
-    """Return (3 n,) b of each patch, so that b'u is the mean deflection over it; all points are located at once.
+    """Return the vector b (3 n,) of each patch, so that b'u is its mean deflection; ``names`` is for messages.
 
     Raises:
-        ModelError: a point of a patch that lies off the plate; ``names``: of the patches, for the message.
+        ModelError: a point of a patch outside the plate.
     """
     counts = [len(patch.weights) for patch in patches]
     if not counts:
@@ -187,13 +187,13 @@ def average(mesh: PlateMesh, *patches: Patch, names: Sequence[str] = ("port",)) 
 
 
 def deflections(mesh: PlateMesh, nodal: Array, points: Array) -> Array:
-    """Return the (q,) deflections at points (q, 2) [m], by those (n,) at the nodes. Raises as `average`."""
+    """Return the (q,) deflections at points (q, 2) [m] from those at the nodes (n,). Raises like `average`."""
     cells, inside = located(mesh, points, np.full(len(points), "a point"))
     return np.asarray(np.einsum("qk,qk->q", shapes_at(inside)[0], nodal[mesh.cells[cells]]))
 
 
 def everywhere(mesh: PlateMesh) -> Array:
-    """Return (3 n,) b, so that b'u is the mean deflection of the plate: a pressure or the weight does b, per newton."""
+    """Return b (3 n,), so that b'u is the mean deflection of the plate; b is also the load by a unit total pressure."""
     _, weights, shapes = _jacobians(mesh, *_gauss(3))
     vector = np.zeros(len(mesh.points))
     np.add.at(vector, mesh.cells, weights @ shapes)
@@ -223,10 +223,9 @@ def _stiffness(mesh: PlateMesh, material: Material, thickness: float) -> Array:
 
 
 def _unseen(mesh: PlateMesh) -> Array:
-    """Return the (m, 27) part of grad w - a, along the element's own coordinates, in the pattern (s (3 t^2 - 1), t (3
-    s^2 - 1))/2.
+    """Return the (m, 27) projection of grad w - a, in reference coordinates, on (s (3 t^2 - 1), t (3 s^2 - 1))/2.
 
-    At the 2 x 2 points the pattern is zero.
+    This pattern is zero at the 2 x 2 Gauss points.
     """
     points, weights = _gauss(3)
     shapes, slopes = shapes_at(points)
@@ -292,7 +291,7 @@ def _jacobians(mesh: PlateMesh, points: Array, weights: Array) -> tuple[Array, A
 
 
 def _check_shape(mesh: PlateMesh) -> None:
-    """Raise where a Jacobian is not positive at the nodes or the Gauss points."""
+    """Raise `ModelError` if a Jacobian is not positive at the nodes or the Gauss points."""
     slopes = shapes_at(np.concatenate([np.array(_NODES, dtype=float), _gauss(3)[0]]))[1]
     tangents = np.einsum("qks,mkc->mqsc", slopes, mesh.points[mesh.cells])
     det = np.linalg.det(tangents)
@@ -307,7 +306,7 @@ def _check_shape(mesh: PlateMesh) -> None:
 def located(mesh: PlateMesh, points: Array, names: NDArray[np.str_]) -> tuple[Integers, Array]:
     """Return the element (q,) in which each point lies, and its reference coordinates there (q, 2), by Newton's method.
 
-    Elements are tried in the order of their centres' distance. ``names``: (q,) whose points they are.
+    Elements are tried in the order of their centres' distance. ``names``: (q,) names of the points, for messages.
     """
     cells, inside = _locate(np.ascontiguousarray(mesh.points[mesh.cells]), np.ascontiguousarray(points, dtype=float))
     beyond = np.abs(inside) > 1 + _INSIDE
@@ -336,8 +335,8 @@ def _nine_shapes(s: float, t: float, values: Array, slopes: Array) -> None:
 
 @compiled(error_model="numpy")
 def _solve_inside(nodes: Array, x: float, y: float, inside: Array, values: Array, slopes: Array) -> bool:
-    """Move the reference coordinates (2,) to those of a point in an element of nodes (9, 2), or beyond; return whether
-    they settle. The last two arrays are room to work in."""
+    """Solve in place for the reference coordinates ``inside`` (2,) of a point in an element of nodes (9, 2); return
+    whether they converge. The last two arrays are workspace."""
     for _ in range(_NEWTON):
         _nine_shapes(inside[0], inside[1], values, slopes)
         off_x, off_y, a, b, c, d = -x, -y, 0.0, 0.0, 0.0, 0.0
@@ -348,7 +347,7 @@ def _solve_inside(nodes: Array, x: float, y: float, inside: Array, values: Array
             b += slopes[k, 1] * nodes[k, 0]
             c += slopes[k, 0] * nodes[k, 1]
             d += slopes[k, 1] * nodes[k, 1]
-        shift = 1e-12 * max(abs(a), abs(b), abs(c), abs(d))  # where the element is folded beyond its sides
+        shift = 1e-12 * max(abs(a), abs(b), abs(c), abs(d))  # if the map is singular outside the element
         a, d = a + shift, d + shift
         step_s, step_t = (d * off_x - b * off_y) / (a * d - b * c), (a * off_y - c * off_x) / (a * d - b * c)
         inside[0] = min(max(inside[0] - step_s, -_BEYOND), _BEYOND)
@@ -362,11 +361,11 @@ def _solve_inside(nodes: Array, x: float, y: float, inside: Array, values: Array
 def _locate(nodes: Array, points: Array) -> tuple[Integers, Array]:
     """Return the elements (q,) and reference coordinates (q, 2) of points (q, 2) on elements of nodes (m, 9, 2).
 
-    The first that is tried is the element of the point before, from its coordinates on: points come along lines.
-    Numbers are written one by one: numpy's own assignments take seconds to compile.
+    The element of the previous point is tried first, from its coordinates, as points come along lines. Numbers are
+    assigned one by one: array assignments take seconds to compile.
     """
     count, last = len(nodes), -1
-    reach = np.zeros(count)  # squares of the distances that an element's points may have from its centre
+    reach = np.zeros(count)  # squared largest distance of an element's points from its centre
     for e in range(count):
         for k in range(8):
             x, y = nodes[e, k, 0] - nodes[e, 8, 0], nodes[e, k, 1] - nodes[e, 8, 1]

@@ -1,8 +1,7 @@
-"""The ports of a struck patch, in every model alike: what pushes it, where it is observed, its area and impedance.
+"""Ports on a contact patch, for all solid models: load and observation vectors, area and impedance.
 
-Its rings are ordered by where its points lie between its ends. A disk, or a ring with an inner and an outer edge, is
-divided by the distance from its axis, a cylinder along it; every other patch by the distance from its rim, however many
-faces it has.
+Rings divide a disk, or a ring with inner and outer edge, by the distance from its axis, a cylinder by the position
+along the axis, and every other patch by the distance from its rim, however many faces it has.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,8 +17,8 @@ from seatfem.structures.rings import parted, ring_borders, ring_names
 from seatfem.structures.shapes.loops import unshared
 
 ONE_RADIUS = 1e-3  # largest relative difference of radii of a circle, or a cylinder
-_POLYGON = 0.2  # largest share of the area that the straight sides of coarse elements cut off a circle
-_NEAREST = 8  # sides of the rim, those with the nearest middles, whose distance is computed
+_POLYGON = 0.2  # largest relative error of a circle's area by the straight sides of coarse elements
+_NEAREST = 8  # number of sides of the rim, those with the nearest middles, whose distance is computed
 
 
 def ports_on(
@@ -33,15 +32,16 @@ def ports_on(
     n_nodes: int,
     lip: lands.FaceLip | None = None,
 ) -> dict[str, model.Port]:
-    """Return a port for each of the ``rings`` of a boundary, NAME or NAME_1, NAME_2, ... from its inner edge on.
+    """Return a port for each of the ``rings`` of a boundary, NAME or NAME_1, NAME_2, ... from the inner edge outwards;
+    with a ``lip``, for each ring of each arc, by their names.
 
-    Of a ``lip``, for each of its arcs and their rings, by their own names. With n the outward normal, b = integral of
-    n . N over the ring / its area A [m^2], over all 3 ``n_nodes`` displacements; the impedance is that of rho c_p.
+    With n the outward normal, b = integral of
+    n . N over the ring / its area A [m^2], over all 3 ``n_nodes`` displacements; the impedance is rho c_p A.
 
     Args:
-        name, boundary: of the port and of its patch.
-        patch: by a quadrature that is fine enough for rings that end within elements, where there are several.
-        places: (f, Q) where the points of the patch lie between its edges; asked for more rings than one.
+        name, boundary: names of the port and of its boundary.
+        patch: quadrature points of the boundary, fine enough for rings that end within elements.
+        places: function to the (f, Q) positions of these points between the edges; used for several rings.
 
     Raises:
         ModelError: a patch without area.
@@ -60,9 +60,9 @@ def ports_on(
 
 
 def along(lip: lands.FaceLip, patch: Surface) -> model.Array:
-    """Return (p, f, Q) weights of a patch's points in each part of a lip: equal areas around, shares across each arc.
+    """Return the (p, f, Q) weights of a patch's points in each part of a lip: arcs of equal area, divided into rings.
 
-    Elements are cut at the borders by what their points weigh; all parts add up to the patch.
+    Weights of points at a border are split between the parts; all parts add up to the patch.
     """
     around, across = lip.places(patch.places.reshape(-1, 3))
     arcs = parted(around, patch.weights.ravel(), np.arange(lip.arcs + 1) / lip.arcs)
@@ -79,7 +79,7 @@ def of_solids(
     region: NDArray[np.int32],
     value: Callable[[materials.Solid, model.Array], model.Array | float],
 ) -> model.Array:
-    """Return (f, Q) ``value`` of the solid behind each point of the patch, from it and the (g, Q, 3) normals there."""
+    """Return ``value``, a function of a solid and the (g, Q, 3) normals, at the (f, Q) points of the patch."""
     out = np.empty(patch.weights.shape)
     for k, solid in enumerate(solids):
         of = region[patch.elements] == k
@@ -96,13 +96,13 @@ def _port(patch: Surface, weights: model.Array, waves: model.Array, n_nodes: int
 
 
 def places_across(mesh: Any, patch: Surface, cuts: NDArray[np.int64], copies: int) -> model.Array:
-    """Return the (f, Q) place of every quadrature point of ``patch`` between the ends of the patch [m].
+    """Return the (f, Q) position of each quadrature point by which rings divide the patch [m], see the module.
 
     Args:
         mesh: scikit-fem mesh.
-        patch: integrated over.
-        cuts: facets of planes of symmetry through the z axis, along which the patch goes on.
-        copies: how many such sectors make the whole.
+        patch: quadrature points of the patch.
+        cuts: facets on planes of symmetry through the z axis, beyond which the patch continues.
+        copies: number of such sectors in the whole body.
     """
     points = patch.places.reshape(-1, 3)
     ends = np.asarray(mesh.p).T[_rim(mesh, patch.facets, cuts)]
@@ -116,7 +116,7 @@ def places_across(mesh: Any, patch: Surface, cuts: NDArray[np.int64], copies: in
 
 
 def _rim(mesh: Any, facets: NDArray[np.int64], cuts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the (s, 2) vertices of the sides that belong to one facet only, planes of symmetry left out."""
+    """Return the (s, 2) vertices of the sides of one facet only, except those on planes of symmetry."""
     rim = unshared(np.sort(_sides(mesh, facets), axis=0).T)
     if len(cuts):
         rim = rim[~np.isin(rim, np.unique(np.asarray(mesh.facets)[:, cuts])).all(axis=1)]
@@ -136,7 +136,7 @@ def _sides(mesh: Any, facets: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _axis(patch: Surface, copies: int) -> tuple[model.Array, model.Array]:
-    """Return a point of the patch's axis and its direction: centroid and mean normal; z of several equal sectors."""
+    """Return a point on the patch's axis and its direction: centroid and mean normal, or the z axis for sectors."""
     if copies > 1:
         return np.zeros(3), np.array([0.0, 0.0, 1.0])
     centre = np.einsum("fq,fqa->a", patch.weights, patch.places) / patch.area
@@ -151,7 +151,7 @@ def _radius(points: model.Array, middle: model.Array, axis: model.Array) -> mode
 
 
 def _is_round(radii: model.Array, area: float) -> bool:
-    """Return whether these radii of the rim are one, or two with the patch's area (along its axis) between them."""
+    """Return whether the rim is one circle, or two with the patch's projected ``area`` between them."""
     largest = float(radii.max())
     outer = radii >= (radii.min() + largest) / 2
     circles = [radii[part] for part in (outer, ~outer) if part.any()]

@@ -118,9 +118,9 @@ class Section:
 
 
 def ring_surface(section: Section, name: str, role: str, angle: float, degree: int | None = None) -> Surface:
-    """Return a named boundary, turned through an angle that integrates to ``angle``: its weights hold ``angle`` r ds.
+    """Return the quadrature on a revolved boundary, with weights ``angle`` r ds; see `angle_integral`.
 
-    ``degree``: of the quadrature; default: exact for products of shape functions.
+    ``degree``: degree of the quadrature; default: exact for products of shape functions.
     """
     facets = facets_of(section.mesh, name, role)
     elements = np.asarray(section.mesh.f2t[0, facets], dtype=np.int64)
@@ -162,7 +162,7 @@ def angle_integral(harmonic: int) -> float:
 def stiffness_blocks(section: Section, elasticity: Array, harmonic: int, *, torsion: bool = False) -> Array:
     """Return the (n_cells, n_local, d, n_local, d) element stiffness; d = 2 (r, z) for harmonic 0, else 3 (r, th, z).
 
-    ``torsion``: of harmonic 0, the motion along th alone, d = 1.
+    ``torsion``: for harmonic 0, the motion along th only, d = 1.
 
     ``elasticity``: (n_cells, 6, 6) in the order rr, tt, zz, tz, rz, rt. Where a cell's material is nearly
     incompressible its dilatation is replaced by the projection on fewer terms (B-bar; Hughes 1980, Simo & Taylor
@@ -201,14 +201,14 @@ def revolved_strains(by_r: Array, by_z: Array, over: Array, harmonic: int, out: 
 
 
 def nearly_incompressible(elasticity: Array, limit: float = 0.45) -> NDArray[np.bool_]:
-    """Return (n,) whether Poisson's ratio, from bulk and mean shear modulus, is above the ``limit``."""
+    """Return (n,) flags whether Poisson's ratio, by bulk and mean shear modulus, exceeds the ``limit``."""
     bulk = elasticity[:, :3, :3].sum(axis=(1, 2)) / 9
     shear = np.trace(elasticity[:, 3:, 3:], axis1=1, axis2=2) / 3
     return np.asarray((3 * bulk - 2 * shear) / (6 * bulk + 2 * shear) > limit)
 
 
 def _projected(section: Section, basis: Any, strain: Array, weight: Array, picked: NDArray[np.bool_]) -> Array:
-    """Return the picked cells' strains with the dilatation projected, in the weighted mean square."""
+    """Return the strains of the picked cells, with the dilatation projected by weighted least squares."""
     terms = 3 if len(section.cells) == 9 else 1
     place = np.moveaxis(np.asarray(basis.global_coordinates().value), 0, -1)[picked]
     place = place - place.mean(axis=1, keepdims=True)
@@ -236,8 +236,8 @@ def mass_blocks(section: Section, harmonic: int) -> Array:
 def nodal_mass_blocks(section: Section, harmonic: int) -> Array:
     """Return the (n_cells, n_local) diagonal mass of unit density: each cell keeps its whole volume.
 
-    Quadrilaterals off the axis: the Gauss-Lobatto rule at the nodes. Triangles, and cells on the axis, whose nodes at
-    r = 0 would get nothing: the diagonal of the consistent mass, scaled (Hinton, Rock & Zienkiewicz 1976).
+    Quadrilaterals off the axis: the Gauss-Lobatto rule at the nodes. Triangles, and cells with nodes at r = 0, where
+    that mass is zero: the diagonal of the consistent mass, scaled (Hinton, Rock & Zienkiewicz 1976).
     """
     consistent = mass_blocks(section, harmonic)
     diagonal = np.einsum("mii->mi", consistent)

@@ -1,6 +1,6 @@
 """Displacement elements on a scikit-fem mesh: numbering, quadrature over bodies and named boundaries, checks of shape.
 
-scikit-fem gives the shape functions, their gradients at reference points, the quadrature and the numbering of nodes.
+Shape functions, their gradients at reference points, quadrature and node numbers are those of scikit-fem.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ from seatfem.structures.errors import ModelError
 
 Array = NDArray[np.float64]
 Rule = tuple[Array, Array, Array, Array]
-"""Weights (Q,), geometry (Q, V), its slopes (Q, V, 3), displacement (Q, L, ...)."""
+"""Weights (Q,), shape functions (Q, V) and slopes (Q, V, 3) of the geometry, those of the displacement (Q, L, ...)."""
 
 _ELEMENTS = {
     ("RefTet", 1): ElementTetP1,
@@ -29,7 +29,7 @@ _ELEMENTS = {
     ("RefHex", 1): ElementHex1,
     ("RefHex", 2): ElementHex2,
 }
-_FLAT = 1e-10  # least Jacobian over the cube of the element's longest side
+_FLAT = 1e-10  # largest Jacobian of a flat element, over the cube of its longest side
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def discretize(mesh: Any, order: int | None) -> Discretization:
     """Return the elements of ``order`` on ``mesh`` (default: the order of its geometry), checked.
 
     Raises:
-        ModelError: no such element, flat or folded elements, parts that share no node.
+        ModelError: an unknown element, flat or folded elements, or disconnected parts.
     """
     kind, curved = mesh.elem.refdom.__name__, mesh.dofs.element_dofs.shape[0] != mesh.t.shape[0]
     wanted = (2 if curved else 1) if order is None else order
@@ -102,7 +102,7 @@ def discretize(mesh: Any, order: int | None) -> Discretization:
 
 
 def element_of(mesh: Any, order: int, known: Mapping[tuple[str, int], Any], where: str = "") -> Any:
-    """Return scikit-fem's element of an ``order`` on a mesh, of those ``known``; `ModelError` of others."""
+    """Return scikit-fem's element of an ``order`` on a mesh, or raise `ModelError` if it is not ``known``."""
     kind = mesh.elem.refdom.__name__
     if (kind, order) not in known:
         choices = ", ".join(f"{name} order {p}" for name, p in known)
@@ -115,7 +115,7 @@ def _rows(table: Any) -> NDArray[np.int32]:
 
 
 def _has_straight_sides(geometry: Any, corners: Array) -> bool:
-    """Return whether the geometry nodes (m, V, 3) lie where the corners alone would put them."""
+    """Return whether the geometry nodes (m, V, 3) are those of elements with straight sides."""
     linear = values(ElementTetP1(), np.asarray(geometry.doflocs, dtype=float).T)
     off = np.abs(np.einsum("kv,mvc->mkc", linear, corners[:, :4]) - corners).max()
     return bool(off <= 1e-10 * np.abs(corners - corners[:, :1]).max())
@@ -134,14 +134,14 @@ def gradients(element: Any, points: Array) -> Array:
 
 
 def rule_at(made: Discretization, points: Array, weights: Array, displacement: Array) -> Rule:
-    """Return a quadrature rule in the form of the compiled loops."""
+    """Return a quadrature rule with the arrays that the compiled loops need."""
     shapes, slopes = values(made.geometry, points), gradients(made.geometry, points)
     weights = np.asarray(weights, dtype=float)
     return weights, np.ascontiguousarray(shapes), np.ascontiguousarray(slopes), np.ascontiguousarray(displacement)
 
 
 def stiffness_rule(made: Discretization) -> Rule:
-    """Return a rule exact on straight tetrahedra, two degrees more on curved; p + 1 Gauss points a way on hexahedra."""
+    """Return a rule exact on straight tetrahedra, two degrees higher on curved; (p + 1)^3 points on hexahedra."""
     points, weights = _gauss(made, 2 * made.order - 2)
     return rule_at(made, points, weights, gradients(made.element, points))
 
@@ -153,10 +153,10 @@ def mass_rule(made: Discretization) -> Rule:
 
 
 def nodal_rule(made: Discretization) -> Rule:
-    """Return weights that share an element's mass among its nodes.
+    """Return the rule by which an element's mass is distributed to its nodes.
 
-    Hexahedra: Gauss-Lobatto points are the nodes (Cohen 2002), shares w_i det J_i. Tetrahedra: the diagonal of the
-    consistent mass, scaled (Hinton, Rock & Zienkiewicz 1976).
+    Hexahedra: Gauss-Lobatto rule at the nodes (Cohen 2002), with masses in proportion to w_i det J_i. Tetrahedra: the
+    diagonal of the consistent mass, scaled (Hinton, Rock & Zienkiewicz 1976).
     """
     if made.element.refdom.__name__ == "RefTet":
         return mass_rule(made)
@@ -192,7 +192,7 @@ def _check_shape(made: Discretization) -> None:
 
 
 def _check_connected(made: Discretization) -> None:
-    """Raise if the mesh falls into parts that share no node."""
+    """Raise `ModelError` if the mesh consists of parts that share no node."""
     indptr, indices = made.graph
     graph = sparse.csr_array((np.ones(len(indices), np.int8), indices, indptr), shape=(made.size, made.size))
     count, part = sparse.csgraph.connected_components(graph, directed=False)
@@ -215,11 +215,11 @@ class Surface:
 
     Attributes:
         cells: (f, N) displacement nodes.
-        shapes: (f, Q, N) their shape functions.
+        shapes: (f, Q, N) shape functions at the points.
         normals: (f, Q, 3) outward unit normals.
-        weights: (f, Q) area of the points [m^2].
-        elements: (f,) the element behind each facet.
-        facets: (f,) their numbers in the mesh.
+        weights: (f, Q) quadrature weights, which add up to the area [m^2].
+        elements: (f,) element behind each facet.
+        facets: (f,) numbers of the facets in the mesh.
         places: (f, Q, 3) coordinates of the points [m], (f, Q, 2) of r and z on a meridian.
     """
 
@@ -243,7 +243,7 @@ class Surface:
 
 
 def facets_of(mesh: Any, name: str, role: str) -> NDArray[np.int64]:
-    """Return the facets of a named boundary; the error lists the names there are."""
+    """Return the facets of a named boundary. Raises `ModelError` unless it exists and lies on the surface."""
     boundaries = mesh.boundaries or {}
     if name not in boundaries:
         raise ModelError(f"{role}: the mesh has no boundary {name!r}; it has {', '.join(sorted(boundaries)) or 'none'}")
@@ -257,9 +257,9 @@ def facets_of(mesh: Any, name: str, role: str) -> NDArray[np.int64]:
 
 
 def surface(made: Discretization, name: str, role: str, degree: int | None = None) -> Surface:
-    """Return the named boundary, integrated over on the curved facets themselves: n dA = |det J| J^-T (e_1 x e_2) dX.
+    """Return the quadrature on the curved facets of a named boundary: n dA = |det J| J^-T (e_1 x e_2) dX.
 
-    ``degree``: of the quadrature; default: exact for products of shape functions on flat facets.
+    ``degree``: degree of the quadrature; default: exact for products of shape functions on flat facets.
     """
     facets = facets_of(made.mesh, name, role)
     elements = np.asarray(made.mesh.f2t[0, facets], dtype=np.int64)
@@ -275,7 +275,7 @@ def surface(made: Discretization, name: str, role: str, degree: int | None = Non
 
 
 def _on_one_side(made: Discretization, elements: NDArray[np.int64], corners: list[int], degree: int) -> tuple[Any, ...]:
-    """Return the facets of ``elements`` that lie on the same side of the reference element."""
+    """Return cells, shapes, normals, weights and places of the facets of ``elements`` with these reference corners."""
     vertices = np.asarray(made.element.refdom.p, dtype=float)[:, corners]
     origin, edges = vertices[:, 0], np.stack([vertices[:, 1], vertices[:, -1]], axis=1) - vertices[:, :1]
     across = np.cross(edges[:, 0], edges[:, 1])

@@ -1,4 +1,4 @@
-"""What holds a body, and the second-order model that its matrices, damping and supports make, in every model alike.
+"""Supports of a body, and the second-order model by its matrices, damping and supports, for all solid models.
 
 At each node the forbidden directions span a space; the unknowns are the displacements along an orthonormal basis of its
 complement, so that K -> T'KT keeps symmetry and T'MT keeps a nodal mass diagonal. With the traction
@@ -22,18 +22,18 @@ from seatfem.structures.elements.shape_functions import Array, Discretization, S
 from seatfem.structures.errors import ModelError
 
 Constraint = tuple[NDArray[np.integer], Array]
-"""Nodes, and the (3,) direction in which none of them may move."""
-_ALIGNED = 1e-6  # largest 1 - cos between a unit normal and the axis that it counts as
+"""Nodes, and the (3,) direction in which their displacement is zero."""
+_ALIGNED = 1e-6  # largest 1 - cos of the angle between normals, or between a normal and the axis that replaces it
 _FREE = 1e-9  # eigenvalue of the sum of d d' over held unit directions d below which a direction is free
 
 
 @dataclass(frozen=True)
 class Freedom:
-    """The unknowns left of three displacements a node.
+    """Unknowns after constraints on the three displacements of each node.
 
     Attributes:
         displacements: (3 n, n_free) T with orthonormal columns: displacements = T unknowns.
-        free: (n_free,) 3 node + component of each unknown; nodes whose unknowns are turned count them instead.
+        free: (n_free,) 3 node + component of each unknown; 3 node + a counter for unknowns oblique to the axes.
     """
 
     displacements: sparse.csr_array
@@ -41,23 +41,23 @@ class Freedom:
 
     @cached_property
     def base(self) -> NDArray[np.int64]:
-        """Return (n_base,) numbers 3 node + component of the displacements that move: those that are assembled."""
+        """Return (n_base,) numbers 3 node + component of the displacements that are not zero: they are assembled."""
         return np.flatnonzero(np.diff(self.displacements.indptr))
 
     @cached_property
     def unknown(self) -> NDArray[np.int32]:
-        """Return the (n, 3) number of each displacement among those assembled, -1 where held."""
+        """Return the (n, 3) number of each displacement among those assembled, -1 if it is held."""
         numbers = np.full(self.displacements.shape[0], -1, dtype=np.int32)
         numbers[self.base] = np.arange(len(self.base))
         return numbers.reshape(-1, 3)
 
     @cached_property
     def turn(self) -> sparse.csr_array | None:
-        """Return (n_base, n_free) from unknowns to assembled displacements, ``None`` where they are the same."""
+        """Return the (n_base, n_free) map from unknowns to assembled displacements, ``None`` if they are the same."""
         return None if np.array_equal(self.base, self.free) else sparse.csr_array(self.displacements[self.base])
 
     def turned(self, matrix: sparse.csr_array) -> sparse.csr_array:
-        """Return a matrix over the displacements assembled, in the unknowns."""
+        """Return a matrix of the assembled displacements transformed to the unknowns."""
         if self.turn is None:
             return matrix
         product = (self.turn.T @ matrix @ self.turn).tocsr()
@@ -65,7 +65,7 @@ class Freedom:
 
 
 def freedom(n_nodes: int, constraints: Iterable[Constraint]) -> Freedom:
-    """Return unknowns that constraints leave. A node whose held directions are axes keeps the other axes, in order."""
+    """Return the unknowns under constraints; a node held along coordinate axes has the other axes as unknowns."""
     forbidden = np.zeros((n_nodes, 3, 3))
     for nodes, direction in constraints:
         unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
@@ -90,7 +90,7 @@ def held(
     """Yield nodes and held directions of clamped faces, and of planes without normal or without tangential motion.
 
     Raises:
-        ModelError: a boundary that is missing, empty or, for the latter two, not plane.
+        ModelError: a boundary that is missing or empty, or not plane although sliding or antisymmetric.
     """
     for name in fixed:
         nodes = surface(made, name, "fixed").nodes
@@ -103,7 +103,7 @@ def held(
 
 
 def _frame(normals: Array, what: str) -> Array:
-    """Return (3, 3) rows: the one normal of a plane, an axis where it is close to one, and two directions across it."""
+    """Return (3, 3) rows: the normal of a plane, or the axis to which it is close, and two directions in the plane."""
     n = normals[0] / np.linalg.norm(normals[0])
     if (off := 1 - np.abs(normals @ n).min()) > _ALIGNED:
         raise ModelError(f"{what} must be plane (its normal turns by {np.degrees(np.arccos(1 - off)):.2g} degrees)")
@@ -115,11 +115,11 @@ def _frame(normals: Array, what: str) -> Array:
     return np.stack([n, across, np.cross(n, across)])
 
 
-_MINDLIN = 0.82  # tangential over normal stiffness of a contact at nu = 0.3, 2 (1 - nu)/(2 - nu)
+_MINDLIN = 0.82  # ratio of tangential to normal contact stiffness at nu = 0.3, 2 (1 - nu)/(2 - nu)
 
 
 Densities = Sequence[tuple[Literal["K", "C"], Array, Array]]
-"""Terms of K or C per area, along and across the normal, at the points (f, Q) of a patch."""
+"""Stiffness (K) or damping (C) per area, along and across the normal, at the points (f, Q) of a patch."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ class _Even:
                 raise ModelError(f"{kind}({self.boundary!r}): {name} = {value} must be finite and >= 0")
 
     def densities(self, patch: Surface, solids: Sequence[materials.Solid], region: NDArray[np.int32]) -> Densities:
-        """Return springs; see `Densities`."""
+        """Return the spring stiffness per area."""
         one = np.ones(patch.weights.shape)
         return [("K", self.normal * one, (self.tangential or 0.0) * one)]
 
@@ -165,7 +165,7 @@ class Dashpot(_Even):
     """Viscous support [N s/m^3] along and across the normal of ``boundary``."""
 
     def densities(self, patch: Surface, solids: Sequence[materials.Solid], region: NDArray[np.int32]) -> Densities:
-        """Return dashpots; see `Densities`."""
+        """Return the damping per area."""
         return [("C", along, across) for _, along, across in super().densities(patch, solids, region)]
 
 
@@ -204,7 +204,7 @@ def spread_supports(
     region: NDArray[np.int32],
     n_nodes: int,
 ) -> dict[Literal["K", "C"], sparse.csr_array]:
-    """Return the terms of supports on their ``patches`` in "K" and "C", (3 n, 3 n); no key for a matrix without any."""
+    """Return the matrices (3 n, 3 n) that supports on their ``patches`` add to "K" and "C"; no key if they add none."""
     sums: dict[Literal["K", "C"], sparse.csr_array] = {}
     for support, patch in zip(supports, patches, strict=True):
         for target, along, across in support.densities(patch, solids, region):
@@ -227,7 +227,7 @@ def _spread(patch: Surface, along: Array, across: Array, size: int) -> sparse.cs
 
 
 Matrices = Callable[[Array], tuple[sparse.csr_array, sparse.csr_array]]
-"""(K, M) of a body, each region's stiffness and density times its row of the argument (regions, 2)."""
+"""Function to (K, M) of a body, with stiffness and density of each region scaled by its row of (regions, 2) factors."""
 
 
 def whole_model(
@@ -242,11 +242,11 @@ def whole_model(
     """Return M, K, C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over regions r, with supports.
 
     Args:
-        matrices: of the body, in its unknowns.
-        solids: of the regions.
-        rayleigh: (alpha [1/s], beta [s]) of all regions, on top of their own.
-        supports: what they add to K and C, in the unknowns; a key is absent where nothing is added.
-        copies: how often the body is repeated: all matrices are times as large.
+        matrices: function to K and M of the body, in its unknowns.
+        solids: materials of the regions.
+        rayleigh: (alpha [1/s], beta [s]) of all regions, in addition to their own.
+        supports: matrices that supports add to K and C, in the unknowns; absent keys add nothing.
+        copies: number of equal sectors; all matrices are multiplied by it.
     """
     pairs = np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0))
     losses = np.array([solid.loss_factor for solid in solids])

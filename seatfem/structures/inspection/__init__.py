@@ -1,4 +1,4 @@
-"""What the files that a scene names really hold, read before anything is planned or computed: once in a process."""
+"""Inspection of the CAD, mesh and drawing files of a scene before planning, with results cached in the process."""
 
 from impact.names import lazy_names
 

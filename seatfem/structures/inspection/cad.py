@@ -1,4 +1,4 @@
-"""Inspection of a CAD file as gmsh reads it, before anything is planned: its solids and faces."""
+"""Inspection of the solids and faces of a geometry or CAD file by gmsh."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class FileState(NamedTuple):
-    """A file as it is now: equal states are taken for equal contents."""
+    """Path, time of change and size of a file; equal states are assumed to mean equal contents."""
 
     path: Path
     changed: int
@@ -38,7 +38,7 @@ def state_of(path: Path) -> FileState:
 
 
 def opened(read: Callable[[], object], files: Mapping[str, Path | None]) -> Iterator[Finding]:
-    """Yield a reader's message at the key of the file that it names; of none, at the last."""
+    """Yield the message of a failing ``read``, with the key of the file that it names, or else the last key."""
     try:
         read()
     except (ValueError, OSError) as error:
@@ -47,31 +47,33 @@ def opened(read: Callable[[], object], files: Mapping[str, Path | None]) -> Iter
 
 
 def naming(file: Path, message: str) -> str:
-    """Return the message, with the file's name in front where it lacks it."""
+    """Return the message, preceded by the file's name unless it contains it."""
     return message if file.name in message else f"{file}: {message}"
 
 
 def listed(names: Collection[str]) -> str:
-    """Return the names, one after the other."""
+    """Return the quoted names, separated by commas, or "none"."""
     return ", ".join(map(repr, names)) or "none"
 
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-SAMPLED: Final = 400  # points of the struck outline from which distances are taken
-BLOCK: Final = 256  # points to which distances are taken at once
-DIRECTED: Final = 0.1  # least excess of the normals along one direction; a cone of 60 degrees has 1/8
-BESIDE: Final = 0.5  # part of the depth by which held faces may lie beside the struck ones of a bulky body
+SAMPLED: Final = 400  # number of points of the contact face from which distances are computed
+BLOCK: Final = 256  # number of points to which distances are computed at once
+DIRECTED: Final = 0.1  # least difference of the two largest mean squares of the normals; 1/8 for a cone of 60 degrees
+BESIDE: Final = 0.5  # lateral distance of the held faces over the depth up to which they count as beneath
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Attributes:
-    points: (n, 3) [m].
-    triangles: (m, 3) of the surface.
-    groups: named parts of the surface, rows of ``triangles``.
-    cells: (k, 4) tetrahedra; none where they are not known.
-    volume: [m^3].
+    """Triangulated surface of a body, with its tetrahedra if known.
+
+    Attributes:
+        points: (n, 3) coordinates [m].
+        triangles: (m, 3) rows of ``points``.
+        groups: named parts of the surface, rows of ``triangles``.
+        cells: (k, 4) rows of ``points``; k = 0 if not known.
+        volume: volume of the body [m^3].
     """
 
     points: Array
@@ -98,15 +100,15 @@ class Shape:
 
     @cached_property
     def normals(self) -> Array:
-        """Return the (m, 3) unit normals of the triangles, of either sign; zero where one has no area."""
+        """Return the (m, 3) unit normals of the triangles, of either sign; zero for a triangle without area."""
         return np.asarray(self._crosses / np.maximum(self.areas[:, None], np.finfo(float).tiny))
 
     def area(self, group: str) -> float:
-        """Return the area [m^2]."""
+        """Return the area of the group [m^2]."""
         return float(self.areas[self.groups[group]].sum())
 
     def normal(self, group: str) -> Array | None:
-        """Return the (3,) unit vector that most of the group's faces look along, or its opposite; ``None``: a bore."""
+        """Return the (3,) prevailing unit normal of the group, of either sign; ``None`` without one, as in a bore."""
         rows = self.groups[group]
         n = self.normals[rows]
         values, vectors = np.linalg.eigh(np.einsum("i,ij,ik->jk", self.areas[rows], n, n))
@@ -119,22 +121,22 @@ class Shape:
         return loops.unshared(edges)
 
     def width(self, group: str) -> float:
-        """Return twice the area over the length of the outline [m]: of a ring its width, of a disc its radius."""
+        """Return twice the area over the length of the outline [m]: the width of a ring, the radius of a disc."""
         edges = self.outline(group)
         around = float(np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1).sum())
         return 2 * self.area(group) / around if around > 0 else math.sqrt(self.area(group))
 
     def depth(self, group: str) -> float:
-        """Return the depth behind the group, along its normal [m]; where that has none, the body's shortest side."""
+        """Return the depth of the body along the group's normal [m], or its shortest side if there is no normal."""
         normal = self.normal(group)
         if normal is None:
             return float(self.extent.min())
         return float(np.ptp(self.points[np.unique(self.triangles)] @ normal))
 
     def span(self, group: str, held: Sequence[str]) -> float:
-        """Return the mean distance, along its plane, from the group to the held faces [m]; 0 where these lie beneath.
+        """Return the mean lateral distance from the group to the held faces [m]; 0 if these lie beneath.
 
-        Of a body that nothing holds: to the farthest point.
+        For an unsupported body it is the distance to the farthest point.
         """
         depth = self.depth(group)
         held_triangles = [self.triangles[self.groups[name]] for name in held if name in self.groups]
@@ -152,7 +154,7 @@ class Shape:
 
 
 def distances(points: Array, others: Array) -> Array:
-    """Return (n,) distances from ``points`` (n, 3) to the nearest of ``others`` (m, 3), some hundreds."""
+    """Return the (n,) distances of ``points`` (n, 3), a few hundred, from the nearest of ``others`` (m, 3)."""
     nearest = np.full(len(points), np.inf)
     squares = np.einsum("ij,ij->i", points, points)
     for some in np.array_split(others, max(1, len(others) // BLOCK)):
@@ -161,8 +163,8 @@ def distances(points: Array, others: Array) -> Array:
     return np.asarray(np.sqrt(np.maximum(nearest, 0.0)))
 
 
-FILLED: Final = 0.6  # of its bounding box, for a part whose volume is not known
-EVEN: Final = 1e-6  # of the cosine between normals of faces that look the same way
+FILLED: Final = 0.6  # assumed volume over that of the bounding box, for a part of unknown volume
+EVEN: Final = 1e-6  # largest 1 - cos of the angle between parallel normals
 
 
 EMPTY: Final = Shape(np.zeros((0, 3)), np.zeros((0, 3), np.int64), {}, np.zeros((0, 4), np.int64), 0.0)
@@ -173,15 +175,15 @@ class FoundFace:
     """One face of a geometry's solids; lengths in metres.
 
     Attributes:
-        numbers: places in the file's order, from 1, by which scenes may select it.
-        kind: of surface.
-        area, centre: of the face.
-        normal: outward, of a flat face.
-        axis: a point and the direction of a cylinder's or cone's axis, and the cone's half angle [rad].
-        radii: the least and the largest distance from that axis.
-        colour, name: of the file.
-        groups: that select it.
-        solids: that it bounds, from 1.
+        numbers: positions in the file's order, from 1, by which scenes may select it.
+        kind: kind of surface, such as "Plane".
+        area, centre: area and centroid.
+        normal: outward normal of a flat face.
+        axis: point and direction of a cylinder's or cone's axis, and the cone's half angle [rad].
+        radii: least and largest distance from that axis.
+        colour, name: colour and name in the file.
+        groups: names of the groups that contain it.
+        solids: numbers of the solids that it bounds, from 1.
     """
 
     numbers: tuple[int, ...]
@@ -202,12 +204,12 @@ class Inspected:
     """A geometry's solids and faces.
 
     Attributes:
-        faces: all of them.
-        problems: fields of the geometry's specification, and what is wrong with each.
+        faces: all faces.
+        problems: fields of the geometry's specification, each with its problem.
         regions: names of the solids.
-        shape: coarse, with the groups that could be selected; its rows of triangles by face in ``parts``.
+        shape: coarse triangulation, with the groups that could be selected.
         parts: rows of the shape's triangles on each face.
-        edges: by group of flat faces, (e, 2, 3) ends of the straight parts of what bounds it [m].
+        edges: (e, 2, 3) ends of the straight segments that bound each group of flat faces [m].
     """
 
     faces: tuple[FoundFace, ...]
@@ -219,12 +221,12 @@ class Inspected:
 
     @property
     def filled(self) -> float:
-        """Return the volume [m^3], of solids that gmsh cannot fill about."""
+        """Return the volume [m^3], estimated if gmsh could not determine it."""
         return self.shape.volume or FILLED * float(self.shape.extent.prod())
 
-    @lru_cache(maxsize=4)  # noqa: B019  few are kept, as inspections are
+    @lru_cache(maxsize=4)  # noqa: B019  few results are cached, as in `_inspected`
     def land(self, group: str, along: Vector | None = None) -> lands.Land:
-        """Return a group as the land of a lip. Raises as `land_of`, which takes ``along``."""
+        """Return the flat faces of a group with their axes; ``along`` and errors as in `lands.land_of`."""
         normals = [face.normal for face in self.faces if group in face.groups]
         if group not in self.edges or not normals or normals[0] is None or not _alike(normals):
             raise errors.ModelError("the struck face is not flat: take flat faces, or strike it as a whole")
@@ -232,12 +234,12 @@ class Inspected:
 
 
 def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
-    """Return the geometry's faces, groups and problems; a file is read once in a process, as long as it stays as it is.
+    """Return the geometry's faces, groups and problems, cached in the process while its file is unchanged.
 
-    ``picture``: with triangles that show curved faces well, and without cells.
+    ``picture``: with finer triangles on curved faces, and without cells.
 
     Raises:
-        OSError: the file is not there.
+        OSError: the file does not exist.
         MeshingError: gmsh cannot be run, or crashes.
     """
     state = state_of(geometry.path) if isinstance(geometry, CadPart) else None
@@ -255,7 +257,7 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
             return _nothing(error)
     try:
         arrays = run_gmsh({"task": "inspect", "geometry": data, "picture": picture})
-    except errors.GeometryError as error:  # what is found before anything is built, as a unit that is not known
+    except errors.GeometryError as error:  # raised before the geometry is built, as for an unknown unit
         return _nothing(error)
     answer = json.loads(str(arrays["found"]))
     rows = [np.flatnonzero(arrays["faces"] == face["tag"]) for face in answer["faces"]] if answer["faces"] else []
@@ -279,8 +281,8 @@ def _nothing(error: errors.GeometryError) -> Inspected:
     return Inspected((), ((error.field or "path", str(error)),), (), EMPTY, ())
 
 
-def _problems(found: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
-    problems = found["problems"]
+def _problems(answer: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
+    problems = answer["problems"]
     assert isinstance(problems, list)
     return tuple((str(key) or "path", str(message)) for key, message in problems)
 
@@ -291,5 +293,5 @@ def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundF
         return tuple(tuple(v) if isinstance(v, list) else v for v in value) if isinstance(value, list) else value
 
     keys = ("numbers", "kind", "area", "centre", "normal", "axis", "radii", "colour", "name", "solids")
-    mine = tuple(name for name, tags in groups.items() if face["tag"] in tags)
-    return FoundFace(**{key: plain(key) for key in keys}, groups=mine)  # type: ignore[arg-type]
+    containing = tuple(name for name, tags in groups.items() if face["tag"] in tags)
+    return FoundFace(**{key: plain(key) for key in keys}, groups=containing)  # type: ignore[arg-type]

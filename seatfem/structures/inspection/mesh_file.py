@@ -1,6 +1,6 @@
-"""The faces of a part in whatever file it is, and what of a mesh from a file counts before a model is made.
+"""Faces of a part in a CAD or mesh file, and properties of a mesh that are needed before a model is made.
 
-Faces are parts of the surface without a sharp edge within, planes and cylinders named as such.
+Faces of a mesh are parts of its surface without sharp edges inside; planes and cylinders are recognized.
 """
 
 import math
@@ -22,13 +22,13 @@ from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, ins
 
 SHARP: Final = math.radians(25.0)  # largest angle between neighbouring triangles of one face
 FLAT: Final = 1e-3  # largest scatter of the unit normals of a plane
-EVEN: Final = 0.01  # largest scatter of the unit normals of a struck face: coordinates have few digits
-ON_CYLINDER: Final = 0.06  # largest scatter on a cylinder of coarse triangles, over its extent, and of unit normals
+EVEN: Final = 0.01  # largest scatter of the unit normals of a flat contact face: coordinates have few digits
+ON_CYLINDER: Final = 0.06  # largest deviation of coarse triangles from a cylinder, over its extent, and of unit normals
 ROUND: Final = 0.01  # largest relative scatter of the radius of a cylinder
 
 
 def shape_of(mesh: SeatMesh) -> Shape:
-    """Return the surface with its named faces, as straight triangles that look outwards, two per quadrilateral."""
+    """Return the surface with its named faces, as outward-oriented straight triangles, two per quadrilateral."""
     solid = mesh.mesh
     outside = np.unique(np.concatenate([solid.boundary_facets(), *(solid.boundaries or {}).values()]))
     corners = solid.facets[:, outside].T
@@ -52,7 +52,7 @@ def shape_of(mesh: SeatMesh) -> Shape:
 
 @lru_cache(maxsize=4)
 def land_of_mesh(mesh: SeatMesh, group: str) -> lands.Land:
-    """Return a named boundary as the land of a lip. Raises as `land_of`."""
+    """Return the flat faces of a named boundary with their axes. Raises the errors of `lands.land_of`."""
     shape = shape_of(mesh)
     normals, areas = shape.normals[shape.groups[group]], shape.areas[shape.groups[group]]
     mean = np.average(normals, axis=0, weights=areas)
@@ -73,7 +73,7 @@ def _around(quadrilaterals: Integers, points: Array) -> Integers:
 
 
 def regions_of(mesh: Any) -> tuple[str, ...]:
-    """Return the names of the volumes that materials may be assigned to; "seat" where the mesh names none."""
+    """Return the names of the volumes to which materials may be assigned; "seat" if the mesh names none."""
     return tuple(name for name in getattr(mesh, "mesh", mesh).subdomains or () if name != "seat") or ("seat",)
 
 
@@ -86,7 +86,7 @@ def faces_of(shape: Shape) -> tuple[tuple[FoundFace, ...], tuple[Integers, ...]]
 
 
 def _labels(shape: Shape) -> Integers:
-    """Return the (m,) face of each triangle."""
+    """Return the (m,) number of each triangle's face."""
     normals = shape.normals
     edges = np.sort(shape.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
     owner = np.repeat(np.arange(len(shape.triangles)), 3)
@@ -128,7 +128,10 @@ def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
 
 
 def _cylinder(shape: Shape, rows: Integers, normals: Array) -> tuple[Array, Array, float] | None:
-    """Fit a cylinder. Triangles are chords: their middles and normals fit it roughly, their corners give its radius."""
+    """Return a point on the axis, the direction and the radius of a fitted cylinder; ``None`` if there is none.
+
+    As triangles are chords, their centres and normals fit only roughly; the radius is that of their corners.
+    """
     middles = shape.points[shape.triangles[rows]].mean(axis=1)
     extent = float(np.linalg.norm(np.ptp(middles, axis=0)))
     if (axis := inspect.fitted_cylinder(middles, normals, extent, ON_CYLINDER)) is None:
@@ -141,13 +144,15 @@ def _cylinder(shape: Shape, rows: Integers, normals: Array) -> tuple[Array, Arra
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Attributes:
-    name: of the file, or of the scene's seat.
-    faces: all that bound its solids.
-    shape: its surface; ``rows``: of its triangles, by face.
-    regions: names of its solids.
-    notes: what is worth telling: groups that could not be selected, a unit that was assumed.
-    numbered: whether a scene may select its faces by number.
+    """Faces of a part.
+
+    Attributes:
+        name: name of the file, or of the scene's seat.
+        faces: all faces of its solids.
+        shape: triangulated surface; ``rows``: rows of its triangles on each face.
+        regions: names of its solids.
+        notes: notes for the user: groups that could not be selected, or an assumed unit.
+        numbered: whether a scene may select its faces by number.
     """
 
     name: str
@@ -167,7 +172,7 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
 
     Raises:
         GeometryError, MeshError: a file that cannot be read.
-        MeshingError, OSError: gmsh cannot be run; the file is not there.
+        MeshingError, OSError: gmsh cannot be run, or the file does not exist.
     """
     if path.suffix.lower() in cad.STEP_SUFFIXES + cad.BREP_SUFFIXES:
         return _of_cad(path, unit)
@@ -177,8 +182,8 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
 
 
 def of_geometry(geometry: Geometry, name: str) -> Part:
-    """Return the faces of a geometry, with problems at the keys of a scene whose selectors match none."""
-    return _of_found(name, inspect_geometry(geometry, picture=True), "seat.", ())
+    """Return the faces of a geometry, with notes on keys of the scene that select none."""
+    return _of_inspected(name, inspect_geometry(geometry, picture=True), "seat.", ())
 
 
 def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
@@ -187,21 +192,21 @@ def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
     part = CadPart(path, None if length is None else METRES[length])
     inspected = inspect_geometry(part, picture=True)
     notes = (_assumed(path, "mm", "--unit m"),) if brep and unit is None else ()
-    return _of_found(path.name, inspected, None, notes)
+    return _of_inspected(path.name, inspected, None, notes)
 
 
-def _of_found(name: str, found: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
-    """Return the part; ``keys``: in front of the fields that problems name; ``None``: problems are left out."""
-    if not found.faces:
-        raise GeometryError("\n".join(message for _, message in found.problems))
+def _of_inspected(name: str, inspected: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
+    """Return the part; ``keys``: prefix of the fields in notes on problems; ``None``: no notes on problems."""
+    if not inspected.faces:
+        raise GeometryError("\n".join(message for _, message in inspected.problems))
     messages = (
-        () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in found.problems)
+        () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in inspected.problems)
     )
-    return Part(name, found.faces, found.shape, found.parts, found.regions, (*notes, *messages))
+    return Part(name, inspected.faces, inspected.shape, inspected.parts, inspected.regions, (*notes, *messages))
 
 
 def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
-    """Return the faces of a mesh: parts of its surface without a sharp edge within."""
+    """Return the faces of a mesh: parts of its surface without sharp edges inside."""
     shape = shape_of(mesh)
     faces, rows = faces_of(shape)
     return Part(name, faces, shape, rows, regions_of(mesh), notes, numbered=False)

@@ -1,4 +1,4 @@
-"""Outlines and sides of flat sheets in DXF and STEP files, and where a flat reed lies over the lip of its seat."""
+"""Outlines and sides of flat sheets in DXF and STEP files, and the position of a flat reed over the lip of its seat."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from seatfem.structures.shapes import CadPart, Group, Selector, cad, inspect, lo
 from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.structures.shapes.selectors import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 
-PICOMETRE: Final = 12  # decimals of a metre
+PICOMETRE: Final = 12  # decimals to which coordinates in metres are rounded
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class DrawnOutline:
 
     Attributes:
         outline, holes: closed loops of corners (x, y, bulge) [m].
-        thickness: of a solid plate [m]; ``None``: only a face, or a drawing.
-        frame: where x and y lie in a STEP file, on the face that was read.
-        normal: of that face, out of the solid.
+        thickness: thickness of a solid plate [m]; ``None`` for a face or a drawing.
+        frame: origin and axes of x and y in the STEP file, in the plane of the face that was read.
+        normal: normal of that face, out of the solid.
     """
 
     outline: tuple[outlined.Corner, ...]
@@ -42,8 +42,8 @@ class DrawnOutline:
     normal: Vector | None = None
 
     def seen_in(self, frame: Frame) -> DrawnOutline:
-        """Return the outline in another frame of a parallel plane, to a picometre: a sheet that is drawn in another
-        position has the same corners, and so the same mesh."""
+        """Return the outline in the coordinates of another frame in a parallel plane, rounded to a picometre, so that a
+        sheet drawn in another position has the same corners and mesh."""
         assert self.frame is not None
         own, bulged = self.frame, 1.0 if self.frame.normal @ frame.normal > 0 else -1.0
 
@@ -57,19 +57,19 @@ class DrawnOutline:
 
 
 def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) -> DrawnOutline:
-    """Return the outline in a file, which is read once in a process as long as it stays as it is.
+    """Return the outline in a file, cached in the process while the file is unchanged.
 
-    STEP: of its one plane face, or of a plate, whose thickness is found. The face is square to an axis of the file, and
-    seen against that axis: x and y are the file's where it is z; y and z, or z and x, where it is x, or y.
+    A STEP file holds one plane face, or a plate, whose thickness is determined. The normal of the face is an axis of
+    the file: for z, coordinates are x and y of the file; for x, y and z; for y, z and x.
 
     Args:
-        path: of a STEP file, else DXF.
+        path: STEP or DXF file.
         unit: metres per unit of a DXF drawing.
-        oblique: whether a STEP face may be square to no axis; it is then seen as lands are
-            (`seatfem.structures.lands.axes_along`).
+        oblique: whether a STEP face may be inclined to all axes; its axes are then those of
+            `seatfem.structures.lands.axes_along`.
 
     Raises:
-        GeometryError: "Outlined.file = ..." of a file that is damaged or holds something else.
+        GeometryError: "Outlined.file = ..." for a file that is damaged or has other content.
     """
     try:
         return _read(state_of(path), path, unit, oblique)
@@ -102,18 +102,18 @@ Place = tuple[float, float]
 
 
 def straight_side(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tuple[Place, Place]:
-    """Return both ends, in the frame of the plate, of the straight side that the selected faces are [m].
+    """Return both ends of the straight side made of the selected faces, in coordinates of the frame [m].
 
     Raises:
-        GeometryError: "Outlined.clamped = ...": a selection that finds no face, one that is no straight side, or faces
-            that do not lie in one line; with the sides that there are.
+        GeometryError: "Outlined.clamped = ...": no face is selected, or a face that is no straight side, or faces
+            that do not lie in one line; the message lists the sides.
     """
     return _side(state_of(path), path, selectors, frame)
 
 
 @lru_cache(maxsize=8)
 def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tuple[Place, Place]:
-    del state  # part of the key
+    del state  # part of the cache key
     try:
         inspected = inspect_geometry(CadPart(path, contact=(), fixed=(), groups=(Group(GROUP, selectors),)))
     except (MeshingError, OSError) as error:
@@ -163,8 +163,8 @@ def _listed_sides(faces: list[FoundFace]) -> str:
 
 
 ROUND_OFF: Final = 1e-6  # accuracy of coordinates in exchange files [m], [rad]
-EDGE_POINTS: Final = 721  # points of each edge of a lip
-BESIDE: Final = 1e-5  # distance [m] from the reed's edge within which a touching part does not count as cutting
+EDGE_POINTS: Final = 721  # number of points on each edge of a lip
+BESIDE: Final = 1e-5  # distance from the reed's edge within which a point does not count as cutting through [m]
 
 
 @dataclass(frozen=True)
@@ -172,10 +172,10 @@ class Placement:
     """Position and tilt of a reed over a lip.
 
     Attributes:
-        frame: of the reed, on the side that faces the lip: x from its clamp towards the lip, the normal away from it.
-        lip: centre of the lip, seen in this frame [m].
-        height: of the reed's side over that centre, along the normal [m].
-        tilt, axis: angle between both planes, and the direction about which the reed is tilted, from x on [rad].
+        frame: plane of the reed's side that faces the lip: x from the clamp towards the lip, normal away from the lip.
+        lip: centre of the lip in coordinates of this frame [m].
+        height: distance of that plane from the centre of the lip, along the normal [m].
+        tilt, axis: angle between reed and lip, and direction of the axis of tilt, measured from x [rad].
     """
 
     frame: Frame
@@ -186,7 +186,7 @@ class Placement:
 
 
 def facing_side(drawn: DrawnOutline, normal: Vector) -> tuple[Vector, Vector]:
-    """Return a point on the side of a plate that faces a lip with this outward normal [m], and the plate's own normal
+    """Return a point on the side of a plate that faces a lip with this outward normal [m], and the normal of the plate
     away from the lip."""
     assert drawn.frame is not None
     assert drawn.normal is not None
@@ -200,8 +200,8 @@ def placed(land: lands.Land, side: tuple[Vector, Vector], clamp: Array) -> Place
     """Return the position and tilt of a reed over a lip.
 
     Args:
-        land: the lip's; seen in any directions.
-        side: a point and the normal, as of `facing_side`.
+        land: flat face of the lip; its axes do not matter.
+        side: point and normal by `facing_side`.
         clamp: (2, 3) two points on the clamped line [m].
     """
     point, up = (np.array(each) for each in side)
@@ -213,7 +213,7 @@ def placed(land: lands.Land, side: tuple[Vector, Vector], clamp: Array) -> Place
     x /= np.linalg.norm(x)
     frame = Frame(inspect.triple(foot - ((foot - point) @ up) * up), inspect.triple(x), inspect.triple(np.cross(up, x)))
     lip_axes = lands.axes_along(lip_normal, inspect.triple(x))
-    rise = -lip_axes[:2] @ up / (lip_normal @ up)  # of the opening, along the lip's x and y
+    rise = -lip_axes[:2] @ up / (lip_normal @ up)  # slope of the opening along the lip's x and y
     tilt = math.atan(float(np.hypot(*rise)))
     axis = math.atan2(-float(rise[0]), float(rise[1])) if tilt > ROUND_OFF else 0.0
     u, v = frame.seen(centre).tolist()
@@ -221,8 +221,8 @@ def placed(land: lands.Land, side: tuple[Vector, Vector], clamp: Array) -> Place
 
 
 def opening(lip: AnyLip, placement: Placement) -> tuple[float, float]:
-    """Return the smallest opening between a reed and the centre lines of a lip, seen along its x axis, and how much
-    smaller it is at the edges of the lip [m]."""
+    """Return the smallest opening between a reed and the centre lines of a lip, with the x axis of the placement, and
+    by how much it is smaller at the edges of the lip [m]."""
     middle, edges = (
         float(tilted(points, placement.tilt, placement.axis).min())
         for points in (lip.lines(), np.stack(lip.cuts(np.linspace(0.0, 1.0, EDGE_POINTS))))
@@ -231,12 +231,12 @@ def opening(lip: AnyLip, placement: Placement) -> tuple[float, float]:
 
 
 def cut_by(shape: Shape, outline: Sequence[Array], placement: Placement, allowed: float) -> Vector | None:
-    """Return a point at which a body cuts through the facing side of the reed [m]; ``None`` without one.
+    """Return a point at which a body cuts through the facing side of the reed [m], ``None`` if there is none.
 
     Args:
-        shape: the body's surface.
-        outline: loops (n, 3) around the reed and its holes, seen in the placement's frame.
-        allowed: height by which it may [m].
+        shape: surface of the body.
+        outline: loops (n, 3) around the reed and its holes, in coordinates of the placement's frame.
+        allowed: height above that side up to which the body may extend [m].
     """
     frame = placement.frame
     height = (shape.points - np.array(frame.origin)) @ frame.normal - ROUND_OFF - allowed

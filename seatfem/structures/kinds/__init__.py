@@ -1,6 +1,6 @@
-"""Kinds of structures, one file each: imported here, they are what scenes may name.
+"""Kinds of structures, imported here so that scenes may name them.
 
-A kind from elsewhere is a subclass of `Structure` too, known from its definition on.
+A kind from another package is known once its subclass of `Structure` is defined.
 """
 
 from seatfem.structures.kinds.blocks import BarSeat as BarSeat

@@ -1,4 +1,4 @@
-"""Flat reeds and springs: beams in closed form, their release and their loads."""
+"""Base of the flat reeds: beams in closed form, their release and their loads."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.structure import Structure, Traits
 
 STIFFENING: Final = 36 / 35  # extra force of a cantilever's elastica under a tip force, over (deflection/length)^2
-DEFLECTED: Final = 0.1  # deflection over length at which the extra force is 1 %
-SLENDER: Final = 0.2  # thickness over length beyond which a reed is no beam: shear adds 3 % to its compliance
-SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # shear's share of compliance over (t/l)^2, nu = 0.3
+DEFLECTED: Final = 0.1  # largest deflection over length; the extra force is less than 1 % there
+SLENDER: Final = 0.2  # largest thickness over length of a thin beam; shear adds 3 % to the compliance there
+SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # compliance by shear over that by bending, over (t/l)^2; nu = 0.3
 
 
 class Release(fields.Table):
@@ -70,11 +70,11 @@ class Beam(Structure):
     group: ClassVar[str] = "reeds"
     traits: ClassVar[Traits] = Traits(has_weight=True, moved_by=("release", "pressure", "point_force", "gravity"))
     theory: ClassVar[type[Any]]
-    """The beam in closed form, whose fields have the names of keys of the table or of its material."""
+    """Class of the beam in closed form; its fields have the names of keys of the table or of its material."""
     long: ClassVar[str] = "reed.length"
     """The key that states its length."""
     both_held: ClassVar[bool] = False
-    """Whether its far end is clamped, too."""
+    """Whether its far end is clamped as well."""
 
     thickness: fields.Length = fields.default("0.305 mm", "thickness, in the direction of the motion")
     material: parts.Material = fields.default(
@@ -106,7 +106,7 @@ class Beam(Structure):
 
     @property
     def widths_along(self) -> tuple[tuple[float, float], ...]:
-        """Return [position from the root, width], in between linear [m]."""
+        """Return pairs of distance from the root and width [m]; the width is linear in between."""
         return ((0.0, self.mean_width), (self.span, self.mean_width))
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
@@ -132,7 +132,7 @@ class Beam(Structure):
             striking.check_along(self.kind, self.span, place, key)
 
     def start_at(self, at: float | None) -> float:
-        """Return the deflection of the shape of release: static under a force at the tip, or a mode."""
+        """Return the initial deflection at ``at``, in the static shape under a force at the tip or in a mode."""
         if self.release is None:
             return 0.0
         beam = self.beam()
@@ -199,7 +199,7 @@ class Beam(Structure):
         return self
 
     def too_thick(self) -> str:
-        """Return why the theory of thin beams does not hold for this beam; "" where it may."""
+        """Return the reason why the theory of thin beams does not hold for this beam; "" if it does."""
         if self.thickness <= SLENDER * self.span:
             return ""
         return (
@@ -216,11 +216,11 @@ class Beam(Structure):
         return SHEAR * (self.thickness / (self.span if at is None else at)) ** 2
 
     def limits(self) -> tuple[notices.Advice, ...]:
-        """Report the limits of the deflection at release.
+        """Return advice if the deflection at release is too large for linear theory.
 
-        The elastica of a cantilever under a tip force needs (1 + (36/35)(d/L)^2) of the linear force for the deflection
-        d, to second order; of its thickness this is independent. Source: K. E. Bisshopp and D. C. Drucker, Large
-        deflection of cantilever beams, Quart. Appl. Math. 3 (1945) 272.
+        The elastica of a cantilever needs 1 + (36/35)(d/L)^2 times the linear tip force for a deflection d, to second
+        order, whatever its thickness. Source: K. E. Bisshopp and D. C. Drucker, Large deflection of cantilever beams,
+        Quart. Appl. Math. 3 (1945) 272.
         """
         deflection = 0.0 if self.release is None else self.release.largest
         if (relative := deflection / self.span) <= DEFLECTED:
@@ -239,7 +239,7 @@ class Beam(Structure):
         )
 
     def assumed(self) -> tuple[str, ...]:
-        """Return the keys that were not given, with the values that stand for them, as far as a reader must know."""
+        """Return dimensions and material that take their default, as text "reed.KEY = VALUE"."""
         values = {
             "width": quantities.text(self.mean_width, "m"),
             "thickness": quantities.text(self.thickness, "m"),
@@ -250,7 +250,7 @@ class Beam(Structure):
 
 
 class UniformBeam(Beam):
-    """Base of all beams that are as wide everywhere."""
+    """Base of all beams of constant width."""
 
     length: fields.Length = Field(description="free length")
     width: fields.Length = fields.default("10 mm", "width")

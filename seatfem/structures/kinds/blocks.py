@@ -1,4 +1,4 @@
-"""Kinds of scenes: tables of solids between parallel planes (bars, blocks, the valve plate with several ports)."""
+"""Kinds of prismatic solids: bars, blocks, and the valve plate with several ports."""
 
 from __future__ import annotations
 
@@ -71,10 +71,10 @@ height = "5 mm"
         return (self.geometry().width ** 2 + self.geometry().height ** 2) / 12
 
     def love_error(self, band: float) -> float:
-        """Return the relative delay of waves at the band edge [Hz] that a rod without lateral inertia leaves out, nu^2
-        k^2 r^2/2.
+        """Return the relative delay nu^2 k^2 r^2/2 by lateral inertia of waves at the band edge [Hz], which a rod
+        neglects.
 
-        r^2 is the polar radius of gyration squared, k = w/c_0. Source: Love, A Treatise on the Mathematical Theory of
+        r is the polar radius of gyration, k = w/c_0. Source: Love, A Treatise on the Mathematical Theory of
         Elasticity, article 278.
         """
         solid = self.material.mean
@@ -83,7 +83,7 @@ height = "5 mm"
 
     @property
     def form_error(self) -> float:
-        """Return the relative error of g by the clamped end, which cannot contract sideways: it shortens the rod.
+        """Return the relative error of g since the clamped end cannot contract laterally, which shortens the rod.
 
         The static compliance falls by (0.33 to 0.5) nu^2 sqrt(width height)/length over nu = 0.15 to 0.45 and sides of
         1:1 to 1:8 (examples/bar_as_rod.py); g after a few reflections is off by about twice that, so 1.0 is taken.
@@ -92,7 +92,7 @@ height = "5 mm"
         return self.material.mean.poisson**2 * math.sqrt(area) / length
 
     def closed_form(self) -> base.GreensFunction | None:
-        """Return the elementary rod of its cross-section, clamped at its far end, where it is one."""
+        """Return the elementary rod of the same cross-section, clamped at its far end, if that level applies."""
         if not self._rod(self.greens.bandwidth).applies:
             return None
         solid, (area, _, length) = self.material.mean, self.struck_part()
@@ -186,7 +186,7 @@ clamp_width = "2 mm"
 
     @property
     def struck_face(self) -> str:
-        """Return the lands of all ports, or of one."""
+        """Return the name of the lands of all ports, or of one port."""
         return "contact" if self.struck is None else f"land_{self.struck}"
 
     @property
@@ -216,7 +216,7 @@ clamp_width = "2 mm"
         return lands * math.pi * (reach**2 - plate.port_radius**2), plate.land_width, plate.thickness
 
     def patch(self) -> Patch | None:
-        """Return a bulky body on a clamped round plate of the same reach, thinned by its ports."""
+        """Return a bulky body on a clamped round plate of the same size, its stiffness reduced by the ports."""
         local, geometry = super().patch(), self.geometry()
         assert local is not None
         round_plate = self.layout == "circle"

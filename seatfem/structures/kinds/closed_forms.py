@@ -117,7 +117,7 @@ damping_ratio = 0.02
 
     @property
     def cross_section(self) -> float:
-        """Return the area in square metres."""
+        """Return the area of the cross-section [m^2]."""
         return self.area if self.area is not None else (self.width or 0.0) * (self.thickness or 0.0)
 
     @property
@@ -167,7 +167,7 @@ damping_ratio = 0.02
             )
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
-        """Return the rod; met ``at`` two places, with a port at either end."""
+        """Return the rod, with a port at each end if it has two contacts ``at``."""
         if isinstance(at, tuple) and greens is None:
             greens = impact.rod_of_two_ends(**self._sizes)
         return super().body(greens, n_modes, at)
@@ -183,14 +183,15 @@ damping_ratio = 0.02
             striking.check_along(self.kind, self.length, at, key)
 
     def strain_at(self, place: float, force: Array, dt: float, body: Body, at: striking.At = None) -> Array:
-        """Return the strain by the waves from each struck end, of which the forces press on the rod."""
+        """Return the strain by superposition of the waves from the contact forces at both ends."""
         pressed = force.reshape(len(force), -1) * np.array([1.0, -1.0])[: 1 if force.ndim == 1 else force.shape[1]]
         ends = zip(pressed.T, (place, self.length - place), strict=False)
-        borne = [after.stresses.axial_force(push, dt, self._reached(away)) for push, away in ends]
+        borne = [after.stresses.axial_force(push, dt, self._step_response(away)) for push, away in ends]
         return np.asarray(sum(borne) / -(self.young * self.cross_section))
 
-    def _reached(self, away: float) -> Callable[[Array], Array]:
-        """Return the axial force so far away from an end, at times after a unit force is set on there."""
+    def _step_response(self, away: float) -> Callable[[Array], Array]:
+        """Return the axial force at a distance ``away`` from an end as a function of time after a unit step force at
+        that end."""
         if (speed := self.wave_speed) is not None:
             return lambda time: np.asarray(time >= away / speed, dtype=float)
         free = impact.rod_with_end_impedance

@@ -1,4 +1,4 @@
-"""Structures that gmsh meshes."""
+"""Base of the structures whose geometry is meshed by gmsh."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
 
-MOST_OF_COARSEST: Final = 2e4  # elements of a mesh that is made to count those of others
-WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a ring-shaped face of other bodies
+MOST_OF_COARSEST: Final = 2e4  # most elements of a mesh that is generated to predict the sizes of finer ones
+WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # values of the key model with a single port for a lip
 
 
 class Drawn(elastic.Elastic):
-    """Base of all bodies that gmsh meshes."""
+    """Base of all bodies with a geometry that gmsh meshes."""
 
     @property
     def drawn(self) -> Drawn | None:
@@ -44,7 +44,7 @@ class Drawn(elastic.Elastic):
 
     @property
     def is_swept(self) -> bool:
-        """Return whether hexahedra can be swept through it."""
+        """Return whether it can be meshed by swept hexahedra."""
         geometry = self.geometry()
         return geometry.plan is not None or geometry.profile is not None
 
@@ -55,10 +55,10 @@ class Drawn(elastic.Elastic):
     )
 
     shape: ClassVar[type[Geometry]]
-    """What it is drawn as, whose keys are those of its table."""
+    """Class of the geometry; its fields are keys of the table."""
 
     def geometry(self) -> Geometry:
-        """Return the geometry in SI units. Raises `GeometryError` where it cannot be built."""
+        """Return the geometry in SI units. Raises `GeometryError` if it cannot be built."""
         return fields.of_same_names(self.shape, self)  # type: ignore[type-var]
 
     @property
@@ -71,11 +71,11 @@ class Drawn(elastic.Elastic):
 
     @property
     def own_axis(self) -> Vector | None:
-        """Return the direction that lies along the reed; ``None``: the body's own x axis."""
+        """Return the direction that is aligned with the length of the reed; ``None``: the body's x axis."""
         return None
 
     def struck_part(self) -> tuple[float, float, float]:
-        """Return the area and narrowest width of the struck face [m^2, m], depth of the body behind it [m]."""
+        """Return the area [m^2] and smallest width [m] of the contact face, and the depth of the body behind it [m]."""
         raise NotImplementedError
 
     @model_validator(mode="after")
@@ -85,8 +85,7 @@ class Drawn(elastic.Elastic):
 
     @property
     def sectors(self) -> int:
-        """Return the number of equal sectors between planes of symmetry that the body and its load can be cut into; 1:
-        none."""
+        """Return the number of equal sectors, bounded by planes of symmetry, of body and load; 1: no symmetry."""
         return 1
 
     @property
@@ -104,7 +103,7 @@ class Drawn(elastic.Elastic):
         return inspection.mesh_file.of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
-        """Return the outlines of an upright block as it is stated, of others by the surface that gmsh reads."""
+        """Return the outlines, of a block by its sides, of other bodies by the triangulation of their surface."""
         shape, name = self.geometry(), self.kind.replace("_", " ")
         if shape.rectangle is not None and shape.plan is not None:
             views = outlines.of_prism(name, shape.rectangle.sides, shape.rectangle.patch, shape.plan.height)
@@ -133,7 +132,7 @@ class Drawn(elastic.Elastic):
 
     @property
     def _obstacles(self) -> dict[Level, str]:
-        """Return why levels do not describe it; "" of one that does."""
+        """Return for each discrete level the reason why it does not apply; "" if it does."""
         sector = "" if self.isotropic else "an orthotropic material turns from sector to sector"
         return {
             "axisymmetric": "the geometry is no solid of revolution",
@@ -160,7 +159,7 @@ class Drawn(elastic.Elastic):
     def _rod(self, band: float) -> Applicability:
         return Applicability.refused("rod", "only a straight bar struck on its whole end is a rod")
 
-    # What is known without a mesh
+    # Estimates without a mesh
 
     def patch(self) -> Patch | None:
         area, width, depth = self.struck_part()
@@ -171,7 +170,7 @@ class Drawn(elastic.Elastic):
         return Column(area, depth, width, self.material.young_across, self.material.density)
 
     def mesh_spec(self, method: Method) -> MeshSpec:
-        """Return the mesh of a method; sizes it leaves open follow the slowest shear wave at the band edge."""
+        """Return the mesh of a method; sizes it leaves open follow from the shortest shear wave in the band."""
         assert method.bandwidth is not None
         per_wavelength = PER_WAVELENGTH[self.elements_of(method)]
         size = method.size or self.slowest / (per_wavelength * method.bandwidth)
@@ -182,20 +181,20 @@ class Drawn(elastic.Elastic):
         return estimates.costs.numbers_of_drawn(self, method, coarser)
 
     def coarsest(self) -> MeshSpec | None:
-        """Return the coarsest mesh that shows the body's first resonance; ``None`` where no face is known."""
+        """Return the coarsest mesh that resolves the body's first resonance; ``None`` if no face is known."""
         if (patch := self.patch()) is None:
             return None
         sizes = sizes_for(patch, patch.first_resonance, ERRORS[0], self.mesh.order)
         return MeshSpec(sizes.size, sizes.contact_size, order=self.mesh.order, shape=self.mesh.shape)
 
     def rough_sizes(self, spec: MeshSpec, level: Level) -> estimates.sizes.Sizes:
-        """Return the order of magnitude of a mesh, before any is made."""
+        """Return the order of magnitude of the numbers of a mesh, without generating one."""
         area, width, depth = self.struck_part()
         patch = bulky(self.material.mean, area / self.copies.get(level, 1), width, depth)
         return estimates.sizes.rough_sizes(spec, level, patch, self.measures_inside(level))
 
     def sizes(self, spec: MeshSpec, level: Level) -> estimates.sizes.Sizes:
-        """Return a mesh in numbers, by the body's coarsest one, which is made once where that is quick."""
+        """Return the predicted numbers of a mesh, extrapolated from the coarsest mesh if that is generated quickly."""
         coarsest = self.coarsest()
         if coarsest is not None and self.rough_sizes(coarsest, level).elements <= MOST_OF_COARSEST:
             sizes = estimates.sizes.predicted_sizes(self.geometry(), spec, level, self.copies.get(level, 1), coarsest)
@@ -204,24 +203,24 @@ class Drawn(elastic.Elastic):
         return self.rough_sizes(spec, level)
 
     def measures_inside(self, level: Level) -> float:
-        """Return the volume of what is modelled [m^3], or area of a half section [m^2]."""
+        """Return the volume of the modelled part [m^3], or the area of its half section [m^2]."""
         geometry = self.geometry()
         volume = inspect_geometry(geometry).filled if geometry.volume is None else geometry.volume
         return volume / self.copies.get(level, 1)
 
     def beyond(self, level: AnyLevel) -> GreensFunction | None:
-        """Return what a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
+        """Return a Green's function with the leading effect that a level neglects; ``None`` if none is known."""
         return None
 
     @property
     def form_error(self) -> float:
-        """Return the relative error of g by the closed form, beside that of `beyond`."""
+        """Return the relative error of g in closed form by effects that `beyond` neglects, too."""
         return 0.0
 
     def mass(self) -> float:
         return self.material.density * self.measures_inside("3d")
 
-    # Computing it
+    # Computation
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
@@ -238,5 +237,5 @@ class Drawn(elastic.Elastic):
 
 
 def struck_as_a_whole(model: str) -> str:
-    """Return why a body of a stated model has no lip."""
+    """Return the reason why a body with this value of the key model has no lip."""
     return f"with model = {model!r} is struck as a whole, not in arcs; remove model, or the key"

@@ -1,4 +1,4 @@
-"""Structures known by matrices, and among them those of finite elements: material, damping, supports."""
+"""Structures described by mass and stiffness matrices, and those of finite elements: material, damping, supports."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class Reduced(motion.Moving):
-    """Base of all bodies that are known by their matrices."""
+    """Base of all bodies described by mass and stiffness matrices."""
 
     traits: ClassVar[structure.Traits] = replace(motion.Moving.traits, is_reduced=True)
 
@@ -62,8 +62,8 @@ class Reduced(motion.Moving):
         return not reduction.greens.named(self.greens.method).oscillators
 
     def memory(self, method: Method, duration: float) -> float:
-        """Return how long its g must be right in a run of ``duration`` [s]: until uniform damping has forgotten the
-        band's tail, at most."""
+        """Return the time [s] up to which g must be accurate in a run of ``duration`` [s]: earlier if uniform damping
+        makes the response at the band edge decay before."""
         assert method.bandwidth is not None
         return min(duration, forgotten_after(self.damping_ratio, method.bandwidth))
 
@@ -73,7 +73,7 @@ class Elastic(Reduced):
 
     traits: ClassVar[structure.Traits] = replace(Reduced.traits, needs_gmsh=True, is_kept=True, has_rings=True)
     has_faces: ClassVar[bool] = False
-    """Whether what is struck may be flat faces of any outline."""
+    """Whether the contact face may consist of flat faces of any outline."""
 
     material: parts.AnyMaterial = Field(description="the body's material: a table, or a name alone")
     materials: dict[str, parts.AnyMaterial] = default({}, "other materials, by the name of their region")
@@ -126,7 +126,7 @@ class Elastic(Reduced):
         return structure.LipFace() if self.has_faces else super().lip_face
 
     def land(self) -> Land:
-        """Return the land that is struck. Raises `ModelError` of what is neither flat rings nor flat strips."""
+        """Return the flat contact faces. Raises `ModelError` unless they are rings or strips."""
         raise NotImplementedError
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
@@ -134,7 +134,7 @@ class Elastic(Reduced):
 
     @property
     def copies(self) -> Mapping[AnyLevel, int]:
-        """Return, by level, how many copies of the modelled part make the whole; one by default."""
+        """Return, by level, the number of copies of the modelled part in the whole body; 1 for levels not listed."""
         return {}
 
     @property
@@ -158,10 +158,10 @@ class Elastic(Reduced):
         return self.rayleigh.mass / (2 * frequency) + self.rayleigh.stiffness * frequency / 2
 
     def solids(self, regions: tuple[str, ...]) -> Material | Orthotropic | dict[str, Material | Orthotropic]:
-        """Return the material of the body, or of each region: what ``materials`` does not name is ``material``.
+        """Return the material of the body, or of each region: ``material`` for regions not named in ``materials``.
 
         Raises:
-            ModelError: a name that is no region.
+            ModelError: the name of a region that the mesh does not have.
         """
         if not self.materials:
             return self.material.solid
@@ -174,20 +174,19 @@ class Elastic(Reduced):
         raise NotImplementedError
 
     def part(self) -> Part:
-        """Return its faces, to be shown."""
+        """Return its faces for pictures and lists."""
         raise NotImplementedError
 
     def discrete(self, level: AnyLevel) -> Level:
-        """Return the level of the finite elements: a spring's are of the cheapest that leaves nothing out."""
+        """Return the level of the finite elements; for a spring, the cheapest that applies."""
         return "3d"
 
     def elements_of(self, method: Method) -> Level:
-        """Return the level of a method's finite elements: the arcs of a lip leave no sectors alike."""
+        """Return the level of a method's finite elements: "3d" for a lip in arcs, which has no equal sectors."""
         return "3d" if method.in_arcs else self.discrete(method.level)
 
     def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
-        """Return its finite elements in numbers, with elements ``coarser`` times as large; ``None`` where that is not
-        known."""
+        """Return the predicted numbers of elements and unknowns, with elements ``coarser`` times as large, if known."""
         return None
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
@@ -196,16 +195,16 @@ class Elastic(Reduced):
         return of_patch(patch, self.damping_ratio + self.material.loss_factor / 2)
 
     def mass(self) -> float:
-        """Return the mass [kg], all of it of the body's own material."""
+        """Return the mass [kg], with ``material`` in all regions."""
         raise NotImplementedError
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction:
-        """Return the body that replaces its Green's function in pre-runs in which it strikes ``face``."""
+        """Return an estimate of its Green's function for pre-runs in which it strikes ``face``."""
         greens = ringing(self.surrogate(duration, face).greens, self.damping_ratio + self.material.loss_factor / 2)
         return freed(greens, self.mass()) if self.velocity is not None and self.loose else greens
 
     def unknown_names(self, faces: Collection[str], regions: Collection[str]) -> Iterator[structure.Finding]:
-        """Yield supports on faces that are clamped or not there, materials of regions that are not there."""
+        """Yield problems: supports on clamped or unknown faces, and materials of unknown regions."""
         for number, support in enumerate(self.supports):
             if support.on in self.held:
                 words = f"the face {support.on!r} is clamped: a support there changes nothing"

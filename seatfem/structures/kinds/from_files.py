@@ -1,4 +1,4 @@
-"""Bodies drawn or meshed elsewhere: solids of a CAD program, and meshes."""
+"""Bodies from files of other programs: CAD solids and meshes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from seatfem.structures.mesh.meshing import SeatMesh
 
 OTHER_NAMES: Final = {"path": "file"}
-"""Keys of scenes with another name in the geometry's specification."""
+"""Key of the scene by the field of `CadPart`, where their names differ."""
 
 
 class Cad(drawn.Drawn):
@@ -94,14 +94,14 @@ file = "seat.step"
         except (MeshingError, OSError) as error:
             yield ("file",), naming(self.file, str(error))
             return
-        alone = len(inspected.problems) == 1
+        single = len(inspected.problems) == 1
         for field, message in inspected.problems:
             first, *rest = field.split(".", 1)
             key = OTHER_NAMES.get(first, first)
             if key == "unit" and self.unit is None:
                 key = "file"
             first_line, _, faces = message.partition("\n")
-            if faces and not alone:  # the faces are not listed with each
+            if faces and not single:  # only a single message lists all faces
                 message = f"{first_line} seatfem faces {shlex.quote(self.file.name)} shows them"
             yield (key, *rest), naming(self.file, message)
         if inspected.faces:
@@ -117,7 +117,7 @@ file = "seat.step"
         return inspection.mesh_file.of_geometry(self.geometry(), self.file.name)
 
     def patch(self) -> Patch | None:
-        """Return the patch as the faces in the file are; raises `GeometryError` without any."""
+        """Return the patch by the contact faces in the file; raises `GeometryError` if there are none."""
         inspected = inspect_geometry(self.geometry())
         if "contact" not in inspected.shape.groups:
             raise GeometryError("\n".join(message for _, message in inspected.problems))
@@ -160,7 +160,7 @@ file = "seat.msh"
         return bool(self.fixed)
 
     def read(self, progress: Progress = silent) -> SeatMesh:
-        """Return the mesh in the file; it is read once, as long as the file and all it includes stay."""
+        """Return the mesh in the file, cached while the file and those it includes are unchanged."""
         states = tuple(state_of(part) for part in formats.meshio_files.all_files(self.file))
         progress("meshing", 0.0)
         mesh = _read(self.file, self.contact, self.fixed or None, METRES[self.unit], self.merge, self.parts, states)
@@ -227,5 +227,5 @@ def _read(
     parts: int,
     states: tuple[FileState, ...],
 ) -> SeatMesh:
-    del states  # part of the key
+    del states  # part of the cache key
     return formats.mesh_files.read_mesh(file, contact=contact, fixed=fixed, unit=unit, merge=merge, parts=parts)

@@ -1,4 +1,4 @@
-"""Bodies known by files: Green's functions, measured frequency responses, modes, and matrices of other programs."""
+"""Bodies from files: Green's functions, measured frequency responses, modes, and matrices of other programs."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ Made = TypeVar("Made")
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 
 
-def read_once(read: Callable[..., Made], asked: tuple[Any, ...], *files: Path) -> Made:
-    """Return ``read(*asked)``, kept in the process as long as these files stay as they are."""
-    made: Made = _read(read, asked, tuple(state_of(file) for file in files))
-    return made
+def read_once(read: Callable[..., Made], arguments: tuple[Any, ...], *files: Path) -> Made:
+    """Return ``read(*arguments)``, cached in the process while the files are unchanged."""
+    result: Made = _read(read, arguments, tuple(state_of(file) for file in files))
+    return result
 
 
 @lru_cache(maxsize=8)
-def _read(read: Callable[..., Any], asked: tuple[Any, ...], states: tuple[FileState, ...]) -> Any:
-    del states  # part of the key
-    return read(*asked)
+def _read(read: Callable[..., Any], arguments: tuple[Any, ...], states: tuple[FileState, ...]) -> Any:
+    del states  # part of the cache key
+    return read(*arguments)
 
 
 class GreensFile(Moving):
@@ -68,8 +68,7 @@ file = "seat.h5"
         return storage.hdf5.load_greens(self.file)
 
     def function(self, duration: float) -> base.GreensFunction:
-        """Return the function in the file; raises `GreensFunctionError` if it is not known for a run of ``duration``
-        [s]."""
+        """Return the function in the file; raises `GreensFunctionError` if it ends before ``duration`` [s]."""
         greens = self._read()
         if greens.valid_for < duration * (1 - 1e-9):
             raise base.GreensFunctionError(
@@ -126,16 +125,16 @@ file = "response.csv"
         return self
 
     def response(self) -> FrequencyResponse:
-        """Return the measured response of the contact, read once in a process.
+        """Return the measured response of the contact, cached in the process.
 
         Raises:
-            FrequencyResponseError: what `read_frf` raises; a universal file without a node.
-            UffError, OSError: as the readers.
+            FrequencyResponseError: an error of `read_frf`, or no node for a universal file.
+            UffError, OSError: an error of the readers.
         """
-        return read_once(_record, self._asked, self.file)
+        return read_once(_record, self._reading, self.file)
 
     @property
-    def _asked(self) -> tuple[Any, ...]:
+    def _reading(self) -> tuple[Any, ...]:
         columns, units = (tuple(stated_in(roles).items()) for roles in (self.columns, self.units))
         return self.file, self.node, self.direction, self.averages, self.quantity, columns, units
 
@@ -149,7 +148,7 @@ file = "response.csv"
             return Solved(self.fit().greens, about={"seat_model": f"poles fitted to {self.file.name}"})
 
     def fit(self) -> PoleFit:
-        return read_once(_fitted, (self._asked, self.tolerance, self.free), self.file)
+        return read_once(_fitted, (self._reading, self.tolerance, self.free), self.file)
 
 
 class UniversalModes(Moving):
@@ -172,7 +171,7 @@ direction = "+z"
         yield from opened(self.function, {"file": self.file})
 
     def function(self) -> modal.ModalGreens:
-        """Return the modes of the file, read once in a process. Raises `UffError`, `OSError`."""
+        """Return the modes in the file, cached in the process. Raises `UffError`, `OSError`."""
         return read_once(_modes, (self.file, self.node, self.direction, self.system), self.file)
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
@@ -216,7 +215,7 @@ damping_ratio = 0.02
         return unknown("matrices do not contain the size of the struck face", face)
 
     def system_of_equations(self) -> structures.model.SecondOrderModel:
-        """Return the model in the files, read once in a process. Raises `ModelError`, `OSError`."""
+        """Return the model in the files, cached in the process. Raises `ModelError`, `OSError`."""
         files = (self.mass, self.stiffness, self.damping, self.contact)
         return read_once(_matrices, (*files, self.system, self.first_dof, self.constrained), *filter(None, files))
 
@@ -244,9 +243,9 @@ def _record(
     return read_frf_uff(file, ports={"contact": (node, direction)})
 
 
-def _fitted(asked: tuple[Any, ...], tolerance: float, free: bool | None) -> PoleFit:
-    file = asked[0]
-    response = read_once(_record, asked, file)
+def _fitted(arguments: tuple[Any, ...], tolerance: float, free: bool | None) -> PoleFit:
+    file = arguments[0]
+    response = read_once(_record, arguments, file)
     try:
         return impact.measured.pole_fit.fit_response(response, tolerance=tolerance, free=free)
     except FrequencyResponseError as problem:
@@ -264,5 +263,5 @@ def _modes(file: Path, node: int, direction: Direction, units: Any) -> modal.Mod
 def _matrices(
     mass: Path, stiffness: Path, damping: Path | None, contact: Path, system: Any, first_dof: Any, constrained: Any
 ) -> structures.model.SecondOrderModel:
-    how = {"system": system, "first_dof": first_dof, "constrained": constrained}
-    return formats.matrices.read_matrices(mass, stiffness, damping, ports={"contact": contact}, **how)
+    options = {"system": system, "first_dof": first_dof, "constrained": constrained}
+    return formats.matrices.read_matrices(mass, stiffness, damping, ports={"contact": contact}, **options)

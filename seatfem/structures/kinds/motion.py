@@ -1,4 +1,4 @@
-"""Tables of scenes on how a striker starts and what drives it: velocities, deflections, courses of forces in time."""
+"""Tables of scenes with initial conditions and loads of a striker: velocities, deflections, forces over time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from seatfem.units import write_quantity
 
 
 class Record(NamedTuple):
-    """A course as it was read from a file [SI], and of which quantity."""
+    """A time series read from a file [SI], and its quantity."""
 
     quantity: bodies.time_series.Quantity
     course: bodies.time_series.TimeSeries
@@ -27,22 +27,22 @@ class Record(NamedTuple):
 
 @runtime_checkable
 class Recorded(Protocol):
-    """A table of a scene that may name a file with a course."""
+    """A table of a scene that may name a file with a time series."""
 
     def record(self) -> Record | None:
-        """Return the course; ``None`` where no file is named. Raises `TimeSeriesError` or `KeyProblem`."""
+        """Return the time series; ``None`` if no file is named. Raises `TimeSeriesError` or `KeyProblem`."""
 
 
 class Roles(fields.Table):
-    """Text by role."""
+    """Base of tables with a text, such as a header, for each role of a column."""
 
     def stated(self) -> dict[str, str]:
-        """Return the stated keys."""
+        """Return the text of each key that is set."""
         return {role: text for role in type(self).model_fields if (text := getattr(self, role)) is not None}
 
 
 def stated_in(roles: Roles | None) -> dict[str, str]:
-    """Return the stated keys of a table of a scene; nothing where it is absent."""
+    """Return the text of each key that is set, empty if the table is absent."""
     return {} if roles is None else roles.stated()
 
 
@@ -145,14 +145,14 @@ class _Course(fields.Table):
 
     @property
     def course(self) -> Callable[[Array], Array]:
-        """Return the course at times (n,) [s], in SI."""
+        """Return the quantity [SI] as a function of times (n,) [s]."""
         if (record := self.record()) is not None:
             return record.course
         value = self.value
         return lambda t: np.full(np.shape(t), value)
 
     def record(self) -> Record | None:
-        """Return the course of the file, ``None`` of a constant. Raises `TimeSeriesError`."""
+        """Return the time series in the file; ``None`` for a constant. Raises `TimeSeriesError`."""
         if self.file is None:
             return None
 
@@ -207,7 +207,7 @@ AnyPointForce = Annotated[PointForce, BeforeValidator(as_value)]
 
 
 class Moving(structure.Structure):
-    """Base of all bodies that may strike with a motion of their contact alone."""
+    """Base of all bodies that may strike and whose motion is known at their contact only."""
 
     traits: ClassVar[structure.Traits] = structure.Traits(is_solved=True, moved_by=("velocity", "deflection", "force"))
 
@@ -241,7 +241,7 @@ class Moving(structure.Structure):
 
 
 def _shape(greens: GreensFunction, kind: str, key: str) -> Array:
-    """Return the (M,) shapes of the modes at the first port. Raises `GreensFunctionError` of a body without modes."""
+    """Return the (M,) mode shapes at the first port. Raises `GreensFunctionError` for a body without modes."""
     if (modal := greens.modal) is None or len(modal.omega) == 0:
         remedy = (
             "give it modal damping alone, and a reduction that keeps modes (greens.method = 'auto')"
@@ -253,7 +253,7 @@ def _shape(greens: GreensFunction, kind: str, key: str) -> Array:
 
 
 def _deflected(greens: GreensFunction, deflection: float, kind: str) -> ModalState:
-    """Return a start at rest in the static shape under a force at the contact, q_k = F phi_k/omega_k^2."""
+    """Return the state at rest in the static shape under a force at the contact, q_k = F phi_k/omega_k^2."""
     shape, modal = _shape(greens, kind, "deflection"), greens.modal
     assert modal is not None
     if not modal.omega.all():

@@ -38,7 +38,7 @@ class Material(fields.Table):
     @model_validator(mode="before")
     @classmethod
     def _by_name(cls, given: object) -> object:
-        """Read material = "steel" as material = { name = "steel" }; a value beside the name overrules the list's."""
+        """Read material = "steel" as material = { name = "steel" }; keys of the table override the listed values."""
         if isinstance(given, str):
             return {"name": given, **_constants(given)}
         if not isinstance(given, Mapping) or not isinstance(name := given.get("name"), str):
@@ -50,7 +50,7 @@ class Material(fields.Table):
 
     @property
     def solid(self) -> materials.Material:
-        """Return the material as finite elements take it."""
+        """Return the material for the finite elements."""
         return materials.Material(self.young, self.poisson, self.density, loss_factor=self.loss_factor)
 
     @property
@@ -65,8 +65,7 @@ class Material(fields.Table):
 
 
 def _constants(name: str) -> dict[str, object]:
-    """Return a listed material's values, as a file would state them. Raises `ValueError` for a name that is not
-    listed."""
+    """Return the keys of a listed material as text with units. Raises `ValueError` for an unknown name."""
     if (material := named_material(name)) is None:
         close = get_close_matches(name.casefold(), NAMED_MATERIALS, n=1)
         meant = f"; did you mean {close[0]!r}?" if close else ""
@@ -107,7 +106,7 @@ class OrthotropicMaterial(fields.Table):
 
     @property
     def solid(self) -> materials.Orthotropic:
-        """Return the material as finite elements take it."""
+        """Return the material for the finite elements."""
         rows = np.asarray(self.axes, dtype=float)
         unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
         axes = tuple(tuple(float(x) for x in row) for row in unit)
@@ -181,7 +180,7 @@ class ReductionName:
 
     @property
     def options(self) -> tuple[str, ...]:
-        """Return all names there are."""
+        """Return "auto" and the names of all reductions."""
         return (AUTO, *reduction.greens.reducers())
 
     def __call__(self, method: str) -> str:

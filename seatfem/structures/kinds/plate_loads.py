@@ -78,7 +78,7 @@ class Curvature(Table):
         return table
 
     def given(self, points: Array) -> Array:
-        """Return (n,) heights at points (n, 2) [m]. Raises `KeyProblem` of points that they do not cover."""
+        """Return the (n,) tabulated heights at points (n, 2) [m]. Raises `KeyProblem` for points outside the table."""
         if self.heights is not None:
             at, height = np.array(self.heights).T
         else:
@@ -100,9 +100,9 @@ class Curvature(Table):
         return np.asarray(np.interp(x, at, height))
 
 
-AT_REST: Final = 1e-3  # least motion of the paddle's centre in a mode, over the largest: a twist leaves it at rest
+AT_REST: Final = 1e-3  # relative amplitude of a mode at the paddle's centre below which it is at rest, as in a twist
 FIELD: Final = {"x": "length", "y": "length", "w": "length", "velocity": "velocity"}
-MOST_LOST: Final = 0.05  # largest share of a field's square, integrated over the mass, that the modes may leave out
+MOST_LOST: Final = 0.05  # largest part of a field's square, integrated over the mass, that is no sum of the modes
 
 
 class PlateRelease(Table):
@@ -164,8 +164,7 @@ class PlateRelease(Table):
         return table
 
     def _at(self, name: str, points: Array) -> Array:
-        """Return the (n,) values of a column at points (n, 2), nan where none surround them; zero of a column that is
-        not there."""
+        """Return the (n,) values of a column at points (n, 2), nan outside the table; zero if the column is absent."""
         table = self._table()
         return between(table, name, points) if name in table else np.zeros(len(points))
 
@@ -176,7 +175,8 @@ class PlateRelease(Table):
         return self.deflection or 0.0
 
     def of_field(self, plate: structures.sheets.PlateModes) -> ModalState:
-        """Return the start by the field. Raises `ModelError` of nodes that it lacks or the modes do not hold."""
+        """Return the field as initial state of the modes. Raises `ModelError` if it does not cover the plate, or the
+        modes do not represent it."""
         return ModalState(self._projected("w", plate), self._projected("velocity", plate))
 
     def _projected(self, name: str, plate: structures.sheets.PlateModes) -> Array:
@@ -197,14 +197,14 @@ class PlateRelease(Table):
         return amplitudes
 
     def static(self, push: Array, plate: structures.sheets.PlateModes) -> ModalState:
-        """Return a start at rest in the shape q_k = F s_k/omega_k^2 of a static force, s_k its modal part ``push``."""
+        """Return the state at rest q_k = F s_k/omega_k^2 under a static load with modal forces s_k, ``push``."""
         assert self.deflection is not None
         each = push / plate.modes.omega**2
         return ModalState(self.deflection / float(plate.centre @ each) * each, np.zeros_like(each))
 
     def of_mode(self, plate: structures.sheets.PlateModes, about: str) -> ModalState:
-        """Return an undeformed start. Raises `ModelError` of a mode that is not there, or leaves the contact where it
-        is."""
+        """Return an undeformed state with the velocity of one mode. Raises `ModelError` for an unknown mode, or one
+        that does not move the contact."""
         centre, omega = plate.centre, plate.modes.omega
         rate = np.zeros_like(omega)
         assert self.velocity is not None
@@ -228,10 +228,10 @@ class PlateForce(motion.ForceCourse):
 class ClampedPlate(thin_plate.ThinPlate):
     """Base of all plates that are clamped at their root and strike with their paddle.
 
-    Their loads move the modes alone. What the modes left out would yield to them at once is neglected: for a paddle of
-    16 mm by 0.3 mm on a neck of 15 mm, 3e-6 of the static deflection of paddle or lip under a uniform pressure, on the
-    whole plate or a disc of 10 mm, with the 16 modes of a band of 10 kHz, and 3e-4 under a force at the centre; with
-    the 117 modes of 100 kHz 2e-7 and 3e-5.
+    Loads act on the modes only; the static deflection of the truncated modes is neglected. For a paddle of 16 mm by
+    0.3 mm on a neck of 15 mm that is 3e-6 of the static deflection under a uniform pressure (whole plate or a disc of
+    10 mm) with the 16 modes of a band of 10 kHz, 3e-4 under a force at the centre; 2e-7 and 3e-5 with 117 modes of
+    100 kHz.
     """
 
     group: ClassVar[str] = "reeds"
@@ -320,7 +320,7 @@ class ClampedPlate(thin_plate.ThinPlate):
         return plate.shape_at(shape.deflection / float(plate.centre @ each) * each, places)
 
     def _pressed(self, plate: structures.sheets.PlateModes) -> tuple[Array, float]:
-        """Return the (m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""
+        """Return the (m,) mean of each mode over the area on which the pressure acts [1/sqrt(kg)], and that area."""
         if self.pressure_radius is None:
             return plate.mean, plate.mesh.area
         return _on_disc(plate, self.pressure_radius)
@@ -344,16 +344,16 @@ class ClampedPlate(thin_plate.ThinPlate):
 
 
 def _on_disc(plate: structures.sheets.PlateModes, radius: float) -> tuple[Array, float]:
-    """Return the (m,) mean of the modes on a disc about the paddle's centre [1/sqrt(kg)], and its area [m^2]."""
+    """Return the (m,) mean of each mode on a disc about the paddle's centre [1/sqrt(kg)], and its area [m^2]."""
     (patch,) = lip.Lip.disc(radius).patches(plate.sheet.shape.centre).values()
     return plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())
 
 
 def constant(value: float) -> Callable[[Array], Array]:
-    """Return the constant course of a value."""
+    """Return a constant function of time."""
     return lambda t: np.full(np.shape(t), value)
 
 
 def scaled(course: Callable[[Array], Array], factor: float) -> Callable[[Array], Array]:
-    """Return a pressure as a force, an acceleration as a force."""
+    """Return a function of time times a factor, as an area turns a pressure into a force."""
     return lambda t: factor * np.asarray(course(t))

@@ -1,4 +1,4 @@
-"""Flat plates of round parts, by plate elements: the flapper, the disc of a plate valve, the ring of a ring valve."""
+"""Kinds of flat plates: the flapper, the disc of a plate valve, the ring of a ring valve."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from seatfem.structures.shapes import RingPlate as RingOutline
 from seatfem.units import write_quantity
 
 EVENLY: Final = 16
-"""Springs that replace one that is spread around a circle."""
-CHORDS: Final = 64  # chords of a quarter circle in the beam that replaces a flapper: its mass is right to 1e-4
-OF_THE_BEAM: Final = 40  # modes of that beam
-NEAR: Final = 0.1  # largest relative difference of a frequency of one mode, as a plate and as a beam
+"""Number of point springs that replace a spring distributed around a circle."""
+CHORDS: Final = 64  # chords per quarter circle in the outline of the beam model of a flapper: its mass is right to 1e-4
+OF_THE_BEAM: Final = 40  # number of modes of the beam model
+NEAR: Final = 0.1  # largest relative difference between the frequencies of a mode in the plate and the beam model
 
 
 class FreePlate(ThinPlate):
-    """Base of all flat plates that nothing holds."""
+    """Base of all unsupported flat plates."""
 
     group: ClassVar[str] = "strikers"
 
@@ -53,7 +53,7 @@ class FreePlate(ThinPlate):
 
     @property
     def spring_points(self) -> Array | None:
-        """Return points around its mean circle, so that nothing is free to tumble."""
+        """Return points on the mean circle, so that the springs resist tumbling."""
         turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
         return np.asarray(sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)]))
 
@@ -104,7 +104,7 @@ contact_width = "1 mm"
     )
 
     def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
-        """Return (M, n); a pressure acts over its whole face."""
+        """Return (M, n); a pressure acts on the whole face."""
         return self.plate(body.greens).mean[:, None] if by == "pressure" else super().pushed_at(body, place, by)
 
 
@@ -138,9 +138,9 @@ thickness = "0.3 mm"
     )
 
     def as_a_beam(self, greens: GreensFunction) -> Body | None:
-        """Return a beam of the same widths, touched at the paddle's centre, where it moves as fast in the mode that it
-        is released in: the one of the nearest frequency. ``None`` of other starts, of loads, and where no bending mode
-        is near."""
+        """Return a beam of the same widths, released in its mode nearest in frequency, with the same velocity of the
+        contact at the paddle's centre. ``None`` for other initial conditions, with loads, or if no bending mode is
+        near."""
         release = self.release
         if release is None or release.velocity is None or striking.is_loaded(self):
             return None

@@ -1,4 +1,4 @@
-"""Columns of CSV files: tables with units in their heads, and what the head does not say, by role."""
+"""Columns of CSV files with units in their headers, and interpolation between scattered points."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seatfem.units import UnitError, parse_quantity
 if TYPE_CHECKING:
     from scipy.spatial import Delaunay
 
-LARGEST: Final = 50 * safe_files.MB
+LARGEST: Final = 50 * safe_files.MB  # largest file
 
 
 class ColumnsError(ValueError):
@@ -29,12 +29,12 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
     """Return the columns of a CSV file, (n,) each, in SI.
 
     Args:
-        path: of the file; lines that begin with # are left out.
-        known: name -> dimension (`seatfem.units.DIMENSIONS`) of the columns that there may be; "" of pure numbers.
-        needed: those that there must be.
+        path: CSV file; lines that begin with # are skipped.
+        known: name -> dimension (`seatfem.units.DIMENSIONS`) of the permitted columns; "" for pure numbers.
+        needed: names of the required columns.
 
     Raises:
-        ColumnsError: another column, one that is missing or has no unit, a row that is no row of finite numbers.
+        ColumnsError: an unknown or missing column, a missing unit, or a row with other than finite numbers.
     """
     table = csv_table.read_csv(path, ColumnsError, most=LARGEST)
     wanted = ",".join(f"{name} [unit]" if dimension else name for name, dimension in known.items())
@@ -62,8 +62,8 @@ def check_scattered(path: Path, table: Mapping[str, Array]) -> None:
 
 
 def between(table: Mapping[str, Array], name: str, points: Array) -> Array:
-    """Return (n,) values of a column at points (n, 2), linear between those of a table; nan outside."""
-    with threadpool_limits(limits=1, user_api="blas"):  # two unknowns a triangle: threads take 100 times as long
+    """Return the (n,) values of a column at points (n, 2), interpolated linearly in triangles; nan outside."""
+    with threadpool_limits(limits=1, user_api="blas"):  # systems of 2 unknowns: 100 times slower with threads
         triangles = _triangulate(np.column_stack([table["x"], table["y"]]).tobytes())
         return np.asarray(scipy.interpolate.LinearNDInterpolator(triangles, table[name])(points))
 

@@ -1,4 +1,4 @@
-"""Kinds of scenes: flat reeds and springs, each a beam of its own theory."""
+"""Kinds of flat reeds, each with its beam theory."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from seatfem.structures.kinds.striking import At, check_along
 from seatfem.structures.kinds.structure import SampleScene, Traits
 
 PLACES: Final = 17
-"""Places along a reed, root and tip included, whose fatigue is judged beside that of its largest stresses."""
+"""Number of evenly spaced places along a reed, from root to tip, at which fatigue is evaluated."""
 WIDTHS: Final = [["0 mm", "8 mm"], ["2 mm", "6 mm"], ["15 mm", "6 mm"], ["15 mm", "16 mm"], ["30 mm", "16 mm"]]
 
 
@@ -56,11 +56,11 @@ class BeamStress:
     """The bending stress of a cantilever under contact forces.
 
     Attributes:
-        beam: in closed form.
-        force: of the contacts, (n + 1,) or (n + 1, p) [N].
+        beam: beam in closed form.
+        force: contact forces, (n + 1,) or (n + 1, p) [N].
         dt: time step [s].
-        body: the reed with its motion and its loads.
-        at: where the contacts lie, from its root [m].
+        body: the reed with its initial conditions and loads.
+        at: distances of the contacts from the root [m].
     """
 
     beam: euler_bernoulli.Cantilever
@@ -74,8 +74,7 @@ class BeamStress:
         return after.stresses.reed_stress(*known, contact_at=self.at, coarsely=coarsely, since=since)
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
-        """Yield the bending stress of both faces at `PLACES`, the contacts and ``also``; ``few``: at the root in their
-        place."""
+        """Yield the bending stress of both faces at the root, the contacts, ``also`` and, unless ``few``, `PLACES`."""
         beam, at = self.beam, self.at
         contacts = (
             {"contact": at} if isinstance(at, float) else dict(zip(("contact", "stopper"), at or (), strict=False))

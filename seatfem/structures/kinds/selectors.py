@@ -1,4 +1,4 @@
-"""Tables of scenes that name faces and solids of a CAD file; a new way is a class and one name in `SimpleSelector`."""
+"""Tables of scenes that select faces and solids of a CAD file; a new selector is a class and its name in `_Simple`."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ Way = Annotated[Direction, AfterValidator(_some_way)]
 
 
 def in_scene_words(build: Callable[[], _Spec]) -> _Spec:
-    """Turn a geometry's complaint about one of its fields into one about the key of that name."""
+    """Return the result of ``build``, with a `GeometryError` about a field turned into a `KeyProblem` of that key."""
     try:
         return build()
     except GeometryError as error:
@@ -59,11 +59,10 @@ class FaceChoice(Table):
     """Base of all selectors."""
 
     face: ClassVar[type[Selector]]
-    """The geometry's selector, of the same keys."""
+    """Selector of `seatfem.structures.shapes` with the same keys."""
 
     def selectors(self) -> tuple[Selector, ...]:
-        """Return the geometry's selectors, whose union is meant. Raises `GeometryError` for one that can select
-        nothing."""
+        """Return selectors whose union is chosen. Raises `GeometryError` for one that can select nothing."""
         return (of_same_names(self.face, self),)
 
     @model_validator(mode="after")
@@ -170,14 +169,14 @@ class Nothing(FaceChoice):
 
 
 def kind_by_keys(given: object) -> object:
-    """Read { number = 7 } as { kind = "number", number = 7 }: a key that only one kind has says which is meant."""
+    """Read { number = 7 } as { kind = "number", number = 7 }: a key that only one kind has implies that kind."""
     if isinstance(given, Mapping) and "kind" not in given:
-        kind = next((kind for key, kind in _TELLING.items() if key in given), None)
+        kind = next((kind for key, kind in _KIND_BY_KEY.items() if key in given), None)
         return given if kind is None else {"kind": kind, **given}
     return given
 
 
-_TELLING: Final[Mapping[str, str]] = {
+_KIND_BY_KEY: Final[Mapping[str, str]] = {
     "number": "number", "numbers": "number", "colour": "colour", "normal": "plane", "radius": "cylinder",
     "half_angle": "cone", "point": "point", "name": "name", "of": "union",
 }  # fmt: skip

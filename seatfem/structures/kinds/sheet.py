@@ -23,9 +23,9 @@ from seatfem.structures.shapes import cad, faces, inspect
 from seatfem.structures.shapes.outlined import Outlined
 
 Place = tuple[Position, Position]
-DIMENSIONS: Final = 3
-SQUARE: Final = 1e-9  # largest 1 - cos between normals: 4e-5 rad
-SAME: Final = 1e-4  # largest relative difference of the stated thickness from that of the file
+DIMENSIONS: Final = 3  # components of a vector in space; a normal with fewer is one in the plane of the sheet
+SQUARE: Final = 1e-9  # largest 1 - cos of the angle between parallel normals: 4e-5 rad
+SAME: Final = 1e-4  # largest relative difference between the thicknesses in the scene and in the file
 CORNERS = [["0 mm", "-4 mm"], ["20 mm", "-4 mm"], ["20 mm", "4 mm"], ["0 mm", "4 mm"]]
 HOLE = [["2 mm", "-1 mm"], ["6 mm", "-1 mm"], ["6 mm", "1 mm"], ["2 mm", "1 mm"]]
 
@@ -51,7 +51,7 @@ class Clamp(Table):
         return self
 
 
-_checked = lru_cache(maxsize=8)(Outlined)  # cached, as checks of many corners take a while
+_checked = lru_cache(maxsize=8)(Outlined)  # cached: checking many corners is slow
 
 
 class SheetFrame(Table):
@@ -70,13 +70,13 @@ class SheetFrame(Table):
         return self
 
     def frame(self) -> faces.Frame:
-        """Return the same in numbers."""
+        """Return the frame with orthonormal axes."""
         x, y, _ = lands.axes_along(self.normal, self.along)
         return faces.Frame(self.origin, inspect.triple(x), inspect.triple(y))
 
 
 def _as_clamp(given: object) -> object:
-    """Read clamped = [p, q] as clamped = { segment = [p, q] }; a table with a key of a selector of faces is one."""
+    """Read clamped = [p, q] as clamped = { segment = [p, q] }, and add the kind that the keys of a table imply."""
     if isinstance(given, Table) or (isinstance(given, Mapping) and "kind" in given):
         return given
     if not isinstance(given, Mapping):
@@ -204,7 +204,7 @@ thickness = "0.3 mm"
 
     @property
     def _segment(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
-        """Return both ends of the clamped side [m]; ``None`` where a line is given."""
+        """Return both ends of the clamped side [m]; ``None`` if it is stated as a line."""
         if isinstance(self.clamped, Clamp):
             return self.clamped.segment
         if self.file is None or (frame := self._from_file.frame) is None:

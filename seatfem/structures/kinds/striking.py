@@ -1,4 +1,4 @@
-"""What a body answers as a striker: how it moves, with what face it touches, and where its theory ends."""
+"""Interface of a body as a striker: initial deflection, contact face, response to loads, strain and stress."""
 
 from __future__ import annotations
 
@@ -15,46 +15,47 @@ from seatfem.structures.estimates.surrogate import Face
 from seatfem.units import write_quantity
 
 At = float | tuple[float, ...] | None
-"""Distances from its root [m] at which a body is touched: one, or several; ``None``: the default place."""
+"""Distances of the contact or contacts from the root of a body [m]; ``None``: the default contact."""
 
 
 Push = Literal["force", "springs", "pressure"]
 """Origin of a load on a body: a force, springs that press it, or a pressure on an effective area at its contact."""
 LOADS: Final = ("force", "pressure", "point_force", "gravity")
-"""Keys of kinds that hold known forces."""
+"""Keys of the prescribed loads of all kinds."""
 
 
 class KnownStress(Protocol):
     """The stress of a striker under known contact forces."""
 
     def largest(self, *, coarsely: bool, since: float | None = None) -> after.stresses.ReedStress:
-        """Return the largest stresses, before and after the time ``since`` at which a landing begins, too [s]."""
+        """Return the largest stresses of the run, and those before and after the time ``since`` of a landing [s]."""
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
-        """Yield where it may fail, by name: (n + 1,) stress at a free surface, of one axis, > 0 in tension, or
-        (n + 1, 6) tensors, xx, yy, zz, yz, xz, xy [Pa].
+        """Yield the name of each place that may fail and its stress over time [Pa]: (n + 1,) uniaxial at a free
+        surface, > 0 in tension, or (n + 1, 6) tensors xx, yy, zz, yz, xz, xy.
 
-        ``also``: places that must be among them, from its root [m]; ``few``: these alone, its root and the contacts.
+        ``also``: further places, as distances from the root [m]; ``few``: these, the root and the contacts only.
         """
 
 
 class Striking(Table):
-    """A body in the role of a striker; the defaults are those of one at rest without positions."""
+    """A body as a striker; the defaults are those of a body at rest without positions along it."""
 
     kind: str
 
     @property
     def face(self) -> Face:
-        """Return the face that it touches with."""
+        """Return the contact face of this body."""
         return Face()
 
     def start_at(self, at: float | None) -> float:
-        """Return its deflection at a place at the start [m], away from the seat; ``None``: where it is touched."""
+        """Return the initial deflection away from the seat [m] at the distance ``at`` from the root; ``None``: at the
+        contact."""
         return 0.0
 
     def check_place(self, place: float | Array | None, key: str) -> None:
-        """Raise `KeyProblem`, of ``key``, for a force at a place that it does not have: at a distance from its root
-        [m], or at points (n, 2) from its contact's centre [m]."""
+        """Raise a `KeyProblem` of ``key`` unless a force can act at a place: a distance from the root [m], or points
+        (n, 2) relative to the centre of the contact [m]."""
         if isinstance(place, np.ndarray):
             raise KeyProblem(
                 key,
@@ -64,11 +65,11 @@ class Striking(Table):
         check_along(self.kind, None, place, key)
 
     def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
-        """Return (M, n) how forces move the modes of its ``body`` [1/sqrt(kg)]: one at a distance from its root [m], or
-        those at points (n, 2) from its contact's centre [m]; ``None``: where it is touched, or springs press it by
-        default. ``by``: a pressure counts per newton.
+        """Return the (M, n) modal forces of unit forces on ``body`` [1/sqrt(kg)]: one at a distance from the root [m],
+        or those at points (n, 2) relative to the centre of the contact [m]; ``None``: at the contact, or at the default
+        places of springs. ``by``: a pressure is scaled to a total force of one.
 
-        Raises `GreensFunctionError` of a body without modes.
+        Raises `GreensFunctionError` for a body without modes.
         """
         if (modal := body.greens.modal) is None or len(modal.omega) == 0:
             raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
@@ -76,42 +77,42 @@ class Striking(Table):
 
     @property
     def wave_speed(self) -> float | None:
-        """Return the speed of waves [m/s] that may come along it to its struck end; ``None`` where none may."""
+        """Return the speed [m/s] of incoming waves towards the struck end; ``None`` if the body admits none."""
         return None
 
     def check_gauge(self, at: float, key: str) -> None:
-        """Raise `KeyProblem`, of ``key``, for a strain gauge at a place that it does not have [m]."""
+        """Raise a `KeyProblem` of ``key`` unless the strain is known at the distance ``at`` [m]."""
         raise KeyProblem(
             key, f"of a {self.kind.replace('_', ' ')} no strain is known at places; take a rod or a cantilever"
         )
 
     def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
-        """Return the strain (n + 1,) at a place [m], > 0 in tension, under forces as `stress` takes them, of a seat or
-        stopper under that (n + 1,) which presses on it."""
+        """Return the strain (n + 1,) at a place [m], > 0 in tension, under contact forces as in `stress`; of a seat or
+        stopper, under the force (n + 1,) that presses on it."""
         raise NotImplementedError
 
     def weight(self, body: Body) -> tuple[Array, float]:
-        """Return (M,) how a force spread like its mass moves the modes [1/sqrt(kg)], and the mass [kg]."""
+        """Return the (M,) modal forces of a unit force distributed like the mass [1/sqrt(kg)], and the mass [kg]."""
         raise NotImplementedError
 
     def stress(self, force: Array, dt: float, body: Body, at: At) -> KnownStress | None:
-        """Return its stress under a contact force (n + 1,) [N], or those at several places, (n + 1, p), positive away
-        from the seat; ``None`` where it has none that is known."""
+        """Return its stress under a contact force (n + 1,) [N], or several forces (n + 1, p), positive away from the
+        seat; ``None`` if its stress is not known."""
         return None
 
 
 def is_loaded(body: Striking) -> bool:
-    """Return whether known forces drive a body."""
+    """Return whether a body has prescribed loads."""
     return any(getattr(body, key, None) is not None for key in LOADS)
 
 
 def is_curved(body: Striking) -> bool:
-    """Return whether a body is not flat without stress."""
+    """Return whether a body has a stress-free curvature."""
     return getattr(body, "curvature", None) is not None
 
 
 def check_along(kind: str, reach: float | None, at: float | None, key: str) -> None:
-    """Raise `KeyProblem`, of ``key``, for a place that a body which reaches so far from its root [m] does not have."""
+    """Raise a `KeyProblem` of ``key`` for a distance ``at`` beyond the length ``reach`` of a body [m]."""
     if at is None:
         return
     if reach is None:

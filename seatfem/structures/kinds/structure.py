@@ -1,4 +1,4 @@
-"""What every kind of structure answers, whatever role it plays: reed, seat or stopper."""
+"""Interface of every kind of structure in the role of a reed, seat or stopper."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
 )
 _READS: Final[Mapping[str, Any]] = MappingProxyType({"length": Length, "gap": Gap, "angle": Angle})
-"""Types that read keys of shapes, by `seatfem.structures.shapes.shape.Key`."""
+"""Field type of a key of a shape, by `Key.reads` of `seatfem.structures.shapes.shape`."""
 Finding = tuple[tuple[str | int, ...], str]
-"""A key, from the structure's own table on, and what is wrong with it."""
+"""Path to a key, relative to the structure's table, and the problem with its value."""
 
 
 @dataclass(frozen=True)
@@ -45,18 +45,18 @@ class Traits:
     """Properties of every body of a kind, whatever its table states.
 
     Attributes:
-        needs_gmsh: gmsh must run to compute it.
-        revolved: it is a solid of revolution, which pictures cut open.
-        is_reduced: its Green's function is a reduction of matrices, for a band and a tolerance.
-        is_kept: its Green's function is worth a file in the user's store.
-        face_as_drawn: its struck face has a place in a CAD file, where a reed from another file may lie over it.
-        reed_as_drawn: it may be such a reed: flat, in a STEP file.
-        plane: its patch moves as a plane, whatever presses it.
-        has_rings: its struck patch may be divided into rings.
-        is_solved: its Green's function must be computed or read before it strikes.
-        has_weight: `Structure.weight` is known.
-        has_stress: its bending stress is known while it strikes.
-        moved_by: keys that state how it starts or what drives it; none of a body that cannot strike.
+        needs_gmsh: its Green's function is computed on a mesh by gmsh.
+        revolved: it is a solid of revolution; pictures show it cut open.
+        is_reduced: its Green's function is a model reduction of matrices, for a band and a tolerance.
+        is_kept: its Green's function is saved in the user's store.
+        face_as_drawn: its contact face is positioned by a CAD file; a reed from another CAD file may be placed above.
+        reed_as_drawn: it may be that reed: flat, from a STEP file.
+        plane: its contact face remains plane under any load.
+        has_rings: its contact face may be divided into rings.
+        is_solved: its Green's function must be computed or read from a file before the run.
+        has_weight: `Structure.weight` is implemented.
+        has_stress: `Structure.stress` is implemented.
+        moved_by: keys of its initial conditions and loads; empty if the body cannot strike.
     """
 
     needs_gmsh: bool = False
@@ -75,11 +75,11 @@ class Traits:
 
 @dataclass(frozen=True)
 class Inputs:
-    """What a Green's function depends on beside the method.
+    """Data that determine a Green's function together with the method.
 
     Attributes:
-        content: as JSON values; files stand for themselves.
-        classes: whose code it depends on.
+        content: values of keys in JSON; files count by their content.
+        classes: classes whose code computes it.
     """
 
     content: Mapping[str, object]
@@ -91,8 +91,8 @@ class LipFace:
     """The struck face as the table of a body describes it.
 
     Attributes:
-        ring: mean radius and width of a flat ring [m]; ``None`` where another face is struck.
-        no_lip: why it is no lip, as far as the table says, and what would help; "" where it may be one.
+        ring: mean radius and width of a flat ring [m]; ``None`` for other faces.
+        no_lip: reason why it cannot be a lip, and the remedy, as far as the table tells; "" if it may be one.
     """
 
     ring: tuple[float, float] | None = None
@@ -100,23 +100,23 @@ class LipFace:
 
 
 class Measured(Protocol):
-    """A body that is known by a measured response."""
+    """A body whose Green's function is fitted to a measured frequency response."""
 
     def response(self) -> FrequencyResponse:
-        """Return the measured response of the contact, read once in a process. Raises as its reader."""
+        """Return the measured response of the contact, cached in the process. Raises the errors of the reader."""
 
     def fit(self) -> PoleFit:
-        """Return the poles fitted to its record, those tried, and its other draws."""
+        """Return the fitted poles, the other fits that were tried, and fits to other samples of the noise."""
 
 
 @dataclass(frozen=True)
 class SampleScene:
-    """What surrounds the sample of a kind in a scene.
+    """Rest of the example scene of a kind (`seatfem init`).
 
     Attributes:
-        motion: of a kind that usually strikes, a line of TOML; "" of one that usually is struck.
-        opposite: the kind that it meets.
-        filter_width: of the mean behind the peak force, where the usual one is too short; "" for the usual one.
+        motion: line of TOML with the initial motion of a kind that is usually the striker; "" for the others.
+        opposite: kind of the other body.
+        filter_width: averaging time of the peak force, if the default is too short; "" for the default.
     """
 
     motion: str = ""
@@ -125,26 +125,26 @@ class SampleScene:
 
 
 class Structure(Striking):
-    """A body: its table in a scene, and the methods by which planning, computing and striking use it.
+    """A body: its table in a scene, and its methods for the plan, the Green's function and the contact.
 
     A kind is a subclass with ``kind: Literal["name"]``; its docstring and its fields are its chapter in docs/scene/.
-    What is said here holds for a body in closed form without files, patch and motion.
+    The defaults here suit a body in closed form without files, contact face and motion.
     """
 
     group: ClassVar[str] = "seats"
-    """Under which name lists of kinds have it: one of `seatfem.fields.GROUPS`."""
+    """Heading under which lists of kinds show it: one of `seatfem.fields.GROUPS`."""
     traits: ClassVar[Traits] = Traits()
-    """What is so of every body of its kind."""
+    """Properties of every body of this kind."""
     sample_scene: ClassVar[SampleScene] = SampleScene()
-    """What surrounds its sample in a scene of its own (`seatfem init`)."""
+    """Rest of its example scene."""
     _beside_greens: ClassVar[frozenset[str]] = frozenset(
         {"mesh", "greens", "model", "n_modes", "velocity", "deflection", "force"}
     )
-    """Keys that say how a body is computed, which its method knows, and how it moves."""
+    """Keys on which g does not depend (motion), or only through the method (mesh, band, level)."""
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        """Add the keys of the shape that a kind is drawn as, before those of its own."""
+        """Add the keys of the kind's ``shape`` before the other keys of the kind."""
         super().__pydantic_init_subclass__(**kwargs)
         if (shape := vars(cls).get("shape")) is None:
             return
@@ -161,50 +161,50 @@ class Structure(Striking):
         for name in own:
             cls.model_fields[name] = cls.model_fields.pop(name)
 
-    # What else it can be asked as
+    # Narrower interfaces of some kinds
 
     @property
     def thin_plate(self) -> ThinPlate | None:
-        """Return the body as a plate that bends under a lip, arc by arc; ``None`` of one that touches rigidly."""
+        """Return the body if it is a plate, which bends differently at each arc of a lip, else ``None``."""
         return None
 
     @property
     def slender(self) -> Beam | None:
-        """Return the body as a beam, known by its own modes; ``None`` of others."""
+        """Return the body if it is a beam in closed form, else ``None``."""
         return None
 
     @property
     def elastic(self) -> Elastic | None:
-        """Return the body as one of finite elements, whose cost is known beforehand; ``None`` of others."""
+        """Return the body if it is made of finite elements, whose cost can be predicted, else ``None``."""
         return None
 
     @property
     def drawn(self) -> Drawn | None:
-        """Return the body as one whose mesh is made from a drawing, as fine as it is asked for; ``None`` of others."""
+        """Return the body if its mesh is generated from a geometry, with any element size, else ``None``."""
         return None
 
     @property
     def measured(self) -> Measured | None:
-        """Return the body as one whose poles are fitted to a measured response; ``None`` of others."""
+        """Return the body if its poles are fitted to a measured response, else ``None``."""
         return None
 
-    # What it is
+    # Description of the body
 
     def files(self) -> tuple[Path, ...]:
-        """Return the files that it names."""
+        """Return the files named in the table."""
         return tuple(file for key in type(self).model_fields if isinstance(file := getattr(self, key), Path))
 
     def problems(self) -> Iterator[Finding]:
-        """Yield the problems of its files, once they are opened."""
+        """Yield the problems found on opening its files."""
         return iter(())
 
     def inputs(self) -> Inputs:
-        """Return the data on which its Green's function depends, beside the method."""
+        """Return the data that determine its Green's function together with the method."""
         return Inputs(self.model_dump(mode="json", exclude=set(self._beside_greens)), (type(self),))
 
     @property
     def loose(self) -> str:
-        """Return why it is certain to move away when it is struck; "" where something may hold it."""
+        """Return the reason why nothing supports the body; "" if it is or may be supported."""
         return ""
 
     @property
@@ -213,19 +213,19 @@ class Structure(Striking):
         return LipFace(no_lip=NO_RING)
 
     def lip(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
-        """Return the flat ring-shaped face that is struck, in parts; ``None`` where `lip_face` says why there is none.
+        """Return the flat ring-shaped contact face, divided into arcs and rings; ``None`` if `lip_face` excludes it.
 
         Raises:
-            ModelError: a face of a file that is no lip.
+            ModelError: a face from a file that is no lip.
         """
         return None if (ring := self.lip_face.ring) is None else Lip(*ring, arcs, rings)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
-        """Return its outlines in section and plan, for drawings; a symbol with its name where its shape is not known.
+        """Return its outlines in section and plan, for drawings; a labelled symbol if the shape is not known.
 
         Args:
-            at: where on it the contact lies, from its root [m]; ``None``: where it is by default.
-            coarse: whether a body from a file may be shown by few triangles, as long as places are right.
+            at: distance of the contact from the root [m]; ``None``: the default contact.
+            coarse: whether few triangles suffice for a body from a file.
 
         Raises:
             ModelError, GeometryError: a file whose faces cannot be found.
@@ -233,39 +233,39 @@ class Structure(Striking):
         named = f" ({self.files()[0].name})" if self.files() else ""
         return BodyViews(self.kind.replace("_", " ") + named, symbol="box")
 
-    # How it is modelled
+    # Levels of modelling
 
     @property
     def loss(self) -> float:
-        """Return the modal damping ratio, as far as it is uniform."""
+        """Return the modal damping ratio common to all modes; 0 if there is none."""
         return float(getattr(self, "damping_ratio", 0.0))
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        """Return every level of modelling with the reasons for or against it, the cheapest first; ``band``: edge
-        [Hz]."""
+        """Return all levels of modelling with the reasons for or against each, cheapest first, for the frequencies up
+        to ``band`` [Hz]."""
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: nothing to discretise"),)
 
     def level(self, error: float) -> Applicability:
-        """Return the cheapest level whose own error is at most ``error``, or the one that the table names."""
+        """Return the level that the table names, or else the cheapest with a modelling error of at most ``error``."""
         return self.levels()[0]
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
-        """Return the method that the table states, at the cheapest level whose own error is at most ``error``."""
+        """Return the method by the keys of the table, at the `level` for this ``error``."""
         return Method(self.level(error).level, rings=rings)
 
     @property
     def is_convolved(self) -> bool:
-        """Return whether its g will be no sum of oscillators: damping couples its modes, or it is stepped in time."""
+        """Return whether its g is no sum of oscillators, since damping couples the modes or g is sampled in time."""
         return False
 
-    # What is known of it before it is computed
+    # Estimates before its Green's function is computed
 
     def patch(self) -> Patch | None:
-        """Return the struck patch and the body behind it; ``None`` where no face is known."""
+        """Return the size of the contact face and the body behind it; ``None`` if the face is not known."""
         return None
 
     def column(self) -> Column | None:
-        """Return the column of material under the struck face, where that is what it is guessed by."""
+        """Return the column of material under the contact face, if it serves as estimate of the body."""
         return None
 
     @property
@@ -274,40 +274,40 @@ class Structure(Striking):
         return f"{self.kind.replace('_', ' ')}, closed form"
 
     def closed_form(self) -> GreensFunction | None:
-        """Return the body in closed form, where there is one."""
+        """Return the Green's function in closed form, if there is one."""
         return None
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
-        """Return the body itself where that costs nothing, else its surrogate in pre-runs of ``duration`` [s].
+        """Return the Green's function if it costs nothing, else an estimate of it, for pre-runs of ``duration`` [s].
 
-        ``face``: of what touches it.
+        ``face``: contact face of the other body.
         """
         if (exact := self.closed_form()) is not None:
             return Surrogate(exact, True, f"the {self.kind} itself")
         return unknown(f"kind = {self.kind!r} does not state the size of the struck face", face)
 
-    # Computing it
+    # Computation
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
-        """Return its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: by a coarser mesh,
-        too."""
+        """Return its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: also by a coarser
+        mesh."""
         greens = self.closed_form() if method.n_modes is None else self.body(None, method.n_modes).greens
         assert greens is not None
         return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
     def system_of_equations(self) -> structures.model.SecondOrderModel | None:
-        """Return the matrices in its files; ``None`` of a body that has none."""
+        """Return the matrices in its files; ``None`` if it has no matrices."""
         return None
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         """Return the body with the motion that the table states.
 
         Args:
-            greens: its Green's function, where it has to be computed.
-            n_modes: beam modes in place of the table's.
-            at: of the contact, from its root [m], or of several: each is a port.
+            greens: its Green's function, unless it is known in closed form.
+            n_modes: number of beam modes, in place of the key.
+            at: distance of the contact, or of each of several contacts (ports), from the root [m].
         """
         known = self.closed_form() if greens is None else greens
         assert known is not None
@@ -315,10 +315,10 @@ class Structure(Striking):
 
 
 def motion_key(body: Structure) -> str:
-    """Return the key that states how a body starts or what drives it; "" of one at rest."""
+    """Return the first key of initial conditions or loads that is set; "" for a body at rest."""
     return next((key for key in body.traits.moved_by if getattr(body, key) is not None), "")
 
 
 def kinds_of() -> tuple[type[Structure], ...]:
-    """Return every kind that there is, by name: subclasses whose ``kind`` is stated."""
+    """Return all kinds, sorted by name."""
     return tuple(sorted(kinds_below(Structure), key=kind_of))

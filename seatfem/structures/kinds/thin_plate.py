@@ -1,4 +1,4 @@
-"""What thin plates of even thickness have in common, whatever their outline: free ones and clamped ones."""
+"""Base of the plates of constant thickness, free or clamped, of any outline."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from seatfem.structures.outlines import BodyViews, arc, of_sheet
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 
-SHORTEST: Final = 1 / 6  # largest thickness over a bending wave for which plate theory holds
-ROUND_OFF: Final = 1e-9  # relative round-off of a contact that reaches to the edge of its plate
+SHORTEST: Final = 1 / 6  # largest ratio of thickness to bending wavelength for which plate theory holds
+ROUND_OFF: Final = 1e-9  # relative tolerance for a contact that extends to the edge of the plate
 
 
 class SheetMesh(Table):
@@ -43,7 +43,7 @@ class PlateGreens(Table):
     bandwidth: Frequency = default("100 kHz", "highest frequency that must be right; modes up to 3 times it are kept")
 
 
-FRONTS: Final = "5 us"  # usual width of the filter: the fronts of a flat landing are shorter than its modes
+FRONTS: Final = "5 us"  # filter width in sample scenes: force fronts of a flat landing are shorter than modal periods
 
 
 class ThinPlate(motion.Moving):
@@ -52,9 +52,9 @@ class ThinPlate(motion.Moving):
     traits: ClassVar[structure.Traits] = replace(motion.Moving.traits, needs_gmsh=True, is_kept=True, has_weight=True)
     _beside_greens: ClassVar[frozenset[str]] = frozenset({"velocity", "release", "deflection", "force"})
     shape: ClassVar[type[Flat]]
-    """Its outline, whose keys are those of its table."""
+    """Class of the outline; its fields are keys of the table."""
     about: ClassVar[str] = "the plate's centre"
-    """What its contact is centred on."""
+    """Name of the point on which its contact is centred."""
 
     thickness: Length = Field(description="thickness, in the direction of the motion")
     material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
@@ -71,7 +71,7 @@ class ThinPlate(motion.Moving):
         return self
 
     def geometry(self) -> Flat:
-        """Return the outline in SI units. Raises `GeometryError` where it cannot be built."""
+        """Return the outline in SI units. Raises `GeometryError` if it cannot be built."""
         return of_same_names(self.shape, self)  # type: ignore[type-var]
 
     @model_validator(mode="after")
@@ -117,7 +117,7 @@ class ThinPlate(motion.Moving):
 
     @property
     def own_lip(self) -> Lip:
-        """Return the disc or ring that it touches with by itself."""
+        """Return the disc or ring on the plate that touches, as the table states it."""
         return Lip.disc(self.radius) if self.width is None else Lip(self.radius, self.width)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
@@ -133,7 +133,7 @@ class ThinPlate(motion.Moving):
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: the modes of a plate"),)
 
     def limits(self) -> tuple[Advice, ...]:
-        """Report the limits of the plate's theory: a wave is six thicknesses long at least."""
+        """Return advice if bending waves at the band edge are shorter than six thicknesses."""
         wave = self.sheet().bending_wave(self.greens.bandwidth)
         if (relative := self.thickness / wave) <= SHORTEST:
             return ()
@@ -154,20 +154,18 @@ class ThinPlate(motion.Moving):
 
     @property
     def widest_band(self) -> float:
-        """Return the highest band up to which its theory holds [Hz], the highest whose waves are six
-        thicknesses long."""
+        """Return the highest band whose modes have bending waves of at least six thicknesses [Hz]."""
         own = self.greens.bandwidth
         return own * (SHORTEST * self.sheet().bending_wave(own) / self.thickness) ** 2 / structures.sheets.CUTOFF
 
     def sheet(self, band: float | None = None) -> structures.sheets.Sheet:
-        """Return the data on which its modes depend; ``band``: in place of the table's [Hz]."""
+        """Return the data that determine its modes; ``band``: in place of the key [Hz]."""
         return structures.sheets.Sheet(
             self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size
         )
 
     def lips(self, lip: AnyLip | None, behind: AnyLip | None = None) -> tuple[AnyLip, ...]:
-        """Return its own contact, what a stopper meets in parts, and, where it is struck along a lip, that one's arcs;
-        a whole lip in place of its own."""
+        """Return the contact of its table, and the faces of a stopper ``behind`` and of a seat, ``lip``, in parts."""
         return (self.own_lip, *(each for each in (behind, lip) if each is not None))
 
     @property
@@ -183,16 +181,16 @@ class ThinPlate(motion.Moving):
         *,
         mesh_error: bool = True,
     ) -> structures.sheets.SolvedSheet:
-        """Return its modes and its Green's function, computed once in a process.
+        """Return its modes and its Green's function, cached in the process.
 
-        ``lip``, ``behind``: as of `lips`; ``band``: in place of the table's [Hz].
+        ``lip``, ``behind``: as in `lips`; ``band``: in place of the key [Hz].
         """
         return structures.sheets.solved_sheet(
             self.sheet(band), self.lips(lip, behind), self.damping_ratio, mesh_error=mesh_error
         )
 
     def plate(self, greens: GreensFunction) -> structures.sheets.PlateModes:
-        """Return the modes behind its Green's function, whatever touches it; found once in a process."""
+        """Return the modes behind its Green's function, cached in the process."""
         band, coarser = (greens.provenance.get(name) for name in ("bandwidth_Hz", "coarser"))
         sheet = self.sheet(band if isinstance(band, float) else None)
         return (
@@ -216,23 +214,23 @@ class ThinPlate(motion.Moving):
 
     @property
     def spring_points(self) -> Array | None:
-        """Return (n, 2) places where springs press it by default, from its contact's centre [m]; ``None``: there."""
+        """Return the default places (n, 2) of springs relative to the contact's centre [m]; ``None``: the centre."""
         return None
 
     def heights(self, points: Array) -> Array:
-        """Return the (n,) heights of its stress-free shape over the flat one, at points (n, 2) from its contact's
-        centre [m]. Raises `KeyProblem`, of a key of its table, of points that it is not known at."""
+        """Return the (n,) heights of the stress-free shape over the flat plate, at points (n, 2) relative to the centre
+        of the contact [m]. Raises a `KeyProblem` for points outside the data."""
         return np.zeros(len(points))
 
     def as_a_beam(self, greens: GreensFunction) -> Body | None:
-        """Return the beam that a simpler model would take for it; ``None`` where there is none of the same motion.
+        """Return a beam with the same motion as a simpler model of the plate; ``None`` if there is none.
 
-        ``greens``: its own Green's function.
+        ``greens``: Green's function of the plate.
         """
         return None
 
     def check_place(self, place: float | Array | None, key: str) -> None:
-        """Check a place; points of other than round plates are checked by their mesh."""
+        """Check a distance; points are checked later, on the mesh."""
         if not isinstance(place, np.ndarray):
             super().check_place(place, key)
 

@@ -26,8 +26,8 @@ from seatfem.structures.shapes import Ball as Sphere
 
 MOST_HARMONICS: Final = 1000  # most harmonics of a part of a ring (`seatfem.structures.reduction.harmonics`)
 NARROWEST: Final = 2 * math.pi / MOST_HARMONICS
-FLAT: Final = 1e-6  # largest difference in height of a ring's edges, over its width
-UNDIVIDED: Final = ("rod", "harmonics", "sector", "3d")  # stated models in which a ring is struck as a whole
+FLAT: Final = 1e-6  # largest difference in height between the edges of a flat ring, relative to its width
+UNDIVIDED: Final = ("rod", "harmonics", "sector", "3d")  # values of the key model with a single port for the ring
 
 
 class Turned(drawn.Drawn):
@@ -87,7 +87,7 @@ class Turned(drawn.Drawn):
         return None if face is None else replace(face, arcs=arcs, rings=rings)
 
     def _flat_face(self) -> Lip | None:
-        """Return the flat ring or disc that is struck all around; ``None`` where another face is."""
+        """Return the whole flat ring or disc that is struck; ``None`` if the contact face is another one."""
         if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
             return None
         edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
@@ -132,7 +132,7 @@ lip_width = "1 mm"
         return of_same_names(AnnularSeat, self)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
-        """Return the outlines with the width of the lip beside that of its flat top."""
+        """Return the outlines, dimensioned with the widths of the lip and of its flat top."""
         views, shape = super().views(at), self.geometry()
         edge = shape.lip_edge_radius if shape.lip_height else 0.0
         flat = next(size for size in views.sizes if size.text.startswith("contact"))
@@ -167,7 +167,7 @@ face_width = "2 mm"
         return self.struck_area, end - start, shape.thickness
 
     def column(self) -> surrogate.Column | None:
-        """Return the column under the band as it is seen along the axis."""
+        """Return the column under the band, its area projected along the axis."""
         column = super().column()
         return None if column is None else replace(column, area=column.area * math.sin(self.geometry().half_angle))
 
@@ -229,8 +229,7 @@ damping_ratio = 0.005
         return replace(super().views(at), sizes=(diameter,))
 
     def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
-        """Return (M, n); springs move its translation alone, as one through its centre does, not its facet, which
-        yields."""
+        """Return (M, n); springs act on the translation only, as at the centre of the ball: the facet would yield."""
         modal, pushed = body.greens.modal, super().pushed_at(body, place, by)
         assert modal is not None
         return np.where(modal.omega[:, None] == 0, pushed, 0.0) if by == "springs" else pushed
@@ -244,12 +243,12 @@ damping_ratio = 0.005
 
 @dataclass(frozen=True)
 class FacetStress:
-    """The stress below the facet of a ball under the (n + 1,) force that presses it.
+    """Stress below the facet of a ball under its contact force.
 
     Attributes:
-        pressed: the force [N].
+        pressed: magnitude of the force (n + 1,) [N].
         dt: time step [s].
-        facet: its radius [m].
+        facet: radius of the facet [m].
         poisson: Poisson's ratio of the ball.
     """
 
@@ -259,10 +258,10 @@ class FacetStress:
     poisson: float
 
     def largest(self, *, coarsely: bool, since: float | None = None) -> after.stresses.ReedStress:
-        """Return the largest von Mises stress on the axis below the facet, and its depth in place of its place.
+        """Return the largest von Mises stress on the axis below the facet, with its depth as the place.
 
-        The facet's pressure is uniform, as its port in the Green's function has it: p = N/(pi a^2). The stress below it
-        is that in a half-space, at rest under the force of each moment: sigma = 2 tau_max of `disk_shear_maximum`.
+        The pressure on the facet is uniform, as for its port in the Green's function: p = N/(pi a^2). The stress is the
+        static one in a half-space under the instantaneous force: sigma = 2 tau_max of `disk_shear_maximum`.
 
         Source: Timoshenko and Goodier, load over part of the boundary of a semi-infinite solid.
         """
@@ -280,7 +279,7 @@ class FacetStress:
         return after.stresses.stress_by_spans(spans, largest)
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
-        """Yield the tensors at the depth below the facet where the von Mises stress is largest, as of `largest`."""
+        """Yield the stress tensors at the depth of the largest von Mises stress, by the theory of `largest`."""
         facet, depth = self.facet, self._most_stressed.depth
         across, along = exact.contact_stress.disk_axis_stress(np.array([depth]), poisson=self.poisson)
         tensors = np.zeros((len(self.pressed), 6))

@@ -1,4 +1,4 @@
-"""The way from geometry to a checked mesh: gmsh in a process of its own, named boundaries and regions."""
+"""Generation of a checked mesh from a geometry, by gmsh in a process of its own, with named boundaries and regions."""
 
 from impact.names import lazy_names
 

@@ -1,6 +1,6 @@
-"""What every task of the gmsh process needs: messages, files from outside, the model that is kept, sizes, plain arrays.
+"""Common functions of the tasks of the gmsh process: messages, untrusted files, reuse of the model, sizes, arrays.
 
-gmsh runs what it does not recognise as a script (`SystemCall`, `Merge`, `Printf > file`), and FILE.opt beside FILE.
+gmsh executes files of unknown format as scripts (`SystemCall`, `Merge`, `Printf > file`), and FILE.opt next to FILE.
 """
 
 import json
@@ -25,7 +25,7 @@ from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.profile import PER_ARC
 
 BOUNDED: Final = ("building the geometry", "reading the mesh")
-LONGEST: Final = 100  # most seconds of a bounded stage: sound files take seconds, some broken ones never end
+LONGEST: Final = 100  # time limit of a bounded stage [s]: sound files take seconds, some broken ones never end
 
 
 def send(**message: Any) -> None:
@@ -35,14 +35,14 @@ def send(**message: Any) -> None:
 
 
 def stage(what: str, done: float) -> None:
-    """Report the stage that begins; the system ends the process where reading a file takes longer than `LONGEST`."""
+    """Report the stage that begins; the process is killed if a stage of `BOUNDED` takes longer than `LONGEST`."""
     if hasattr(signal, "alarm"):  # not on Windows
         signal.alarm(LONGEST if what in BOUNDED else 0)
     send(stage=what, done=done)
 
 
-LIMIT: Final = 2048 * MB
-HEAD: Final = 400  # bytes of a file that its format is recognized by
+LIMIT: Final = 2048 * MB  # largest file
+HEAD: Final = 400  # bytes at the beginning of a file by which its format is recognized
 HEADS: Final[Mapping[str, tuple[re.Pattern[bytes], str]]] = MappingProxyType(
     {
         ".msh": (
@@ -59,8 +59,8 @@ SAME: Final = MappingProxyType({".stp": ".step"})
 
 @contextmanager
 def handed_over(path: Path) -> Iterator[Path]:
-    """Yield a copy of the file, under a plain name and alone in a private folder, once its first bytes are those of its
-    format; what goes wrong with it is reported of the file itself. Raises `GeometryError` where they are not.
+    """Yield a copy of the file, alone in a private folder, after checking that its first bytes are those of its format,
+    else raise `GeometryError`. Errors while the copy is used name the original file.
     """
     suffix = SAME.get(path.suffix.lower(), path.suffix.lower())
     if suffix not in HEADS:
@@ -97,11 +97,11 @@ CORNERS = {"tetrahedron": 3, "hexahedron": 4}
 
 
 def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
-    """Return the points (metres), cells and named groups as plain arrays, which `mesh_io.from_gmsh` takes.
+    """Return the points (metres), cells and named groups as plain arrays for `seatfem.structures.mesh.io.from_gmsh`.
 
     ``scale``: metres per model unit. Keys: "points", "cells", and one "volume:NAME", "surface:NAME" or "nodes:NAME" per
-    group; groups of one dimension and one name are one. Raises `GeometryError` naming what it found where the volume
-    elements are not of one kind: tetrahedra or hexahedra of order 1 or 2.
+    group; groups of the same dimension and name are joined. Raises `GeometryError`, with a list of the elements, unless
+    all volume elements are tetrahedra or all are hexahedra, of one order, 1 or 2.
     """
     mesh = gmsh.model.mesh
     tags, coordinates, _ = mesh.getNodes()
@@ -143,7 +143,7 @@ def _described(mesh: Any, kind: int) -> str:
 
 
 def _faces(mesh: Any, shape: str, entities: list[int]) -> Integers:
-    """Return vertex tags of the faces on some entities; (f, 3) or (f, 4)."""
+    """Return the vertex tags (f, 3) or (f, 4) of the element faces on the entities."""
     corners = CORNERS[shape]
     parts = [np.empty((0, corners), dtype=np.int64)]
     for kind in FACES[shape]:
@@ -153,7 +153,7 @@ def _faces(mesh: Any, shape: str, entities: list[int]) -> Integers:
 
 
 def rows_of(tags: Any) -> Integers:
-    """Return the row of each tag, -1 for tags that are not there."""
+    """Return an array that maps each tag to its row, -1 for missing tags."""
     index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
     index[tags.astype(np.int64)] = np.arange(len(tags))
     return index
@@ -169,21 +169,21 @@ GROWTH_FROM_ARC = 1.0  # growth of the element size per unit distance from an ar
 
 @dataclass
 class KeptModel:
-    """The content of gmsh's model: ``key`` of the geometry, "" of none; ``tags``: what its recipe returned."""
+    """Present content of gmsh's model: ``key`` of the geometry ("" if empty) and ``tags`` returned by its builder."""
 
     key: str = ""
     tags: Any = None
 
     def forget(self) -> None:
-        """Build anew at the next occasion."""
+        """Make the next call of `built` build the geometry again."""
         self.key = UNKNOWN
 
     def built(self, gmsh: Any, job: Mapping[str, Any], build: Callable[[], Tags], heal: bool = False) -> Tags:
-        """Return the tags of the job's geometry: by ``build``, or of the model where the job before had the same.
+        """Return the tags of the job's geometry, by ``build`` unless the previous job had the same geometry.
 
-        A model that is used again has lost its mesh and size fields.
+        Mesh and size fields of a model that is used again are removed.
         """
-        rings = job.get("spec", {}).get("rings")  # corners of a half section
+        rings = job.get("spec", {}).get("rings")  # they divide edges of a half section
         key = json.dumps([heal, rings, *(job.get(name) for name in GEOMETRY)], sort_keys=True)
         if key == self.key:
             gmsh.model.mesh.clear()
@@ -207,10 +207,10 @@ def set_sizes(
     scale: float,
     arcs: Mapping[int, int] | None = None,
 ) -> None:
-    """Set the background size: constant near the contact patch, then growing linearly to the bulk's.
+    """Set the size field: constant near the contact patch, then growing linearly to the size in the bulk.
 
-    ``surfaces``, ``curves``: of the patch and its outline. ``scale``: model units per metre. ``arcs``: curves with
-    so many elements along them at least.
+    ``surfaces``, ``curves``: tags of the patch and its outline. ``scale``: model units per metre. ``arcs``: curve ->
+    least number of elements along it.
     """
     near, far = scale * spec.patch_size, scale * spec.size
     end = max(near + (far - near) / spec.grading, near + 1e-3 * near)
@@ -232,7 +232,8 @@ def growing(
     reach: tuple[float, float],
     samples: int = SAMPLES_PER_CURVE,
 ) -> int:
-    """Return a field: the first of ``sizes`` up to the first distance of ``reach``, growing to both others."""
+    """Return the tag of a size field that grows linearly from the first to the second of ``sizes``, between the two
+    distances ``reach`` from the surfaces and curves."""
     field = gmsh.model.mesh.field
     distance, threshold = field.add("Distance"), field.add("Threshold")
     field.setNumbers(distance, "SurfacesList", surfaces)

@@ -1,7 +1,7 @@
-"""What a geometry's solids and faces are, and the outline of a flat sheet; used in the gmsh process only.
+"""Tasks of the gmsh process that describe a geometry: its faces and solids, or the outline of a flat sheet.
 
-Findings are data, all of them: faces, groups that can be selected, what is wrong with the others. A coarse mesh of
-straight tetrahedra goes with them, for pictures and for predictions; one that gmsh cannot make is left out.
+The answer holds the faces, the groups that can be selected and the problems of the others, with a coarse mesh of
+straight tetrahedra for pictures and predictions, as far as gmsh can generate one.
 """
 
 import itertools
@@ -23,20 +23,20 @@ from seatfem.structures.shapes.faces import Face, Frame, listing
 from seatfem.structures.shapes.inspect import faces_of, triple, volume_of
 from seatfem.structures.shapes.selectors import Patches, select
 
-COARSE: Final = 1 / 6  # element size far from the struck faces, over the body's size
-SIZE_PER_WIDTH: Final = 2.0  # element size on the struck faces, over their width
-GROWTH: Final = 0.6  # growth of the element size per unit distance from the struck faces
-FINE: Final = 4.0  # factor by which elements for pictures are smaller
-CURVED: Final = 24  # elements per full turn of curved faces, for pictures
-CHORDS: Final = 96  # straight pieces per bounding curve; a circle loses 7e-4 of its area
+COARSE: Final = 1 / 6  # element size far from the contact faces, over the diagonal of the body's box
+SIZE_PER_WIDTH: Final = 2.0  # element size on the contact faces, over their width
+GROWTH: Final = 0.6  # growth of the element size per unit distance from the contact faces
+FINE: Final = 4.0  # ratio of that coarse element size to the one for pictures
+CURVED: Final = 24  # elements per full turn of curved faces in pictures
+CHORDS: Final = 96  # straight segments per curved edge of a face; a circle loses 7e-4 of its area
 TRIANGLE, TETRAHEDRON = 2, 4
 
 Problem = tuple[str, str]
-"""Field of the geometry, and what is wrong with it."""
+"""Field of the geometry, and the problem with its value."""
 
 
 def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Do task "inspect": a geometry -> its faces, groups and problems (JSON), and the arrays of a coarse mesh."""
+    """Carry out task "inspect": geometry -> its faces, groups and problems (JSON), and the arrays of a coarse mesh."""
     geometry: Geometry = decode(job["geometry"])
     unit = geometry.unit_of_model
     stage("building the geometry", 0.0)
@@ -75,14 +75,14 @@ def _built(
         marks = recall(gmsh, imported)
     except GeometryError:
         raise
-    except Exception as error:  # what OpenCASCADE says of a file that it cannot read
+    except Exception as error:  # OpenCASCADE's message about an unreadable file
         raise GeometryError(f"{geometry.path}: cannot be read, export it again: {error}", "path") from error
     gmsh.model.occ.synchronize()
     return faces_of(gmsh.model, unit, marks), imported.regions
 
 
 def _sound_regions(gmsh: Any, part: CadPart, problems: list[Problem]) -> tuple[cad.Region, ...]:
-    """Return the regions that name solids of the file; each of the others is a problem."""
+    """Return the regions that match solids of the file; append a problem for each of the others."""
     if not part.regions:
         return ()
     try:
@@ -90,7 +90,7 @@ def _sound_regions(gmsh: Any, part: CadPart, problems: list[Problem]) -> tuple[c
     except GeometryError:
         raise
     except Exception:
-        return ()  # told by the import proper
+        return ()  # the import in `_built` reports it
     solids = [tag for _, tag in gmsh.model.getEntities(3)]
     sound: list[cad.Region] = []
     for region in part.regions:
@@ -142,7 +142,7 @@ def _described(gmsh: Any, face: Face, unit: float) -> dict[str, Any]:
 
 
 def _edges(gmsh: Any, groups: Sequence[list[int]], unit: float) -> dict[str, Any]:
-    """Return the outlines of the groups in straight pieces: their ends (e, 2, 3) [m], and the group's number (e,)."""
+    """Return the outlines of the groups as straight segments: ends (e, 2, 3) [m], and the group's number (e,)."""
     parts, of = [np.empty((0, 2, 3))], [np.empty(0, int)]
     for number, tags in enumerate(groups):
         curves = [abs(c) for tag in tags for _, c in gmsh.model.getBoundary([(2, tag)], oriented=True)]
@@ -156,9 +156,9 @@ def _edges(gmsh: Any, groups: Sequence[list[int]], unit: float) -> dict[str, Any
 
 
 def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) -> dict[str, Any]:
-    """Return points (n, 3) [m], triangles (m, 3) with their face's tag, tetrahedra (k, 4), as far as gmsh can.
+    """Return points (n, 3) [m], triangles (m, 3) with their face's tag, tetrahedra (k, 4), as far as gmsh succeeds.
 
-    ``picture``: triangles that show curved faces well, and no tetrahedra.
+    ``picture``: generate finer triangles on curved faces, and no tetrahedra.
     """
     if picture:
         gmsh.option.setNumber("Mesh.MeshSizeMax", _coarse(gmsh) / FINE)
@@ -171,7 +171,7 @@ def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) ->
     for dimension in (2,) if picture else (2, 3):
         try:
             gmsh.model.mesh.generate(dimension)
-        except Exception:  # such a file is meshed after healing, or not at all: its run tells
+        except Exception:  # a run heals such a file first, and reports if it still fails
             break
     tags, points, _ = gmsh.model.mesh.getNodes()
     row = rows_of(tags)
@@ -204,27 +204,27 @@ def _set_sizes(gmsh: Any, struck: list[int]) -> None:
     around = sum(gmsh.model.occ.getMass(1, abs(tag)) for tag in curves)
     near = min(coarse, SIZE_PER_WIDTH * 2 * area / around) if around > 0 else coarse
     end = near + (coarse - near) / GROWTH + 1e-3 * near
-    around_them = [abs(tag) for tag in curves]
-    threshold = growing(gmsh, struck, around_them, (near, coarse), (near, end), samples=30)
+    outlines = [abs(tag) for tag in curves]
+    threshold = growing(gmsh, struck, outlines, (near, coarse), (near, end), samples=30)
     gmsh.model.mesh.field.setAsBackgroundMesh(threshold)
 
 
-def _json(found: dict[str, Any]) -> dict[str, Any]:
-    return {"found": np.array(json.dumps(found))}
+def _json(answer: dict[str, Any]) -> dict[str, Any]:
+    return {"found": np.array(json.dumps(answer))}
 
 
 MILLIMETRE: Final = 1e-3  # unit [m] in which gmsh reads the lengths of STEP files
-EVEN: Final = 1e-6  # largest relative difference of the areas of a plate's two faces, and of its volume
-SQUARE: Final = 1e-6  # largest distance of a unit normal from one of the file's axes
-ARCS: Final = 32  # arcs that replace a curve which is neither line nor circle
-LOST: Final = 1e-4  # largest share of the area that these arcs may lose
+EVEN: Final = 1e-6  # largest relative difference of a plate's two areas, and of its volume from area times thickness
+SQUARE: Final = 1e-6  # largest difference of a unit normal from an axis of the file, or of opposite normals
+ARCS: Final = 32  # number of circular arcs that approximate a curve which is neither line nor circle
+LOST: Final = 1e-4  # largest relative error of the area by that approximation
 
 
 def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Do task "outline": a STEP file -> "loop:0" (the outline), "loop:1", ... (n, 3) [m]; "frame" (3, 3), the origin
-    and the directions x and y in which it is seen; "normal" (3,), out of the solid; "thickness", of a solid.
+    """Carry out task "outline": STEP file -> "loop:0" (the outline), "loop:1", ... (n, 3) [m]; "frame" (3, 3), the
+    origin and the directions x and y of their coordinates; "normal" (3,), outward; "thickness" of a solid plate.
 
-    With "oblique" the face need not be normal to an axis of the file; x and y then come from `lands.axes_along`.
+    With "oblique" the face may be inclined to the axes of the file; x and y then come from `lands.axes_along`.
     """
     path = Path(job["path"])
     stage("building the geometry", 0.0)
@@ -235,7 +235,7 @@ def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
             gmsh.model.occ.importShapes(str(copy))
     except GeometryError:
         raise
-    except Exception as error:  # what OpenCASCADE says of a file that it cannot read
+    except Exception as error:  # OpenCASCADE's message about an unreadable file
         raise GeometryError(f"Outlined.file = {path.name}: cannot be read, export it again: {error}") from error
     gmsh.model.occ.synchronize()
     face, thickness = _face(gmsh, path)
@@ -250,7 +250,7 @@ def _wrong(path: Path, what: str) -> GeometryError:
 
 
 def _face(gmsh: Any, path: Path) -> tuple[Face, float | None]:
-    """Return the one face, or one side of the one plate with its thickness [m]."""
+    """Return the only face, or one side of the only plate and its thickness [m]."""
     faces, solids = faces_of(gmsh.model, MILLIMETRE), len(gmsh.model.getEntities(3))
     if not faces:
         raise _wrong(path, "it holds no face, only curves or points; export a face or a solid")
@@ -277,7 +277,8 @@ def _face(gmsh: Any, path: Path) -> tuple[Face, float | None]:
 
 
 def _frame(face: Face, path: Path, *, oblique: bool) -> Frame:
-    """Return the plane of a face, seen against the file's axis that it is square to, from its origin's foot."""
+    """Return axes in the plane of a face that is normal to an axis of the file; ``oblique``: or inclined. The origin is
+    the projection of the file's."""
     normal = np.array(face.normal or ())
     axis = int(np.argmax(np.abs(normal)))
     if abs(abs(normal[axis]) - 1) > SQUARE:
@@ -291,7 +292,7 @@ def _frame(face: Face, path: Path, *, oblique: bool) -> Frame:
 
 
 def _loops(gmsh: Any, face: Face, path: Path, frame: Frame) -> list[Array]:
-    """Return the outline, then the holes [m], as seen in the frame."""
+    """Return the outline, then the holes [m], in coordinates of the frame."""
     chains = [_chain(gmsh, tag, frame) for tag in sorted(face.curves)]
     size = float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
 
@@ -308,7 +309,7 @@ def _loops(gmsh: Any, face: Face, path: Path, frame: Frame) -> list[Array]:
 
 
 def _chain(gmsh: Any, tag: int, frame: Frame) -> Array:
-    """Return the (n, 3) corners and bulges of a curve [m]: arcs through three points of it each."""
+    """Return the (n, 3) corners [m] and bulges of a curve, as circular arcs through three of its points each."""
     low, high = (float(bound[0]) for bound in gmsh.model.getParametrizationBounds(1, tag))
     kind = gmsh.model.getType(1, tag)
     count = {"Line": 1, "Circle": math.ceil((high - low) / math.pi - 1e-9)}.get(kind, ARCS)
@@ -316,6 +317,6 @@ def _chain(gmsh: Any, tag: int, frame: Frame) -> Array:
     points = frame.seen(MILLIMETRE * np.reshape(gmsh.model.getValue(1, tag, at), (-1, 3)))
     start, middle, end = points[:-1:2], points[1::2], points[2::2]
     first, second = middle - start, end - middle
-    halves = np.arctan2(loops.cross(first, second), (first * second).sum(axis=1))  # of the angle that the arc turns
+    halves = np.arctan2(loops.cross(first, second), (first * second).sum(axis=1))  # of the arc's angle
     bulges = np.zeros(count) if kind == "Line" else np.tan(halves / 2)
     return np.column_stack([points[::2], np.append(bulges, 0.0)])

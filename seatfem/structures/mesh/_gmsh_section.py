@@ -1,8 +1,8 @@
 """Plane meshes of triangles or quadrilaterals: half sections and plans; used in the gmsh process only.
 
-A vertex on a smooth piece of boundary where one element has both boundary edges turns through 180 degrees once the
-edges are curved: det J vanishes there. Such an element is merged with neighbours until the union can be cut into
-triangles that all meet in one of its vertices and none of which is flat.
+If both edges of an element at a vertex lie on a smooth boundary, curving them opens the corner to 180 degrees and det J
+vanishes. Such an element is merged with neighbours until the union can be divided into triangles that all meet in one
+of its vertices, none of them flat.
 """
 
 from collections.abc import Mapping
@@ -19,16 +19,16 @@ QUADRILATERALS = {1: 3, 2: 10}
 FRONTAL_FOR_QUADS = 8
 BLOSSOM = 1
 ALL_QUADRILATERALS = 1
-PASSES = 4
-HALVING = 2.0  # size of the elements that are cut into three or four quadrilaterals, over that of these
+PASSES = 4  # most repetitions of the repair of flat corners
+HALVING = 2.0  # size of elements before they are divided into quadrilaterals, over the size afterwards
 Cell = tuple[int, ...]
-FLAT = np.deg2rad(160.0)
-GOOD = np.deg2rad(15.0)
-MOST_MERGED = 4
+FLAT = np.deg2rad(160.0)  # corner angle beyond which an element is repaired
+GOOD = np.deg2rad(15.0)  # smallest angle of triangles at which no more neighbours are merged
+MOST_MERGED = 4  # most elements of a union
 
 
 def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], arcs: Mapping[int, int], unit: float) -> None:
-    """Mesh the model's surfaces as ``spec`` says, finest at the curves ``refined``, so many elements along ``arcs``."""
+    """Mesh the model's surfaces by ``spec``, finest at the curves ``refined``; ``arcs``: least number along curves."""
     option, mesh = gmsh.option.setNumber, gmsh.model.mesh
     quadrilaterals = spec.shape == "hex"
     option("Mesh.SecondOrderLinear", 0)
@@ -38,7 +38,7 @@ def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], arcs: Mapping[in
         option("Mesh.RecombinationAlgorithm", BLOSSOM)
     set_sizes(gmsh, spec, [], refined, (HALVING if quadrilaterals else 1.0) / unit, arcs)
     mesh.generate(2)
-    for _ in range(PASSES):  # what replaces one flat corner may have another
+    for _ in range(PASSES):  # the new triangles may have flat corners as well
         if not _mend(gmsh):
             break
     if quadrilaterals:
@@ -49,7 +49,7 @@ def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], arcs: Mapping[in
 
 
 def _mend(gmsh: Any) -> bool:
-    """Do one pass; return whether anything was changed. The angles are those of order 2, which gmsh numbers anew."""
+    """Repair flat corners once, by the angles of elements of order 2; return whether anything was changed."""
     mesh = gmsh.model.mesh
     surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
     mesh.setOrder(2)
@@ -126,10 +126,10 @@ def corner_angles(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDAr
 def without_flat_corners(
     points: NDArray[np.float64], angles: Mapping[Cell, NDArray[np.float64]]
 ) -> tuple[list[Cell], list[Cell]]:
-    """Return the cells without flat corners; ``angles``: triangles and quadrilaterals by their vertices (rows of
-    ``points``), and their `corner_angles`.
+    """Return the cells to be removed and the triangles that replace them, so that no corner is flat.
 
-    Returns the cells to be removed and the triangles to be put in their place; no cell is removed twice.
+    ``angles``: triangles and quadrilaterals by their vertices (rows of ``points``) -> their `corner_angles`. No cell is
+    removed twice.
     """
     across = {edge: cell for cell in angles for edge in _edges(cell)}
     removed: list[Cell] = []
@@ -146,7 +146,7 @@ def without_flat_corners(
             ]
             if not unions:
                 break
-            _, ring, other = max(unions, key=lambda found: found[0])
+            _, ring, other = max(unions, key=lambda union: union[0])
             gone.append(other)
         if len(gone) + len(cell) > 4 and not set(gone) & set(removed):
             removed += gone
@@ -160,10 +160,10 @@ def _interior(angles: Mapping[Cell, NDArray[np.float64]], cells: list[Cell], rin
 
 
 def _best(points: NDArray[np.float64], loop: Cell, interior: Mapping[int, float]) -> tuple[float, Cell]:
-    """Return how good the best triangulation by lines from one vertex is, and the polygon from that vertex on.
+    """Return the quality of the best triangulation by lines from one vertex, and the polygon from that vertex on.
 
-    Measured by the smallest angle; a corner of the polygon that stays the corner of one triangle counts by how far
-    its curved edges are from flat.
+    The quality is the smallest angle [rad]; at a corner of a single triangle, also pi less the angle of its curved
+    edges.
     """
 
     def score(ring: Cell) -> float:
@@ -183,7 +183,7 @@ def _from(ring: Cell, first: int) -> Cell:
 
 
 def _smallest_angle(triangle: NDArray[np.float64]) -> float:
-    """Return the smallest angle, negative for a triangle that is turned over."""
+    """Return the smallest angle, negative for a clockwise triangle."""
     forth, back = np.roll(triangle, -1, axis=0) - triangle, np.roll(triangle, 1, axis=0) - triangle
     cross = forth[:, 0] * back[:, 1] - forth[:, 1] * back[:, 0]
     return float(np.min(np.arctan2(cross, np.sum(forth * back, axis=1))))

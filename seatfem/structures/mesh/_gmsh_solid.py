@@ -1,6 +1,6 @@
-"""Solids of tetrahedra: imported or built, healed, sized and meshed; used in the gmsh process only.
+"""Meshing of solids by tetrahedra: import or construction, healing and sizes; used in the gmsh process only.
 
-Colours, names and regions of imported CAD are kept through operations.
+Colours, names and regions of imported CAD are preserved by all operations.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,15 +18,17 @@ from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.inspect import Mark, area_of, colour_of, outline_of, patch_tags, volume_of
 from seatfem.structures.shapes.shape import cut, patches_in
 
-SAME_PLACE = 1e-5  # distance of points that count as one, over the model's size
+SAME_PLACE = 1e-5  # largest distance of coincident points, over the model's size
 OFF_SURFACE = 1e-3  # largest distance of edges from their surface, over the model's size
-SAMPLES = 4  # stride of the points of a face's outline that are compared
+SAMPLES = 4  # stride between the points of a face's outline that are compared
 
 
 @dataclass
 class Imported:
-    """``marks``: of the faces, while they are the imported ones; ``copies``: of the faces that must be found again,
-    with their type and mark; ``regions``: name -> solids.
+    """An imported CAD file.
+
+    ``marks``: marks of the faces, while these are unchanged; ``copies``: copies of marked faces, with type and mark, by
+    which the faces are recognized after an operation; ``regions``: name -> solids.
     """
 
     marks: dict[int, Mark] = field(default_factory=dict)
@@ -35,16 +37,16 @@ class Imported:
 
 
 def read_solids(gmsh: Any, part: CadPart) -> None:
-    """Read the solids of the part's file in gmsh's model."""
+    """Read the solids of the part's file into gmsh's model."""
     with handed_over(part.path) as copy:
         replace(part, path=copy).build(gmsh.model.occ)
     gmsh.model.occ.synchronize()
 
 
 def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bool = False) -> Imported:
-    """Import, check the size, and make all solids conformal; copies of faces stay in the model until `recall`.
+    """Import the part, check its size and make the solids conformal; copies of faces stay in the model until `recall`.
 
-    ``numbered``: all faces keep their numbers, not only those that have colour or name, or are selected by number.
+    ``numbered``: keep the numbers of all faces, also if none is selected by number.
     """
     numbered = numbered or any(isinstance(s, NumberedFace) for chosen in part.patches.values() for s in chosen)
     model, occ = gmsh.model, gmsh.model.occ
@@ -70,13 +72,13 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bo
     return imported
 
 
-def _heal(occ: Any, found: Imported, solids: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Heal the solids; healing numbers anew, so solids and copies are found again by where they are and how large."""
-    before = {entity: _place(occ, entity) for entity in [*solids, *((2, tag) for tag in found.copies)]}
+def _heal(occ: Any, imported: Imported, solids: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Heal the solids; as this changes the tags, solids and copies are matched by centre and size."""
+    before = {entity: _place(occ, entity) for entity in [*solids, *((2, tag) for tag in imported.copies)]}
     occ.healShapes(solids)
     faces, healed = _loose_faces(occ), occ.getEntities(3)
-    found.copies = {_same(occ, faces, before[2, old])[1]: copied for old, copied in found.copies.items() if faces}
-    return _replaced(found, solids, [[_same(occ, healed, before[old])] for old in solids])
+    imported.copies = {_same(occ, faces, before[2, old])[1]: kept for old, kept in imported.copies.items() if faces}
+    return _replaced(imported, solids, [[_same(occ, healed, before[old])] for old in solids])
 
 
 def _place(occ: Any, entity: tuple[int, int]) -> NDArray[np.float64]:
@@ -112,13 +114,13 @@ def check_faces(model: Any, unit: float) -> None:
             )
 
 
-def recall(gmsh: Any, found: Imported) -> dict[int, Mark]:
-    """Return colour and name of the faces now in the model, from the copies they lie on; removes the copies."""
-    if not found.copies:
+def recall(gmsh: Any, imported: Imported) -> dict[int, Mark]:
+    """Return the marks of the faces now in the model, by the copies on which they lie, and remove the copies."""
+    if not imported.copies:
         occ = gmsh.model.occ
         if loose := _loose_faces(occ):
             occ.remove(loose, recursive=True)
-        return found.marks
+        return imported.marks
     model, occ = gmsh.model, gmsh.model.occ
     occ.synchronize()
     box = np.array(model.getBoundingBox(-1, -1))
@@ -129,7 +131,7 @@ def recall(gmsh: Any, found: Imported) -> dict[int, Mark]:
     for face in faces:
         curves = [abs(tag) for _, tag in model.getBoundary([(2, face)], oriented=False)]
         points = [occ.addPoint(*point) for point in outline_of(model, curves, 1.0)[::SAMPLES]]
-        for copy, (kind, mark) in found.copies.items():
+        for copy, (kind, mark) in imported.copies.items():
             same = kind == model.getType(2, face)
             if same and all(occ.getDistance(0, point, 2, copy)[0] < near for point in points):
                 before = marks.get(face, Mark())
@@ -188,27 +190,28 @@ def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[i
 
 
 def _replaced(
-    found: Imported, solids: list[tuple[int, int]], pieces: list[list[tuple[int, int]]]
+    imported: Imported, solids: list[tuple[int, int]], pieces: list[list[tuple[int, int]]]
 ) -> list[tuple[int, int]]:
-    """Follow the regions through an operation; return the solids there are now."""
+    """Update the regions after an operation, and return the present solids."""
     after = {old[1]: [new[1] for new in piece] for old, piece in zip(solids, pieces, strict=False)}
     everything = [tag for piece in after.values() for tag in piece]
     if len(set(everything)) < len(everything):
         raise GeometryError("solids of the CAD file overlap: cut one out of the other, so that they share faces only")
-    found.regions = {name: [new for old in tags for new in after[old]] for name, tags in found.regions.items()}
+    imported.regions = {name: [new for old in tags for new in after[old]] for name, tags in imported.regions.items()}
     return [(3, tag) for tag in everything]
 
 
 MESH_ADAPT, FRONTAL = 1, 4
 TETRAHEDRON = {1: 4, 2: 11}  # gmsh element types by order
-LEAST_OF_PATCH = 0.25  # smallest element that curvature may ask for, over the patch's
+LEAST_OF_PATCH = 0.25  # smallest element size by curvature, over the size on the contact patch
 EQUAL_SECTORS = 1e-6  # largest relative difference of the volumes of sectors
-POOR_JACOBIAN = 0.05
+POOR_JACOBIAN = 0.05  # scaled Jacobian below which curved elements are optimised
 
 
 @dataclass(frozen=True)
 class Rung:
-    """``heal``: sew and repair the shapes first; ``curvature``: least elements per full turn; ``options``: gmsh's."""
+    """One attempt to mesh: ``heal``: repair the shapes first; ``curvature``: least elements per full turn; ``options``:
+    options of gmsh."""
 
     name: str
     heal: bool = False
@@ -230,16 +233,16 @@ LADDER = (
 
 
 class LadderError(RuntimeError):
-    """Every rung failed; the message says what failed on each, and where."""
+    """Error after all attempts failed; the message states the failure of each, and its place."""
 
 
 def retry_with_healing(
     what: str, rungs: Sequence[Rung], attempt: Callable[[Rung], None], where: Callable[[], str]
 ) -> list[str]:
-    """Try the rungs in turn until one holds; returns notes on those that failed and on the one that held.
+    """Try the rungs in turn until one succeeds; return notes on the failures and on the success after them.
 
-    ``what``: is meshed; ``where``: the place of the last failure. A `GeometryError` is no failure to mesh and ends the
-    climb. Raises `LadderError` after the last rung.
+    ``what``: name of the geometry; ``where``: returns the place of the last failure. A `GeometryError` is raised at
+    once, as it is no failure to mesh; `LadderError` after the last rung.
     """
     failed: list[str] = []
     for rung in rungs:
@@ -258,7 +261,7 @@ def retry_with_healing(
 def build(
     gmsh: Any, geometry: Geometry, sectors: int = 1, heal: bool = False
 ) -> tuple[dict[str, list[int]], dict[str, list[int]]]:
-    """Build the solids, or one of the equal sectors; returns the face tags of the groups and the solids of regions."""
+    """Build the solids, or one of the equal sectors; return the face tags of the groups and the solids of regions."""
     unit = geometry.unit_of_model
     occ = gmsh.model.occ
     imported = import_part(gmsh, geometry, heal, sectors) if isinstance(geometry, CadPart) else Imported()
@@ -283,7 +286,7 @@ def build(
 
 
 def build_and_name(gmsh: Any, geometry: Geometry, sectors: int, heal: bool) -> dict[str, list[int]]:
-    """Return the face tags of the groups, which the model knows by name from now on."""
+    """Build the solids, add groups and regions to the model as physical groups, return the groups' face tags."""
     tags, regions = build(gmsh, geometry, sectors, heal)
     for name, solids in regions.items():
         gmsh.model.addPhysicalGroup(3, solids, name=name)
@@ -306,9 +309,9 @@ def generate(gmsh: Any, spec: MeshSpec, unit: float) -> None:
 
 
 def untangle(gmsh: Any, unit: float) -> None:
-    """Optimise where curving left (nearly) inverted elements; the parent checks what remains.
+    """Optimise the mesh if curving made elements (nearly) inverted; the parent process checks the result.
 
-    This optimiser depends on memory addresses: where it has to act, node positions differ a little from run to run.
+    This optimiser depends on memory addresses: if it is used, node positions differ slightly between runs.
     """
     elements, _ = gmsh.model.mesh.getElementsByType(TETRAHEDRON[2])
     jacobian = gmsh.model.mesh.getElementQualities(elements, "minSJ")
@@ -332,7 +335,7 @@ def where_it_failed(gmsh: Any, unit: float) -> str:
 
 
 def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Do task "mesh": geometry and spec -> arrays, and a .msh file where asked for."""
+    """Carry out task "mesh": geometry and spec -> arrays, and a .msh file if requested."""
     geometry: Geometry = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
     unit = geometry.unit_of_model

@@ -1,9 +1,8 @@
 """The gmsh process, started by `seatfem.structures.mesh.gmsh_process` only.
 
-Jobs come as JSON lines on standard input; the process ends when that is closed.
-
-Lengths inside gmsh are those of the geometry's recipe (millimetres); everything that is read from or written for
-the parent is in metres. The parent learns of progress and failure from JSON lines on standard output.
+Jobs come as JSON lines on standard input; the process ends when that is closed. Progress and failure are reported as
+JSON lines on standard output. Lengths inside gmsh are in the unit of the geometry (millimetres), those exchanged with
+the parent in metres.
 """
 
 import json
@@ -38,7 +37,7 @@ OPTIONS = {
     "Mesh.MeshSizeFromPoints": 0,
     "Mesh.MeshSizeFromCurvature": 0,
     "Mesh.MshFileVersion": 4.1,
-    # gmsh's own defaults, of what the job before may have set
+    # gmsh's defaults of options that the previous job may have changed
     "Mesh.Algorithm": 6,
     "Mesh.Algorithm3D": 1,
     "Mesh.MeshSizeMax": 1e22,
@@ -49,11 +48,11 @@ OPTIONS = {
     "Mesh.SecondOrderLinear": 0,
     "Mesh.SubdivisionAlgorithm": 0,
 }
-"""Options of gmsh that are set before each job."""
+"""Options of gmsh set before each job."""
 
 
 def read(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Do task "read": a mesh file -> arrays."""
+    """Carry out task "read": mesh file -> arrays."""
     stage("reading the mesh", 0.0)
     with handed_over(Path(job["path"])) as copy:
         model.built(gmsh, job, lambda: gmsh.open(str(copy)))
@@ -62,7 +61,7 @@ def read(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
 
 
 def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Do task "section": the half section of a solid of revolution -> plane arrays."""
+    """Carry out task "section": half section of a solid of revolution -> plane arrays."""
     geometry: Turning = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
     unit = geometry.unit_of_model
@@ -80,7 +79,7 @@ def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
 
 
 def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Do task "plan": the plan of an extruded solid, or of one of its sectors -> plane arrays and areas of the CAD."""
+    """Carry out task "plan": plan of an extruded solid or a sector of it -> plane arrays and exact areas."""
     geometry: Geometry = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
     unit = geometry.unit_of_model
@@ -122,7 +121,7 @@ TASKS: dict[str, Callable[[Any, dict[str, Any], KeptModel], dict[str, Any]]] = {
 
 
 def import_gmsh() -> Any:
-    """Return the gmsh module; on a bare system its shared libraries are missing, which is an OSError."""
+    """Return the gmsh module; without its shared libraries, importing it raises an `OSError`."""
     try:
         import gmsh
     except OSError as error:
@@ -133,7 +132,7 @@ def import_gmsh() -> Any:
 
 
 def run(gmsh: Any, job: dict[str, Any], model: KeptModel) -> None:
-    tempfile.tempdir = str(Path(job["arrays"]).parent)  # which the parent removes, however this process ends
+    tempfile.tempdir = str(Path(job["arrays"]).parent)  # the parent removes this folder in any case
     for option, value in OPTIONS.items():
         gmsh.option.setNumber(option, value)
     result = TASKS[job["task"]](gmsh, job, model)
@@ -157,7 +156,7 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    # Messages keep the pipe to themselves: OpenCASCADE prints to descriptor 1, which now leads to the log.
+    # Only messages use the pipe: OpenCASCADE prints to descriptor 1, which is redirected to the log.
     sys.stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     sys.exit(main())

@@ -1,4 +1,4 @@
-"""How good the elements of a mesh are, and what must hold of it before it is used."""
+"""Quality of the elements of a mesh, and checks before it is used."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -13,10 +13,10 @@ from skfem.quadrature import get_quadrature
 
 from seatfem.structures.mesh import io
 
-FLAT = 1e-9  # volume of a flat element, over that of a box as long as the element's bounding box
-SAME_PLACE = 1e-7  # distance of nodes that were meant to be one, over the diagonal of the mesh
-MOST_PAIRS = 16  # most pairs, per node, of nodes that are to be one
-SHOWN = 3  # places named in a message
+FLAT = 1e-9  # largest mean det J of a flat element, over the cube of the longest side of its bounding box
+SAME_PLACE = 1e-7  # largest distance of coincident nodes, over the diagonal of the mesh
+MOST_PAIRS = 16  # largest number of pairs of coincident nodes, per node
+SHOWN = 3  # number of places named in a message
 
 
 @dataclass(frozen=True)
@@ -24,9 +24,9 @@ class MeshQuality:
     """Measures of a mesh in SI units; volumes by a quadrature that is exact for the elements' maps.
 
     ``min_scaled_jacobian``: smallest det J at the nodes and centroid of an element over the mean of its straight twin;
-    1 for straight tetrahedra and parallelepipeds, 0 where an element starts to fold. ``cad_volume`` and ``cad_areas``
-    are exact, None and empty where the mesh came from a file. Of a meridian all but the Jacobian, which is over that of
-    the element itself, are those of the solid of revolution.
+    1 for straight tetrahedra and parallelepipeds, 0 for an element about to fold. ``cad_volume`` and ``cad_areas`` are
+    exact, None and empty for a mesh from a file. For a meridian, volumes and areas are those of the solid of
+    revolution, and the Jacobian is relative to the mean of the element itself.
     """
 
     nodes: int
@@ -54,15 +54,14 @@ def measure(
 
 
 def straight_determinants(arrays: io.MeshArrays) -> io.Floats:
-    """Return the mean det J over each straight twin, negative where its vertices are in mirrored order; (m,)."""
+    """Return the (m,) mean det J of each element with straight edges, negative for vertices in mirrored order."""
     return _integrals(io.CELL_KINDS[arrays.kind.corners], arrays.points, arrays.vertices, mean=True)
 
 
 def scaled_jacobian(arrays: io.MeshArrays) -> io.Floats:
-    """Return the smallest det J over nodes and centroid of each element over |mean det J| of its straight twin; (m,).
+    """Return the (m,) smallest det J at nodes and centroid of each element, over |mean det J| with straight edges.
 
-    -inf where the straight twin is flat. The sign of the straight twin counts too, so an element with vertices in
-    mirrored order is negative.
+    It is -inf if the element with straight edges is flat, and negative for vertices in mirrored order.
     """
     kind = arrays.kind
     straight = straight_determinants(arrays)
@@ -86,7 +85,7 @@ def _integrals(kind: io.CellKind, points: io.Floats, cells: io.Integers, *, mean
 
 
 def _determinants(kind: io.CellKind, points: io.Floats, cells: io.Integers, places: io.Floats) -> Iterator[io.Floats]:
-    """Yield det J of every element, (m,), at one place after the other."""
+    """Yield the (m,) det J of all elements at each of the places."""
     nodes = points[cells.T].transpose(0, 2, 1).reshape(cells.shape[1], -1)
     for gradient in kind.gradients(places):
         a, b, c = (gradient.T @ nodes).reshape(3, 3, -1)
@@ -104,7 +103,7 @@ def _area(mesh: io.SolidMesh, facets: io.Integers) -> float:
 def check_mesh(
     arrays: io.MeshArrays, required: tuple[str, ...] = ("contact", "fixed"), parts: int = 1
 ) -> io.MeshArrays:
-    """Return the mesh, with its elements turned right side out where all of them are mirrored.
+    """Return the mesh, with its vertices reordered if all elements are mirrored.
 
     Raises `MeshError` for a missing or empty group, coordinates that are not finite, flat, inside-out and folded
     elements, and another number of connected parts than ``parts``; messages give places.
@@ -121,7 +120,7 @@ def check_mesh(
 
 
 def check_groups(arrays: io.MeshArrays, required: tuple[str, ...]) -> None:
-    """Raise `MeshError` unless every required surface group is there and no group is empty."""
+    """Raise `MeshError` unless every required surface group exists and no group is empty."""
     for name in required:
         if name not in arrays.surfaces:
             listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
@@ -133,7 +132,7 @@ def check_groups(arrays: io.MeshArrays, required: tuple[str, ...]) -> None:
 
 
 def right_side_out(arrays: io.MeshArrays) -> io.MeshArrays:
-    """Return a mesh of mirrored elements only, as mirroring a part leaves it, turned; else as it is."""
+    """Return the mesh with its vertices reordered if all elements are mirrored, as after mirroring a part."""
     if len(arrays.cells) == 0 or not np.all(straight_determinants(arrays) < 0.0):
         return arrays
     nodes = arrays.kind.nodes
@@ -143,7 +142,7 @@ def right_side_out(arrays: io.MeshArrays) -> io.MeshArrays:
 
 
 def check_elements(arrays: io.MeshArrays) -> None:
-    """Raise `MeshError` of a flat element, of one inside out and of one folded by its curvature."""
+    """Raise `MeshError` if an element is flat, inverted, or folded by its curvature."""
     straight = straight_determinants(arrays)
     box = np.ptp(arrays.points[arrays.vertices], axis=1).max(axis=1) ** 3
     _none(
@@ -171,7 +170,7 @@ def check_elements(arrays: io.MeshArrays) -> None:
 
 
 def check_parts(arrays: io.MeshArrays, parts: int = 1) -> None:
-    """Raise `MeshError` unless the elements make as many parts, which share no node, as expected."""
+    """Raise `MeshError` unless the mesh consists of ``parts`` connected parts."""
     label = part_of_element(arrays)
     count = int(label.max(initial=-1)) + 1
     if count == parts:
@@ -201,7 +200,7 @@ def part_of_element(arrays: io.MeshArrays) -> io.Integers:
 
 
 def check_coincident(arrays: io.MeshArrays) -> None:
-    """Raise `MeshError` of two vertices of elements at the same place: a seam that was never merged, or a slit."""
+    """Raise `MeshError` if two vertices of elements coincide: a seam that was not merged, or a slit."""
     used = io.distinct(arrays.vertices)
     places = arrays.points[used]
     diagonal = float(np.linalg.norm(np.ptp(places, axis=0)))
@@ -220,10 +219,10 @@ def distances(points: io.Floats, others: io.Floats) -> io.Floats:
 
 
 def near_pairs(points: io.Floats, within: float, source: str) -> io.Integers:
-    """Return the pairs of rows of points nearer to each other than a distance; (n, 2).
+    """Return the (n, 2) pairs of rows of points nearer to each other than ``within``.
 
     Raises:
-        MeshError: they are more than `MOST_PAIRS` for each point; they are counted before they are listed.
+        MeshError: more pairs than `MOST_PAIRS` per point; pairs are counted before they are listed.
     """
     tree = cKDTree(points)
     count = (int(tree.count_neighbors(tree, within)) - len(points)) // 2
@@ -236,7 +235,7 @@ def near_pairs(points: io.Floats, within: float, source: str) -> io.Integers:
 
 
 def _none(arrays: io.MeshArrays, bad: NDArray[np.bool_], measure: io.Floats, what: str, remedy: str) -> None:
-    """Raise where an element is bad; the worst come first in the message."""
+    """Raise `MeshError` if an element is bad; the message begins with the worst by ``measure``."""
     rows = np.flatnonzero(bad)
     if len(rows):
         worst = rows[np.argsort(measure[rows], kind="stable")]

@@ -1,7 +1,7 @@
 """Runs gmsh in a process of its own.
 
-gmsh keeps global state, crashes when two threads use it, and can abort the process it lives in; apart from that
-its licence stays apart too. Jobs in: JSON lines. Results out: named arrays.
+gmsh keeps global state, crashes when two threads use it, and can abort its process; a process of its own also keeps
+its licence separate. Jobs are sent as JSON lines, results returned as named arrays.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ REMEDY = "try another element size, above all a smaller contact_size; or check a
 
 
 class MeshingError(RuntimeError):
-    """gmsh failed, crashed, or cannot be loaded; the message says where and how to mend it."""
+    """Error of gmsh: it failed, crashed or cannot be loaded; the message states the place and the remedy."""
 
 
 class Gmsh(Protocol):
@@ -45,8 +45,8 @@ class Gmsh(Protocol):
 class GmshSession:
     """One gmsh process for several jobs, started by the first: ``with GmshSession() as gmsh: gmsh(job)``.
 
-    A job with the geometry of the one before costs its elements only. Leaving the block, by an interrupt too, kills
-    the process; so does a job that fails, and the next begins with another process.
+    A job with the same geometry as the previous one does not build it again. The process is killed at the end of the
+    block, on an interrupt, and after a failed job; the next job then starts another process.
     """
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class GmshSession:
         process, folder = self._started()
         result, log = folder / "arrays.npz", folder / "log.txt"
         try:
-            last = _told(process, json.dumps(dict(job) | {"arrays": str(result)}), progress)
+            last = _last_message(process, json.dumps(dict(job) | {"arrays": str(result)}), progress)
             if "finished" not in last:
                 process.wait()
                 _check(process.returncode, last, log.read_text(encoding="utf-8", errors="replace"))
@@ -79,7 +79,7 @@ class GmshSession:
             with ExitStack() as ours:
                 folder = ours.enter_context(private_folder("gmsh"))
                 process = start_worker("seatfem.structures.mesh._gmsh_worker", log=folder / "log.txt", answers=True)
-                ours.callback(end_worker, process)  # its results are read: nothing is lost
+                ours.callback(end_worker, process)  # its results have been read
                 self._worker, self._ours = (process, folder), ours.pop_all()
         return self._worker
 
@@ -89,13 +89,13 @@ class GmshSession:
 
 
 def run_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
-    """Run one job in a process of its own, as `Gmsh`; interrupting the caller kills the process."""
+    """Run one job, as in `Gmsh`, in a process of its own; interrupting the caller kills the process."""
     with GmshSession() as gmsh:
         return gmsh(job, progress)
 
 
 def remembered_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
-    """Run one job as `run_gmsh`, or return what it gave before in this process: of coarse meshes of drawn bodies."""
+    """Run one job as `run_gmsh`, with the results cached in this process; used for coarse meshes."""
     return dict(_remembered(json.dumps(dict(job), sort_keys=True)))
 
 
@@ -104,12 +104,12 @@ def _remembered(job: str) -> Arrays:
     return run_gmsh(json.loads(job))
 
 
-def _told(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:
-    """Send the job, pass progress on until it is finished or the process ends; return the last message."""
+def _last_message(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:
+    """Send the job, report progress until it is finished or the process ends, and return the last message."""
     last: dict[str, Any] = {"stage": "starting gmsh"}
     assert process.stdin is not None
     assert process.stdout is not None
-    with suppress(BrokenPipeError):  # why it has ended, its messages tell
+    with suppress(BrokenPipeError):  # its messages give the reason why it has ended
         process.stdin.write(job + "\n")
         process.stdin.flush()
     for line in process.stdout:

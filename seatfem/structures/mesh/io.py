@@ -27,8 +27,8 @@ HEX_VERTICES = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1)
 class CellKind:
     """One kind of element.
 
-    ``nodes`` (k, 3): reference coordinates in gmsh's order, on the unit tetrahedron or the unit cube; ``corners``: how
-    many of them are vertices; ``element``, ``mesh``: scikit-fem's; ``degree``: of its det J, for exact volumes.
+    ``nodes`` (k, 3): reference coordinates in gmsh's order, on the unit tetrahedron or the unit cube; ``corners``:
+    number of vertices; ``element``, ``mesh``: classes of scikit-fem; ``degree``: polynomial degree of det J.
     """
 
     shape: str
@@ -42,7 +42,7 @@ class CellKind:
 
     @cached_property
     def columns(self) -> Integers:
-        """Return the column of gmsh's order where scikit-fem's i-th node stands."""
+        """Return, for each node in scikit-fem's order, its column in gmsh's order."""
         distance = np.abs(self.element.doflocs[:, None, :] - self.nodes[None, :, :]).sum(axis=2)
         return np.asarray(distance.argmin(axis=1))
 
@@ -60,7 +60,7 @@ class CellKind:
 
 
 def nodes_of(vertices: tuple[tuple[int, int, int], ...], *groups: tuple[tuple[int, ...], ...]) -> Floats:
-    """Return the vertices, then the mean of each listed group of them."""
+    """Return the vertices, then the centre of each listed group of vertices."""
     corner = np.array(vertices, dtype=float)
     return np.vstack([corner, *(corner[list(members)].mean(axis=0) for group in groups for members in group)])
 
@@ -68,7 +68,7 @@ def nodes_of(vertices: tuple[tuple[int, int, int], ...], *groups: tuple[tuple[in
 _TET, _HEX = "tetrahedron", "hexahedron"
 _ALL = (tuple(range(8)),)
 
-# By number of nodes.
+# Kinds of elements by number of nodes
 CELL_KINDS: Mapping[int, CellKind] = MappingProxyType(
     {
         4: CellKind(_TET, 1, 4, nodes_of(TET_VERTICES), TET_FACES, ElementTetP1(), MeshTet, 0),
@@ -82,7 +82,7 @@ CELL_KINDS: Mapping[int, CellKind] = MappingProxyType(
 
 
 def distinct(numbers: Integers) -> Integers:
-    """Return the numbers sorted, each once. NumPy's `unique` hashes whole numbers, at ten times the time of sorting."""
+    """Return the sorted distinct numbers, ten times as fast as NumPy's `unique`, which hashes integers."""
     ordered = np.sort(numbers, axis=None)
     first = np.ones(len(ordered), dtype=bool)
     first[1:] = ordered[1:] != ordered[:-1]
@@ -90,11 +90,11 @@ def distinct(numbers: Integers) -> Integers:
 
 
 def serendipity_to_27(points: Floats, cells: Integers) -> tuple[Floats, Integers]:
-    """Turn hexahedra of 20 nodes into ones of 27, in gmsh's order: the same curved shape.
+    """Turn hexahedra of 20 nodes into hexahedra of 27 nodes of the same curved shape, in gmsh's order.
 
-    The 20 shape functions span a subset of the 27, so the added nodes stand where the 20-node map puts the centres of
-    faces (half the sum of its four mid-edge nodes less a quarter of that of its vertices) and of the element (a quarter
-    of the sum of all mid-edge nodes less a quarter of that of all vertices).
+    The 20 shape functions span a subset of the 27, so the 20-node map gives the added nodes: the centre of a face is
+    half the sum of its four mid-edge nodes less a quarter of that of its vertices; the centre of the element is a
+    quarter of the sum of all mid-edge nodes less a quarter of that of all vertices.
     """
     place = points[cells]
     edge = {frozenset(ends): 8 + k for k, ends in enumerate(HEX_EDGES)}
@@ -118,9 +118,9 @@ SolidMesh: TypeAlias = MeshTet | MeshTet2 | MeshHex | MeshHex2
 
 
 class MeshError(ValueError):
-    """A mesh that cannot be used; the message names source, group, and what the mesh has instead.
+    """Error of an unusable mesh; the message names the source, the group, and the content of the mesh.
 
-    ``problems``: each by the argument of the reader that is to blame, "" where none is.
+    ``problems``: pairs of the responsible argument of the reader ("" if there is none) and the message.
     """
 
     def __init__(self, message: str, *, field: str = "", problems: tuple[tuple[str, str], ...] = ()) -> None:
@@ -134,7 +134,7 @@ class MeshArrays:
 
     ``points`` (n, 3); ``cells`` (m, k) rows of ``points``: tetrahedra for k = 4 or 10, hexahedra for k = 8 or 27;
     ``surfaces``: name -> (f, 3) or (f, 4) vertices of its triangles or quadrilaterals; ``volumes``: name -> (v,) rows
-    of ``cells``; ``source``: what error messages call this mesh. Raises `MeshError` for another k.
+    of ``cells``; ``source``: name in error messages. Raises `MeshError` for another k.
     """
 
     points: Floats
@@ -160,25 +160,25 @@ class MeshArrays:
         return self.cells[:, : self.kind.corners]
 
 
-def from_gmsh(found: Mapping[str, NDArray[Any]], source: str) -> MeshArrays:
-    """Return the mesh from the arrays that the gmsh process gives; hexahedra of 20 nodes get the 7 others."""
-    points, cells = found["points"], found["cells"]
+def from_gmsh(named: Mapping[str, NDArray[Any]], source: str) -> MeshArrays:
+    """Return the mesh from the arrays of the gmsh process; hexahedra of 20 nodes are completed to 27."""
+    points, cells = named["points"], named["cells"]
     if cells.shape[1] == 20:
         points, cells = serendipity_to_27(points, cells)
-    return MeshArrays(points, cells, groups(found, "surface"), groups(found, "volume"), source)
+    return MeshArrays(points, cells, groups(named, "surface"), groups(named, "volume"), source)
 
 
-def groups(found: Mapping[str, NDArray[Any]], kind: str) -> dict[str, NDArray[Any]]:
-    """Return name -> array of those of a kind: "surface", "volume", "nodes", "line", "area", "cad"."""
-    return {key.removeprefix(f"{kind}:"): rows for key, rows in found.items() if key.startswith(f"{kind}:")}
+def groups(named: Mapping[str, NDArray[Any]], kind: str) -> dict[str, NDArray[Any]]:
+    """Return name -> array of the groups of a kind: "surface", "volume", "nodes", "line", "area" or "cad"."""
+    return {key.removeprefix(f"{kind}:"): rows for key, rows in named.items() if key.startswith(f"{kind}:")}
 
 
 def to_skfem(arrays: MeshArrays) -> SolidMesh:
     """Return the scikit-fem mesh with every named surface as a boundary and every named volume as a subdomain.
 
     MeshTet, MeshTet2, MeshHex or MeshHex2; those of order 2 are isoparametric. Nodes of no element are dropped; a
-    subdomain "seat" with all elements is added where the mesh names none. Positive elements stay positive. Raises
-    `MeshError` for a surface that is no part of the mesh; what else can be wrong is found by `mesh/checks.py`.
+    subdomain "seat" with all elements is added if there is none. Elements keep their orientation. Raises `MeshError`
+    for a surface that is no part of the mesh; other checks are those of `seatfem.structures.mesh.checks`.
     """
     kind = arrays.kind
     used = distinct(arrays.vertices)
@@ -198,14 +198,14 @@ def to_skfem(arrays: MeshArrays) -> SolidMesh:
 
 
 def facets_within(facets: Integers, vertices: Integers) -> Integers:
-    """Return the columns of ``facets`` (3 or 4, n) all of whose vertices are among the given ones."""
+    """Return the columns of ``facets`` (3 or 4, n) whose vertices are all among ``vertices``."""
     chosen = np.zeros(int(max(facets.max(initial=-1), vertices.max(initial=-1))) + 1, dtype=bool)
     chosen[vertices] = True
     return np.flatnonzero(chosen[facets].all(axis=0))
 
 
 def matched_facets(mesh: Any, faces: Integers, name: str, source: str) -> Integers:
-    """Return facet numbers of faces given by their vertices."""
+    """Return the sorted facet numbers of ``faces`` (f, 2, 3 or 4), rows of vertices."""
     shape = {2: "lines", 3: "triangles", 4: "quadrilaterals"}[mesh.facets.shape[0]]
     if faces.shape[1] != mesh.facets.shape[0]:
         raise MeshError(f"{source}: faces of {name!r} have {faces.shape[1]} vertices, must be {shape} as the mesh's")
@@ -222,7 +222,7 @@ def matched_facets(mesh: Any, faces: Integers, name: str, source: str) -> Intege
 
 
 def node_places(straight: Any, kind: Any, points: Floats, cells: Integers, columns: Sequence[int] | Integers) -> Floats:
-    """Return the (d, n) nodes of ``cells`` as scikit-fem numbers those of an element ``kind`` on a straight mesh."""
+    """Return the (d, n) coordinates of the nodes of ``cells``, in scikit-fem's numbering of an element ``kind``."""
     dofs = Dofs(straight, kind)
     places = np.empty((points.shape[1], dofs.N))
     for row, column in zip(dofs.element_dofs, columns, strict=True):

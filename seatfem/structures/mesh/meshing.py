@@ -1,4 +1,4 @@
-"""The way from a geometry to the mesh of a seat: tetrahedra by gmsh, hexahedra swept from plane quadrilaterals."""
+"""Mesh of a seat from its geometry: tetrahedra by gmsh, or hexahedra swept from plane quadrilaterals."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Plane = Mapping[str, NDArray[Any]]
 
-# (level, node of the quadrilateral) of every node of gmsh's hexahedra; levels 0, 1, 2 are bottom, middle and top.
+# (level, node of the quadrilateral) for every node of gmsh's hexahedra; levels 0, 1, 2 are bottom, middle and top.
 HEX27 = (
     *((0, 0), (0, 1), (0, 2), (0, 3), (2, 0), (2, 1), (2, 2), (2, 3)),
     *((0, 4), (0, 7), (1, 0), (0, 5), (1, 1), (0, 6), (1, 2), (1, 3), (2, 4), (2, 7), (2, 5), (2, 6)),
     *((0, 8), (1, 4), (1, 7), (1, 5), (1, 6), (2, 8), (1, 8)),
 )
 HEX8 = ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (1, 3))
-ORDERS = {4: 1, 9: 2}  # order of elements by the nodes of a quadrilateral
+ORDERS = {4: 1, 9: 2}  # order of elements by the number of nodes of a quadrilateral
 REVERSED = {4: [0, 3, 2, 1], 9: [0, 3, 2, 1, 7, 6, 5, 4, 8]}
 
 
 @dataclass(frozen=True, eq=False)
 class _Levels:
-    """Copies of the plane mesh, one per level; copy j of node i is the point j n + i, the last the first if closed."""
+    """Copies of the plane mesh, one per level: copy j of node i is point j n + i; if closed, the last is the first."""
 
     nodes: int
     layers: int
@@ -106,10 +106,10 @@ def revolve(section: Plane, layers: int, sectors: int, curved: bool, source: str
 def extrude(
     flat: Plane, plan: Plan, fractions: Floats, top: Callable[[Floats], Floats] | None, source: str
 ) -> MeshArrays:
-    """Return hexahedra above a plan (x, y); ``fractions``: of the height, borders of the layers from 0 to 1.
+    """Return hexahedra above a plan (x, y); ``fractions``: borders of the layers over the height, from 0 to 1.
 
-    ``top``: height of the upper side at points (n, 2), the plan's if None; nodes in between are shifted in
-    proportion. The plan's lines become surfaces, and its areas those that ``plan`` says.
+    ``top``: height of the upper side at points (n, 2), that of the plan if None; nodes in between are shifted in
+    proportion. Lines of the plan become surfaces; ``plan`` assigns its areas to surfaces at top and bottom.
     """
     quadrilaterals = _turned(flat, REVERSED, wanted=1.0)
     order = ORDERS[quadrilaterals.shape[1]]
@@ -136,7 +136,7 @@ def _rows(flat: Plane, areas: tuple[str, ...], cells: int) -> Integers:
 
 
 def _turned(flat: Plane, order: Mapping[int, list[int]], wanted: float) -> Integers:
-    """Return quadrilaterals whose signed area has the wanted sign, others being run through backwards."""
+    """Return the quadrilaterals, with the nodes reversed if their signed area has not the wanted sign."""
     cells = flat["cells"]
     a, b, c, d = np.moveaxis(flat["points"][cells[:, :4]], 1, 0)
     diagonals = (c - a)[:, 0] * (d - b)[:, 1] - (c - a)[:, 1] * (d - b)[:, 0]
@@ -213,12 +213,12 @@ def _plane(
     return plane, str(plane["gmsh_version"]), cad
 
 
-VOLUME_TOLERANCE = 0.02  # largest relative error of the volume; a circle of four curved elements is 1.3 % off
+VOLUME_TOLERANCE = 0.02  # largest relative error of the volume; a circle of four curved elements has 0.013
 PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedra"})
 
 
 def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
-    """Return the SHA-256 of everything that decides the mesh; a CAD file counts by its content. Raises `OSError`."""
+    """Return the SHA-256 of all data that determine the mesh; a CAD file counts by its content. Raises `OSError`."""
     data = {"geometry": fingerprint(geometry), "spec": asdict(spec), "sector": sector}
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
@@ -227,8 +227,8 @@ def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
 class MeshProvenance:
     """The origin of a mesh.
 
-    ``geometry`` and ``spec`` are plain data, empty where it was read from a file; ``gmsh_version``: "" where gmsh had
-    no part in it; ``notes``: what was mended on the way.
+    ``geometry`` and ``spec`` are plain data, empty for a mesh from a file; ``gmsh_version``: "" if gmsh was not used;
+    ``notes``: repairs of the geometry or the mesh.
     """
 
     source: str
@@ -244,8 +244,8 @@ class SeatMesh:
     """Mesh of a seat in metres, of tetrahedra or hexahedra.
 
     ``mesh``: scikit-fem's, with boundaries "contact" and "fixed" (and others) and the subdomain "seat" (and others):
-    MeshTet or MeshHex for order 1, MeshTet2 or MeshHex2 (isoparametric) for order 2. ``shape``: of its elements,
-    "tetrahedron" or "hexahedron".
+    MeshTet or MeshHex for order 1, MeshTet2 or MeshHex2 (isoparametric) for order 2. ``shape``: shape of the
+    elements, "tetrahedron" or "hexahedron".
     """
 
     mesh: SolidMesh
@@ -307,9 +307,9 @@ def make_mesh(
 
     A sector begins at the half plane y = 0, x > 0; its cut faces are "symmetry_0" there and "symmetry_1" at the angle
     2 pi / ``sector``. ``msh``: also write gmsh's own file there, in metres, with the group names (tetrahedra only).
-    ``gmsh``: what carries out the job; a `GmshSession` makes several meshes of one geometry in one process.
-    Raises `GeometryError` for a geometry that cannot be built or cut or whose faces cannot be found, `MeshingError`
-    where gmsh fails, and `MeshError` for a mesh with inverted elements.
+    ``gmsh``: function that carries out the job; a `GmshSession` makes several meshes of one geometry in one process.
+    Raises `GeometryError` for a geometry that cannot be built or cut or whose faces are not found, `MeshingError` if
+    gmsh fails, and `MeshError` for a mesh with inverted elements.
     """
     data = _encoded(geometry)
     check_sectors(geometry, sector)

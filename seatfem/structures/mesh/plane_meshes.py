@@ -83,7 +83,7 @@ def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
     straight = kind(np.ascontiguousarray(points[used].T), t) if corners == cells.shape[1] else None
     flat = straight if straight is not None else MESHES[corners](np.ascontiguousarray(points[used].T), t)
     places = flat.doflocs
-    if straight is None:  # meshes of order 2 keep the vertices of an element in the given order
+    if straight is None:  # meshes of order 2 do not sort the vertices of an element
         kept = MeshTri(flat.doflocs, t, sort_t=False) if isinstance(flat, MeshTri) else flat
         places = io.node_places(kept, kind.elem(), points, cells, range(cells.shape[1]))
     lines = io.groups(section, "line")
@@ -106,7 +106,7 @@ def _measure(mesh: PlaneMesh, profile: Profile) -> checks.MeshQuality:
         areas[name] = float(2 * np.pi * np.sum(mesh.mapping().G(places, find=facets)[0] * lengths))
     corners = mesh.elem.doflocs[~np.isnan(mesh.elem.doflocs).any(axis=1)].T
     det = mesh.mapping().detDF(corners)
-    mean = det.mean(axis=1)  # of either sign: scikit-fem turns elements over freely
+    mean = det.mean(axis=1)  # either sign: scikit-fem may reverse the vertex order
     return checks.MeshQuality(
         nodes=mesh.doflocs.shape[1],
         elements=mesh.nelements,
@@ -119,22 +119,22 @@ def _measure(mesh: PlaneMesh, profile: Profile) -> checks.MeshQuality:
 
 
 CLAMPED: Final = "clamped"
-IMAGE: Final = (0, 3, 2, 1, 7, 6, 5, 4, 8)  # order of the nodes of an element's mirror image, anticlockwise again
-ON_THE_LINE: Final = 1e-9  # distance from the line of symmetry, over the mesh's size, of nodes that lie on it
-AREA_TOLERANCE: Final = 0.01  # largest relative error of the area; a circle of eight curved elements is 0.1 % off
+IMAGE: Final = (0, 3, 2, 1, 7, 6, 5, 4, 8)  # node order that makes a mirrored element anticlockwise again
+ON_THE_LINE: Final = 1e-9  # largest distance of a node on the line of symmetry, over the mesh's size
+AREA_TOLERANCE: Final = 0.01  # largest relative error of the area; that of a circle of eight curved elements is 1e-3
 
 
 def mesh_sheet(shape: Shape, size: float, gmsh: Gmsh = run_gmsh) -> PlateMesh:
     """Return the plan of an extruded solid, meshed evenly with quadrilaterals of nine nodes that follow its outline.
 
-    Of a sheet that the line y = 0 mirrors one half is meshed, the other is its image: the mesh is as symmetric. Its
-    line "clamped", of a sheet that is, holds the nodes there.
+    A sheet symmetric about y = 0 is meshed on one side and mirrored, so that the mesh is symmetric as well. The nodes
+    of a clamp are the line "clamped" of the mesh.
 
-    ``size``: of the elements [m].
+    ``size``: element size [m].
 
     Raises:
-        GeometryError: no plan, a size that is not positive. MeshingError: gmsh fails. MeshError: an area that differs
-        from the drawing's, a line without nodes. ModelError: elements that are folded.
+        GeometryError: no plan, or a size that is not positive. MeshingError: gmsh fails. MeshError: an area that
+        differs from the drawing's, or a clamp without nodes. ModelError: folded elements.
     """
     if shape.plan is None:
         raise GeometryError(f"{shape.source} has no plan: a plate must be a sheet of even thickness")
@@ -157,7 +157,7 @@ def mesh_sheet(shape: Shape, size: float, gmsh: Gmsh = run_gmsh) -> PlateMesh:
 
 
 def with_image(points: Array, cells: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
-    """Return points (n, 2) and cells (m, 9) of the half beside y = 0, and their image; nodes on it stay one."""
+    """Return points (n, 2) and cells (m, 9) together with their image about y = 0; nodes on that line are shared."""
     off = np.abs(points[:, 1]) > ON_THE_LINE * np.ptp(points)
     half = points * np.column_stack([np.ones(len(points)), off])
     image = np.where(off, len(points) + np.cumsum(off) - 1, np.arange(len(points)))

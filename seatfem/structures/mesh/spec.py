@@ -1,4 +1,4 @@
-"""How finely a geometry is meshed, and plans of rectangular solids as grids of quadrilaterals."""
+"""Element sizes of a mesh, and plans of rectangular solids as grids of quadrilaterals."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ LEAST_LAYERS = 8  # fewest layers of hexahedra around a full circle
 class MeshSpec:
     """Element sizes [m], and the kind of element.
 
-    ``size``: in the bulk. ``contact_size``: on the contact patch (None: the bulk's). ``grading``: growth of the
-    size per unit distance from the patch. ``order``: of the elements, 1 or 2. ``curved``: second-order elements
-    follow curved faces (isoparametric). ``shape``: "tet" (a meridian: triangles) or "hex" (quadrilaterals).
-    ``layers``: of hexahedra around the full circle or along the extrusion (None: as many as ``size`` makes at the
-    outermost radius; graded from the patch along an extrusion). ``curvature``: elements per full turn of a curved
-    face or edge of tetrahedral meshes, down to a quarter of the patch's size; 0 leaves curvature out of account.
-    ``rings``: of the patch of a half section, at whose borders nodes lie. ``fillets``: factor on the elements along
-    fillets of a half section, which ask for a number of their own.
+    ``size``: size in the bulk. ``contact_size``: size on the contact patch (None: that of the bulk). ``grading``:
+    growth of the size per unit distance from the patch. ``order``: polynomial order, 1 or 2. ``curved``: whether
+    second-order elements follow curved faces (isoparametric). ``shape``: "tet" (triangles in a meridian) or "hex"
+    (quadrilaterals). ``layers``: number of layers of hexahedra around the full circle or along the extrusion (None: by
+    ``size`` at the outermost radius, or graded from the patch along an extrusion). ``curvature``: elements per full
+    turn of curved faces in tetrahedral meshes, down to a quarter of the patch's size; 0: no refinement by curvature.
+    ``rings``: number of rings of the patch in a half section; nodes lie on their borders. ``fillets``: factor on the
+    number of elements along each fillet of a half section.
     """
 
     size: float
@@ -66,7 +66,7 @@ class MeshSpec:
 
     @property
     def patch_size(self) -> float:
-        """Return the size on the contact patch."""
+        """Return the element size on the contact patch."""
         return self.size if self.contact_size is None else self.contact_size
 
     @property
@@ -79,7 +79,7 @@ Floats = NDArray[np.float64]
 
 
 def rectangle_plan(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> dict[str, NDArray[Any]]:
-    """Return "points" (n, 2), "cells" (m, 4 | 9), "area:patch", or "line:sides_x" and "_y" where all is struck."""
+    """Return "points" (n, 2), "cells" (m, 4 | 9), and "area:patch", or "line:sides_x" and "_y" without a patch."""
     sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
     x, y = (half_axis(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
     plane = _grid(x if sectors == 4 else _mirrored(x), y if sectors > 1 else _mirrored(y), spec.order)
@@ -95,14 +95,14 @@ def rectangle_plan(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> dict[s
 
 
 def boundary_lines(plane: dict[str, NDArray[Any]]) -> NDArray[np.int64]:
-    """Return the ends (k, 2) of the sides that only one quadrilateral has, in its direction."""
+    """Return the ends (k, 2) of the sides of one quadrilateral only, in its orientation."""
     cells = plane["cells"][:, :4]
     ends = np.stack([cells, np.roll(cells, -1, axis=1)], axis=2).reshape(-1, 2)
     return unshared(ends)
 
 
 def cut_lines(plane: dict[str, NDArray[Any]], sectors: int) -> dict[str, NDArray[Any]]:
-    """Return the plane arrays of a sector, with its sides at the azimuths 0 and 2 pi / ``sectors`` as lines."""
+    """Return the plane arrays of a sector with its cuts at the azimuths 0 and 2 pi / ``sectors`` as lines."""
     ends = boundary_lines(plane)
     out = dict(plane)
     for name, azimuth in (("symmetry_0", 0.0), ("symmetry_1", 2 * np.pi / sectors)):
@@ -115,7 +115,7 @@ def cut_lines(plane: dict[str, NDArray[Any]], sectors: int) -> dict[str, NDArray
 
 
 def half_axis(side: float, edge: float, spec: MeshSpec) -> Floats:
-    """Return the grid lines from 0 to ``side``: even over the patch, growing beyond its ``edge``."""
+    """Return grid lines from 0 to ``side``: equidistant up to the ``edge`` of the patch, coarser beyond."""
     inner = np.linspace(0.0, edge, max(1, int(np.ceil(edge / spec.patch_size - 1e-9))) + 1)
     if edge == side:
         return inner

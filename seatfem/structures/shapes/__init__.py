@@ -1,6 +1,6 @@
-"""Geometries: frozen specs in SI units, each with its gmsh recipe, one family a file.
+"""Geometries: frozen dataclasses in SI units, each with the function that builds it in gmsh.
 
-Recipes run only inside the gmsh process: nothing here imports gmsh.
+These functions run in the gmsh process only: nothing here imports gmsh.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Geometry in gmsh: solids between parallel planes (the bar, the block and the valve plate with several ports)."""
+"""Geometries of prismatic solids: the bar, the block and the valve plate with several ports."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ class ValvePlate(shape.Shape):
 
     @property
     def centres(self) -> tuple[tuple[float, float], ...]:
-        """Return (x, y) of the ports, the first first."""
+        """Return (x, y) of the ports, in their order."""
         if self.layout == "row":
             return tuple(((k - (self.ports - 1) / 2) * self.pitch, 0.0) for k in range(self.ports))
         angles = [2 * math.pi * k / self.ports for k in range(self.ports)]
@@ -142,7 +142,7 @@ class ValvePlate(shape.Shape):
 
     @property
     def circle_radius(self) -> float:
-        """Return the radius of the circle that the ports' centres lie on."""
+        """Return the radius of the circle on which the centres of the ports lie."""
         return 0.0 if self.ports == 1 else self.pitch / (2 * math.sin(math.pi / self.ports))
 
     @property
@@ -157,7 +157,7 @@ class ValvePlate(shape.Shape):
         return (self.ports - 1) / 2 * self.pitch + half, half
 
     def lands_in(self, sectors: int) -> dict[str, tuple[float, float]]:
-        """Return the name and centre of the lands with some part in the first of that many sectors."""
+        """Return name -> centre of the lands that are at least partly in the first of that many sectors."""
         half = math.pi / sectors
         reach = self.port_radius + self.land_width
         names = {}

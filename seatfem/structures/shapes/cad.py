@@ -1,4 +1,4 @@
-"""Geometry in gmsh: parts drawn in a CAD program, STEP and BREP files."""
+"""Geometry of a part in a STEP or BREP file of a CAD program."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SI_PREFIX = {"$": 1.0, ".KILO.": 1e3, ".DECI.": 1e-1, ".CENTI.": 1e-2, ".MILLI."
 NAMED_UNIT = {"INCH": 0.0254, "FOOT": 0.3048}
 
 SURFACE_KINDS = {"PLANE": "Plane", "CYLINDRICAL_SURFACE": "Cylinder", "CONICAL_SURFACE": "Cone"}
-SMALLEST, LARGEST = 1e-4, 10.0  # sizes that a seat may have [m]
+SMALLEST, LARGEST = 1e-4, 10.0  # bounds on the longest side of a part's bounding box [m]
 
 _FACE = re.compile(r"\s*'([^']*)'\s*,\s*\([^)]*\)\s*,\s*(#\d+)")
 _SHELL = re.compile(r"\s*'[^']*'\s*,\s*\(([^)]*)\)")
@@ -34,20 +34,20 @@ Selection = selectors.Selector | tuple[selectors.Selector, ...]
 
 RED_FACES = selectors.ColourFace(selectors.CONTACT_COLOUR)
 BLUE_FACES = selectors.ColourFace(selectors.FIXED_COLOUR)
-LIMIT: Final = 512 * MB
+LIMIT: Final = 512 * MB  # largest file
 _COMMENT: Final = r"/\*(?:[^*]++|\*(?!/))*+\*/"
 _STATEMENT: Final = re.compile(
     rf"(?:\s++|{_COMMENT})*+"
     r"(?:(#\d++)\s*+=\s*+([A-Z][A-Z_0-9]*+)?+\s*+\()?+"
     rf"((?:[^';/]++|'[^']*+'|{_COMMENT}|/)*+);"
 )
-"""Number, keyword and the rest of a statement; possessive, so that no text makes it slow."""
+"""Number, keyword and rest of a statement; possessive quantifiers keep the time linear for any text."""
 
 
 @dataclass(frozen=True)
 class Region:
     """A name for solids of a CAD file, given by exactly one of their ``order`` in the file (from 1), their ``colour``
-    or their ``solid`` name. It is the subdomain of the mesh that a material is given to.
+    or their ``solid`` name. It becomes a subdomain of the mesh, to which a material may be assigned.
     """
 
     name: str
@@ -158,8 +158,7 @@ def check_readable(path: Path) -> None:
 
 
 def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
-    """Check the ``extent`` of the bounding box as imported (metres). Raise `GeometryError` for a unit that cannot be
-    right."""
+    """Raise `GeometryError` if the sides ``extent`` of the imported bounding box (metres) show a wrong unit."""
     unit = part.unit
     if part.path.suffix.lower() in STEP_SUFFIXES:
         stated = stated_unit(part.path)
@@ -212,7 +211,7 @@ def imported_unit(part: CadPart) -> float:
 
 
 def stated_unit(path: Path) -> float:
-    """Return metres per length unit, as the STEP file states it. Raises `GeometryError` where it states none."""
+    """Return metres per length unit by the STEP file. Raises `GeometryError` if it states no known unit."""
     units = [body for _, keyword, body in entities(cad_text(path)) if not keyword and _LENGTH_UNIT.search(body)]
     named = next(filter(None, (_NAMED_UNIT.search(body) for body in units)), None)
     if named:
@@ -226,12 +225,12 @@ def stated_unit(path: Path) -> float:
 
 
 def cad_text(path: Path) -> str:
-    """Return the text of a STEP or BREP file; raises `GeometryError` for what is no regular file, or too large."""
+    """Return the text of a STEP or BREP file. Raises `GeometryError` if it is no regular file, or too large."""
     return read_text(path, LIMIT, GeometryError, "latin-1")
 
 
 def entities(text: str) -> Iterator[tuple[str, str, str]]:
-    """Yield number, keyword ("" of several at once) and what follows the first bracket, of every entity instance."""
+    """Yield number, keyword ("" for a complex entity) and the text after the first bracket of every entity."""
     at = 0
     while statement := _STATEMENT.match(text, at):
         at = statement.end()

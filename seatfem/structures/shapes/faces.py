@@ -1,4 +1,4 @@
-"""The faces of a solid, as selectors see them, and planes in space."""
+"""Faces of a solid with the properties by which they are selected, and planes in space."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Axis:
 class Face:
     """One face of a solid, in metres.
 
-    ``outline``: points on its boundary curves, (n, 3); ``curves``: their tags. ``normal`` points out of the solid; None
-    where the face is curved. ``axis``: of a cylinder or cone. ``name``: what the CAD file calls it, "" for nothing.
-    ``numbers``: places in the file's order, from 1; a face that two solids share has two, and pieces of one face have
-    the same. ``distance``: from a point to the face.
+    ``outline``: points on its boundary curves, (n, 3); ``curves``: tags of these curves. ``normal``: outward normal;
+    None for a curved face. ``axis``: axis of a cylinder or cone. ``name``: name in the CAD file, or "". ``numbers``:
+    positions in the file's order, from 1; a face shared by two solids has two, and pieces of one face have the same.
+    ``distance``: function from a point to its distance from the face.
     """
 
     tag: int
@@ -105,9 +105,9 @@ class Frame:
         return np.cross(self.x, self.y)
 
     def seen(self, points: Array) -> Array:
-        """Return the places (..., 2) of points (..., 3), seen along the normal [m]."""
+        """Return the coordinates x, y (..., 2) of points (..., 3) projected on the plane [m]."""
         return np.asarray((points - np.array(self.origin)) @ self.axes.T)
 
     def points(self, places: Array) -> Array:
-        """Return the points (..., 3) of places (..., 2) on the plane [m]."""
+        """Return the points (..., 3) with coordinates x, y (..., 2) on the plane [m]."""
         return np.asarray(np.array(self.origin) + places @ self.axes)

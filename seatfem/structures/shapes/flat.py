@@ -1,4 +1,4 @@
-"""Sheets of even thickness, the plans of plates: the disc, the ring plate and the flapper."""
+"""Geometries of sheets of constant thickness: the disc, the ring plate and the flapper."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class Flat(Shape):
     @property
     @abstractmethod
     def centre(self) -> tuple[float, float]:
-        """Return the centre of what touches [m]."""
+        """Return the centre of the contact [m]."""
 
     @property
     @abstractmethod
     def room(self) -> tuple[float, float]:
-        """Return the radii of the smallest and the largest circle about the centre that lie on it [m]; 0: no hole is
-        there."""
+        """Return the radii of the smallest and the largest circle about the centre that lie on the sheet [m]; 0 for the
+        smallest if there is no hole."""
 
     @property
     def length(self) -> float:
@@ -54,7 +54,7 @@ class Flat(Shape):
 
     @property
     def is_mirrored(self) -> bool:
-        """Return whether the line y = 0 mirrors it exactly, with all that is clamped: one half is meshed then."""
+        """Return whether sheet and clamp are exactly symmetric about the line y = 0: then one half is meshed."""
         return False
 
     @property
@@ -73,11 +73,11 @@ class Flat(Shape):
     @property
     @abstractmethod
     def around(self) -> tuple[NDArray[np.float64], ...]:
-        """Return loops (n, 3) of `seatfem.structures.shapes.loops`, all anticlockwise: the outline, then its holes."""
+        """Return the outline and then the holes as loops (n, 3) of `shapes.loops`, all anticlockwise."""
 
     @property
     def drawn(self) -> tuple[NDArray[np.float64], ...]:
-        """Return the loops as `around`, with the part within a clamp that cuts it off."""
+        """Return the loops like `around`, but including a part that is cut off by the clamp."""
         return self.around
 
     def sheet(self, occ: Any) -> int:
@@ -101,7 +101,7 @@ class Flat(Shape):
 
 
 class Round(Flat):
-    """A sheet about the origin that nothing holds, with or without a round hole."""
+    """An unsupported round sheet about the origin, with or without a round hole."""
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -237,7 +237,7 @@ class Flapper(Flat):
     def area(self) -> float:
         """Return the area of the outline [m^2]."""
         radius = self.paddle_diameter / 2
-        cut = 2 * math.asin(self.neck_width / self.paddle_diameter)  # angle of the circle that the neck covers
+        cut = 2 * math.asin(self.neck_width / self.paddle_diameter)  # angle of the paddle's circle inside the neck
         paddle = math.pi * radius**2 - radius**2 / 2 * (cut - math.sin(cut))
         straight = (self.neck_length - self.taper_length) * self.neck_width
         start, end, slot = self.slot
@@ -250,9 +250,10 @@ class Flapper(Flat):
         return min(neck, (self.paddle_diameter - (self.hole_diameter or 0.0)) / 2)
 
     def widths(self, n: int) -> tuple[tuple[float, float], ...]:
-        """Return (x, width) along the axis [m], without slot and hole, from the root to the tip, where it is zero.
+        """Return pairs (x, width) along the axis [m] from the root to the tip, where the width is zero; slot and hole
+        are subtracted.
 
-        Linear between them, it has the outline's corners; round parts are in chords of at most ``n`` a quarter circle.
+        The width is linear in between; round parts are replaced by up to ``n`` chords per quarter circle.
         """
         centre, radius, (start, end, slot) = self.centre[0], self.paddle_diameter / 2, self.slot
         turns = np.pi / 2 * np.arange(-n, n + 1) / n
@@ -284,7 +285,7 @@ class Flapper(Flat):
 
     @property
     def around(self) -> tuple[Array, ...]:
-        """Return the loops, the circle in two arcs that meet at the tip, the slot's ends in two each."""
+        """Return the loops; the paddle's circle consists of two arcs that meet at the tip, each slot end of two."""
         root, neck, taper, joint = self.root_width / 2, self.neck_width / 2, self.taper_length, self.neck_length
         x, (start, end, slot), (hole, paddle) = self.centre[0], self.slot, self.room
         half = math.tan((math.pi - math.asin(neck / paddle)) / 4)

@@ -1,7 +1,7 @@
 """Faces and measures of the solid in a gmsh model, in metres; ``unit``: metres per length unit of the model.
 
-What kind of surface a face lies on is as OpenCASCADE says, or as its points and normals show: CAD programs write planes
-and cylinders as splines or extrusions too; gmsh calls those "Unknown" or by the spline.
+The kind of a face's surface is that of OpenCASCADE, or determined from points and normals if gmsh reports a spline or
+"Unknown", as CAD programs also write planes and cylinders as splines or extrusions.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from seatfem.structures.shapes.faces import Axis, Colour, Face, Vector
 from seatfem.structures.shapes.selectors import Patches, select
 
 KNOWN: Final = ("Plane", "Cylinder", "Cone", "Sphere", "Torus")
-SAMPLES: Final = 6  # points along each parameter of a surface
+SAMPLES: Final = 6  # number of points along each parameter of a surface
 ALIKE: Final = 1e-5  # largest deviation from a plane or cylinder, over the face's extent, and of unit normals
 FREEFORM: Final = "Freeform"
 NO_COLOUR = (0, 0, 255, 0)  # colour that gmsh returns for an entity that was never painted
 POINTS_PER_CURVE = 17
-STEP_OFF_FACE = 1e-3  # step off a face that shows its inner side, over the square root of its area
+STEP_OFF_FACE = 1e-3  # distance from a face at which it is tested for its inner side, over the root of its area
 
 
 def surface_of(model: Any, tag: int, unit: float) -> tuple[str, Axis | None]:
@@ -55,10 +55,10 @@ def _recognised(model: Any, tag: int, unit: float) -> tuple[str, Axis | None]:
 def fitted_cylinder(
     points: NDArray[np.float64], normals: NDArray[np.float64], extent: float, tolerance: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return a point and the direction of the axis of the cylinder that points (n, 3) with these normals lie on.
+    """Return a point on the axis and the direction of a cylinder fitted to points (n, 3) with these normals.
 
-    p = c + r n for all points, with normals at right angles to the axis; ``None`` where one is off by more than
-    ``tolerance`` times ``extent`` [m], or its normal by ``tolerance``.
+    It solves p = c + r n for all points, with normals perpendicular to the axis; ``None`` if a point deviates by more
+    than ``tolerance`` times ``extent`` [m], or a normal by ``tolerance``.
     """
     direction = np.linalg.svd(normals, full_matrices=False)[2][2]
     if np.abs(normals @ direction).max() > tolerance:
@@ -86,13 +86,13 @@ def _axis(model: Any, tag: int, unit: float) -> Axis:
 
 
 def triple(values: NDArray[np.float64]) -> Vector:
-    """Return three plain numbers."""
+    """Return an array of three numbers as a tuple of floats."""
     x, y, z = values
     return float(x), float(y), float(z)
 
 
 class Mark(NamedTuple):
-    """The marks that a face of a file is known by: colour, name, and its numbers in the file's order."""
+    """Properties of a face in a CAD file: colour, name, and its numbers in the file's order."""
 
     colour: Colour | None = None
     name: str = ""
@@ -100,8 +100,8 @@ class Mark(NamedTuple):
 
 
 def faces_of(model: Any, unit: float, marks: Mapping[int, Mark] | None = None) -> list[Face]:
-    """Return every face of the solids, described; ``marks``: those of the faces that have any, where the model forgot
-    them."""
+    """Return all faces of the solids; ``marks``: colours, names and numbers, if operations removed them from the
+    model."""
     return [_face(model, tag, unit, marks) for _, tag in model.getEntities(2)]
 
 
@@ -165,8 +165,8 @@ def outline_of(model: Any, curves: list[int], unit: float) -> NDArray[np.float64
 
 
 def _normal(model: Any, tag: int, curves: list[int]) -> Vector:
-    """Return the normal out of the solid; gmsh's own normal points in on some faces that were imprinted. Between two
-    solids: gmsh's."""
+    """Return the outward normal, as that of gmsh points inwards on some imprinted faces; between two solids, that of
+    gmsh."""
     low, high = model.getParametrizationBounds(2, tag)
     normal = np.asarray(model.getNormal(tag, [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]))
     solids = model.getAdjacencies(2, tag)[0]
@@ -181,7 +181,7 @@ def _normal(model: Any, tag: int, curves: list[int]) -> Vector:
 def _point_inside(
     model: Any, tag: int, curves: list[int], normal: NDArray[np.float64], step: float
 ) -> NDArray[np.float64] | None:
-    """Return a point of a plane face, one step off the middle of a boundary curve."""
+    """Return a point inside a plane face, at the distance ``step`` from the middle of a boundary curve."""
     for curve in curves:
         low, high = model.getParametrizationBounds(1, curve)
         middle = [(low[0] + high[0]) / 2]
@@ -194,6 +194,6 @@ def _point_inside(
 
 
 def colour_of(model: Any, dimension: int, tag: int) -> Colour | None:
-    """Return the colour of a face or solid, None where it was never painted."""
+    """Return the colour of a face or solid, None if it has none."""
     colour = tuple(int(c) for c in model.getColor(dimension, tag))
     return None if colour == NO_COLOUR else (colour[0], colour[1], colour[2], colour[3])

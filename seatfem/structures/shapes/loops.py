@@ -1,7 +1,7 @@
 """Closed loops of straight edges and circular arcs: (n, 3) arrays of x, y [m] and the bulge of the edge that follows.
 
-The bulge is tan(angle/4) of the angle by which an edge turns, positive anticlockwise, 0 of a straight one: as in DXF.
-Polygons are (n, 2) arrays of corners [m]: what lies in them, what meets, how wide they are.
+The bulge is tan(angle/4) for the central angle of an arc, positive anticlockwise, 0 for a straight edge: as in DXF.
+Polygons are (n, 2) arrays of corners [m]; functions test for points inside and intersections, and measure widths.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 
-CHORD: Final = math.radians(5.0)  # largest angle of an arc for each chord of a polygon: 3e-4 of a circle's area is lost
-WIDEST: Final = 0.95 * math.pi  # largest angle of an arc that gmsh is given in one piece
-ALONG: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # places along each edge where widths are measured
-BLOCK: Final = 1 << 20  # pairs that are evaluated at once
-FACING: Final = -0.5  # largest n.n of two edges whose distance is a width: they make 60 degrees at most
+CHORD: Final = math.radians(5.0)  # largest angle of a chord in place of an arc: a circle loses 1.3e-3 of its area
+WIDEST: Final = 0.95 * math.pi  # largest angle of an arc in gmsh; larger ones are divided
+ALONG: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # fractions of each edge at which widths are measured
+BLOCK: Final = 1 << 20  # number of pairs that are evaluated at once
+FACING: Final = -0.5  # largest n.n of opposite edges, between which a width is measured: 60 degrees from parallel
 Corners = Sequence[Sequence[float]]
 
 
@@ -30,13 +30,13 @@ def as_loop(corners: Corners) -> Array:
 
 
 def whole(centre: Sequence[float], radius: float) -> Array:
-    """Return a (2, 3) circle in two halves."""
+    """Return a circle as a (2, 3) loop of two half circles."""
     x, y = centre
     return np.array([(x - radius, y, 1.0), (x + radius, y, 1.0)])
 
 
 def angles(loop: Array) -> Array:
-    """Return the (n,) angles by which the edges turn [rad]."""
+    """Return the (n,) signed central angles of the edges [rad], 0 for straight ones."""
     return np.asarray(4 * np.arctan(loop[:, 2]))
 
 
@@ -59,7 +59,7 @@ def along(start: Array, end: Array, at: Array) -> Array:
 
 
 def pieces(start: Array, end: Array, at: Array) -> Array:
-    """Return the (k, 3) corners of the edge, cut at the fractions 0 = at[0] < ... < at[k - 1] < 1."""
+    """Return the (k, 3) corners of an edge divided at the fractions 0 = at[0] < ... < at[k - 1] < 1."""
     turns = np.tan(np.arctan(start[2]) * np.diff(np.append(at, 1.0)))
     return np.column_stack([along(start, end, at), turns])
 
@@ -70,22 +70,22 @@ def edges(loop: Array) -> Iterator[tuple[Array, Array]]:
 
 
 def chord_count(loop: Array) -> float:
-    """Return how many corners the loop's polygon has."""
+    """Return the number of corners of the loop's `polygon`."""
     turns = np.abs(angles(loop))
     return float(np.where(turns == 0, 1.0, np.maximum(2.0, np.ceil(turns / CHORD - 1e-9))).sum())
 
 
 def polygon(loop: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Return the (m, 2) corners, with arcs in chords of `CHORD` at most, and (m,) the edge of the loop that each lies
-    on."""
+    """Return the (m, 2) corners of a polygon with chords of at most `CHORD` for arcs, and the (m,) numbers of the
+    loop's edges from which they come."""
     counts = [max(2, math.ceil(abs(turn) / CHORD - 1e-9)) if turn else 1 for turn in angles(loop)]
     parts = [along(a, b, np.arange(n) / n) for (a, b), n in zip(edges(loop), counts, strict=True)]
     return np.concatenate(parts), np.repeat(np.arange(len(loop)), counts)
 
 
 def area(loop: Array) -> float:
-    """Return the area, positive of a loop that runs anticlockwise: the polygon's, and of each arc the segment beyond
-    its chord."""
+    """Return the area, positive for an anticlockwise loop: that of the polygon of corners plus the circular segments
+    beyond its sides."""
     middle = loop[:, :2] - loop[:, :2].mean(axis=0)
     total = polygon_area(middle)
     for (start, end), turn in zip(edges(loop), angles(loop), strict=True):
@@ -95,19 +95,19 @@ def area(loop: Array) -> float:
 
 
 def turned_over(chain: Array) -> Array:
-    """Return an open chain from its end to its start; the bulge of its last corner is none."""
+    """Return an open chain of edges reversed."""
     return np.column_stack([chain[::-1, :2], -np.roll(chain[::-1, 2], -1)])
 
 
 def ordered(loop: Array, *, clockwise: bool = False) -> Array:
-    """Return the loop anticlockwise, or clockwise, from its corner of the smallest x (and y) on."""
+    """Return the loop anticlockwise, or clockwise, beginning with its corner of smallest x (then y)."""
     if (area(loop) < 0) != clockwise:
         loop = turned_over(np.vstack([loop, loop[:1]]))[:-1]
     return np.roll(loop, -int(np.lexsort((loop[:, 1], loop[:, 0]))[0]), axis=0)
 
 
 def below(loop: Array, normal: Array, offset: float, within: float) -> Array:
-    """Return what lies on this side of the line n.x = offset, of a unit normal; arcs are cut exactly.
+    """Return the part of the loop with n.x <= offset, for a unit normal n; arcs are cut exactly.
 
     Source: I. Sutherland and G. Hodgman, Comm. ACM 17 (1974) 32.
     """
@@ -118,7 +118,7 @@ def below(loop: Array, normal: Array, offset: float, within: float) -> Array:
 
 
 def _crossed(start: Array, end: Array, normal: Array, offset: float, within: float) -> Array:
-    """Return the fractions of an edge at which it crosses the line, elsewhere than at its ends."""
+    """Return the fractions of an edge at which it crosses the line n.x = offset, except at its ends."""
     if start[2] == 0:
         start_height, end_height = (float(point[:2] @ normal) - offset for point in (start, end))
         clear = min(abs(start_height), abs(end_height)) > within and start_height * end_height < 0
@@ -134,9 +134,9 @@ def _crossed(start: Array, end: Array, normal: Array, offset: float, within: flo
     return np.sort(fractions[(fractions > edge) & (fractions < 1 - edge)])
 
 
-def mirrored(found: Sequence[Array], marked: NDArray[np.bool_], within: float) -> bool:
-    """Return whether the line y = 0 mirrors all edges of some loops, and which of them are marked."""
-    corners, ahead = (np.concatenate([np.roll(loop, -k, axis=0) for loop in found]) for k in (0, 1))
+def mirrored(outlines: Sequence[Array], marked: NDArray[np.bool_], within: float) -> bool:
+    """Return whether the loops and the marks of their edges are symmetric about the line y = 0."""
+    corners, ahead = (np.concatenate([np.roll(loop, -k, axis=0) for loop in outlines]) for k in (0, 1))
     marks = np.ptp(corners[:, 0]) * np.column_stack([corners[:, 2], marked])
     rows = np.hstack([corners[:, :2], ahead[:, :2], marks])
     image = rows[:, [2, 3, 0, 1, 4, 5]] * (1, -1, 1, -1, 1, 1)
@@ -160,9 +160,9 @@ def _distance(start: Array, end: Array, point: Array) -> float:
 
 
 def closed(chains: Sequence[Array], within: float, wrong: Callable[[Array], GeometryError]) -> Iterator[Array]:
-    """Yield the closed loops of open chains (k, 3) that meet at their ends, without the first corner again.
+    """Yield the closed loops of open chains (k, 3) that meet at their ends, without repeating the first corner.
 
-    ``wrong``: what to raise of one that is open at a point.
+    ``wrong``: function from the point at which a loop is open to the error to raise.
     """
     ends = np.array([chain[[0, -1], :2] for chain in chains])
     free = np.ones(len(chains), dtype=bool)
@@ -183,8 +183,8 @@ def closed(chains: Sequence[Array], within: float, wrong: Callable[[Array], Geom
 
 
 def chained(segments: Array, near: float) -> list[Array]:
-    """Return loops (n, 2) that segments (s, 2, 2) form in any order; ends within ``near`` [m] are one. What does not
-    close is left open where it ends."""
+    """Return the loops (n, 2), closed or open, that segments (s, 2, 2) in any order form; ends within ``near`` [m]
+    coincide."""
     keys = np.round(np.asarray(segments) / max(near, 1e-15)).astype(np.int64)
     beside: dict[tuple[int, int], list[int]] = {}
     for number, ends in enumerate(keys.tolist()):
@@ -205,7 +205,7 @@ def chained(segments: Array, near: float) -> list[Array]:
 
 
 def unshared(sides: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the rows (k, m) of numbers that no other row has in whatever order: what bounds cells with such sides."""
+    """Return the rows (k, m) whose numbers, in any order, occur once: the boundary of cells with these sides."""
     _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
     return np.asarray(sides[first[count == 1]])
 
@@ -257,23 +257,23 @@ def inside(loops: Iterable[Array], points: Array) -> NDArray[np.bool_]:
 
 
 def holds(corners: Array, point: Sequence[float] | Array) -> bool:
-    """Return whether a polygon has a point inside."""
+    """Return whether a point lies inside a polygon."""
     return bool(inside([corners], np.asarray(point, dtype=float)[None])[0])
 
 
 def polygon_area(corners: Array) -> float:
-    """Return the area, positive of a polygon that runs anticlockwise."""
+    """Return the area, positive for an anticlockwise polygon."""
     return float(cross(corners, np.roll(corners, -1, axis=0)).sum() / 2)
 
 
 def crossing(corners: Array, within: float) -> tuple[int, int] | None:
-    """Return the first two edges of a polygon that meet elsewhere than at a corner which they share."""
+    """Return the first two edges of a polygon that meet, except at a common corner; ``None`` if there are none."""
     n, ahead = len(corners), np.roll(corners, -1, axis=0)
     for i in range(n):
         meets = _meets(corners[i], ahead[i], corners, ahead, within)
         meets[[i, (i + 1) % n, (i - 1) % n]] = False
         back = distances(corners[i][None], ahead[i][None], ahead[(i + 1) % n][None])
-        if n > 3 and back[0, 0] <= within:  # the next edge runs back on it
+        if n > 3 and back[0, 0] <= within:  # the next edge lies on this one
             meets[(i + 1) % n] = True
         if meets.any():
             return i, int(np.argmax(meets))
@@ -289,7 +289,7 @@ def touching(one: Array, other: Array, within: float) -> bool:
 
 
 def _meets(start: Array, end: Array, starts: Array, ends: Array, within: float) -> NDArray[np.bool_]:
-    """Return which straight edges meet the one given."""
+    """Return flags of the straight edges that meet the edge from ``start`` to ``end``."""
     edge = end - start
     one, other = cross(edge, starts - start), cross(edge, ends - start)
     back = cross(ends - starts, start - starts), cross(ends - starts, end - starts)
@@ -299,9 +299,9 @@ def _meets(start: Array, end: Array, starts: Array, ends: Array, within: float) 
 
 
 def narrowest(around: Sequence[Array], within: float) -> float:
-    """Return the shortest way across, square to an edge, to one that faces it; infinite where none does.
+    """Return the smallest distance, normal to an edge, from an opposite edge; infinite if there is none.
 
-    ``around``: the outline anticlockwise, then holes clockwise.
+    ``around``: outline, anticlockwise, and holes, clockwise.
     """
     start = np.concatenate(around)
     edges = np.concatenate([np.roll(corners, -1, axis=0) for corners in around]) - start

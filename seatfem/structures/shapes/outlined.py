@@ -1,4 +1,4 @@
-"""Flat sheets with any outline of straight edges and arcs, and holes; a part of the outline is clamped."""
+"""Geometry of a flat sheet with holes and any outline of straight edges and arcs, a part of which is clamped."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from seatfem.structures.shapes import flat, loops, selectors, shape
 Place = tuple[float, float]
 Corner = tuple[float, ...]
 """(x, y) [m], or (x, y, bulge) with the bulge of the edge that follows (`seatfem.structures.shapes.loops`)."""
-SAME: Final = 1e-6  # distance of points that count as one, over the outline's size
-MOST_POINTS: Final = 1000
-MOST_CHORDS: Final = 8000  # most chords of all arcs, and straight edges: the work grows with their square
+SAME: Final = 1e-6  # largest distance of coincident points, over the outline's size
+MOST_POINTS: Final = 1000  # most corners of outline and holes
+MOST_CHORDS: Final = 8000  # most chords of arcs and straight edges: the work grows with the square of their number
 ROUND_OFF: Final = 1e-9  # round-off of coordinates in a file, over the outline's size
 
 
@@ -32,12 +32,12 @@ class Outlined(flat.Flat):
     The group "contact" is the upper side.
 
     Attributes:
-        outline: corners in order, either way round.
-        thickness: of the sheet.
-        touched: where its contact is centred; in a hole, a ring about it touches.
-        segment: both ends of the straight part of the outline that is clamped; or
-        side: (n_x, n_y, offset): all that lies beyond the line n.x = offset is clamped, so that the sheet ends there.
-        holes: closed loops of corners inside; those beyond the line are left out.
+        outline: corners in order, clockwise or anticlockwise.
+        thickness: thickness of the sheet.
+        touched: centre of the contact; if it lies in a hole, the contact is a ring about the hole.
+        segment: both ends of the clamped straight part of the outline; or
+        side: (n_x, n_y, offset): the part beyond the line n.x = offset is clamped, and not modelled.
+        holes: closed loops of corners inside; those beyond the line are ignored.
     """
 
     family: ClassVar[str] = "outlined"
@@ -60,7 +60,7 @@ class Outlined(flat.Flat):
             raise GeometryError("Outlined.clamped = None: give a segment, or a normal with its offset")
         if self.segment is not None:
             for x, y in self.segment:
-                if loops.nearest(self._given, np.array([x, y])) > SAME * self._size:
+                if loops.nearest(self._outer, np.array([x, y])) > SAME * self._size:
                     raise GeometryError(f"Outlined.clamped = ({x:g}, {y:g}) m: this point must lie on the outline")
             if not self._held.any():
                 raise GeometryError("Outlined.clamped = its two points: a straight part of the outline must join them")
@@ -78,7 +78,7 @@ class Outlined(flat.Flat):
         return sum(map(len, self.holes))
 
     def _check_chords(self) -> None:
-        """Raise `GeometryError` of points and arcs that are more than can be looked at."""
+        """Raise `GeometryError` if there are too many points or arcs."""
         if self._holed > MOST_POINTS - 3:
             raise GeometryError(
                 f"Outlined.holes = {len(self.holes)} holes: they have {self._holed} points together: must have at most "
@@ -92,7 +92,7 @@ class Outlined(flat.Flat):
             )
 
     def _check_loop(self, corners: tuple[Corner, ...], field: str, what: str, most: int) -> None:
-        """Raise `GeometryError` of what encloses no area, or crosses itself."""
+        """Raise `GeometryError` if a loop encloses no area, or crosses itself."""
 
         def wrong(why: str) -> GeometryError:
             return GeometryError(f"Outlined.{field} = {what}: {why}")
@@ -114,8 +114,8 @@ class Outlined(flat.Flat):
             raise wrong("it must enclose an area")
 
     def _check_holes(self) -> None:
-        """Raise `GeometryError` of one that meets the outline, another hole or the line, or lies elsewhere."""
-        outer, holes = loops.polygon(self._given)[0], [loops.polygon(loops.as_loop(hole))[0] for hole in self.holes]
+        """Raise `GeometryError` if a hole meets the outline, another hole or the clamping line, or lies outside."""
+        outer, holes = loops.polygon(self._outer)[0], [loops.polygon(loops.as_loop(hole))[0] for hole in self.holes]
         for number, hole in enumerate(holes, 1):
             before = holes[: number - 1]
             others = [each for each in before if loops.holds(each, hole[0]) or loops.holds(hole, each[0])]
@@ -143,34 +143,34 @@ class Outlined(flat.Flat):
         return SAME * self._size
 
     @cached_property
-    def _given(self) -> Array:
-        """Return the (n, 3) outline as it is given, anticlockwise."""
+    def _outer(self) -> Array:
+        """Return the (n, 3) outline of the table, anticlockwise."""
         return loops.ordered(loops.as_loop(self.outline))
 
     @cached_property
     def loop(self) -> Array:
-        """Return the (n, 3) loop around what bends, anticlockwise, with the ends of the clamped segment among its
-        corners."""
+        """Return the (n, 3) loop around the unclamped part, anticlockwise, with corners at the ends of the clamped
+        segment."""
         if self.side is None:
             return np.concatenate(list(self._joined()))
         normal, offset = self._line
-        return loops.below(self._given, normal, offset, self._within)
+        return loops.below(self._outer, normal, offset, self._within)
 
     @cached_property
     def openings(self) -> tuple[Array, ...]:
-        """Return loops, (n, 3) each, around the holes in what bends, clockwise."""
+        """Return the loops (n, 3) around the holes of the unclamped part, clockwise."""
         hole_loops = (loops.ordered(loops.as_loop(hole), clockwise=True) for hole in self.holes)
         return tuple(hole for hole in hole_loops if self.side is None or self._height(hole[:, :2])[0] <= 0)
 
     @cached_property
     def corners(self) -> Array:
-        """Return the (n, 2) corners of a polygon around what bends, anticlockwise, arcs in chords."""
+        """Return the (n, 2) corners of a polygon around the unclamped part, anticlockwise, with chords for arcs."""
         return loops.polygon(self.loop)[0]
 
     def _joined(self) -> Iterator[Array]:
         """Yield the outline's corners, and between them the ends of the segment that lie on a straight edge."""
         points = np.array(self.segment)
-        for start, end in loops.edges(self._given):
+        for start, end in loops.edges(self._outer):
             run = end[:2] - start[:2]
             on = loops.distances(start[None, :2], end[None, :2], points)[0] <= self._within
             at = np.sort((points[on] - start[:2]) @ run / (run @ run))
@@ -186,7 +186,7 @@ class Outlined(flat.Flat):
         return np.array(self.side[:2]) / scale, self.side[2] / scale
 
     def _height(self, points: Array) -> Array:
-        """Return the height of points beyond the line."""
+        """Return the distance of points beyond the line, negative on the unclamped side."""
         normal, offset = self._line
         return np.asarray(points @ normal - offset)
 
@@ -198,7 +198,7 @@ class Outlined(flat.Flat):
 
     @property
     def _held(self) -> NDArray[np.bool_]:
-        """Return (n,) which edges of the loop are clamped."""
+        """Return (n,) flags of the clamped edges of the loop."""
         corners = self.loop[:, :2]
         ahead = np.roll(corners, -1, axis=0)
         on = self.clamped(corners) & self.clamped(ahead) & self.clamped((corners + ahead) / 2)
@@ -210,7 +210,7 @@ class Outlined(flat.Flat):
 
     @property
     def room(self) -> tuple[float, float]:
-        """Return the room as of every sheet; the hole is the one about the centre, the edge the nearest beyond it."""
+        """Return the radii by the hole about the centre and the nearest edge beyond it."""
         point, inner = np.array(self.touched), 0.0
         edge = [loops.nearest(self.loop, point)]
         for hole in self.openings:
@@ -249,4 +249,4 @@ class Outlined(flat.Flat):
 
     @property
     def drawn(self) -> tuple[Array, ...]:
-        return (self._given, *(loops.ordered(loops.as_loop(hole)) for hole in self.holes))
+        return (self._outer, *(loops.ordered(loops.as_loop(hole)) for hole in self.holes))

@@ -11,14 +11,14 @@ from seatfem.structures.errors import GeometryError
 
 Point = tuple[float, float]
 CLOSED = 1e-9  # largest gap of a closed outline [m]
-PER_ARC = 2
+PER_ARC = 2  # least number of elements along an arc
 
 
 @dataclass(frozen=True)
 class Edge:
     """Edge from ``start`` to ``end`` (r, z in metres): straight, or the shorter arc about ``centre``.
 
-    ``name``: the group it belongs to, "" for none. ``elements``: of an arc, as many as there are along it at least.
+    ``name``: name of its group, or "". ``elements``: least number of elements along an arc.
     """
 
     start: Point
@@ -29,7 +29,7 @@ class Edge:
 
     @property
     def angles(self) -> tuple[float, float]:
-        """Return of an arc the angle of its start about the centre, and the signed angle it turns (radians)."""
+        """Return the azimuth of an arc's start about its centre, and its signed angle (radians)."""
         assert self.centre is not None
         first, last = (math.atan2(z - self.centre[1], r - self.centre[0]) for r, z in (self.start, self.end))
         return first, math.remainder(last - first, 2 * math.pi)
@@ -74,9 +74,9 @@ class Edge:
 
 @dataclass(frozen=True)
 class Profile:
-    """Closed outline, counter-clockwise in (r, z), r >= 0. Raises `GeometryError` where it is none of that.
+    """Closed outline, counter-clockwise in (r, z), r >= 0; raises `GeometryError` otherwise.
 
-    The solid is what the outline sweeps about the z axis. Volume and areas are exact (theorems of Pappus).
+    The solid is swept by revolving the outline about the z axis. Volume and areas are exact (theorems of Pappus).
     """
 
     edges: tuple[Edge, ...]
@@ -110,7 +110,7 @@ class Profile:
         return sum(edge.area for edge in self.edges if edge.name == name)
 
     def cut(self, name: str, shares: Sequence[float]) -> Profile:
-        """Return the same outline with corners in the named group, where these shares of its area lie behind."""
+        """Return the outline with further corners in the named group, which divide its area at these fractions."""
         whole, behind, edges = self.area(name), 0.0, []
         for edge in self.edges:
             if edge.name == name:
@@ -127,13 +127,13 @@ class Profile:
 
 
 def _pieces(edge: Edge, shares: Sequence[float]) -> list[Edge]:
-    """Return ``edge``, cut where these shares of the area that it sweeps lie behind."""
+    """Return the parts of ``edge`` divided at these fractions of its swept area."""
     ends = [edge.start, *(_at_share(edge, share) for share in shares), edge.end]
     return [replace(edge, start=a, end=b) for a, b in itertools.pairwise(ends)]
 
 
 def _at_share(edge: Edge, share: float) -> Point:
-    """Return the point of an edge with this share of the swept area behind it."""
+    """Return the point that divides an edge at this fraction of its swept area."""
 
     def point(t: float) -> Point:
         if edge.centre is None:
@@ -143,7 +143,7 @@ def _at_share(edge: Edge, share: float) -> Point:
         radius, angle = math.dist(edge.centre, edge.start), first + t * turn
         return edge.centre[0] + radius * math.cos(angle), edge.centre[1] + radius * math.sin(angle)
 
-    from scipy.optimize import brentq  # of rings only: plans of one ring need not wait for it
+    from scipy.optimize import brentq  # needed for several rings only; slow to import
 
     return point(brentq(lambda t: replace(edge, end=point(t)).area / edge.area - share, 1e-12, 1.0, xtol=1e-14))
 
@@ -155,8 +155,8 @@ def polygon(points: Sequence[Point], names: Sequence[str]) -> tuple[Edge, ...]:
 
 
 def rounded(edges: Sequence[Edge], corner: Point, radius: float, elements: int = PER_ARC) -> tuple[Edge, ...]:
-    """Return the same with an arc of this radius [m], of so many elements, in place of a corner between straight edges;
-    as they are where the radius is 0."""
+    """Return the edges with a corner between straight ones replaced by an arc of this radius [m], which may be 0, with
+    a least number of ``elements``."""
     if radius == 0.0:
         return tuple(edges)
     k = next(number for number, edge in enumerate(edges) if edge.start == corner)

@@ -1,4 +1,4 @@
-"""Solids of revolution, and their recipes in gmsh, in millimetres: seats, stoppers and the ball."""
+"""Geometries of solids of revolution, and their construction in gmsh: seats, stoppers and the ball."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon, rou
 
 
 class Turning(shape.Shape):
-    """A solid of revolution about z: its ``profile`` is its recipe."""
+    """A solid of revolution about z, built from its ``profile``."""
 
     @property
     @abstractmethod
@@ -34,15 +34,15 @@ class Turning(shape.Shape):
 
 @dataclass(frozen=True)
 class Drawing:
-    """Curve tags of a section: ``groups`` by name; ``arcs``: how many elements each arc asks for."""
+    """Curve tags of a section: ``groups`` by name; ``arcs``: arc -> least number of elements."""
 
     groups: dict[str, list[int]]
     arcs: dict[int, int]
 
 
 def section(spec: Turning, occ: Any, rings: int = 1) -> Drawing:
-    """Return the profile as a surface in the plane x = r, y = z. The struck edge has corners at the borders of its
-    rings."""
+    """Add the profile as a surface in the plane x = r, y = z, with corners of the contact edge at the borders of rings;
+    return its curves."""
     profile = spec.profile.cut("contact", ring_borders(rings)[1:-1].tolist())
     _, curves = _surface(profile, occ, lambda r, z: (r, z, 0.0))
     groups: dict[str, list[int]] = {name: [] for name in profile.names}
@@ -70,7 +70,7 @@ def _surface(profile: Profile, occ: Any, place: Any) -> tuple[int, list[int]]:
 
 
 PER_FILLET: Final = 16
-"""Elements along the quarter circle of a fillet: its largest stress is right to 1 %."""
+"""Number of elements along the quarter circle of a fillet, for an error of its largest stress of 1 %."""
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ class Ball(Turning):
         return Profile((*round_parts, Edge(rim, middle, name="contact"), Edge(middle, pole, name="axis")))
 
 
-INSIDE = 1e-2  # radians from the plane y = 0
+INSIDE = 1e-2  # azimuth of a point that lies in every sector [rad]
 
 
 @dataclass(frozen=True)
@@ -260,7 +260,7 @@ class Stopper(Turning):
     @property
     def patches(self) -> selectors.Patches:
         r = self.contact_radius / 2
-        beside_the_axis = r * math.cos(INSIDE), r * math.sin(INSIDE), self.top(r)  # within every sector
+        beside_the_axis = r * math.cos(INSIDE), r * math.sin(INSIDE), self.top(r)
         contact = (
             selectors.PlaneFace((0.0, 0.0, 1.0), self.thickness, radius_max=self.contact_radius)
             if self.dome_radius is None

@@ -1,4 +1,4 @@
-"""Selectors that pick faces in gmsh; a new way is added here and to ``SELECTORS``. Lengths in m, angles in rad."""
+"""Selectors of faces in gmsh; a new one is added here and to ``SELECTORS``. Lengths in m, angles in rad."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class PlaneFace:
 class CylinderFace:
     """The cylindrical face of this ``radius`` (metres) about the line through ``axis_point`` along ``axis``.
 
-    Without the two, about any line; of several separate faces then those about the z axis, where there are such.
+    Without the two, about any line; if several separate faces match, those about the z axis are preferred.
     ``several``: accept faces that do not touch each other.
     """
 
@@ -85,7 +85,7 @@ class CylinderFace:
         return _between(face.radii(face.axis.point, face.axis.direction), self.radius, self.radius)
 
     def preferred(self, faces: Sequence[Face]) -> list[Face]:
-        """Return of several separate faces those about the z axis, where there are such and no axis is given."""
+        """Return the faces about the z axis if several separate ones match and no axis is stated, else all."""
         central = [face for face in faces if _coaxial(face, UP, ORIGIN)]
         return central if central and self._anywhere and not self.several and not connected(faces) else list(faces)
 
@@ -229,7 +229,7 @@ class ColourFace:
 
 Selector = PlaneFace | CylinderFace | ConeFace | PointFace | NamedFace | NumberedFace | HalfPlaneFace | ColourFace
 Patches = dict[str, tuple[Selector, ...]]
-"""Surface groups by name, each the union of what its selectors pick."""
+"""Surface groups by name, each the union of the faces by its selectors."""
 
 SELECTORS: dict[str, type[Selector]] = {
     "plane": PlaneFace,
@@ -246,8 +246,8 @@ SELECTORS: dict[str, type[Selector]] = {
 def select(faces: Sequence[Face], selector: Selector, name: str) -> list[Face]:
     """Return the faces for the group ``name``.
 
-    Raises `GeometryError`, listing the faces there are, where none matches or where the matching faces do not
-    touch each other although the selector asks for one patch.
+    Raises `GeometryError`, with a list of the faces, if none matches, or if the matching faces do not touch each other
+    although the selector needs one patch.
     """
     chosen = [face for face in faces if selector.matches(face)]
     if not chosen:

@@ -1,4 +1,4 @@
-"""What every geometry answers: faces, recipe, how it may be cut, swept and sampled; checks of its fields."""
+"""Interface of every geometry: faces, building in gmsh, division into sectors, sweeping; checks of its fields."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _ELSEWHERE: Final = "seatfem_shapes_of_"
 
 
 def home_of(spec: type[Any]) -> list[str]:
-    """Return file and name of a class from elsewhere.
+    """Return file and name of a class of another package.
 
     Raises:
-        GeometryError: no other process can find it: it is in no file, in a function, or its file is only being read
-            for its shapes.
+        GeometryError: the gmsh process cannot import it: it is in no file or in a function, or its file is just being
+            imported by that process.
     """
     file, name = getattr(sys.modules.get(spec.__module__), "__file__", None), spec.__qualname__
     if not file:
@@ -45,14 +45,14 @@ def home_of(spec: type[Any]) -> list[str]:
 
 
 def at_home(file: str, name: str) -> type[Any]:
-    """Return the class of that name in that file, which is run once, whatever else its module is called elsewhere."""
+    """Return the class of this name from a file, which is executed once in the process under a private module name."""
     private = _ELSEWHERE + hashlib.sha256(file.encode()).hexdigest()[:16]
     kind: type[Any] = attrgetter(name)(sys.modules.get(private) or _run(file, private))
     return kind
 
 
 def _run(file: str, name: str) -> ModuleType:
-    """Return a file as a module of this name; what it imports from its own folder is found there, after all else."""
+    """Return a file as a module of this name; its folder is last on the import path meanwhile."""
     spec = spec_from_file_location(name, file)
     assert spec is not None
     assert spec.loader is not None
@@ -66,17 +66,17 @@ def _run(file: str, name: str) -> ModuleType:
 
 
 EVERYWHERE = ""
-"""The area that is the whole plan."""
+"""Name of the whole plan as an area."""
 
 
 @dataclass(frozen=True)
 class Key:
-    """What is said of a field of a shape that is a key of its kind's table in scenes, too.
+    """Metadata of a field of a shape that is also a key of scenes.
 
     Attributes:
-        description: in words.
+        description: text for the documentation.
         reads: "length" > 0, "gap" >= 0, both in metres, or "angle" in radians.
-        written: its default, as scenes write it; ``None``: they must state the key, or may leave it out as `None`.
+        written: default as text of a scene; ``None``: the key is required, or absent means `None`.
     """
 
     description: str
@@ -87,9 +87,9 @@ class Key:
 def key(
     description: str, default: float | str | None = math.nan, reads: Literal["length", "gap", "angle"] = "length"
 ) -> Any:
-    """Return a field of a shape that is a `Key`.
+    """Return a dataclass field with `Key` metadata.
 
-    ``default``: as scenes write it, such as "0.5 mm"; a number is the default of scripts alone; nan: there is none.
+    ``default``: text of a scene, such as "0.5 mm"; a number is a default in Python only; nan: no default.
     """
     written = default if isinstance(default, str) else None
     value = parse_quantity(written, "angle" if reads == "angle" else "length") if written is not None else default
@@ -125,7 +125,7 @@ def _refusal(spec: object, name: str, what: str) -> GeometryError:
 
 @dataclass(frozen=True)
 class Plan:
-    """``height``: of the solid above z = 0 (metres). ``top``, ``bottom``: group -> names of areas of the plan."""
+    """Plan of an extruded solid: ``height`` above z = 0 (metres); ``top``, ``bottom``: group -> areas of the plan."""
 
     height: float
     top: Mapping[str, tuple[str, ...]]
@@ -133,14 +133,15 @@ class Plan:
 
     @property
     def areas(self) -> tuple[str, ...]:
-        """Return the names of all areas but the whole."""
+        """Return the names of all areas except the whole plan."""
         groups = (*self.top.values(), *self.bottom.values())
         return tuple(dict.fromkeys(area for names in groups for area in names if area != EVERYWHERE))
 
 
 @dataclass(frozen=True)
 class Rectangle:
-    """A plan centred on the origin: half its sides along x and y, and those of the patch; ``None``: all is struck."""
+    """A rectangular plan centred on the origin: half the sides along x and y of the plan and of the patch; ``None``:
+    the patch is the whole plan."""
 
     sides: tuple[float, float]
     patch: tuple[float, float] | None = None
@@ -149,14 +150,14 @@ class Rectangle:
 class Shape(ABC):
     """A geometry in SI units: a frozen dataclass that checks itself.
 
-    A family is a subclass with a ``family`` of its own, in one file. The gmsh process finds it there: recipes receive
-    the OpenCASCADE part of a gmsh model and work in millimetres, as CAD does. A solid of revolution is a `Turning`.
+    A family of shapes is a subclass with a name ``family``. Its methods `build` and `areas` run in the gmsh process,
+    with the OpenCASCADE part of a gmsh model, in millimetres. A solid of revolution is a `Turning`.
     """
 
     family: ClassVar[str]
 
     def __init_subclass__(cls) -> None:
-        """Add the fields that are keys to the docstring."""
+        """Add the descriptions of fields with `Key` metadata to the docstring."""
         fields = {name: each for name, each in vars(cls).items() if isinstance(each, Field) and each.metadata}
         said = [f"        {name}: {each.metadata['key'].description}." for name, each in fields.items()]
         if said:
@@ -173,32 +174,32 @@ class Shape(ABC):
 
     @property
     def source(self) -> str:
-        """Return where it comes from, for messages."""
+        """Return the name of the class or file, for messages."""
         return type(self).__name__
 
     @property
     def is_imported(self) -> bool:
-        """Return whether its solids come from a file, and are known once that is read."""
+        """Return whether its solids are read from a file."""
         return False
 
     @property
     def unit_of_model(self) -> float:
-        """Return metres per length unit of the gmsh model that its recipe builds."""
+        """Return metres per length unit of the gmsh model by `build`."""
         return 1e-3
 
     @property
     def profile(self) -> Profile | None:
-        """Return the half section of a solid of revolution."""
+        """Return the half section of a solid of revolution; ``None`` for other solids."""
         return None
 
     @property
     def plan(self) -> Plan | None:
-        """Return the plan of a solid that is extruded along z: it can be meshed by hexahedra."""
+        """Return the plan of a solid extruded along z, which can be meshed by hexahedra; ``None`` for other solids."""
         return None
 
     @property
     def rectangle(self) -> Rectangle | None:
-        """Return the plan, where it is a rectangle: a grid that needs no mesher."""
+        """Return a rectangular plan, which is meshed as a grid without gmsh; ``None`` for other plans."""
         return None
 
     def areas(self, occ: Any) -> dict[str, list[int]]:
@@ -207,7 +208,7 @@ class Shape(ABC):
 
     @property
     def volume(self) -> float | None:
-        """Return the volume [m^3]; ``None`` where that is known once it is drawn."""
+        """Return the volume [m^3]; ``None`` if it is known only after building the solid."""
         if self.profile is not None:
             return self.profile.volume
         if self.plan is None or self.rectangle is None:
@@ -220,7 +221,7 @@ class Shape(ABC):
         return None
 
     def check_sectors(self, sectors: int) -> None:
-        """Raise `GeometryError` where it is known not to be that many equal sectors, 2 and more, between planes."""
+        """Raise `GeometryError` if it is known not to consist of ``sectors`` >= 2 equal sectors between planes."""
         if self.rectangle is not None and sectors not in (2, 4):
             raise GeometryError(
                 f"sector = {sectors}: must be 2 or 4, the equal sectors of a {type(self).__name__} between planes of "
@@ -233,18 +234,18 @@ class Shape(ABC):
 
 
 def families(base: type[Shape] = Shape) -> Iterator[type[Shape]]:
-    """Yield every family that there is."""
+    """Yield all subclasses with a name ``family``."""
     for each in base.__subclasses__():
         if "family" in vars(each):
             yield each
         yield from families(each)
 
 
-REACH = 8.0  # of the cutting wedge, over the size of what it cuts
+REACH = 8.0  # size of the cutting wedge, over that of the solids
 
 
 def check_sectors(shape: Shape, sectors: int) -> None:
-    """Raise `GeometryError` where the geometry is known not to be that many equal sectors between symmetry planes."""
+    """Raise `GeometryError` if the shape is known not to consist of that many equal sectors between symmetry planes."""
     if sectors < 1:
         raise GeometryError(f"sector = {sectors}: must be >= 1 (1: the whole {type(shape).__name__})")
     if sectors > 1:
@@ -260,7 +261,7 @@ def patches_in(shape: Shape, sectors: int) -> Patches:
 
 
 def cut(occ: Any, dimension: int, sectors: int) -> list[list[tuple[int, int]]]:
-    """Keep one sector of all solids (3) or of all surfaces at z = 0 (2); the pieces of each, in order."""
+    """Keep one sector of all solids (``dimension`` 3) or surfaces at z = 0 (2); return the pieces of each, in order."""
     whole = occ.getEntities(dimension)
     bounds = [occ.getBoundingBox(*entity) for entity in whole]
     size = REACH * max(abs(value) for box in bounds for value in box)
@@ -273,7 +274,7 @@ def cut(occ: Any, dimension: int, sectors: int) -> list[list[tuple[int, int]]]:
         occ.remove([(2, wedge)], recursive=True)
     if sectors > 2:
         return [list(piece) for piece in pieces[: len(whole)]]
-    # Both cut faces of a half lie in one plane: what crosses the axis is split there.
+    # Both cut faces of a half lie in one plane: faces across the axis are split there.
     kept = occ.getEntities(dimension)
     middle = occ.addPoint(0, 0, 0)
     axis = (0, middle) if dimension == 2 else (1, occ.addLine(occ.addPoint(0, 0, -size), occ.addPoint(0, 0, size)))

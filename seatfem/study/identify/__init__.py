@@ -1,4 +1,4 @@
-"""Identification: values of a scene's keys that explain records of shots, how surely, and what these do not tell."""
+"""Identification: fit of a scene's keys to measured records, with confidence intervals of the keys."""
 
 from impact.names import lazy_names
 

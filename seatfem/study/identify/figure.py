@@ -1,4 +1,4 @@
-"""The picture of a fit: each record with what the scene says of it, and what is left over the noise below."""
+"""Picture of a fit: each record with the computed history, and the residuals over the noise below."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from seatfem.study.identify.record import DIMENSIONS
 if TYPE_CHECKING:
     from seatfem.study.identify.fit import Identified
 
-BAND = 1.96  # deviations of the noise that hold 95 % of it
+BAND = 1.96  # standard deviations that contain 95 % of the noise
 
 
 def draw(result: Identified, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""A record file, carried out: the fit, the interval of each key, and in words what the records tell."""
+"""Fit of a scene's keys to the records of a record file, the interval of each key, and its report as text."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ from seatfem.units import write_quantity
 
 FILE: Final = "identify.json"
 PICTURE: Final = "identify.png"
-MOST: Final = 60  # evaluations of the fit; of the profiles see `intervals`
-EVALUATIONS: Final = 2  # derivatives that the profile of a key costs, about
-FILLS: Final = 0.9  # share of its bounds from which on an interval is said to fill them
-TOGETHER: Final = 0.95  # correlation of two keys from which on they are said to be told only together
-FINER: Final = (2, 3)  # steps that show what the step does: what is late by part of one, one of them may not see
-STEPPED: Final = 0.2  # share of an interval's half from which on the step's part is said
-UNMET: Final = 0.25  # of a record, rms, from which on what is left, if more than noise, leaves its keys untold
-LOST: Final = 1e-6  # change of the residuals, over all bounds, below which a key has no influence
-SLOW: Final = 30.0  # predicted time of a fit [s] from which on it is told beforehand
+MOST: Final = 60  # most evaluations of the fit; for profiles see `intervals`
+EVALUATIONS: Final = 2  # approximate cost of the profile of a key, in evaluations of the derivatives
+FILLS: Final = 0.9  # fraction of its bounds above which an interval counts as undetermined
+TOGETHER: Final = 0.95  # correlation above which two keys are reported as determined only together
+FINER: Final = (2, 3)  # refinements of the step to estimate its error; one of them may not change a rounded delay
+STEPPED: Final = 0.2  # part of half an interval above which the error by the time step is reported
+UNMET: Final = 0.25  # rms residual over that of the record above which, beyond noise, a fit has failed
+LOST: Final = 1e-6  # change of the residuals over the range of a key below which the key has no influence
+SLOW: Final = 30.0  # predicted time of a fit above which it is announced [s]
 
 
 class IdentifyError(RunError):
@@ -48,13 +48,13 @@ class Identified:
     """A fit as it ended: values, their intervals, and how well the records are met.
 
     Attributes:
-        model: that was fitted.
-        shares: (P,) of the bounds.
-        intervals: of each key.
-        correlation: (P, P) of the keys.
-        counted: how much each record counts.
-        spring, spring_misfit: each record on the seat's static stiffness, and its misfit; none, nan where it has none.
-        seconds: of the clock.
+        model: fitted model.
+        shares: (P,) fitted values as positions within the bounds, 0..1.
+        intervals: interval of each key.
+        correlation: (P, P) correlation matrix of the keys.
+        counted: weight of each record.
+        spring, spring_misfit: each record with a static seat, and its misfit; nan without one.
+        seconds: wall time [s].
     """
 
     model: Model
@@ -78,7 +78,7 @@ class Identified:
             yield key, fitted, fitted.value(float(share)), interval
 
     def sentences(self) -> Iterator[str]:
-        """Yield values with their intervals first, then what the records do not tell, then how well they are met."""
+        """Yield values with intervals, then keys that the records do not determine, then the misfit of each record."""
         for key, fitted, value, interval in self:
             yield f"{fitted.name or key} = {_with_ends(fitted, value, interval)}"
         for key, fitted, value, interval in self:
@@ -109,7 +109,7 @@ class Identified:
 
     @property
     def unmet(self) -> tuple[str, ...]:
-        """Return the names of records that the fit does not reach: above the noise and much of them is left."""
+        """Return the names of records with large residuals beyond the noise."""
         pairs = zip(self.model.samples, self.counted, strict=True)
         met = ((of, one, one.misfit * of.noise <= UNMET * float(np.std(of.value))) for of, one in pairs)
         return tuple(of.record.name for of, one, near in met if one.misfit > WORSE and not near)

@@ -63,16 +63,16 @@ class Fitted(fields.Table):
 
     @property
     def unit(self) -> str:
-        """Return the unit of all its numbers, as the file has it."""
+        """Return the unit of all its numbers in the file."""
         return self.start[1]
 
     @property
     def by_logarithm(self) -> bool:
-        """Return whether it is fitted by its logarithm."""
+        """Return whether its logarithm is fitted."""
         return self.low[0] > 0 and self.high[0] > LOG * self.low[0]
 
     def value(self, share: float) -> float:
-        """Return the number at a share, 0..1, of the way from least to greatest."""
+        """Return the number at a position ``share``, 0..1, between the bounds."""
         low, high = self.low[0], self.high[0]
         if share in (0.0, 1.0):
             return high if share else low
@@ -82,12 +82,12 @@ class Fitted(fields.Table):
         return 0.0 if abs(value) < NOTHING * (high - low) else value
 
     def share(self, value: float) -> float:
-        """Return the share at a number."""
+        """Return the position between the bounds, 0..1, of a number."""
         low, high = self.low[0], self.high[0]
         return math.log(value / low) / math.log(high / low) if self.by_logarithm else (value - low) / (high - low)
 
     def written(self, value: float) -> Value:
-        """Return a number as a scene file has it."""
+        """Return a number as text of a scene file."""
         return f"{value!r} {self.unit}" if self.unit else value
 
 
@@ -136,7 +136,7 @@ class Record(fields.Table):
         return parse_quantity(text, dimension) if dimension else parse_fraction(text)
 
     def samples(self) -> Samples:
-        """Return what is compared. Raises `KeyProblem` with the key that is wrong."""
+        """Return the samples that are compared. Raises `KeyProblem` for a wrong key."""
         with fields.problem_of("file", TimeSeriesError):
             columns: dict[str, str] = {self.kind: self.column} if self.column else {}
             series = read_time_series(self.file, self.kind, columns=columns)
@@ -232,7 +232,7 @@ def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples
 
 
 def _check_keys(asked: Identification, path: Path) -> None:
-    """Raise `SceneError` for values that the scene does not take, with the lines of the record file that give them."""
+    """Raise `SceneError` for values that are invalid in the scene, with their lines in the record file."""
     fit = {key: fitted.written(fitted.start[0]) for key, fitted in asked.fit.items() if not is_own(key)}
     for record in asked.record:
         try:
@@ -244,11 +244,11 @@ def _check_keys(asked: Identification, path: Path) -> None:
 
 
 def is_own(key: str) -> bool:
-    """Return whether a fitted key is one of records, not of the scene."""
+    """Return whether a fitted key belongs to a record, not to the scene."""
     return key.partition(".")[0] in OWN
 
 
 def number_of(value: Value) -> float:
-    """Return the number of a value as a file has it, a delay's in seconds."""
+    """Return the number of a value in the file, in seconds for a delay."""
     number, unit = number_and_unit(value)
     return parse_quantity(str(value), "time") if unit else number

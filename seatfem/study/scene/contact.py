@@ -1,4 +1,4 @@
-"""[contact] of a scene and its film: where and how the bodies touch; [stopper]."""
+"""[contact] of a scene with its film, and [stopper]."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ floor = "2 um"
     )
 
     def check(self, ring: tuple[float, float] | None, seat: str, rings: int) -> Contradictions:
-        """Yield what is wrong with the film on the seat's lip, a ``ring`` of mean radius and width [m]."""
+        """Yield contradictions of the film with the seat's lip, a ``ring`` of mean radius and width [m]."""
         if rings > 1:
             yield "film", f"the film is known across the whole lip, not in {rings} rings: remove either"
         for key in ("width", "length"):
@@ -78,7 +78,7 @@ floor = "2 um"
 
 
 OWN_KINDS, OWN_LAWS = kinds_of(), laws()
-"""Kinds and laws that `Scene` itself knows; a later one makes a type of scenes of its own (`load.scene_of`)."""
+"""Kinds and laws defined before `Scene`; for later ones, `load.scene_of` makes another type of scenes."""
 if TYPE_CHECKING:
     _Body = Structure
     _Law = ContactLaw
@@ -86,8 +86,8 @@ else:
     _Body, _Law = one_of(OWN_KINDS), one_of(OWN_LAWS)
 
 
-USUAL_ARCS: Final = 32
-STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
+USUAL_ARCS: Final = 32  # default number of segments of a tilted or divided stopper
+STEEPEST: Final = math.radians(30)  # largest tilt
 
 
 class Stopper(Table):
@@ -128,7 +128,7 @@ gap = "1.5 mm"
     @model_validator(mode="before")
     @classmethod
     def _apart(cls, given: object) -> object:
-        """Return the keys of the role, and those of the body."""
+        """Move the keys of the body to the field ``body``."""
         if not isinstance(given, Mapping) or isinstance(given.get("body"), Structure):
             return given
         own = {key: value for key, value in given.items() if key in set(cls.model_fields) - {"body"}}
@@ -136,7 +136,7 @@ gap = "1.5 mm"
 
     @model_serializer(mode="wrap")
     def _together(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the stopper as it is written in a file: one table."""
+        """Return the stopper as one table, as in a file."""
         own: dict[str, Any] = dict(handler(self))
         return {**own.pop("body", {}), **own}
 
@@ -159,7 +159,7 @@ gap = "1.5 mm"
 
     @property
     def speed(self) -> float:
-        """Return its velocity at the start, towards the seat < 0 [m/s]."""
+        """Return its initial velocity, < 0 towards the seat [m/s]."""
         return getattr(self.body, "velocity", None) or 0.0
 
     @property
@@ -170,7 +170,7 @@ gap = "1.5 mm"
 
 
 def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...]) -> type[Stopper]:
-    """Return a stopper whose body may be of these kinds, met by these laws."""
+    """Return a type of stopper with bodies of these kinds and these contact laws."""
     fields: Any = {
         "body": (one_of(kinds), Stopper.model_fields["body"]),
         "law": (one_of(laws), Stopper.model_fields["law"]),
@@ -234,12 +234,12 @@ class Contact(Table):
 
     @property
     def uneven(self) -> str:
-        """Return the key by which the lip is not open everywhere alike; "" where none is given."""
+        """Return the key that makes the gap vary along the lip; "" if there is none."""
         return "tilt" if self.tilt else "waviness" if self.waviness else ""
 
     @property
     def along_a_lip(self) -> str:
-        """Return the first key that only a lip has a use for; "" where none is given."""
+        """Return the first stated key that needs a lip; "" if there is none."""
         return "ports" if (self.ports or 1) > 1 else self.uneven or ("offset" if any(self.offset) else "")
 
     def contradictions(self) -> Contradictions:
@@ -250,7 +250,7 @@ class Contact(Table):
         if arcs * self.rings > MOST_PORTS:
             size = f"their mutual compliances take {8e-9 * (arcs * self.rings) ** 2:.2g} GB for each body"
             yield "ports", f"{parts} are more than {MOST_PORTS}; {size}: take fewer of either"
-        if arcs > 1 and arcs % 2 and 2 * arcs * self.rings > MOST_CHOSEN:  # half as many tell what they leave
+        if arcs > 1 and arcs % 2 and 2 * arcs * self.rings > MOST_CHOSEN:  # the error is estimated with half as many
             yield "ports", f"{parts}: so many must be an even number of segments"
         if self.ports == 1 and self.uneven:
             yield "ports", f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"

@@ -1,4 +1,4 @@
-"""Contradictions between the tables of a scene: what one of them asks of another."""
+"""Contradictions between the tables of a scene."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def contradictions_of(scene: Scene) -> Contradictions:
-    """Yield the keys to change, and why, where tables of the scene do not agree with each other."""
+    """Yield pairs of a key to change and the reason, for each contradiction between tables of the scene."""
     if scene.gas is not None:
         yield from _of_gas(scene.gas, scene.run.duration)
     seat, reed, contact, stopper = scene.seat, scene.reed, scene.contact, scene.stopper
@@ -63,7 +63,7 @@ def _of_gas(gas: CompressorGas, duration: float) -> Contradictions:
 
 
 def _of_roles(seat: Structure, reed: Structure, *, driven: bool) -> Contradictions:
-    """Yield a struck body that is not at rest, and a striker that does not move."""
+    """Yield contradictions if the struck body is not at rest, or the striker does not move."""
     if key := structure.motion_key(seat):
         yield f"seat.{key}", "the struck body is at rest; remove the key, or use the body as the reed"
     if not (moved_by := reed.traits.moved_by):
@@ -77,7 +77,7 @@ def _of_roles(seat: Structure, reed: Structure, *, driven: bool) -> Contradictio
 def _of_loads(
     reed: Structure, loads: Sequence[ExternalLoad], springs: Sequence[ValveSpring], *, based: bool
 ) -> Contradictions:
-    """Yield loads and springs that act on no place of the reed, or on an unknown part of it."""
+    """Yield contradictions for loads and springs at places that the reed does not have, or without its support."""
     for number, load in enumerate(loads):
         reed.check_place(load.at, f"load.{number}.at")
         if load.point is not None:
@@ -109,7 +109,7 @@ def _of_bases(bodies: Mapping[str, Structure], bases: Sequence[Base]) -> Contrad
 
 
 def _of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Collection[str]) -> Contradictions:
-    """Yield where waves come along no endless rod, or along one with another wave, or ``based`` on what moves."""
+    """Yield contradictions for waves in other bodies than endless rods, or in one with another wave or moving base."""
     for number, wave in enumerate(every):
         key, body = f"wave.{number}.of", bodies[wave.of]
         if (speed := body.wave_speed) is None:
@@ -122,7 +122,7 @@ def _of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Col
 
 
 def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge], measures: Collection[str]) -> Contradictions:
-    """Yield gauges that sit on no place, and their strain asked for among ``measures`` where there is none."""
+    """Yield contradictions for gauges without a place on their body, and for gauge strain as measure without gauges."""
     for number, gauge in enumerate(gauges):
         if gauge.of not in bodies:
             yield f"gauge.{number}.of", "there is no [stopper]; add one, or remove the table"
@@ -147,7 +147,7 @@ def _of_contact(reed: Structure, ring: tuple[float, float] | None, at: float | N
 
 
 def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
-    """Yield where the stopper meets the reed before the start. Raises `KeyProblem` of a place that the reed has not."""
+    """Yield contradictions between stopper and initial position of the reed. Raises `KeyProblem` for a place off it."""
     if (stopper := geometry.stopper) is None:
         return
     reed, contact = geometry.reed, geometry.contact
@@ -185,7 +185,7 @@ def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradiction
 
 
 def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> Contradictions:
-    """Yield problems of the film on its lip, its stress, and the rings of its contact face."""
+    """Yield contradictions between the seat and its film, its stress, and the rings of its contact face."""
     if contact.film is not None:
         yield from within("contact", contact.film.check(seat.lip_face.ring, seat.kind, contact.rings))
     if stress is not None:
@@ -197,7 +197,7 @@ def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dur
 
 
 def _of_measures(wanted: Sequence[str], reed: Structure, life: LifeTable | None) -> Contradictions:
-    """Yield measures that are asked of the reed's stress, where none is known, or of a life without strength."""
+    """Yield contradictions for measures of the reed's stress that is not known, or of its life without strength."""
     name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
     if any_needs_stress(wanted) and not (reed.traits.has_stress or reed.thin_plate is not None):
         bends = "has no bending stress that is known" if reed.slender else "does not bend, it has no stress"

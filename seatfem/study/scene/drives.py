@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Mount:
-    """A body of a scene with what carries it.
+    """A body of a scene with the excitation of its base.
 
     Attributes:
-        role: the name of its table.
+        role: name of its table.
         structure: the body.
-        base: what moves its base; ``None``: it rests.
-        wave: that comes along it; ``None``: none does.
+        base: motion of its base; ``None`` if that is at rest.
+        wave: incoming wave; ``None`` if there is none.
     """
 
     role: str
@@ -85,12 +85,12 @@ displacement = "base.csv"
         return next(kind for kind in KINDS if getattr(self, kind) is not None)
 
     def record(self) -> Record:
-        """Return the course of its file. Raises `TimeSeriesError`."""
+        """Return the time series in the file. Raises `TimeSeriesError`."""
         kind, columns, units = self._kind, stated_in(self.columns), stated_in(self.units)
         return Record(kind, time_series.read_time_series(getattr(self, kind), kind, columns=columns, units=units))
 
     def motion(self) -> loads.BaseMotion:
-        """Return the base's motion as its file has it. Raises `TimeSeriesError`."""
+        """Return the motion of the base by its file. Raises `TimeSeriesError`."""
         return loads.BaseMotion.from_series(self.record().course, self._kind)
 
 
@@ -177,12 +177,12 @@ area = "80 mm^2"
 
     @property
     def by_lift(self) -> bool:
-        """Return whether the load depends on how far the reed is off its seat."""
+        """Return whether the load depends on the opening of the reed."""
         return self.area is not None and len(set(self.area.area)) > 1
 
 
 MOST: Final = 64
-"""Springs of one table."""
+"""Largest number of springs in one table."""
 Preload = Annotated[float, BeforeValidator(fields.ReadQuantity("force")), Field(ge=0)]
 
 
@@ -225,27 +225,26 @@ preload = "5 N"
 
     @property
     def places(self) -> Array | None:
-        """Return the (S, 2) places of springs on a plate, from the centre of its contact [m]; ``None``: none given."""
+        """Return the (S, 2) places of springs on a plate, relative to its contact's centre [m]; ``None`` by default."""
         if self.number is not None and self.radius is not None:
             turns = 2 * np.pi * np.arange(self.number) / self.number
             return self.radius * np.column_stack([np.cos(turns), np.sin(turns)])
         return None if self.points is None else np.array(self.points)
 
     def force_on_undeformed(self, gap: float) -> float:
-        """Return the force [N], towards the seat, on the undeformed reed, which stands ``gap`` [m] above the closed
-        one."""
+        """Return the force on the undeformed reed towards the seat [N]; the closed reed lies ``gap`` [m] below."""
         return self.preload + self.stiffness * gap
 
     @property
     def words(self) -> str:
-        """Return what they are, in a few words."""
+        """Return a short description with stiffness and preload."""
         many = self.number or (0 if self.points is None else len(self.points))
         size = f"{self.stiffness / 1e3:.4g} N/mm"
         preload = f", preload {self.preload:.4g} N" if self.preload else ""
         return (f"{many} valve springs, {size} together" if many > 1 else f"valve spring {size}") + preload
 
     def check(self, reed: Structure) -> None:
-        """Raise `KeyProblem`, of a key of this table, for places that the reed does not have."""
+        """Raise a `KeyProblem` of this table for places that the reed does not have."""
         if self.at is not None:
             reed.check_place(self.at, "at")
         if (places := self.places) is not None:

@@ -1,4 +1,4 @@
-"""The files that a scene names, opened and checked before anything is planned; bodies that can meet as they lie."""
+"""Checks of the files of a scene and of the relative position of reed and seat, before planning."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ if TYPE_CHECKING:
 
 
 PLATE: Final = 0.97
-"""Least share of a struck face that a plate covers; chords of arcs and sampled points leave the rest."""
+"""Least fraction of the contact face that a plate covers, with an allowance for chords and sampling."""
 BEAM: Final = 0.1
-"""The same of a beam, or of a plate with a contact face of its own, which strikes with one rigid face: with its tip
-over the middle of a lip a beam covers a half or a third; less than a tenth of a ring is not over the port."""
+"""The same for a beam, or a plate with its own contact face, which strike with one rigid face: a beam with its tip over
+the middle of a lip covers a half or a third; one that covers less than a tenth of a ring is not over the port."""
 
 
 def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Finding]:
-    """Yield that the reed lies beside the face that it is to strike, in plan, or does not reach across it.
+    """Yield a problem if the reed, in plan, does not cover enough of the seat's contact face.
 
-    ``as_drawn``: whether files say how the two lie.
+    ``as_drawn``: whether the relative position follows from CAD files.
     """
     contact, reed, seat = geometry.contact, geometry.reed, geometry.seat
-    if reed.slender is None and reed.thin_plate is None:  # solids strike with a face of their own, as it is stated
+    if reed.slender is None and reed.thin_plate is None:  # solids strike with their stated face
         return
     at = geometry.own_place
     try:
         over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
-    except errors.ModelError:  # of faces that cannot be found, which are told where they are needed
+    except errors.ModelError:  # missing faces are reported elsewhere
         return
     by_the_lip = (plate := reed.thin_plate) is not None and (bool(contact.along_a_lip) or not plate.states_contact)
     share, least = outlines.covered_share(face, over, contact.offset), PLATE if by_the_lip else BEAM
@@ -79,7 +79,7 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
 
 
 def _fine(loop: Array) -> Array:
-    """Return a loop with points between its corners."""
+    """Return a loop with seven additional points on each side."""
     shares = np.arange(8)[:, None] / 8
     return np.asarray((loop[:, None] + shares * (np.roll(loop, -1, axis=0) - loop)[:, None]).reshape(-1, 2))
 
@@ -87,7 +87,7 @@ def _fine(loop: Array) -> Array:
 def check_files(scene: models.Scene) -> None:
     """Open the files of the scene, and check the faces, groups and regions that it names.
 
-    Raises `SceneError`: all that is wrong, by key; `seatfem.study.scene.located` adds the scene's file and its lines.
+    Raises `SceneError` with all problems by key; `seatfem.study.scene.located` adds the scene's file and lines.
     """
     contact, stopper = scene.contact, scene.stopper
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
@@ -102,7 +102,7 @@ def check_files(scene: models.Scene) -> None:
 
 
 def _of_lip(contact: Contact, body: Structure, table: str, key: str) -> Iterator[Finding]:
-    """Yield keys of [contact] that do not fit the seat; or that a stopper has no lip, which a ``key`` needs."""
+    """Yield problems if a body has no lip although ``key`` needs one, or keys of [contact] do not fit the seat."""
     try:
         lip, arcs = body.lip(1, contact.rings if table == "contact" else 1), contact.ports or 1
     except errors.ModelError as error:
@@ -118,7 +118,7 @@ def _of_lip(contact: Contact, body: Structure, table: str, key: str) -> Iterator
 
 
 def part_of_scene(path: Path) -> inspection.mesh_file.Part:
-    """Return the faces of a scene's seat. Raises `GeometryError` for a seat that has none, `SceneError`."""
+    """Return the faces of a scene's seat. Raises `GeometryError` if it has none, or `SceneError`."""
     seat = load.load_scene(path).seat
     if seat.elastic is None:
         raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; take a cad, mesh or drawn seat")

@@ -1,4 +1,4 @@
-"""[gas] of a scene file, its table and checks: what flows through the reed's valve, and the cylinder that it opens."""
+"""[gas] of a scene: gas flow through the valve that the reed is, and the cylinder behind it, with their checks."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ from seatfem.fields import (
 from seatfem.structures.kinds.motion import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.units import write_quantity
 
-WIDEST: Final = 30.0  # largest crank angle [degrees] between two samples of a record
+WIDEST: Final = 30.0  # largest crank angle between two samples of a record [degrees]
 OF_THE_CRANK: Final = ("bore", "stroke", "rod", "clearance")
 BESIDE: Final = ("start_pressure", "other_valve_area")
-"""Further keys of a cylinder whose pressure is computed."""
+"""Further keys that are used only if the cylinder's pressure is computed."""
 
 
 class Fluid(Table):
@@ -118,7 +118,7 @@ class Directions(Table):
     back: MeasuredArea | None = absent("as the valve leaks back; where absent, those of forward")
 
     def tables(self, estimate: AreaTable) -> tuple[AreaTable, AreaTable]:
-        """Return the tables forward and back; ``estimate`` where nothing is stated."""
+        """Return the tables of areas forward and back, by default the ``estimate``."""
         forward = estimate if self.forward is None else self.forward.table
         if self.back is not None:
             return forward, self.back.table
@@ -200,7 +200,7 @@ port_diameter = "12 mm"
 
     @property
     def crank(self) -> SliderCrank | None:
-        """Return the crank; ``None`` where the pressure is prescribed."""
+        """Return the crank; ``None`` if the pressure is prescribed."""
         if self.bore is None or self.stroke is None or self.rod is None or self.clearance is None:
             return None
         return SliderCrank(self.bore, self.stroke, self.rod, self.clearance, self.rpm, self.angle)
@@ -219,7 +219,7 @@ port_diameter = "12 mm"
         return Plenum(s.pressure, s.temperature), Plenum(d.pressure, d.temperature)
 
     def record(self) -> Record | None:
-        """Return the prescribed pressure, ``None`` where it is computed. Raises `KeyProblem` as `course`."""
+        """Return the prescribed pressure, ``None`` if it is computed. Raises like `course`."""
         return None if self.cylinder_pressure is None else Record("pressure", self.course)
 
     @property

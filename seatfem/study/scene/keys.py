@@ -1,4 +1,4 @@
-"""What a key of a scene may hold: in words and by an example, and the JSON schema by which editors complete scenes."""
+"""Types of the keys of a scene, as text with examples, as JSON schema for editors, and as template of a scene."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def holds(field: FieldInfo) -> str:
 
 
 def dimension_of(field: FieldInfo) -> str:
-    """Return the dimension of a quantity, or of a list of them: a name in `DIMENSIONS`, or "temperature"; else ""."""
+    """Return the dimension of a quantity or a list of quantities: a name in `DIMENSIONS`, "temperature" or ""."""
     readers = [reader_of(notes) for notes in (notes_of(field), *(get_args(kind)[1:] for kind in _elements(field)))]
     names = ("temperature" if each is fields.read_temperature else getattr(each, "dimension", "") for each in readers)
     return next(filter(None, names), "")
 
 
 def _measured(notes: Iterable[object]) -> str | None:
-    """Return a quantity with its unit, or a number: what the reader among a key's notes takes."""
+    """Return the text for a quantity with an example, or a number, by the reader in a key's annotations."""
     reader = reader_of(notes)
     if isinstance(reader, fields.ReadQuantity):
         return f'{reader.dimension}, `"{units.DIMENSIONS[reader.dimension].example}"`'
@@ -60,7 +60,7 @@ def _measured(notes: Iterable[object]) -> str | None:
 
 
 def _elements(field: FieldInfo) -> tuple[Any, ...]:
-    """Return the types of a list of a fixed number of values, or of any number of plain ones (two, for "and so on")."""
+    """Return the types of the elements of a list; ``...`` as the second for any number of them."""
     for kind in (field.annotation, *get_args(field.annotation)):
         if get_origin(kind) is tuple and not tables_in(kind):
             return get_args(kind)
@@ -68,7 +68,7 @@ def _elements(field: FieldInfo) -> tuple[Any, ...]:
 
 
 def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
-    """Return how many of what, with an example."""
+    """Return the text for a list of values, with an example."""
     first, inner, any_number = elements[0], get_args(elements[0]), elements[1:] == (Ellipsis,)
     example = (field.examples or [None])[0]
     shown = f", `{as_toml(example)}`" if field.examples else ""
@@ -91,7 +91,7 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
 
 
 def _dimension(kind: Any) -> str:
-    """Return the dimension of a quantity; of a plain value what it is."""
+    """Return the dimension of a quantity, or the type of a plain value."""
     return (_measured(get_args(kind)[1:]) or _PLAIN[next(iter(leaves(kind)))]).partition(",")[0]
 
 
@@ -100,7 +100,7 @@ def _listed(options: Iterable[object]) -> str:
 
 
 def default_of(field: FieldInfo) -> str:
-    """Return its default in Markdown, or that it is required or absent."""
+    """Return the default of a key in Markdown, or "required", "absent", "none" or "see below"."""
     if field.is_required():
         return "required"
     if field.default is None:
@@ -113,7 +113,7 @@ def default_of(field: FieldInfo) -> str:
 
 
 def as_toml(value: object) -> str:
-    """Return a value as it is written in a scene file."""
+    """Return a value as TOML."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, tuple | list):
@@ -145,7 +145,7 @@ class _AsWritten(GenerateJsonSchema):
         return {"anyOf": [inner, {"type": ["string", "array"]}]}
 
     def tagged_union_schema(self, schema: core_schema.TaggedUnionSchema) -> JsonSchemaValue:
-        """Return a union's schema by its kind, where one is written; a name of several is checked against any."""
+        """Return the schema of tables by ``kind``; a name of several kinds is checked against any of them."""
         kinds = {str(name): self.generate_inner(each) for name, each in schema["choices"].items()}
         if not isinstance(schema["discriminator"], str):
             return {"anyOf": list(kinds.values())}
@@ -161,8 +161,8 @@ class _AsWritten(GenerateJsonSchema):
 def scene_schema() -> dict[str, Any]:
     """Return the schema of a scene file, JSON Schema draft 2020-12.
 
-    Editors check the names of keys, options and kinds of values by it; what is missing, units, ranges and what depends
-    on several keys are checked by the program alone. A [stopper] is checked for nothing: its keys are those of a body.
+    By it editors check the names of keys, options and types of values; missing keys, units, ranges and contradictions
+    are checked by the program only. The keys of [stopper], which include those of a body, are not checked.
     """
     schema = schema_of(models.Scene, "seatfem scene")
     for name, table in schema["$defs"].items():
@@ -174,7 +174,7 @@ def scene_schema() -> dict[str, Any]:
 
 
 def schema_of(table: type[BaseModel], title: str) -> dict[str, Any]:
-    """Return the schema of a file that holds ``table``, as its values are written there."""
+    """Return the schema of a file with the keys of ``table``."""
     schema = _as_in_a_file(table.model_json_schema(schema_generator=_AsWritten))
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **schema}
 
@@ -185,8 +185,8 @@ def schema_text(schema: Mapping[str, Any]) -> str:
 
 
 def _as_in_a_file(value: Any, *, keys: bool = False) -> Any:
-    """Return the schema without null, which TOML has not, what only pydantic reads, and what tables require, which
-    their short forms leave out; ``keys``: the names in this mapping are the file's own."""
+    """Return the schema without null, keywords for pydantic only, and required keys, which short forms of tables omit;
+    ``keys``: names in this mapping are keys of the file."""
     if isinstance(value, list):
         return [_as_in_a_file(each) for each in value if each != {"type": "null"}]
     if not isinstance(value, Mapping):
@@ -209,24 +209,24 @@ _HEAD: Final = """\
 DURATION: Final = "2 ms"
 TARGET: Final = "5 %"
 STEEL: Final = {"material": "steel", "damping_ratio": 0.02}
-"""Values of these keys of a kind, unless its sample has others."""
+"""Values of these keys in templates, unless the sample of a kind has others."""
 Stated = dict[str, Mapping[str, Any]]
-"""Tables of a scene, and their keys that are not commented out."""
+"""Tables of a template with their keys that are not commented out."""
 _SPOKEN: Final = {"number": "0.1", "whole number": "1", "text": '"..."', "file name": '"file.csv"'}
 
 
 class NoTemplate(ValueError):
-    """There is no such kind of body."""
+    """Error of an unknown kind of body."""
 
 
 def scene_template(name: str, *, file: str = "scene.toml") -> str:
     """Return the text of a scene in which a body of the kind ``name`` meets one of a kind that suits it.
 
     Args:
-        name: of any kind that `[seat]` and `[reed]` take; it stands where it usually does.
-        file: what the comments call the scene.
+        name: name of a kind of `[seat]` or `[reed]`; it takes its usual role.
+        file: name of the scene in comments.
 
-    Raises `NoTemplate`: there is no such kind.
+    Raises `NoTemplate` for an unknown kind.
     """
     kinds = {fields.kind_of(each): each for each in kinds_of()}
     if name not in kinds:
@@ -271,9 +271,9 @@ def table_lines(
     of: str = "",
     beside: Stated | None = None,
 ) -> list[str]:
-    """Return the keys of a table: those that are given, then the others as comments, then its own tables.
+    """Return lines for the keys of a table: those with a value in ``given``, the others as comments, then its tables.
 
-    ``beside``: what the scene states, of which the table is ``of``; its own tables are filled as far as they fit that.
+    ``of``: name of the table; ``beside``: other tables of the scene, with which samples of its tables must agree.
     """
     keys = {key: field for key, field in own_keys(table).items() if key not in leave}
     lines = [line for key in given for line in _key(key, given[key], keys[key])]
@@ -287,7 +287,7 @@ def table_lines(
 
 
 def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
-    """Return a table as comments, with its class's keys where a scene with it is one; else with its words."""
+    """Return a table as comments: its sample if the scene with it is valid, else its description."""
     words = " ".join((field.description or "").split()).replace("`", "")
     several = get_origin(field.annotation) is tuple
     header = f"[[{name}]]" if several else f"[{name}]"
@@ -306,9 +306,7 @@ def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
 
 
 def _is_scene(stated: Stated, name: str, table: object) -> bool:
-    """Return whether the scene may have this table, if its files are there."""
-    # with what is defined by now
-
+    """Return whether the scene with this table is valid, apart from missing files."""
     model, key = load.scene_of(kinds_of(), laws.laws(), tuple(measures.all_measures())), name.partition(".")
     part = {**stated[key[0]], key[2]: table} if key[2] else table
     data: dict[str, Any] = {**stated, key[0]: part}
@@ -325,7 +323,7 @@ def _key(key: str, value: object, field: FieldInfo) -> list[str]:
 
 
 def _example(field: FieldInfo) -> str:
-    """Return the default, or a value that shows how one is written."""
+    """Return the default, or an example of a value."""
     if (default := default_of(field)).startswith("`"):
         return default.strip("`")
     if field.examples and isinstance(field.examples[0], str):
@@ -337,7 +335,7 @@ def _example(field: FieldInfo) -> str:
 
 
 def _commented(text: str, words: str) -> list[str]:
-    """Return a line with its meaning as a comment behind it, on lines of its own where that is long."""
+    """Return a line with a comment behind it, or before it if it is long."""
     words = " ".join(words.split()).replace("`", "")
     if not words:
         return [text]

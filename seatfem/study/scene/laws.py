@@ -1,4 +1,4 @@
-"""Laws of contact in scenes: the table of each. A new law is a subclass of `ContactLaw`."""
+"""Tables of the contact laws in scenes. A new law is a subclass of `ContactLaw`."""
 
 from __future__ import annotations
 
@@ -30,29 +30,29 @@ Exponent = Annotated[float, BeforeValidator(read_number), Ge(1), Le(10)]
 Recovery = Annotated[float, BeforeValidator(read_number), Gt(0), Le(1)]
 COLUMNS: Final = {"closure": "length", "loading": "force", "unloading": "force"}
 USUAL: Final = {"kind": "signorini"}
-"""The law of a contact that states none."""
+"""Default contact law."""
 
 
 class ContactLaw(Table):
-    """A law of contact: the keys that a scene states it by, ``kind: Literal["name"]`` among them."""
+    """Base of the tables of contact laws, each with ``kind: Literal["name"]``."""
 
     remembers: ClassVar[bool] = False
-    """Whether it knows how far the contact was closed since it last opened."""
+    """Whether the force depends on the largest closure since the contact last opened."""
 
     kind: str
 
     def law(self, share: float = 1.0) -> Law:
-        """Return the law itself, of a ``share`` of the patch's area."""
+        """Return the law for a fraction ``share`` of the contact area."""
         raise NotImplementedError
 
     @property
     def of_a_sphere(self) -> float | None:
-        """Return Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; ``None`` where the contact is none of a sphere."""
+        """Return Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; ``None`` for other contacts than that of a sphere."""
         return None
 
 
 def laws() -> tuple[type[ContactLaw], ...]:
-    """Return every law that is defined by now, ours first."""
+    """Return all contact laws defined so far, those of this module first."""
     return kinds_below(ContactLaw)
 
 
@@ -159,7 +159,7 @@ file = "joint.csv"
 
 
 def law_as_text(given: object) -> object:
-    """Return law = "signorini" as law = { kind = "signorini" }, in the table ``given``."""
+    """Return the table ``given`` with law = "signorini" written as law = { kind = "signorini" }."""
     if isinstance(given, Mapping) and isinstance(given.get("law"), str):
         return {**given, "law": {"kind": given["law"]}}
     return given

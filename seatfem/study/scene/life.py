@@ -1,4 +1,4 @@
-"""[life] of a scene file, its table and checks: the life asked for, by which strength and rules, values for margins."""
+"""[life] of a scene: design life, strength and criteria of fatigue, and curves of margins, with their checks."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 UNITS = {"speed": ("m/s", 1.0), "tilt": ("deg", math.degrees(1.0)), "lift": ("mm", 1e3)}
-"""Unit of each curve in tables and pictures, and how many of them are one SI unit."""
+"""Unit of each curve in tables and pictures, and the factor from SI to it."""
 
 
 OF_A_CURVE: Final = 4
-"""Further runs, beside the values that the scene names, in search of the value with a margin of 1."""
+"""Most runs, in addition to the values in the scene, in search of the value with a margin of 1."""
 
 
 class Curves(fields.Table):
@@ -45,18 +45,18 @@ class Curves(fields.Table):
                 yield name, f"a curve needs two values or more, not {len(set(values))}"
 
     def asked(self) -> Iterator[tuple[str, tuple[float, ...]]]:
-        """Yield names with their values in SI, each once, rising."""
+        """Yield the name of each curve with its distinct values [SI] in ascending order."""
         yield from ((name, tuple(sorted(set(values)))) for name in UNITS if (values := getattr(self, name)))
 
     @property
     def runs(self) -> tuple[int, int]:
-        """Return the number of runs that all curves take, at least and at most."""
+        """Return the least and the largest number of runs of all curves."""
         curves = dict(self.asked())
         least = sum(map(len, curves.values()))
         return least, least + OF_A_CURVE * len(curves)
 
     def check(self, geometry: ContactGeometry) -> fields.Contradictions:
-        """Yield the values that the contacts cannot have."""
+        """Yield contradictions for values that the contacts cannot have."""
         for name, value in ((name, value) for name, values in self.asked() for value in values):
             unit, factor = UNITS[name]
             try:
@@ -67,8 +67,8 @@ class Curves(fields.Table):
 
 
 def varied(geometry: ContactGeometry, name: str, value: float) -> ContactGeometry:
-    """Return the contacts with another speed [m/s], tilt [rad] or lift [m]. Raises `KeyProblem`: there is no such
-    key."""
+    """Return the contacts with another speed [m/s], tilt [rad] or lift [m]. Raises `KeyProblem` if the scene has no
+    such key."""
     reed, contact, stopper = geometry.reed, geometry.contact, geometry.stopper
     if name == "tilt":
         one = (contact.ports or geometry.usual_ports) == 1
@@ -94,9 +94,9 @@ def varied(geometry: ContactGeometry, name: str, value: float) -> ContactGeometr
 
 
 OF_SPEED: Final = frozenset({"impact_speed_limit", "source"})
-"""Keys of the speed limit, which need no other strength."""
+"""Keys that need no strength file."""
 Of = Literal["reed", "seat", "contact"]
-TURNS: Final = 2  # fewest turns of the crank, so that the last one is free of the start
+TURNS: Final = 2  # least number of turns of the crank for block = "last cycle", to exclude the initial transient
 
 
 class LifeTable(fields.Table):
@@ -170,16 +170,16 @@ source = "report, page"
 
     @property
     def of_bending(self) -> bool:
-        """Return whether the stress of bodies is to be judged."""
+        """Return whether fatigue by stress in the bodies is evaluated."""
         return (self.strength or self.seat_strength) is not None and self.blocks > 0
 
     @property
     def blocks(self) -> float:
-        """Return the design number of repetitions."""
+        """Return the number of blocks to be survived."""
         return self.cycles or 60 * (self.hours or 0.0) * (self.rpm or 0.0)
 
     def measured(self, key: str = "strength") -> life.strength.Strength | None:
-        """Return the strength as a key's file has it; ``None`` without one. Raises `KeyProblem` for what is wrong."""
+        """Return the strength in the file of ``key``; ``None`` without file. Raises `KeyProblem` for a wrong file."""
         if (path := getattr(self, key)) is None:
             return None
         try:
@@ -193,9 +193,9 @@ source = "report, page"
         return {}
 
     def demand(self, of: Of = "reed") -> life.places.Demand | None:
-        """Return the life that a body or the contact must endure; ``None`` without a strength, or without a request.
+        """Return design life and criteria of a body or the contact; ``None`` without a strength, or if not asked for.
 
-        Raises `KeyProblem`: a file of strength that is wrong, or lacks what the criterion or the survival needs.
+        Raises `KeyProblem` for a wrong file of strength, or one without the data for the criterion or the survival.
         """
         file = "seat_strength" if of == "seat" else "strength"
         bends, criterion_key = of != "contact", "contact_criterion" if of == "contact" else "multiaxial"
@@ -217,7 +217,7 @@ source = "report, page"
         return life.places.Demand(strength, judge, self.blocks, self.survival, axes)
 
     def allowed_speed(self) -> life.strength.Strength | None:
-        """Return the largest speed of closing allowed, as strength with its source; ``None`` where none is stated."""
+        """Return the largest closing speed allowed, as strength with its source; ``None`` if none is stated."""
         if self.impact_speed_limit is not None:
             return life.strength.Strength(self.source, impact_velocity=self.impact_speed_limit)
         strength = self.measured()
@@ -226,9 +226,8 @@ source = "report, page"
     def check(
         self, geometry: ContactGeometry, turn: float | None, duration: float, *, stressed: bool
     ) -> fields.Contradictions:
-        """Yield where a scene gives no stress to judge, or no turn of the crank [s] within the ``duration`` [s].
-
-        ``stressed``: whether stress in the seat is computed.
+        """Yield contradictions if the scene has no stress for a criterion, or too few turns of the crank [s] within the
+        ``duration`` [s]; ``stressed``: whether stress in the seat is computed.
         """
         contact, reed = geometry.contact, geometry.reed
         if self.contact_criterion and (contact.law.of_a_sphere is None or contact.rings > 1):

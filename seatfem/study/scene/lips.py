@@ -1,4 +1,4 @@
-"""Geometry of a scene's contacts: where they lie on both bodies, in how many arcs of a lip, how far they are open."""
+"""Geometry of a scene's contacts: positions on both bodies, division of a lip into arcs, and gaps."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ NO_ANGLES: Final = (
     "on it; remove the key, or strike one ring that each ray from its centroid crosses once"
 )
 STOPPER: Final = "stopper_"  # prefix of the names of ports that meet a stopper
-ACROSS: Final = 9  # lines from rim to rim of which the lowest is sought: a reed may sag between them
-USUAL: Final = 32  # arcs of a lip by default
+ACROSS: Final = 9  # number of lines from rim to rim on which the smallest gap is searched for a curved reed
+USUAL: Final = 32  # default number of arcs of a lip
 
 
 @dataclass(frozen=True)
 class ContactGeometry:
-    """Where reed, seat and stopper meet, and how far they are apart: what their tables and bodies say of it.
+    """Positions and gaps of the contacts between reed, seat and stopper, by their tables and bodies.
 
     Attributes:
         seat, reed: the struck body and the striker.
         contact: the table [contact].
-        stopper: the table [stopper]; ``None`` where nothing limits the lift.
+        stopper: the table [stopper]; ``None`` without a stopper.
     """
 
     seat: Structure
@@ -49,27 +49,27 @@ class ContactGeometry:
 
     @property
     def own_place(self) -> float | None:
-        """Return where on the reed its seat's contact lies [m], the tip of a beam unless stated; ``None`` of others."""
+        """Return contact.at [m], by default the tip of a beam; ``None`` for other reeds."""
         beam = self.reed.slender
         return beam.beam().free_point if self.contact.at is None and beam is not None else self.contact.at
 
     @property
     def contact_at(self) -> float | tuple[float, float] | None:
-        """Return where on the reed the contacts lie [m]: the seat's, and the stopper's where that is another place."""
+        """Return the position on the reed of the seat's contact [m], and that of the stopper if it differs."""
         at = self.contact.at
         if self.stopper is None or self.stopper.at is None:
             return at
-        place = self.own_place or 0.0  # of a rod its struck end
+        place = self.own_place or 0.0  # 0 is the struck end of a rod
         return at if self.stopper.at == place else (place, self.stopper.at)
 
     @property
     def has_two_places(self) -> bool:
-        """Return whether seat and stopper meet the reed at different places: the second is a port of its own."""
+        """Return whether seat and stopper meet the reed at different places, so that it has two ports."""
         return isinstance(self.contact_at, tuple)
 
     @property
     def stopper_gap(self) -> float:
-        """Return the distance from the undeformed reed to the stopper, or its stated lift - contact.gap [m]."""
+        """Return the distance from the undeformed reed to the stopper, its gap or lift - contact.gap [m]."""
         assert self.stopper is not None
         if self.stopper.lift is not None:
             return self.stopper.lift - self.contact.gap
@@ -78,18 +78,18 @@ class ContactGeometry:
 
     @property
     def usual_ports(self) -> int:
-        """Return the number of arcs where none is stated: `USUAL` where the lip opens unevenly or lies off the middle,
-        or where a plate that touches where the lip is meets a ring, else one."""
+        """Return the default number of arcs: `USUAL` if the gap varies along the lip or the lip is off the middle, or
+        if a plate without a stated contact face meets a ring, else one."""
         touches = (reed := self.reed.thin_plate) is not None and not reed.states_contact
         uneven = self.contact.uneven or is_curved(self.reed) or any(self.contact.offset)
         many = (touches and self.seat.lip_face.ring is not None) or uneven
         return min(USUAL, MOST_CHOSEN // self.contact.rings) if many else 1
 
     def lip(self, ports: int | None = None, rings: int | None = None) -> AnyLip | None:
-        """Return the seat's lip in so many arcs and rings, by default those that are stated, or usual ones.
+        """Return the seat's lip divided into arcs and rings, by default the stated or usual numbers.
 
-        ``None`` where the patch is not divided around, or no ring is struck. A face that is no ring of a body of
-        revolution is struck as ``contact.ports`` says alone. Raises `ModelError` of a face of a file that is no lip.
+        It is ``None`` if the contact face is no lip or not divided into arcs; a face that is no ring of a body of
+        revolution is divided only by ``contact.ports``. Raises `ModelError` for a face from a file that is no lip.
         """
         arcs, rings = ports or self.contact.ports or self.usual_ports, rings or self.contact.rings
         reed = self.reed.thin_plate
@@ -103,8 +103,8 @@ class ContactGeometry:
         return self.seat.lip(whole, rings)
 
     def arcs_behind_rings(self, division: Division) -> int:
-        """Return the number of arcs in which rings across them are compared: half of those there are, or fewer, at
-        least `FEWEST_ARCS`, where that makes more than `MOST_CHOSEN` parts."""
+        """Return the number of arcs for runs that compare numbers of rings: half of those of the division, or fewer if
+        there would be more than `MOST_CHOSEN` parts, at least `FEWEST_ARCS`."""
         arcs, most = division.arcs, max(division.rings, arc_rings_to_compare(division.rings)[0])
         while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_CHOSEN):
             lip = self.seat.lip(arcs // 2)
@@ -115,21 +115,21 @@ class ContactGeometry:
 
     @property
     def rings_compared(self) -> int:
-        """Return the rings across the lip's arcs to compare the stated ones with; with a film their own number."""
+        """Return the number of rings with which the stated number is compared; the same number with a film."""
         rings = self.contact.rings
         return rings if self.contact.film is not None else max(rings, arc_rings_to_compare(rings)[0])
 
     def on_the_reed(self, lip: AnyLip | None) -> AnyLip | None:
-        """Return the lip in a plate's coordinates, off its centre; ``None`` for a striker with one rigid face."""
+        """Return the lip in the coordinates of a plate, with its offset; ``None`` for a striker with a rigid face."""
         if lip is None or self.reed.thin_plate is None:
             return None
         return replace(lip, offset=self.contact.offset)  # type: ignore[type-var]
 
     def stopper_lip(self) -> AnyLip | None:
-        """Return the part of the stopper that the reed meets, in the parts asked for; ``None``: as a whole.
+        """Return the stopper's contact face divided into its parts; ``None`` if it is not divided.
 
-        Its own flat face, or what the reed touches with of a body that has none. Raises `ModelError` of a face of a
-        file that is no lip.
+        It is the stopper's flat face, or that of the reed if the stopper has none. Raises `ModelError` for a face from
+        a file that is no lip.
         """
         if self.stopper is None or (parts := self.stopper.parts) == Division():
             return None
@@ -138,13 +138,13 @@ class ContactGeometry:
         return replace(own, arcs=parts.arcs, rings=parts.rings) if lip is None and own is not None else lip  # type: ignore[type-var]
 
     def behind_the_reed(self) -> AnyLip | None:
-        """Return the stopper's lip in the reed's coordinates, under names of its own."""
+        """Return the stopper's lip in the reed's coordinates, with the prefix `STOPPER` in names of ports."""
         lip = self.stopper_lip()
         return None if lip is None else replace(lip, side=STOPPER)  # type: ignore[type-var]
 
     def stopper_gaps(self) -> Array:
-        """Return the openings (parts,) between the undeformed reed and the stopper [m], as `gaps`: with h of the
-        stopper's tilt, less the height of a reed that is not flat."""
+        """Return the gaps (parts,) between the undeformed reed and the stopper [m], as in `gaps`, with h by the tilt of
+        the stopper, less the height of a reed that is not flat."""
         lip, stopper = self.stopper_lip(), self.stopper
         if lip is None or stopper is None:
             return np.array([self.stopper_gap])
@@ -155,13 +155,12 @@ class ContactGeometry:
         return _openings(self.stopper_gap, lip, self._lines_sought, heights)
 
     def gaps(self, division: Division) -> Array:
-        """Return the openings (parts,) of the undeformed bodies [m], arc by arc, the mean over each part of
+        """Return the gaps (parts,) of the undeformed bodies [m], arc by arc, the mean over each part of
 
             gap(th) = gap + h(th) - min h,   h = r(th) tan(tilt) sin(th - tilt_axis) + waviness(th) + w0(th)
 
         on its centre line, r from the lip's centre, with the height w0 of a reed that is not flat; ``gap`` is the
-        smallest on the whole lip, rims included, into however many parts it is divided. Raises `SceneError` where that
-        height is not known.
+        smallest on the whole lip, rims included, for any number of parts. Raises `SceneError` if w0 is not known.
         """
         lip = self.seat.lip(division.arcs, division.rings) if self._is_uneven else None
         if lip is None:
@@ -170,9 +169,9 @@ class ContactGeometry:
         return _openings(self.contact.gap, lip, self._lines_sought, lambda points: self._heights(points, angles))
 
     def films(self, division: Division) -> tuple[SqueezeFilm | None, ...]:
-        """Return the film under each part of the struck patch, arc by arc, whose rings bear equal shares of the arc's.
+        """Return the film under each part of the contact face, arc by arc; the rings of an arc have equal films.
 
-        Its floor is raised by half of what the lip rises within the arc, along and across it.
+        Its floor is raised by half the height difference of the gap within the arc.
         """
         film, arcs, rings = self.contact.film, division.arcs, division.rings
         if film is None:
@@ -188,8 +187,8 @@ class ContactGeometry:
         return tuple(film for film in films for _ in range(rings))
 
     def line(self, division: Division, parts: Array | None, film: Array | None = None) -> Line | None:
-        """Return the contact along the lip, from the forces (n + 1, parts) of the seat's parts [N] and what of them a
-        film bears; ``None`` where the lip has no arcs."""
+        """Return the contact along the lip from the forces (n + 1, parts) on the seat's parts [N] and their part by a
+        film (n + 1, arcs); ``None`` for a lip without arcs."""
         if parts is None or division.arcs == 1 or (lip := self.seat.lip(division.arcs)) is None:
             return None
         force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)
@@ -205,10 +204,10 @@ class ContactGeometry:
         return ACROSS if is_curved(self.reed) else 2
 
     def _heights(self, points: Array, angles: Array | None) -> Array:
-        """Return the heights (arcs, lines, n) of the gap at points (arcs, lines, n, 2) from the lip's centre, at these
-        angles (arcs, n) [m].
+        """Return the heights (arcs, lines, n) of the gap [m] at points (arcs, lines, n, 2) from the centre of the lip,
+        at these angles (arcs, n).
 
-        Raises `SceneError` of a table by angles of a lip that has none."""
+        Raises `SceneError` for waviness on a lip without angles."""
         contact = self.contact
         height = tilted(points, contact.tilt, contact.tilt_axis)
         if contact.waviness:
@@ -219,8 +218,8 @@ class ContactGeometry:
         return np.asarray(height + self._of_the_reed(points, contact.offset))
 
     def _of_the_reed(self, points: Array, offset: tuple[float, float]) -> Array:
-        """Return the heights of the stress-free reed over a flat one, at points (..., 2) about what is off its contact
-        by ``offset`` [m]. Raises `SceneError` where they are not known."""
+        """Return the heights of the stress-free reed over a flat one at points (..., 2), relative to a place off its
+        contact by ``offset`` [m]. Raises `SceneError` if they are not known."""
         reed = self.reed.thin_plate
         if reed is None or not is_curved(reed):
             return np.zeros(points.shape[:-1])
@@ -231,16 +230,16 @@ class ContactGeometry:
 
 
 def _openings(gap: float, lip: AnyLip, across: int, heights: Callable[[Array], Array]) -> Array:
-    """Return the means (parts,) of the heights of (arcs, lines, n, 2) points along the parts' centre lines over the
-    lowest of the lip, sought on so many lines, which is open by ``gap`` [m].
+    """Return the (parts,) mean gaps [m] along the parts' centre lines, so that the smallest gap of the lip on
+    ``across`` lines is ``gap``; ``heights``: function of (arcs, lines, n, 2) points.
 
-    Under a flat reed the height is linear along a cut, h(s) = h(0) + s (h(1) - h(0)): that of a tilted plane, and what
-    waviness adds depends on the angle alone. Its least value is on a rim, so that two lines hold the lowest.
+    Under a flat reed the height is linear across the lip, as waviness depends on the angle only, so that the smallest
+    gap lies on a rim: two lines are enough.
     """
     height = heights(np.concatenate([lip.lines_across(across), lip.lines()], axis=1))
     return np.asarray(gap + (height[:, across:] - height[:, :across].min()).mean(axis=-1)).ravel()
 
 
 def closed_line(lip: AnyLip) -> ClosedLine:
-    """Return the centre line of a lip in its arcs."""
+    """Return the centre line of a lip, divided into its arcs."""
     return ClosedLine(lip.lengths, lip.edges, lip.line().mean(axis=1), lip.pieces)

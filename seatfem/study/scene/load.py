@@ -1,4 +1,4 @@
-"""A scene file, read and checked, and what files of other kinds are."""
+"""Reading and checking of a scene file, with messages for files of other kinds."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _ALIKE: Final = {".58": ".uff", ".npz": ".mtx", ".npy": ".mtx", ".hdf5": ".h5"}
 
 
 def no_scene(path: Path) -> str:
-    """Return why a file of this name is no scene and what to do with it; "" for one that may be, or is not there."""
+    """Return the reason why a file of this name is no scene, with a remedy; "" if it may be one, or does not exist."""
     suffix = path.suffix.lower()
     if path.is_dir() and suffix != ".toml":
         return "cannot be read: is a folder, no scene (TOML); `seatfem report` and `seatfem view` take folders of runs"
@@ -68,22 +68,22 @@ def no_scene(path: Path) -> str:
     return ""
 
 
-LIMIT: Final = 1 * MB
-DEEPEST: Final = 32
+LIMIT: Final = 1 * MB  # largest file
+DEEPEST: Final = 32  # most parts of a dotted key
 _DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
-"""Dotted key with so many parts that reading it takes the square of its length."""
+"""Dotted key of more than `DEEPEST` parts, for which reading takes the square of their number."""
 
 
 class _Unreadable(ValueError):
-    """Why a file is no scene."""
+    """Error of a file that cannot be read as text."""
 
 
 def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) -> Scene:
-    """Read a scene file (TOML, up to 1 MB). Files that it names are looked for from its own folder.
+    """Read a scene file (TOML, up to 1 MB). Paths in it are relative to its folder.
 
-    ``changed``: values as the file would have them, by dotted keys, in place of those that it has; None takes one out.
+    ``changed``: values by dotted keys that replace those of the file, in the same form; None removes a key.
 
-    Raises `SceneError` with everything that is wrong: a part, a mesh, a table in place of a scene, an unreadable file,
+    Raises `SceneError` with all errors: a part, a mesh, a table in place of a scene, an unreadable file,
     TOML syntax, unknown or missing keys, wrong units, values out of range, and keys that contradict each other.
     """
     if why := no_scene(Path(path)):
@@ -105,7 +105,7 @@ def load_table(path: Path | str, model: type[AnyTable], changed: Mapping[str, ob
 
 
 def has_table(path: Path, name: str) -> bool:
-    """Return whether a file is TOML with such a table; what is wrong with it otherwise is reported by who reads it."""
+    """Return whether a file is TOML with a table of this name."""
     try:
         return isinstance(_parse(_read(path), path).get(name), dict)
     except SceneError:
@@ -116,7 +116,7 @@ def has_table(path: Path, name: str) -> bool:
 def scene_of(
     kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...], measures: tuple[str, ...]
 ) -> type[Scene]:
-    """Return the type of scenes of these kinds of bodies, laws and measures, and what else is defined by now."""
+    """Return the type of scenes with these kinds of bodies, contact laws and measures."""
     if (kinds, laws, measures) == (OWN_KINDS, OWN_LAWS, OWN_MEASURES):
         return Scene
     law: Any = {"law": (one_of(laws), Contact.model_fields["law"])}
@@ -131,7 +131,7 @@ def scene_of(
 
 
 def located(error: SceneError, path: Path | None) -> SceneError:
-    """Return the same problems with the scene's file, where it is known, and the lines of their keys in it."""
+    """Return the error with the scene's file, if it is known, and the lines of the keys."""
     if path is None or all(problem.file for problem in error.problems):
         return error
     lines = _lines(_read(path))
@@ -168,7 +168,7 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
 
 
 def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
-    """Write one value into what was read, or take it out; tables that are not there yet are made."""
+    """Set or remove one value in the data of a file; missing tables are added."""
     *tables, last = key.split(".")
     place: Any = data
     for name in tables:
@@ -186,7 +186,7 @@ def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
 
 
 def _lines(text: str) -> dict[KeyPath, int]:
-    """Return the line of each key; no lines where nesting is deeper than the reader of places goes."""
+    """Return the line of each key; none if the nesting is too deep for the reader."""
     try:
         return {single(path): line for path, line in key_lines(text).items()}
     except RecursionError:

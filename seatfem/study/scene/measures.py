@@ -1,4 +1,4 @@
-"""Measures of a scene, for which an accuracy may be asked. A new one is a subclass of `Measure`, in any file."""
+"""Measures of a run, whose accuracy a scene may prescribe. A new one is a subclass of `Measure`, in any file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LandingChoice = Literal["hardest", "first", "run"]
 HARDEST: Final = "landing_"
 FIRST: Final = "first_landing_"
 PREFIXES: Final[Mapping[LandingChoice, str]] = {"hardest": HARDEST, "first": FIRST, "run": ""}
-"""Prefixes of the names of measures of a landing."""
+"""Prefix of the names of measures, by the landing to which they refer."""
 LANDING_WORDS: Final[Mapping[str, str]] = {HARDEST: " of the hardest landing", FIRST: " of the first landing", "": ""}
 
 
@@ -30,12 +30,12 @@ class Line:
     """A contact along a lip.
 
     Attributes:
-        force: (n + 1, arcs) of its arcs [N].
-        length: of its centre line, whose arcs are equal, or (arcs,) of each arc [m].
-        share: of it over which forces are averaged.
-        edges: (arcs + 1,) angles at which the arcs begin and end [rad]; ``None``: angles do not tell places.
-        film: (n + 1, arcs) what of the force a film bears [N]; ``None``: nothing.
-        pieces: of the line, as in `impact.after.histories`.
+        force: (n + 1, arcs) force on each arc [N].
+        length: length of the centre line, if the arcs are equal, or (arcs,) lengths of the arcs [m].
+        share: fraction of the line over which forces are averaged.
+        edges: (arcs + 1,) angles at the ends of the arcs [rad]; ``None`` if angles do not define places on the line.
+        film: (n + 1, arcs) part of the force by a fluid film [N]; ``None`` without film.
+        pieces: parts of the line, as in `impact.after.histories`.
     """
 
     force: Array
@@ -51,7 +51,7 @@ class Line:
         return histories.lengths_of(self.length, self.force.shape[1])
 
     def degrees_at(self, place: float) -> float | None:
-        """Return the angle at a share of the line from the first arc's beginning; ``None`` without angles."""
+        """Return the angle [deg] at a fraction of the line from the start of the first arc; ``None`` without angles."""
         if self.edges is None:
             return None
         borders = np.concatenate([[0.0], np.cumsum(self.lengths)]) / self.lengths.sum()
@@ -60,20 +60,20 @@ class Line:
 
 @dataclass(frozen=True)
 class ContactRecord:
-    """Histories of the seat's contact in one run, read by measures (`impact.ContactRecord` is of any face).
+    """Histories of the seat's contact in one run, from which measures are evaluated.
 
     Attributes:
-        force: (n + 1,) of one contact [N].
-        dt: step [s].
-        filter_width: of the run [s].
-        displacement: (n + 1,) of the seat's patch [m]; ``None``: not known.
-        stress: the reed's; ``None``: not known.
-        stress_since: start of the landing that it is told apart by [s]; ``None``: of none.
-        line: arc by arc, of a contact along a lip; ``None`` of others.
-        film: (n + 1,) what of the force a film bears [N]; ``None``: nothing.
-        landings: on the seat, in order of time.
-        asked: which of them measures are asked of.
-        strains: (n + 1,) at each gauge.
+        force: (n + 1,) total contact force [N].
+        dt: time step [s].
+        filter_width: averaging time of the filtered peak [s].
+        displacement: (n + 1,) displacement of the seat's contact face [m]; ``None`` if not known.
+        stress: largest stresses in the reed; ``None`` if not known.
+        stress_since: start of the landing before and after which ``stress`` is evaluated [s]; ``None`` without one.
+        line: forces arc by arc for a contact along a lip, else ``None``.
+        film: (n + 1,) part of the force by a fluid film [N]; ``None`` without film.
+        landings: landings on the seat, in order of time.
+        asked: landing to which the scene's measures refer.
+        strains: (n + 1,) strain at each gauge.
     """
 
     force: Array
@@ -89,18 +89,18 @@ class ContactRecord:
     strains: tuple[Array, ...] = ()
 
     def steps_of(self, landing: Landing) -> slice:
-        """Return the recorded times of a landing, as numbers."""
+        """Return the slice of the time steps of a landing."""
         return slice(round(landing.start / self.dt), round(landing.end / self.dt) + 1)
 
 
 class Measure(ResultSource, ABC):
-    """A number that an accuracy may be asked for. A subclass with a ``name``, in any file, is one more.
+    """A result whose accuracy may be prescribed; each subclass with a ``name``, in any file, is a measure.
 
     Attributes:
-        landing_words: the words of one landing, where they are something else.
-        needs_displacement, needs_stress, needs_line: what it takes of the run beside the force.
-        judged_by: the measure of the whole run whose relative error it has; "" of one with an error of its own.
-        of_some: whether it is left out of the results of runs that do not know it.
+        landing_words: meaning of its value for one landing, if it differs from ``words``.
+        needs_displacement, needs_stress, needs_line: data of `ContactRecord` that it needs in addition to the force.
+        judged_by: name of another measure of the whole run with the same relative error; "" if it has its own.
+        of_some: whether it is omitted from the results of runs in which it is not defined.
     """
 
     landing_words: ClassVar[str] = ""
@@ -111,7 +111,7 @@ class Measure(ResultSource, ABC):
     of_some: ClassVar[bool] = False
 
     def is_known(self, blow: ContactRecord) -> bool:
-        """Return whether the run has a value of it."""
+        """Return whether the measure is defined for this run."""
         return not (
             (self.needs_displacement and blow.displacement is None)
             or (self.needs_stress and blow.stress is None)
@@ -120,19 +120,19 @@ class Measure(ResultSource, ABC):
 
     @abstractmethod
     def evaluate(self, blow: ContactRecord) -> float:
-        """Return its value [SI]. A contact that never was has the value 0."""
+        """Return its value for the whole run [SI]; 0 without contact."""
 
     def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
-        """Return its value of one landing [SI]; ``None`` where that has none."""
+        """Return its value for one landing [SI]; ``None`` if it is not defined."""
         return None
 
     def jump(self, blow: ContactRecord, share: float) -> float:
-        """Return by how much it may jump [SI] where the impulse is known to a ``share`` of it; 0 for what follows the
-        force smoothly."""
+        """Return the possible jump of its value [SI] for a relative error ``share`` of the impulse; 0 for measures that
+        depend smoothly on the force."""
         return 0.0
 
     def jump_of_landing(self, blow: ContactRecord, landing: Landing, share: float) -> float:
-        """Return by how much its value of one landing may jump [SI], as `jump` has it."""
+        """Return the same as `jump` for its value for one landing [SI]."""
         return 0.0
 
 
@@ -165,7 +165,7 @@ class FilteredPeak(Measure):
 
 
 class ContactDuration(Measure):
-    """Duration of the first group of contacts, of the bodies themselves."""
+    """Duration of the first group of contacts between the solid surfaces, without a film."""
 
     name, key, words = "contact_duration", "contact_duration_s", "contact duration"
     landing_key = "landing_duration_s"
@@ -177,17 +177,18 @@ class ContactDuration(Measure):
         return landing.duration
 
     def jump(self, blow: ContactRecord, share: float) -> float:
-        """Return the jump of the duration: a touch below ``share`` may be none, an opening near the limit an end."""
+        """Return the jump of the duration: a contact with an impulse below ``share`` may vanish, and an opening
+        near the limit `measures.MERGE` may end the group or not."""
         return self._jump(blow, _solid(blow), share)
 
     def jump_of_landing(self, blow: ContactRecord, landing: Landing, share: float) -> float:
-        """Return the same of a landing: where the bodies part, or else by which its end moves with the band."""
+        """Return the same for a landing: by its opening, or the uncertainty of its end if it stays closed."""
         if landing.pressed_on:
             return landing.end_doubt
         solid = _solid(blow)
         groups = measures.merged(blow.dt * measures.closed_steps(solid[1:]))
         beside = groups[(groups[:, 0] > landing.start) & (groups[:, 0] < landing.end + (1 + OPENING) * measures.MERGE)]
-        end = max([landing.end, *beside[:, 1]])  # of what an opening near the limit may join
+        end = max([landing.end, *beside[:, 1]])  # with contacts that may belong to the group
         time = blow.dt * np.arange(len(solid))
         own = (time > landing.start + blow.dt / 2) & (time < end + blow.dt / 2)
         return self._jump(blow, np.where(own, solid, 0.0), share)
@@ -206,18 +207,18 @@ class ContactDuration(Measure):
 
 
 def _solid(blow: ContactRecord) -> Array:
-    """Return the force (n + 1,) of the bodies themselves [N]."""
+    """Return the contact force (n + 1,) without the film [N]."""
     return blow.force if blow.film is None else blow.force - blow.film
 
 
 def _first(raw: Array, merge: float = measures.MERGE) -> float:
-    """Return how long the first group lasts of contacts (n, 2) [s]; 0 without any."""
+    """Return the duration of the first group of contacts (n, 2) [s]; 0 without contacts."""
     groups = measures.merged(raw, merge)
     return float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0
 
 
 class Restitution(Measure):
-    """Coefficient of restitution of the first landing, in a run where a free striker lands but once."""
+    """Coefficient of restitution of a free striker, in a run with a single landing."""
 
     name, key, words = "restitution", "restitution", "restitution"
     landing_key = "landing_restitution"
@@ -233,7 +234,7 @@ class Restitution(Measure):
 
 
 class SeatDisplacement(Measure):
-    """The seat's largest; 0 where nothing touched it, whatever round-off says."""
+    """Largest displacement of the seat's contact face; exactly 0 without contact."""
 
     name, key, words = "seat_displacement", "max_seat_displacement_m", "seat displacement"
     landing_key = "landing_max_seat_displacement_m"
@@ -249,7 +250,7 @@ class SeatDisplacement(Measure):
 
 
 class Stress(Measure):
-    """The reed's largest after the first touch."""
+    """Largest stress in the reed after the first contact."""
 
     name, key, words = "stress", "peak_reed_stress_after_contact_Pa", "reed stress after the first touch"
     landing_key, landing_words = "landing_peak_reed_stress_Pa", "reed stress since the landing"
@@ -266,9 +267,9 @@ class Stress(Measure):
 
 
 class LifeMargin(Measure):
-    """The margin over the reed's design life, which is inversely proportional to its stress in the whole run.
+    """Margin over the reed's design life, inversely proportional to the stress in the whole run.
 
-    It is found from histories once the last round is over: plans and rounds look at the stress.
+    It is evaluated from stress histories after the last round; plans and rounds use `Stress` in its place.
     """
 
     name, key, words = "life_margin", "life_margin", "margin over the design life"
@@ -283,7 +284,7 @@ class LifeMargin(Measure):
 
 
 class GaugeStrain(Measure):
-    """The largest size of a strain at any gauge."""
+    """Largest magnitude of the strain at any gauge."""
 
     name, key, words = "gauge_strain", "peak_gauge_strain", "largest strain at a gauge"
     of_some = True
@@ -296,7 +297,7 @@ class GaugeStrain(Measure):
 
 
 class _AlongLip:
-    """What a measure of a contact along a lip is: the largest over a part of the lip."""
+    """Base of measures along a lip: the largest of averages over a part of the lip."""
 
     needs_line = True
 
@@ -306,7 +307,7 @@ class _AlongLip:
         return self._peak(blow, blow.line, blow.line.force[1:])
 
     def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
-        """Return the measure of one landing, with what the quasi-static load adds."""
+        """Return the measure for one landing, the quasi-static load included."""
         line = blow.line
         return None if line is None else self._peak(blow, line, line.force[1:][blow.steps_of(landing)])
 
@@ -335,14 +336,14 @@ class LineImpulse(_AlongLip, Measure):
 
 
 def all_measures() -> Mapping[str, Measure]:
-    """Return one of each measure that is defined by now, by name, ours first."""
+    """Return an instance of each measure defined so far, by name, those of this module first."""
     return {each.name: each() for each in Measure.__subclasses__() if "name" in vars(each)}
 
 
 def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, ...]:
-    """Return the names of measures of this landing among the values of a run.
+    """Return the names, in `values_of` a run, of measures for this landing.
 
-    A measure that speaks of whole runs alone keeps its name, or has that of the one by which it is judged.
+    A measure that is defined for whole runs only keeps its name; one with ``judged_by`` takes that name.
     """
     every, prefix = all_measures(), PREFIXES[landing]
 
@@ -356,7 +357,7 @@ def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, .
 
 
 def judged_landings(landings: Sequence[Landing]) -> Mapping[str, Landing]:
-    """Return the landings that measures may be of, by the prefix of the names of their values."""
+    """Return the hardest and the first landing, by the prefix of the names of their values."""
     hard = hardest(landings)
     return {} if hard is None else {HARDEST: hard, FIRST: landings[0]}
 
@@ -364,9 +365,9 @@ def judged_landings(landings: Sequence[Landing]) -> Mapping[str, Landing]:
 def judged_landing(
     landings: Sequence[Landing], asked: LandingChoice, like: Sequence[Landing] | None = None
 ) -> Landing | None:
-    """Return the landing that measures are of, of the whole run the hardest; ``None`` where there is none.
+    """Return the landing to which measures refer, the hardest for "run"; ``None`` if there is none.
 
-    ``like``: the landings of a neighbouring run, whose own is looked for.
+    ``like``: landings of a neighbouring run; the landing that corresponds to the one chosen there is returned.
     """
     every = landings if like is None else like
     wanted = judged_landings(every).get(FIRST if asked == "first" else HARDEST)
@@ -399,42 +400,42 @@ def values_of(blow: ContactRecord, like: Sequence[Landing] | None = None) -> dic
 
 
 def in_words(name: str) -> str:
-    """Return the meaning of a value of a run in words, its key in brackets."""
-    prefix, measure = _parted(name)
+    """Return the meaning of a value of a run, with its key in brackets."""
+    prefix, measure = _prefix_and_measure(name)
     return f"{all_measures()[measure].words}{LANDING_WORDS[prefix]} ({key_of(name)})"
 
 
 def short_words(name: str) -> str:
-    """Return the meaning of a value of a run in words, without its key and its landing."""
-    prefix, measure = _parted(name)
+    """Return the meaning of a value of a run, without its key and its landing."""
+    prefix, measure = _prefix_and_measure(name)
     entry = all_measures()[measure]
     return (prefix and entry.landing_words) or entry.words
 
 
 def asked_name(name: str) -> str:
-    """Return the name under which a scene asks for a value of a run, whichever landing it is of."""
-    return _parted(name)[1]
+    """Return the name of a value's measure in scenes, without the prefix of the landing."""
+    return _prefix_and_measure(name)[1]
 
 
 def key_of(name: str) -> str:
-    """Return the key in summary.json of a value of a run; the name itself where there is none."""
-    prefix, measure = _parted(name)
+    """Return the key in summary.json of a value of a run; the name itself if there is none."""
+    prefix, measure = _prefix_and_measure(name)
     if (known := all_measures().get(measure)) is None:
         return name
     return known.landing_key.replace(HARDEST, prefix, 1) if prefix else known.key
 
 
-def _parted(name: str) -> tuple[str, str]:
-    """Return which landing a name speaks of, "" of none, and its measure."""
+def _prefix_and_measure(name: str) -> tuple[str, str]:
+    """Return the prefix of the landing in a name, or "", and the name of the measure."""
     prefix = next((prefix for prefix in (FIRST, HARDEST) if name.startswith(prefix)), "")
     return prefix, name.removeprefix(prefix)
 
 
 def any_needs_displacement(names: Collection[str]) -> bool:
-    """Return whether the displacement of the seat's patch is wanted for one of these measures."""
+    """Return whether one of these measures needs the displacement of the seat's contact face."""
     return any(each.needs_displacement for name, each in all_measures().items() if name in names)
 
 
 def any_needs_stress(names: Collection[str]) -> bool:
-    """Return whether the reed's stress is wanted for one of these measures."""
+    """Return whether one of these measures needs the reed's stress."""
     return any(each.needs_stress for name, each in all_measures().items() if name in names)

@@ -1,5 +1,5 @@
-"""A scene: its tables, what follows from several of them, and [assembly], where its bodies lie as their CAD files
-have them.
+"""A scene: its tables, properties that follow from several of them, and [assembly], the relative position of reed and
+seat by their CAD files.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 KEY: Final = "assembly.placed"
 FOLLOWING: Final = (("contact", ("offset", "tilt", "tilt_axis", "gap")), ("seat", ("along",)), ("reed", ("frame",)))
-"""Keys that follow from the files."""
-SMALLEST: Final = 1e-9  # [m], [rad]; less is written as nothing
+"""Keys whose values follow from the CAD files."""
+SMALLEST: Final = 1e-9  # lengths below this are written as zero [m]
 
 
 class Assembly(fields.Table):
@@ -53,10 +53,10 @@ class Assembly(fields.Table):
 
 
 def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False) -> Mapping[str, Any]:
-    """Return a scene's tables with the keys that follow from its files, which are not opened if ``unread``.
+    """Return a scene's tables with the keys that follow from its CAD files, which are not opened if ``unread``.
 
     Raises:
-        KeyProblem: a key that is stated although it follows, bodies of other kinds, parts that do not fit together.
+        KeyProblem: a stated key that follows from the files, bodies of other kinds, or parts that do not fit together.
     """
     seat_table, reed_table, contact = (given.get(name, {}) for name in ("seat", "reed", "contact"))
     if not all(isinstance(each, Mapping) for each in (seat_table, reed_table, contact)):
@@ -76,7 +76,7 @@ def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False)
 
 
 def _seat_kind(seat: Mapping[str, Any]) -> type[Drawn]:
-    """Return the kind of the seat. Raises `KeyProblem` of one whose face has no place in a file."""
+    """Return the kind of the seat. Raises `KeyProblem` unless it has a CAD file."""
     kind = _kind(seat)
     if kind is None or not kind.traits.face_as_drawn or not issubclass(kind, Drawn):
         names = _names(each for each in kinds_of() if each.traits.face_as_drawn)
@@ -86,7 +86,7 @@ def _seat_kind(seat: Mapping[str, Any]) -> type[Drawn]:
 
 
 def _file_of_reed(reed: Mapping[str, Any], folder: Path) -> Path | None:
-    """Return the reed's STEP file, ``None`` of one that is not there. Raises `KeyProblem` of another kind of reed."""
+    """Return the reed's STEP file, ``None`` if it does not exist. Raises `KeyProblem` for another kind of reed."""
     table, kind, file = _kind(reed), reed.get("kind"), reed.get("file")
     step = isinstance(file, str) and Path(file).suffix.lower() in STEP_SUFFIXES
     if table is None or not table.traits.reed_as_drawn or not step:
@@ -99,7 +99,7 @@ def _file_of_reed(reed: Mapping[str, Any], folder: Path) -> Path | None:
 
 
 def _kind(table: Mapping[str, Any]) -> type[Structure] | None:
-    """Return the kind of body that a table means."""
+    """Return the kind of body of a table."""
     kind = table.get("kind")
     meant = (each for each in kinds_of() if table.keys() & set(each.also.get(str(kind), ())))
     return next(meant, None) or next((each for each in kinds_of() if fields.kind_of(each) == kind), None)
@@ -112,7 +112,7 @@ def _names(kinds: Iterable[type[Structure]]) -> str:
 def _keys(
     parts: PartsAsDrawn, seat: Mapping[str, Any], reed: Mapping[str, Any], contact: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return [seat], [reed] and [contact] with what follows; a reed whose clamp cannot be read stays as it is."""
+    """Return [seat], [reed] and [contact] with the keys that follow from the files, unless the clamp is invalid."""
     try:
         clamp = parts.clamp(reed.get("clamped"))
     except ValidationError:
@@ -145,21 +145,21 @@ def _keys(
 
 
 def _unplaced(reed: Mapping[str, Any]) -> dict[str, Any]:
-    """Return [reed] with a contact, so that only what is wrong with its other keys is told."""
+    """Return [reed] with any place of the contact, so that only errors of its other keys are reported."""
     return {"contact_at": [_length(0.0)] * 2, **reed}
 
 
 def _length(value: float) -> str:
-    """Return a length as scenes have it, to a picometre."""
+    """Return a length as text of a scene, rounded to a picometre."""
     return f"{round(value, 12) if abs(value) > SMALLEST else 0.0!r} m"
 
 
 if TYPE_CHECKING:
     Body = Structure
 else:
-    Body = fields.one_of(kinds_of())  # of those that the program has of its own
+    Body = fields.one_of(kinds_of())  # kinds defined before `Scene`
 BODIES: Final = ("seat", "reed")
-"""The roles of every scene: tables that take any kind of structure."""
+"""Roles in every scene, whose tables may be of any kind of structure."""
 CONTACTS: Final = (*BODIES, "contact", "stopper")
 """The tables of `ContactGeometry`."""
 
@@ -186,14 +186,14 @@ class Scene(fields.Table):
 
     @property
     def needs_stress(self) -> bool:
-        """Return whether the reed's stress is asked for while it strikes, by a measure or for its life."""
+        """Return whether the reed's stress is needed, for a measure or for its life."""
         for_life = self.life is not None and self.life.demand() is not None and self.reed.traits.has_stress
         return measures.any_needs_stress(self.accuracy.measures) or for_life
 
     @model_validator(mode="before")
     @classmethod
     def _places_as_drawn(cls, given: object, info: ValidationInfo) -> object:
-        """Return the scene with what the files of [assembly] give; what is wrong with its key is reported there."""
+        """Return the scene with the keys that follow from [assembly]; an invalid key is reported by `Assembly`."""
         context = info.context or {}
         if not isinstance(given, Mapping) or given.get("assembly") != {"placed": "as drawn"}:
             return given
@@ -202,7 +202,7 @@ class Scene(fields.Table):
     @model_validator(mode="before")
     @classmethod
     def _duration_of_the_cycles(cls, given: object) -> object:
-        """Return gas.cycles in place of run.duration; what is wrong with either is reported where it is read."""
+        """Return the scene with run.duration by gas.cycles; invalid values are reported by their tables."""
         gas = given.get("gas") if isinstance(given, Mapping) else None
         if not isinstance(given, Mapping) or not isinstance(gas, Mapping) or "cycles" not in gas:
             return given
@@ -216,13 +216,13 @@ class Scene(fields.Table):
 
     @property
     def bodies(self) -> Mapping[str, Structure]:
-        """Return the bodies that take part, by the names of their tables."""
+        """Return the bodies of the scene by the names of their tables."""
         bodies = {"seat": self.seat, "reed": self.reed}
         return bodies if self.stopper is None else {**bodies, "stopper": self.stopper.body}
 
     @property
     def geometry(self) -> ContactGeometry:
-        """Return where reed, seat and stopper meet, and how far they are apart."""
+        """Return the geometry of the contacts between reed, seat and stopper."""
         return ContactGeometry(self.seat, self.reed, self.contact, self.stopper)
 
     def with_geometry(self, geometry: ContactGeometry) -> Scene:
@@ -231,7 +231,7 @@ class Scene(fields.Table):
 
     @property
     def turn(self) -> float | None:
-        """Return the time of one turn of the crank by which loads repeat [s]; ``None`` without, or with several."""
+        """Return the duration of one turn of the crank [s]; ``None`` without a crank, or for several speeds."""
         courses: list[object] = [each for load in self.load for each in (load.pressure, load.force, load.base_motion)]
         courses += [self.gas, *(getattr(self.reed, key, None) for key in self.reed.traits.moved_by)]
         turns = {60.0 / rpm for course in courses if (rpm := getattr(course, "rpm", None)) is not None}
@@ -239,33 +239,33 @@ class Scene(fields.Table):
 
     @property
     def crank(self) -> tuple[float, float] | None:
-        """Return the speed of the crank [1/min] and its angle at t = 0 [rad], of the gas or else of the first load."""
+        """Return speed [1/min] and initial angle [rad] of the crank, by [gas] or else the first load with a speed."""
         if self.gas is not None:
             return self.gas.rpm, self.gas.angle
         courses = (course for load in self.load for course in (load.pressure, load.force) if course is not None)
         return next(((course.rpm, course.angle or 0.0) for course in courses if course.rpm is not None), None)
 
     def mount(self, role: str) -> drives.Mount:
-        """Return the body in this role with what moves its base, and the wave that comes along it."""
+        """Return the body in this role with the motion of its base and its incoming wave."""
         base = next((base for base in self.base if base.of == role), None)
         wave = next((wave for wave in self.wave if wave.of == role), None)
         return drives.Mount(role, self.bodies[role], base, wave)
 
     @property
     def gauged(self) -> tuple[waves.Gauged, ...]:
-        """Return the gauges with the bodies that they are on."""
+        """Return the gauges with their bodies."""
         at = self.geometry.contact_at
         return tuple(waves.Gauged(gauge, self.mount(gauge.of), at) for gauge in self.gauge)
 
     @property
     def is_loaded(self) -> bool:
-        """Return whether known forces drive the reed, or gas or springs do, or bases move, or waves come."""
+        """Return whether there are loads, gas, springs, moving bases or incoming waves."""
         driven = bool(self.load or self.base or self.spring or self.wave)
         return driven or self.gas is not None or is_loaded(self.reed)
 
     @property
     def is_blown_by_lift(self) -> bool:
-        """Return whether any load depends on how far the reed is off its seat."""
+        """Return whether any load depends on the opening of the reed."""
         return self.gas is not None or any(load.by_lift for load in self.load)
 
     def contradictions(self) -> fields.Contradictions:

@@ -1,4 +1,4 @@
-"""A scene that leaves this computer: with all files that it names, under names that are safe anywhere."""
+"""A scene with all its files, under portable names, to be sent to another computer; hashes of a scene's content."""
 
 from __future__ import annotations
 
@@ -19,11 +19,10 @@ _PLAIN: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 
 
 def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any], dict[str, Path]]:
-    """Return a changed scene for another computer: its place and changes there, and its files by their names.
+    """Return a changed scene for another computer: its path and changes there, and its files by their paths there.
 
-    Files that a file is read with (decks that it includes, the HDF5 of an .xdmf, the curve of a strength) travel under
-    their own names, which stand in it. Raises `SceneError` of what is wrong with the scene, and of such names that are
-    not plain.
+    Files to which a file refers (included decks, the HDF5 of an .xdmf, the curve of a strength) keep their names.
+    Raises `SceneError` for errors of the scene, and if such a name is not portable.
     """
     files = {"0/input.toml": path}
     renamed = dict(changed)
@@ -46,12 +45,12 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
 
 
 def files_of(scene: BaseModel) -> set[Path]:
-    """Return all files that a scene names, by their whole paths."""
+    """Return the absolute paths of all files that a scene names."""
     return {path for _, path in _files(scene.model_dump(by_alias=True))}
 
 
 def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
-    """Yield the files by dotted key."""
+    """Yield pairs of dotted key and file."""
     if isinstance(table, Path):
         yield key, table
     parts = table.items() if isinstance(table, Mapping) else enumerate(table) if isinstance(table, list | tuple) else ()
@@ -60,15 +59,15 @@ def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
 
 
 def _with(file: Path, *, strength: bool) -> list[Path]:
-    """Return the files that are read with it."""
+    """Return the files to which a file refers."""
     if strength:
         return [other for _, other in _files(load.load_table(file, StrengthTable).model_dump())]
-    return [] if file.suffix.lower() == ".csv" else list(formats.meshio_files.all_files(file)[1:])  # loads all readers
+    return [] if file.suffix.lower() == ".csv" else list(formats.meshio_files.all_files(file)[1:])  # slow
 
 
 def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dict[str, Any]:
-    """Return what a scene asks for, its title left out; in place of every file a hash of its content and of that of all
-    files it is read with. ``known``: those by path, each of which is read once."""
+    """Return the keys of a scene that are set, except the title, with each file replaced by a hash of its content and
+    that of the files to which it refers. ``known``: hashes by path, extended here."""
     hashes = {} if known is None else known
 
     def hashed(asked: Any, key: str) -> Any:

@@ -1,4 +1,4 @@
-"""Seat and reed of [assembly], opened: how they lie to each other, and whether they fit together."""
+"""Relative position of seat and reed of [assembly] by their files, and checks whether they fit together."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.study.scene.contact import STEEPEST
 
 KEY: Final = "assembly.placed"
-LARGEST: Final = 8.0  # largest size of a reed over its whole seat; no drawn pair has more
-LEAST: Final = 0.03  # smallest size of a reed over its whole seat
-NEAREST: Final = 3  # most faces that are named
+LARGEST: Final = 8.0  # largest plausible ratio of a reed's size to that of its seat
+LEAST: Final = 0.03  # smallest plausible ratio of these sizes
+NEAREST: Final = 3  # number of faces that a message suggests
 SQUARE: Final = 1e-6  # largest distance of a unit normal from an axis of the file
 UNITS: Final = {1e-3: "mm", 1.0: "m", 1e-2: "cm", 1e-6: "um", 0.0254: "inch", 0.3048: "ft"}
 FACTORS: Final = (1000.0, 25.4, 10.0, 0.1, 1 / 25.4, 1e-3)
-"""Ratios of the lengths of two parts, of which one has another unit than its file states."""
-USUAL: Final = 0.5  # usual size of a reed over that of its seat
-WITHIN: Final = 8.0  # factor about the usual size within which a wrong unit is taken for the reason
+"""Factors on the size of a reed whose file, or that of its seat, has another unit than it states."""
+USUAL: Final = 0.5  # usual ratio of a reed's size to that of its seat
+WITHIN: Final = 8.0  # largest factor from the usual ratio after correction of a unit, if that is to be the reason
 
 
 @dataclass(frozen=True)
 class DrawnClamp:
-    """Clamp of a drawn reed: two points on the line [m], and the table, with the direction of what lies beyond."""
+    """Clamp of a drawn reed: its table, two points on the line [m], and the direction towards the clamped part."""
 
     table: Any
     ends: tuple[Vector, Vector]
     beyond: Vector | None = None
 
     def seen_in(self, frame: Frame) -> object:
-        """Return the key as it is in another frame; a face is what it was."""
+        """Return the value of the key in coordinates of another frame; a selected face does not change."""
         if not isinstance(self.table, Clamp):
             return self.table
         places = frame.seen(np.array(self.ends))
@@ -62,8 +62,8 @@ class PartsAsDrawn:
 
     Attributes:
         seat, file: the seat's table and the reed's file.
-        found: of the seat.
-        drawn: the reed.
+        found: inspected geometry of the seat.
+        drawn: outline of the reed.
     """
 
     seat: Drawn
@@ -73,7 +73,7 @@ class PartsAsDrawn:
 
     @cached_property
     def land(self) -> lands.Land:
-        """Return the struck face. Raises `KeyProblem` of faces that are no lip."""
+        """Return the contact face of the seat. Raises `KeyProblem` if it is no lip."""
         try:
             return self.found.land(self.seat.struck_face)
         except errors.ModelError as error:
@@ -86,11 +86,11 @@ class PartsAsDrawn:
         return self.drawn.frame
 
     def clamp(self, given: object) -> DrawnClamp:
-        """Return the clamp that [reed] clamped states: a line and the side beyond it.
+        """Return the clamp from the value of reed.clamped: a line and the side beyond it.
 
         Raises:
-            ValidationError: a key that cannot be read.
-            KeyProblem: a face that is no straight side; places in coordinates of a file in which the reed is oblique.
+            ValidationError: an invalid value.
+            KeyProblem: a face that is no straight side, or coordinates although the reed is oblique in its file.
         """
         table: Any = TypeAdapter(AnyClamp).validate_python(given)
         if not isinstance(table, Clamp):
@@ -110,7 +110,7 @@ class PartsAsDrawn:
         return DrawnClamp(table, _points(self.frame, (foot - span, foot + span)), (x, y, z))
 
     def placement(self, clamp: DrawnClamp) -> outline.Placement:
-        """Return how the reed lies over the lip. Raises `KeyProblem` of parts that do not fit together."""
+        """Return the position of the reed over the lip. Raises `KeyProblem` if the parts do not fit together."""
         side = outline.facing_side(self.drawn, self._normal)
         place, name, contact = outline.placed(self.land, side, np.array(clamp.ends)), self._name, self._contact_words
         self._check_sizes(float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max()))
@@ -122,28 +122,28 @@ class PartsAsDrawn:
             raise KeyProblem(KEY, f"{words}: draw both parts in one coordinate system, or strike another face")
         return place
 
-    def opening(self, found: outline.Placement, rings: int) -> float:
-        """Return the smallest opening between lip and reed [m]. Raises `KeyProblem` of parts that overlap."""
-        land = self.found.land(self.seat.struck_face, found.frame.x)
-        gap, below = opening(lands.face_lip(land, 1, rings), found)
+    def opening(self, placement: outline.Placement, rings: int) -> float:
+        """Return the smallest opening between lip and reed [m]. Raises `KeyProblem` if the parts overlap."""
+        land = self.found.land(self.seat.struck_face, placement.frame.x)
+        gap, below = opening(lands.face_lip(land, 1, rings), placement)
         if gap < -outline.ROUND_OFF:
             words = f"the reed in {self.file.name} cuts into {self._contact_words} of {self._name}"
             limit = f"by {-1e3 * gap:.4g} mm (limit {1e3 * outline.ROUND_OFF:g} mm; {self._units})"
             remedy = "move one of the parts in the CAD program, or select the face under the reed in seat.contact"
             raise KeyProblem(KEY, f"{words} {limit}: {remedy}")
-        if (point := outline.cut_by(self.found.shape, self._outline(found), found, below)) is not None:
+        if (point := outline.cut_by(self.found.shape, self._outline(placement), placement, below)) is not None:
             words = f"{self._name} rises through the reed in {self.file.name} at {_at(point)}"
             raise KeyProblem(KEY, f"{words}: the parts overlap; move one of them in the CAD program")
         return max(gap, 0.0)
 
-    def contact_at(self, found: outline.Placement, given: object) -> tuple[float, float]:
-        """Return a stated reed.contact_at in the frame of a placement [m]; of one that cannot be read, the lip's."""
+    def contact_at(self, placement: outline.Placement, stated: object) -> tuple[float, float]:
+        """Return the stated reed.contact_at in the frame of a placement [m], or the lip's centre if it is invalid."""
         try:
-            at = TypeAdapter(Place).validate_python(given)
+            at = TypeAdapter(Place).validate_python(stated)
         except ValidationError:
-            return found.lip
+            return placement.lip
         self._check_square("reed.contact_at", "remove the key, the contact lies over the centre of the lip then")
-        ((x, y),) = found.frame.seen(self.frame.points(np.array([at]))).tolist()
+        ((x, y),) = placement.frame.seen(self.frame.points(np.array([at]))).tolist()
         return x, y
 
     @property
@@ -153,7 +153,7 @@ class PartsAsDrawn:
 
     @property
     def _normal(self) -> Vector:
-        """Return the normal of the struck face, out of the seat. Raises `KeyProblem` of curved ones."""
+        """Return the outward normal of the contact face. Raises `KeyProblem` if it is curved."""
         normals = [face.normal for face in self.found.faces if self.seat.struck_face in face.groups]
         if (normal := normals[0]) is None:
             raise KeyProblem("seat.contact", f"{self._name}: {self._contact_words} is not flat; {self._facing()}")
@@ -164,8 +164,8 @@ class PartsAsDrawn:
         numbers = [_number(face) for face in self.found.faces if self.seat.struck_face in face.groups]
         return f"the contact face {numbers[0]}" if len(numbers) == 1 else f"the contact faces {', '.join(numbers)}"
 
-    def _outline(self, found: outline.Placement) -> list[Array]:
-        seen = self.drawn.seen_in(found.frame)
+    def _outline(self, placement: outline.Placement) -> list[Array]:
+        seen = self.drawn.seen_in(placement.frame)
         return [loops.as_loop(loop) for loop in (seen.outline, *seen.holes)]
 
     @property
@@ -177,12 +177,12 @@ class PartsAsDrawn:
         return float(np.ptp(self._corners, axis=0).max())
 
     def _check_square(self, key: str, remedy: str) -> None:
-        """Raise `KeyProblem` of places in the coordinates of a file in which the reed is square to no axis."""
+        """Raise `KeyProblem` of ``key`` if the reed is oblique in its file and has no coordinates there."""
         if abs(np.abs(self.frame.normal).max() - 1) > SQUARE:
             raise KeyProblem(key, f"the reed in {self.file.name} is square to no axis of the file; {remedy}")
 
     def check_facing(self) -> None:
-        """Raise `KeyProblem` of parts of other sizes, and of a struck face that does not look towards the reed."""
+        """Raise `KeyProblem` for implausible sizes, or a contact face that does not face the reed."""
         self._check_sizes(LEAST * float(self.found.shape.extent.max()))
         point, up = (np.array(each) for each in outline.facing_side(self.drawn, self._normal))
         struck = next(face for face in self.found.faces if self.seat.struck_face in face.groups)
@@ -199,7 +199,7 @@ class PartsAsDrawn:
         raise KeyProblem("seat.contact", f"{self._name}: {self._contact_words} {words}; {self._facing()}")
 
     def _check_sizes(self, least: float) -> None:
-        """Raise `KeyProblem` of a reed that is smaller than this [m], or far larger than the seat."""
+        """Raise `KeyProblem` if the reed is smaller than ``least`` [m], or far larger than the seat."""
         seat, reed = float(self.found.shape.extent.max()), self._size
         if least <= reed <= LARGEST * seat:
             return
@@ -216,11 +216,11 @@ class PartsAsDrawn:
 
     @property
     def _units(self) -> str:
-        """Return the units of both files, in words."""
+        """Return the units of both files as text."""
         return f"{self._name} is in {_unit(self.seat.geometry())}, {self.file.name} in {_unit(CadPart(self.file))}"
 
     def _facing(self) -> str:
-        """Return selectors of the nearest flat faces of the seat that face the reed."""
+        """Return a remedy that suggests the nearest flat faces of the seat that face the reed."""
         faces = []
         for face in self.found.faces:
             if face.normal is not None and self.seat.struck_face not in face.groups:
@@ -236,10 +236,10 @@ class PartsAsDrawn:
 
 
 def open_parts(seat: Drawn, file: Path) -> PartsAsDrawn:
-    """Return both parts, opened.
+    """Read both parts.
 
     Raises:
-        KeyProblem: a part that cannot be read, parts of other sizes, a struck face that does not look towards the reed.
+        KeyProblem: an unreadable part, implausible sizes, or a contact face that does not face the reed.
     """
     for path, finding in seat.problems():
         raise KeyProblem(".".join(("seat", *map(str, path))), finding)
@@ -263,7 +263,7 @@ def _number(face: FoundFace) -> str:
 
 
 def _at(point: Any) -> str:
-    """Return a point [m] in words."""
+    """Return a point [m] as text."""
     return f"({', '.join(f'{each:.4g}' for each in np.round(1e3 * np.array(point), 6) + 0.0)}) mm"
 
 
@@ -272,7 +272,7 @@ def _box(sides: Array) -> str:
 
 
 def _unit(part: Geometry) -> str:
-    """Return the length unit of a CAD part in words."""
+    """Return the name of a CAD part's length unit."""
     assert isinstance(part, CadPart)
     unit = cad.stated_unit(part.path) if part.unit is None else part.unit
     return next((name for size, name in UNITS.items() if math.isclose(size, unit, rel_tol=1e-6)), f"{unit:g} m")

@@ -1,6 +1,6 @@
-"""Problems of a scene, in words: all of them at once, each with file, line and key.
+"""Error messages of a scene, all at once, each with file, line and key.
 
-The text is known to be valid TOML (tomllib has read it), so this reader only follows its structure.
+The reader of line numbers only follows the structure of the text, which tomllib has read as valid TOML before.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def key_lines(text: str) -> dict[KeyPath, int]:
 
 
 def single(path: KeyPath) -> KeyPath:
-    """Return the place with every dotted name in parts, however quoted: ("vary", "reed.length") in three."""
+    """Return the path with dotted names divided, even if quoted: ("vary", "reed.length") has three parts."""
     return tuple(part for each in path for part in (each.split(".") if isinstance(each, str) else [each]))
 
 
@@ -45,7 +45,7 @@ class _Reader:
     text: str
     at: int = 0
     lines: dict[KeyPath, int] = field(default_factory=dict)
-    ends: list[int] = field(init=False)  # of lines
+    ends: list[int] = field(init=False)  # positions of line ends
 
     def __post_init__(self) -> None:
         self.ends = [newline.start() for newline in re.finditer("\n", self.text)]
@@ -118,18 +118,18 @@ class _Reader:
         return bisect_left(self.ends, self.at) + 1
 
 
-MOST: Final = 100
+MOST: Final = 100  # largest number of problems that are reported
 _LINE_END: Final = re.compile(r"\n(?!  )")
-"""Line ends of keys and values, which must not look like the next problem; lines of a list are indented."""
+"""Line ends in keys and values, which must not look like the next problem; lines of a list are indented."""
 ALIKE: Final = 0.7
-"""Least similarity of a word that was probably meant."""
+"""Least similarity of a word that is suggested."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing to mend. `line` counts from 1; 0 where the whole file is meant; `file` is None where it is not known.
+    """One error of a scene. `line` counts from 1, 0 for the whole file; `file` is None if it is not known.
 
-    `path`: of the key, part by part, for who knows the file (`seatfem.study.scene.located`).
+    `path`: parts of the key, from which `seatfem.study.scene.located` finds the line.
     """
 
     file: Path | None
@@ -152,11 +152,11 @@ _LIMITS: Final = {
     "greater_than": ("gt", "above"),
     "greater_than_equal": ("ge", "at least"),
 }
-"""Kinds of findings, the name of the limit in each, and its words."""
+"""Types of pydantic's errors -> name of the limit in the error, and its text."""
 
 
 class SceneError(ValueError):
-    """A scene cannot be used; `problems` lists everything that is wrong with it."""
+    """Error of an unusable scene; `problems` lists all its errors."""
 
     def __init__(self, problems: tuple[Problem, ...]) -> None:
         super().__init__("\n".join(str(problem) for problem in problems))
@@ -164,17 +164,17 @@ class SceneError(ValueError):
 
 
 def scene_error(key: str, message: str, file: Path | None = None, line: int = 0) -> SceneError:
-    """Return the error of one ``key``; ``line``: 0 of the whole file, or where it is not known (`located` finds it)."""
+    """Return the error of one ``key``; ``line``: 0 for the whole file, or if `located` is to find it."""
     return SceneError((Problem(file, line, key, message, tuple(filter(None, key.split(".")))),))
 
 
 def explain(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[KeyPath, int]
 ) -> tuple[Problem, ...]:
-    """Return pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
+    """Return pydantic's errors as messages about the scene file, in the order of the file; at most `MOST`."""
     places = [_Place.from_details(details, model, lines) for details in error.errors(include_url=False)]
     elements = {place.path[:length] for place in places for length in range(len(place.path))}
-    # a list may be too short only because of what is wrong with one of its elements
+    # a list may be too short only because pydantic dropped a wrong element
     places = [each for each in places if not (each.details["type"] == "too_short" and each.path in elements)]
     places.sort(key=lambda place: place.line)
     problems = [Problem(file, place.line, place.key, _message(place, data)) for place in places[:MOST]]
@@ -187,7 +187,7 @@ def explain(
 
 @dataclass(frozen=True)
 class _Place:
-    """A finding of pydantic, and where it is in the file."""
+    """An error of pydantic and its place in the file."""
 
     details: ErrorDetails
     path: KeyPath
@@ -195,16 +195,16 @@ class _Place:
     table: type[BaseModel] | None
     line: int
     choices: tuple[type[BaseModel], ...] = ()
-    """The tables that the key, or the one whose ``kind`` is meant, may hold."""
+    """Tables that the key may hold."""
     tables: tuple[str, ...] = ()
-    """Names of those of the whole file."""
+    """Names of the tables of the scene."""
 
     @property
     def key(self) -> str:
         return ".".join(str(part) for part in self.path)
 
     def field(self, key: object) -> FieldInfo | None:
-        """Return a key's field in the table; ``None`` of a key or a table that is not known."""
+        """Return a key's field in the table; ``None`` for an unknown key or table."""
         return self.table.model_fields.get(str(key)) if self.table else None
 
     @staticmethod
@@ -266,7 +266,7 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
 
 
 def _meant_percent(place: _Place, written: object) -> str:
-    """Return a question where a number above 1 stands for a share."""
+    """Return a question if a fraction was probably written in percent, else ""."""
     field = place.field(place.path[-1])
     is_share = field is not None and reader_of(notes_of(field)) is read_number
     if not is_share or not isinstance(written, int | float) or not 1 <= written < 100:
@@ -282,19 +282,19 @@ def notes_of(field: FieldInfo) -> Iterator[object]:
 
 
 def reader_of(notes: Iterable[object]) -> Any:
-    """Return what reads a value as a file has it, as a `ReadQuantity`; ``None`` where it is taken as it is."""
+    """Return the function that reads a value from the file, such as a `ReadQuantity`; ``None`` if there is none."""
     return next((note.func for note in notes if isinstance(note, BeforeValidator)), None)
 
 
 def _content(place: _Place) -> str:
-    """Return the content of the table that a key should hold."""
+    """Return the keys, or kinds, of the table that a key should hold, as part of a message."""
     if len(place.choices) == 1:
         return f"; keys: {', '.join(own_keys(place.choices[0]))}"
     return f"; kinds: {kinds_in_words(place.choices)}" if any(map(kind_of, place.choices)) else ""
 
 
 def _not_one_of(written: object, expected: str, kinds: tuple[type[BaseModel], ...] = ()) -> str:
-    """Return what options there are, kinds by groups, and the one that has nearly this name."""
+    """Return a message with the options, kinds by groups, and the option of the most similar name."""
     if kinds and all(getattr(each, "group", "") for each in kinds):
         words = f"{written!r} is no kind; choose: {kinds_in_words(kinds)}"
         return words + did_you_mean(str(written), map(kind_of, kinds))
@@ -304,30 +304,30 @@ def _not_one_of(written: object, expected: str, kinds: tuple[type[BaseModel], ..
 
 
 def did_you_mean(written: str, known: Iterable[str]) -> str:
-    """Return a question for the one among the ``known`` words that has nearly this name; "" where none has."""
+    """Return a question for the most similar of the ``known`` words; "" if none is similar."""
     close = get_close_matches(written, list(known), n=1, cutoff=ALIKE)
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
 def _written(data: object, path: KeyPath) -> object:
-    """Return the text at `path` of the file; None where it has none."""
+    """Return the value at `path` in the file; None if it is absent."""
     for part in path:
-        among = isinstance(data, Mapping) and part in data
-        if not (among or (isinstance(data, list) and isinstance(part, int) and part < len(data))):
+        is_key = isinstance(data, Mapping) and part in data
+        if not (is_key or (isinstance(data, list) and isinstance(part, int) and part < len(data))):
             return None
         data = data[part]  # type: ignore[index]
     return data
 
 
 def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[BaseModel] | None, tuple[str, ...]]:
-    """Return the path in the file (without the tags that pydantic puts in), the table its last key belongs to, and the
-    keys of the table around where that one stands in it without a name of its own (``inlined``)."""
+    """Return the path in the file (without tags inserted by pydantic), the table of its last key, and, if that table is
+    written without a name inside another one (``inlined``), the keys of the latter."""
     table: type[BaseModel] | None = model
     tables: tuple[type[BaseModel], ...] = ()
     named = False  # the next part is a name that the user chose
     path: KeyPath = ()
     beside: tuple[str, ...] = ()
-    depth = 0  # of its keys
+    depth = 0  # length of paths to keys of an inlined table
     for part in location:
         if isinstance(part, int) or named:
             path, named = (*path, part), False
@@ -349,7 +349,7 @@ def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[Base
 
 
 def own_keys(table: type[BaseModel]) -> dict[str, FieldInfo]:
-    """Return the table's keys, but for a field whose own keys are written in its place, under its heading."""
+    """Return the table's keys except an ``inlined`` field, whose keys are written in the table itself."""
     return {name: field for name, field in table.model_fields.items() if name != getattr(table, "inlined", "")}
 
 
@@ -368,12 +368,12 @@ def leaves(annotation: object) -> Iterator[Any]:
 
 
 _AS_IF: Final = r"(?<![\w/\\.])(?:seat|reed)\."
-"""Tables in messages of structures, as if the body were in them."""
+"""Table names in messages of structures, which assume a role."""
 
 
 def in_words_of(role: str, structure: BaseModel, text: str) -> str:
-    """Return a structure's message, its keys those of the table ``role``; files of such names stay what they are."""
-    if role == "stopper":  # its face is divided by keys of its own table
+    """Return a structure's message with its keys as those of the table ``role``; names of files are not changed."""
+    if role == "stopper":  # keys of [stopper] divide its face
         text = text.replace("contact.ports", "stopper.arcs").replace("contact.rings", "stopper.rings")
     keys = "|".join(sorted(type(structure).model_fields, key=len, reverse=True))
     return re.sub(rf"{_AS_IF}(?=(?:{keys})\b)", f"{role}.", text)
@@ -381,7 +381,7 @@ def in_words_of(role: str, structure: BaseModel, text: str) -> str:
 
 @contextmanager
 def in_role(role: str, structure: BaseModel) -> Iterator[None]:
-    """Tell what goes wrong with a body that stands in the table ``role`` in keys of that table."""
+    """Rewrite errors about a body so that they name keys of the table ``role``."""
     try:
         yield
     except (ArithmeticError, RuntimeError, ValueError) as problem:

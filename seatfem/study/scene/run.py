@@ -1,4 +1,4 @@
-"""[run], [accuracy] and [stress] of a scene: what is simulated, and what the answer must reach."""
+"""[run], [accuracy] and [stress] of a scene: simulated time, required accuracy, and stress in the seat."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from seatfem.study.scene.measures import LandingChoice, all_measures, judged_nam
 from seatfem.units import write_quantity
 
 OWN_MEASURES: Final = tuple(all_measures())
-"""Measures that `Scene` itself knows, as `contact.OWN_LAWS` are its laws."""
+"""Measures defined before `Scene`, like the laws `contact.OWN_LAWS`."""
 if TYPE_CHECKING:
     Measure = str
 else:
     Measure = Literal[OWN_MEASURES]
 
 
-MOST_MEMBERS: Final = 1000
+MOST_MEMBERS: Final = 1000  # most runs of an ensemble
 
 
 class Run(Table):
@@ -60,7 +60,7 @@ class Accuracy(Table):
 
     @property
     def judged(self) -> tuple[str, ...]:
-        """Return the names of the measures asked for, of their landing, among the values of a run."""
+        """Return the names, among the values of a run, of the required measures for the chosen landing."""
         return judged_names(self.measures, self.landing)
 
     @model_validator(mode="before")
@@ -73,7 +73,7 @@ class Accuracy(Table):
         return {**written, "target": TARGETS[level]} if level in TARGETS else written
 
 
-MOST = 100
+MOST = 100  # most named points
 MOST_FRAMES = 500
 
 
@@ -129,7 +129,7 @@ frames = 40
             yield "frames_until", f"{last} must be later than frames_from = {first}"
 
     def check(self, duration: float) -> Contradictions:
-        """Yield the frames that lie beyond the run, ``duration`` [s]."""
+        """Yield contradictions for frames after the end of the run, ``duration`` [s]."""
         for key in self.given_keys("frames_from", "frames_until"):
             if (time := getattr(self, key)) > duration:
                 stated, most = (write_quantity(each, "time") for each in (time, duration))

@@ -61,7 +61,7 @@ class CurveTable(fields.Table):
         )
 
     def _of_file(self) -> list[tuple[float, float]]:
-        """Return amplitude and cycles of each row. Raises `ColumnsError`."""
+        """Return amplitude and cycles of each row of the file. Raises `ColumnsError`."""
         assert self.file is not None
         table = read_columns(self.file, COLUMNS, tuple(COLUMNS))
         return list(zip(table["stress"].tolist(), table["cycles"].tolist(), strict=True))
@@ -103,7 +103,7 @@ def load_strength(path: Path | str) -> Strength:
     """Read a file of measured strength (TOML, up to 1 MB) into SI.
 
     Raises:
-        SceneError: everything that is wrong with it: no source, unknown keys, wrong units, values out of range, S-N
+        SceneError: all errors of the file, such as no source, unknown keys, wrong units, values out of range, or S-N
             points that rise.
     """
     return load_table(path, StrengthTable).strength

@@ -1,4 +1,4 @@
-"""[[wave]] and [[gauge]] of a scene: strain waves that come along endless rods, and strain at places."""
+"""[[wave]] and [[gauge]] of a scene: incoming strain waves in endless rods, and strain gauges."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ duration = "100 us"
             yield "rise", "a trapezoid rises in less than its width at half its height: shorten rise"
 
     def course(self) -> TimeSeries:
-        """Return the strain where it is recorded. Raises `TimeSeriesError`."""
+        """Return the strain at the place where it is recorded. Raises `TimeSeriesError`."""
         if self.strain is not None:
             return read_time_series(self.strain, "strain", outside="zero")
         peak, rise, lasts = self.peak or 0.0, self.rise or 0.0, self.duration or 0.0
@@ -94,7 +94,7 @@ at = "600 mm"
 
 @dataclass(frozen=True)
 class Gauged:
-    """A gauge, the body that it is on with what carries it, and where on the reed the contacts lie [m]."""
+    """A gauge, its body with the excitation of the base, and the positions of the contacts on the reed [m]."""
 
     gauge: Gauge
     mount: Mount

@@ -1,4 +1,4 @@
-"""Studies: a scene over many values of its keys, the table of what comes out, and what follows from the table."""
+"""Studies: runs of a scene for many values of its keys, the table of results, and its statistics."""
 
 from impact.names import lazy_names
 

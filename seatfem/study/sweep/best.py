@@ -1,5 +1,4 @@
-"""The search for an optimum: points in the unit cube of the keys' ranges, and the best of them, how they stand to
-the limits.
+"""Search for an optimum in the unit cube of the keys' ranges, and the best points with their margins to the limits.
 
 COBYQA (Ragonneau 2022, in scipy) interpolates the measures by quadratic models in a trust region: no derivatives, few
 evaluations, constraints handled as such; the search is deterministic: repeated, it runs the same scenes in order.
@@ -30,9 +29,9 @@ from seatfem.study.sweep.table import StudyTable, table_of
 DIGITS: Final = 6  # decimals of a share: round-off of a linear algebra library then changes no scene
 NEAREST: Final = 1e-3  # radius of the trust region, over the ranges, at which a search ends
 Point = tuple[float, ...]
-"""Shares (0..1) of the ranges of the keys, in their order."""
+"""Positions (0..1) in the ranges of the keys, in their order."""
 Shift = Mapping[str, float]
-"""Correction of measures: value at a scene's own target less that at the search's accuracy; none before a first."""
+"""Correction of measures: value at the scene's own target less that at the accuracy of the search; initially empty."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class Found:
     outcome: Outcome
 
     def value(self, measure: str) -> float:
-        """Return a measure; nan where it is not known, or the scene does not count for it: it did not land."""
+        """Return a measure; nan if it is not known, or if it needs a landing and the scene has none."""
         counting = self.outcome.has_numbers and counts(self.outcome.summary, measure)
         known = self.outcome.summary.get(measure) if counting else None
         return float(known) if isinstance(known, int | float) else math.nan
@@ -69,7 +68,7 @@ class SearchStage:
     found: dict[Point, Found] = field(default_factory=dict)
 
     def evaluate(self, points: Sequence[Point]) -> list[Found]:
-        """Return the results at points; new ones are run. A scene that cannot be run is an outcome, too."""
+        """Return the results at points, running new ones; a scene that fails has an outcome, too."""
         new: dict[Point, Case] = {}
         for point in dict.fromkeys(points):
             if point in self.found:
@@ -87,7 +86,7 @@ class SearchStage:
 
 
 class _SpentError(Exception):
-    """All evaluations allowed are used."""
+    """Signal that the number of evaluations is used up."""
 
 
 def changes_at(study: Study, point: Point) -> dict[str, object]:
@@ -96,7 +95,7 @@ def changes_at(study: Study, point: Point) -> dict[str, object]:
 
 
 def first_points(keys: int, count: int, seed: int) -> list[Point]:
-    """Return the middle, and a Latin hypercube."""
+    """Return the centre of the cube and a Latin hypercube, ``count`` points together."""
     drawn = scipy.stats.qmc.LatinHypercube(keys, rng=np.random.default_rng(seed)).random(count - 1) if count > 1 else ()
     return [(0.5,) * keys, *map(_rounded, drawn)]
 
@@ -112,11 +111,10 @@ def rank(found: Found, goal: Optimise, shift: Shift) -> tuple[float, float]:
 
 
 def improve(stage: SearchStage, goal: Optimise, shift: Shift, radius: float, most: int) -> None:
-    """Search from the best point of the stage on, until the trust region, of ``radius`` [shares] at first, is
-    `NEAREST`, or the stage holds ``most`` points.
+    """Search from the best point of the stage, until the trust region has shrunk from ``radius`` to `NEAREST`, or the
+    stage has ``most`` points.
 
-    Measures are scaled by what they have differed by so far. A scene without numbers, or that did not land,
-    counts as the worst one so far.
+    Measures are scaled by their range so far. A scene without results or without landing has the worst values so far.
     """
     start = min(stage.found.values(), key=lambda each: rank(each, goal, shift))
 
@@ -157,12 +155,12 @@ def _rounded(shares: NDArray[np.float64]) -> Point:
 
 @dataclass(frozen=True)
 class Optimum:
-    """Best points that a search has found.
+    """Result of an optimisation.
 
     Attributes:
-        study: what was asked.
+        study: the study.
         searched: points of the search, in their order.
-        confirmed: points carried out at the scene's own target, the best first.
+        confirmed: points run at the scene's own target, the best first.
     """
 
     study: Study
@@ -173,7 +171,7 @@ class Optimum:
 
     @property
     def goal(self) -> Optimise:
-        """Return what was sought."""
+        """Return the table [optimise] of the study."""
         return goal_of(self.study)
 
     @property
@@ -183,12 +181,12 @@ class Optimum:
 
     @property
     def has_numbers(self) -> bool:
-        """Return whether the best was carried out."""
+        """Return whether the best point has a value of the optimised measure."""
         return math.isfinite(self.best.value(self.goal.measure))
 
     @property
     def is_met(self) -> bool:
-        """Return whether the best keeps all limits, up to their error bars."""
+        """Return whether the best point meets all limits within their error bars."""
         return self.has_numbers and violation(self.best, self.goal) == 0
 
     @cached_property
@@ -200,13 +198,13 @@ class Optimum:
         return len(met) < 2 or not abs(met[0].value(measure) - met[1].value(measure)) <= sum(bars)
 
     def left_out_in_words(self) -> str:
-        """Return how many scenes of the search did not land or were cut off, and so are no optimum; "" of none."""
+        """Return as text how many scenes of the search are ignored, as they did not land or were cut off, else ""."""
         if not any(map(needs_landing, self.goal.measures)):
             return ""
         return left_out_in_words(each.outcome.summary.get(STATUS, LANDED) for each in self.searched)
 
     def table(self, of: Sequence[Found]) -> StudyTable:
-        """Return a row for each point: values, measures, error bars, the margin of each limit, what became of it."""
+        """Return a table with a row for each point: values, measures, error bars, margins to limits, and state."""
         measures = tuple(dict.fromkeys((*self.goal.measures, *self.study.outputs.asked())))
         outcomes = {each.case.key: each.outcome for each in of}
         results = table_of(self.study, [each.case for each in of], outcomes, measures)
@@ -219,7 +217,7 @@ class Optimum:
         return replace(results, columns={**results.columns, **margins})
 
     def as_json(self) -> dict[str, Any]:
-        """Return the best point, its margins to the limits, and how it was found."""
+        """Return the best point, its margins to the limits, and data of the search."""
         best, limits = self.best, []
         bars = {name: _bar(best, name) for name in self.goal.measures}
         for limit in self.goal.subject_to:
@@ -268,7 +266,7 @@ class Optimum:
 
 
 def draw_search(found: Optimum, path: Path) -> str:
-    """Draw the best so far over the evaluations; return in words what kept it from being drawn, "" if nothing did."""
+    """Draw the best value so far over the evaluations; return the reason if it could not be drawn, else ""."""
     goal = found.goal
     numbers = {each.point: each.case.number for each in found.searched}
     confirmed = [(numbers[each.point], each.value(goal.measure), _bar(each, goal.measure)) for each in found.confirmed]
@@ -277,7 +275,7 @@ def draw_search(found: Optimum, path: Path) -> str:
 
 
 def goal_of(study: Study) -> Optimise:
-    """Return what is sought. Raises `StudyError` for a study without [optimise]."""
+    """Return the table [optimise]. Raises `StudyError` for a study without it."""
     if study.optimise is None:
         words = "required table is missing: minimise or maximise = a key of summary.json, subject_to"
         raise runner.StudyError(f"optimise: {words}")
@@ -285,7 +283,7 @@ def goal_of(study: Study) -> Optimise:
 
 
 def violation(found: Found, goal: Optimise) -> float:
-    """Return the relative violation of the limits not kept up to the error bars; infinite without numbers."""
+    """Return the sum of relative violations of limits beyond error bars; infinite without results."""
     total = 0.0
     for each in goal.subject_to:
         margin = each.margin(found.value(each.measure))

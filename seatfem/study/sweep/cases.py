@@ -1,7 +1,7 @@
-"""The scenes of a study, each of them checked before the first one runs, and the plans that they begin with.
+"""Scenes of a study, all checked before the first one runs, and the plans with which they start.
 
-Their rounds of refinement are done, so that one round suffices for most that follow; each measures its own error, and
-is refined where it misses its target. What a scene begins with depends on those scenes alone, not on when they ran.
+Most scenes start with the refined plan of an earlier one, so that one round is enough; each estimates its own error,
+and is refined if it misses its target. The start depends on the design of the study, not on the order of completion.
 """
 
 from collections import Counter
@@ -33,13 +33,13 @@ from seatfem.study.sweep.variations import Listed, Value
 from seatfem.units import number_and_unit
 
 Changes = Mapping[str, Value]
-"""Values by dotted key, as a scene file has them."""
+"""Values by dotted key, as in a scene file."""
 
 
 def changes_of(study: Study) -> Iterator[Changes]:
-    """Yield what each scene of the study changes, in their order. The same seed gives the same values.
+    """Yield the changed keys of each scene of the study, in order, reproducibly by the seed.
 
-    Grids count the last key fastest. "sobol_indices" has the two samples A and B of Saltelli (2010), n scenes each,
+    In grids the last key varies fastest. "sobol_indices" has the two samples A and B of Saltelli (2010), n scenes each,
     then for each key the scenes of A with that key's column from B.
     """
     keys = list(study.vary)
@@ -53,7 +53,7 @@ def changes_of(study: Study) -> Iterator[Changes]:
 
 
 def shares_of(study: Study) -> NDArray[np.float64]:
-    """Return shares (scenes, keys) of the distributions, in 0..1, that a design draws."""
+    """Return the probabilities (scenes, keys) in 0..1 that a design draws."""
     count, keys = study.number, len(study.vary)
     assert count is not None
     rng = np.random.default_rng(study.seed)
@@ -70,18 +70,18 @@ def shares_of(study: Study) -> NDArray[np.float64]:
 
 
 PILOTS: Final = 4
-"""Scenes with a seat that begin when the first one has ended. All others begin when the second dearest of these five
-has ended: one may be an exception, but what two had to refine most others would."""
+"""Number of scenes with a seat that start after the first one has ended. All others start with the second most
+expensive plan of these five: one may be an exception, but refinements that two needed will be needed by most."""
 OF_ALL: Final = ("contact", "reed stress", "error budget")
 NOTE: Final = "plan of another scene of the study, which reached its target"
 
 Start = Mapping[str, Any]
-"""A plan as JSON ("plan"), of which scenes ("like"), its predicted seconds ("work"), and the keys of its seat ("seat")
-as a scene file has them, as far as the scene's own does not say."""
+"""A plan as JSON ("plan"), hash of the scenes for which it may serve ("like"), its predicted time in seconds ("work"),
+and the keys of its seat as in a scene file that the scene does not state ("seat")."""
 
 
 def start_of(plan: Plan) -> Start:
-    """Return what later scenes may begin with from the ``plan``; it holds nothing measured on this computer."""
+    """Return the start for later scenes from a ``plan``, without anything measured on this computer."""
     scene, method = plan.scene, plan.method
     open_keys = [key for key in FIELDS if key.startswith("seat.") and has_key(scene, key) and not is_given(scene, key)]
     chosen = {key: method.value(key) for key in open_keys}
@@ -97,10 +97,10 @@ def start_of(plan: Plan) -> Start:
 
 
 def begun(scene: Scene, start: Start, *, as_it_is: bool = False) -> Plan | None:
-    """Return the plan that ``scene`` begins with; ``None`` where it is too different for one of these.
+    """Return the plan with which ``scene`` starts; ``None`` if it differs too much from that of ``start``.
 
-    Nor does it begin with one that leaves out the waves of its seat, unless ``as_it_is``: what they would change is
-    known by pre-runs alone, and those of another scene would stand in this one's error bar.
+    A plan with a static seat is not used either, unless ``as_it_is``: the error by neglected waves is estimated by
+    pre-runs, and those of another scene would determine this scene's error bar.
     """
     if start.get("like") != _like(scene):
         return None
@@ -111,21 +111,21 @@ def begun(scene: Scene, start: Start, *, as_it_is: bool = False) -> Plan | None:
 
 
 def chosen(starts: Iterable[Start]) -> Start:
-    """Return the plan that a scene begins with, of those that earlier scenes have made; nothing where none has."""
+    """Return the start of a scene from those of earlier scenes, the second most expensive; empty if there is none."""
     ranked = sorted(starts, key=lambda start: float(start["work"]))
     return ranked[max(0, len(ranked) - 2)] if ranked else {}
 
 
 def _like(scene: Scene) -> str:
-    """Return one text for all scenes that may share a plan: duration, filter and target, kinds, and all stated keys of
-    `FIELDS`."""
+    """Return a hash that is equal for scenes that may share a plan: by [run], [accuracy], kinds, law, and stated keys
+    of `FIELDS`."""
     stated = {key: value_of(scene, key) for key in FIELDS if is_given(scene, key)}
     tables = scene.model_dump(include={"run", "accuracy"}, exclude_unset=True)
     kinds = {name: body.kind for name, body in scene.bodies.items()}
     return content_key({"tables": tables, "stated": stated, "kinds": kinds, "law": scene.contact.law.kind})[:16]
 
 
-TOLD_EVERY: Final = 100  # scenes between two reports of progress
+TOLD_EVERY: Final = 100  # number of scenes between two reports of progress
 
 
 @dataclass(frozen=True)
@@ -133,15 +133,15 @@ class Case:
     """One scene of a study.
 
     Attributes:
-        number: from 1.
-        changed: its values, as the file would have them.
-        key: a hash of all that its numbers depend on: what it asks for, its files by content, the code.
-        leads: whether later scenes may begin as it has ended: it is among the first with its seat.
-        guides: keys of the scenes of which it begins as one has ended; the first is the first with the same seat.
-        way: it is "planned" and refined; of a "sample" that runs in full as it begins, in one round; or marched
-            "beside" others by that plan.
-        needs: what these are asked for beside the force.
-        stress: whether a reed's largest stresses are looked for where the scene does not ask for them.
+        number: number of the scene, from 1.
+        changed: values of its changed keys, as in a scene file.
+        key: hash of all on which its results depend: keys, contents of files, code.
+        leads: whether later scenes may start with its plan: it is among the first with its seat.
+        guides: keys of the scenes with one of whose plans it starts; the first is the first with the same seat.
+        way: "planned" and refined; "sample": run in full with its start, in one round; "beside": integrated in parallel
+            with others by that plan.
+        needs: histories that "beside" needs in addition to the force.
+        stress: whether to compute the reed's largest stresses if the scene does not need them.
     """
 
     number: int
@@ -159,10 +159,10 @@ class Cases:
     """Builder of the cases of a study, one after another.
 
     Attributes:
-        study, rounds: of all of them.
-        first: by seat the keys of the first scenes, which lead.
-        made: by what a scene asks for its case.
-        files: by path a hash of their content.
+        study, rounds: the study, and the largest number of refinement rounds.
+        first: seat -> keys of the first scenes, whose plans are starts.
+        made: hash of a scene's content -> its case.
+        files: path -> hash of the file's content.
     """
 
     study: Study
@@ -172,7 +172,7 @@ class Cases:
     files: dict[Path, object] = field(default_factory=dict)
 
     def case(self, number: int, changed: Changes) -> Case:
-        """Return the scene with these values. Raises `SceneError` or `RunError` for what is wrong with it."""
+        """Return the case with these values. Raises `SceneError` or `RunError` for errors of its scene."""
         scene = load_scene(self.study.scene, changed)
         check_step(scene)
         content = by_content(scene, self.files)
@@ -200,11 +200,11 @@ def cases_of(
     """Return all scenes of the study, or those with such ``changes``, or with these ``numbers`` from 1.
 
     Args:
-        rounds: of refinement that each may take.
-        file: of the study, for messages.
+        rounds: largest number of refinement rounds of each.
+        file: study file, for messages.
 
     Raises:
-        SceneError: what is wrong with the scene or with values of it; for each key the first scene of which it is so.
+        SceneError: errors of the scenes; for each key the first scene that has one.
     """
     cases: list[Case] = []
     problems: dict[str, Problem] = {}
@@ -234,7 +234,7 @@ def cases_of(
 
 
 def key_of_case(case: Case, *way: str) -> str:
-    """Return the key of a case that is carried out in another way."""
+    """Return the key of a case that is run in another way."""
     return content_key({"scene": case.key, "way": list(way)})[:32]
 
 
@@ -243,7 +243,7 @@ def _key(asked: object, rounds: int) -> str:
 
 
 def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:
-    """Return a problem of a varied key with its value and its place in the study; others as in the scene."""
+    """Return a problem of a varied key with its value and its key in the study; other problems unchanged."""
     own = f"{problem.key}."
     touching = [key for key in changed if own.startswith(f"{key}.") or f"{key}.".startswith(own)]
     if not touching:

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from seatfem.study.sweep.table import Columns, StudyTable
 
 Array = NDArray[np.float64]
-MOST_LEVELS: Final = 12  # most values of a key that are groups by themselves; more are put in groups of equal size
+MOST_LEVELS: Final = 12  # most values of a key with a group each; more are divided into groups of equal size
 PERCENTILES: Final = (5.0, 50.0, 95.0)
-ENOUGH: Final = 20  # fewest scenes whose percentiles are stated
+ENOUGH: Final = 20  # fewest scenes for percentiles
 CONFIDENCE: Final = 0.95
 RESAMPLES: Final = 999
 
@@ -33,13 +33,13 @@ def varying_measures(table: StudyTable) -> list[str]:
 
 @dataclass(frozen=True)
 class Effect:
-    """A measure's mean over groups of scenes in which a parameter has about one value.
+    """Mean of a measure over groups of scenes with about equal values of a parameter.
 
     Attributes:
-        at: the parameter's mean in each group, or its names.
-        mean: of the measure.
-        error: standard error of that mean; nan of one scene.
-        count: scenes.
+        at: mean of the parameter in each group, or its names.
+        mean: mean of the measure in each group.
+        error: standard error of that mean; nan for one scene.
+        count: number of scenes in each group.
     """
 
     parameter: str
@@ -51,7 +51,7 @@ class Effect:
 
 
 def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
-    """Return the effect by each value of the parameter, or for many values by groups of neighbours."""
+    """Return the effect for each value of the parameter, or, for many values, for groups of neighbouring values."""
     y = table.values(measure)
     known = np.isfinite(y)
     y = y[known]
@@ -72,7 +72,7 @@ def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
 
 
 def main_effects(table: StudyTable) -> list[Effect]:
-    """Return every parameter's effect on every measure; none for a zip of several keys, which vary together."""
+    """Return every parameter's effect on every measure; none for a zip of several keys, which are confounded."""
     if table.study.design == "zip" and len(table.parameters) > 1:
         return []
     pairs = itertools.product(varying_measures(table), varying(table))
@@ -92,12 +92,12 @@ def effects_columns(effects: Sequence[Effect]) -> Columns:
 
 @dataclass(frozen=True)
 class Indices:
-    """Sobol's indices of one measure: shares of its variance, (keys,), with confidence intervals (2, keys).
+    """Sobol's indices of one measure, fractions of its variance (keys,), with confidence intervals (2, keys).
 
     Attributes:
-        first: by a key alone.
-        total: by a key and all that it does together with others.
-        blocks: of the two samples that count: those in which every scene has numbers.
+        first: first-order indices, by each key alone.
+        total: total indices, with all interactions of the key.
+        blocks: number of complete rows of the two samples, in which every scene has results.
     """
 
     measure: str
@@ -109,8 +109,7 @@ class Indices:
 
 
 def sobol_indices(table: StudyTable) -> list[Indices]:
-    """Return the indices of every measure; none for other designs. Blocks with a scene that does not count are left
-    out."""
+    """Return the indices of every measure, without blocks in which a scene has no result; none for other designs."""
     count, keys = table.study.number, len(table.parameters)
     if table.study.design != "sobol_indices" or count is None:
         return []
@@ -124,8 +123,8 @@ def sobol_indices(table: StudyTable) -> list[Indices]:
 
 
 def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed: int = 0) -> Indices:
-    """Return the indices from two samples (n,) of a measure, and those of the first with one key of the second (keys,
-    n).
+    """Return the indices by a measure in two samples (n,), and in the first sample with each key in turn taken from the
+    second (keys, n).
 
         S_i = mean(f_B (f_ABi - f_A))/V,  ST_i = mean((f_A - f_ABi)^2)/(2 V),
 
@@ -152,20 +151,20 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
     return Indices(measure, own[:keys], own[keys:], ends[:, :keys], ends[:, keys:], len(numbers))
 
 
-def indices_columns(table: StudyTable, found: Sequence[Indices]) -> Columns:
+def indices_columns(table: StudyTable, indices: Sequence[Indices]) -> Columns:
     """Return the indices as a table."""
     names = ("first_order", "first_order_low", "first_order_high", "total", "total_low", "total_high")
-    values = [(each.first, *each.first_interval, each.total, *each.total_interval) for each in found]
+    values = [(each.first, *each.first_interval, each.total, *each.total_interval) for each in indices]
     return {
-        "measure": [each.measure for each in found for _ in table.parameters],
-        "parameter": [parameter for _ in found for parameter in table.parameters],
+        "measure": [each.measure for each in indices for _ in table.parameters],
+        "parameter": [parameter for _ in indices for parameter in table.parameters],
         **{name: np.concatenate(each).tolist() for name, each in zip(names, zip(*values, strict=True), strict=True)},
-        "blocks": [each.blocks for each in found for _ in table.parameters],
+        "blocks": [each.blocks for each in indices for _ in table.parameters],
     }
 
 
 def drawn_rows(table: StudyTable) -> NDArray[np.bool_]:
-    """Return the scenes (scenes,) drawn from the distributions: of "sobol_indices" the first two samples alone."""
+    """Return (scenes,) flags of scenes drawn from the distributions; for "sobol_indices" the first two samples."""
     rows = np.full(len(table), table.study.is_drawn)
     if table.study.design == "sobol_indices" and table.study.number is not None:
         rows[2 * table.study.number :] = False
@@ -174,14 +173,14 @@ def drawn_rows(table: StudyTable) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Band:
-    """Percentiles of a measure over the scenes drawn.
+    """Percentiles of a measure over the drawn scenes.
 
     Attributes:
-        sample: its values, sorted.
-        at: its values at `PERCENTILES`.
-        interval: (2, percentiles) with `CONFIDENCE`, of independent scenes (order statistics); nan of others, and where
-            there are too few scenes.
-        bar: largest numerical error bar among them; nan: not known.
+        sample: sorted values of the measure.
+        at: values at `PERCENTILES`.
+        interval: (2, percentiles) confidence intervals by order statistics for independent scenes; nan for other
+            designs, and for too few scenes.
+        bar: largest numerical error bar of the scenes; nan if not known.
     """
 
     measure: str
@@ -192,7 +191,7 @@ class Band:
 
 
 def tolerance_bands(table: StudyTable) -> list[Band]:
-    """Return the bands of every measure with at least `ENOUGH` scenes; none for designs that draw nothing."""
+    """Return the percentiles of every measure with at least `ENOUGH` drawn scenes."""
     bands = []
     for measure in varying_measures(table):
         values = table.values(measure)
@@ -224,7 +223,7 @@ def bands_columns(bands: Sequence[Band]) -> Columns:
 
 
 def front(table: StudyTable) -> list[int]:
-    """Return the rows on the Pareto front of the two measures asked for, by the first of them; none where none are."""
+    """Return the rows on the Pareto front of outputs.pareto, sorted by its first measure; none if it is not stated."""
     if table.study.outputs.pareto is None:
         return []
     costs = [-table.values(name) if more else table.values(name) for name, more in objectives(table)]
@@ -232,10 +231,10 @@ def front(table: StudyTable) -> list[int]:
 
 
 def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> tuple[int, ...]:
-    """Return the indices of the points that no other one beats, by increasing cost.
+    """Return the indices of the points that no other one dominates, by increasing cost.
 
-    A point is beaten by one that is at least as cheap and at least as accurate, and better in one of the two; of equal
-    points the first stands for all. Points with a cost or error that is no finite number are left out.
+    A point dominates another if it is at least as good in cost and error, and better in one of them; of equal points
+    the first is returned. Points whose cost or error is not finite are ignored.
     """
     finite = [i for i in range(len(costs)) if math.isfinite(costs[i]) and math.isfinite(errors[i])]
     front: list[int] = []
@@ -246,5 +245,5 @@ def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> tuple[int, 
 
 
 def objectives(table: StudyTable) -> list[tuple[str, bool]]:
-    """Return the measures of the front, and whether more is better."""
+    """Return the measures of outputs.pareto, each with whether more is better."""
     return [(text.split()[-1], text.startswith("max ")) for text in table.study.outputs.pareto or ()]

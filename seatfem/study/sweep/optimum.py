@@ -1,4 +1,4 @@
-"""The best scene of a study: sought at a loose accuracy, confirmed at the scene's own."""
+"""Optimisation over the scenes of a study: search at a loose accuracy, confirmation at the scene's own."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import STAGE, Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 
-RADIUS: Final = 0.2  # radius of the first trust region, over the ranges
-AGAIN: Final = 0.05  # radius of a trust region about a confirmed point, over the ranges
+RADIUS: Final = 0.2  # radius of the first trust region, as a fraction of the ranges
+AGAIN: Final = 0.05  # initial radius of later trust regions, as a fraction of the ranges
 
 
 def run_optimum(
@@ -53,14 +53,14 @@ def run_optimum(
 ) -> Optimum:
     """Find the scene with the least or greatest measure within limits; write optimum.json, optimum.csv, search.csv.
 
-    A third of the evaluations is a Latin hypercube, in all workers; from its best point COBYQA goes on. What it finds
-    is carried out at the scene's own target; by what the measures differ there those of the search are shifted, and it
-    goes on from there, so that a limit is met at the target, not at the loose accuracy. Stopped and continued as
-    `run_study`: the search asks for the same scenes again, and finds them in the journal; with ``effort.retry`` it
-    computes those again that have failed.
+    A third of the evaluations is a Latin hypercube, run in parallel; COBYQA starts from its best point. The optimum is
+    run again at the scene's own target, the measures of the search are shifted by the differences, and the search
+    continues, so that limits are met at the target, not at the loose accuracy. A stopped search is continued like
+    `run_study`: it runs through the same scenes, with results from the journal; with ``effort.retry`` failed ones are
+    computed again.
 
     Raises:
-        SceneError, StudyError, OutputError, ClusterError: as `run_study`; StudyError, too, where no scene has numbers.
+        SceneError, StudyError, OutputError, ClusterError: as in `run_study`; StudyError also if no scene has results.
     """
     workers, rounds = check_effort(effort), effort.rounds
     goal = goal_of(study)
@@ -131,8 +131,8 @@ def optimise(
 
         found = seatfem.optimise("study.toml"); found.in_words(); found.as_json()["keys"]
 
-    ``folder``: of the journal, by which a stopped search goes on, and of the tables; none is kept where absent.
-    ``cluster``: address of a scheduler of dask (docs/cluster.md), in place of ``workers``. Raises as `run_optimum`.
+    ``folder``: folder of the journal, from which a stopped search continues, and of the tables; by default temporary.
+    ``cluster``: address of a dask scheduler (docs/cluster.md), in place of ``workers``. Raises like `run_optimum`.
     """
     with ExitStack() as ours:
         place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
@@ -142,17 +142,17 @@ def optimise(
 
 @dataclass(frozen=True)
 class SearchAhead:
-    """Predicted time of an optimisation: of its search, and of the scenes that confirm it."""
+    """Predicted time of the search and of the confirmation of an optimisation."""
 
     search: sweep.Ahead
     target: sweep.Ahead
 
     def workers(self) -> int:
-        """Return as many workers as either could use."""
+        """Return the number of workers that both can use."""
         return min(self.search.workers(), self.target.workers())
 
     def as_json(self) -> str:
-        """Return both as JSON, and the time of all with one worker: one scene follows from the other."""
+        """Return both as JSON, with the total time for one worker, as scenes depend on previous ones."""
         parts = {"search": json.loads(self.search.as_json()), "confirmation": json.loads(self.target.as_json())}
         return json.dumps({**parts, "time_s": self.search.seconds() + self.target.seconds()}, indent=1)
 
@@ -162,7 +162,7 @@ class SearchAhead:
 
 
 def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> SearchAhead:
-    """Return the prediction for a study with [optimise], by its lowest, middle and highest values. Raises
+    """Return the prediction for a study with [optimise], by plans at its lowest, middle and highest values. Raises
     `SceneError`."""
     goal = goal_of(study)
     points = [(share,) * len(study.vary) for share in (0.0, 0.5, 1.0)]
@@ -172,7 +172,7 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
         prediction = sweep.ahead(study.scene, cases)
         return replace(prediction, scenes=scenes, seats=scenes if prediction.seats > 1 else prediction.seats)
 
-    target = price({}, CONFIRMED)  # first: its messages are of the scene as it is
+    target = price({}, CONFIRMED)  # first, as its messages are about the scene itself
     finest = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
     if goal.coarse < finest:
         words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {finest:g}; raise one or lower the other"

@@ -1,8 +1,8 @@
-"""One scene of a study, carried out in a process of its own: `python -m seatfem.study.sweep.outcome` answers each job,
-a line of JSON, with its outcome.
+"""One scene of a study, run in a process of its own: `python -m seatfem.study.sweep.outcome` answers each job, a line
+of JSON, with its outcome.
 
-Its numbers are a function of the scene and of what it begins with alone: the plan knows neither what was computed
-before nor how fast this computer is, and no time that was measured decides anything.
+Results depend on the scene and its start only: neither stored results, nor the speed of the computer, nor measured
+times affect its plan.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ State = Literal["done", "missed", "stopped", "failed"]
 Changes = Mapping[str, Any]
 Scalar = float | int | bool | str | None
 NOTES: Final = "notes"
-"""Key of summary.json that lists what limits its numbers, a sentence each."""
+"""Key of summary.json with the limitations of its results, a sentence each."""
 FAILURES: Final = (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError)
-"""Errors of a scene that cannot be carried out."""
+"""Errors that count as failure of a scene."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Summary of a scene, or why it has none.
+    """Results of a scene, or the reason why it has none.
 
     Attributes:
-        state: "done"; "missed": done, its target of accuracy missed; "stopped" at the limit of time; "failed".
-        message: why.
-        wall: seconds of the clock.
-        summary: summary.json, as far as its values are single ones, and its notes in one text.
-        start: what scenes that follow may begin with (`seatfem.study.sweep.cases`), of one that is asked for it.
+        state: "done"; "missed": done, but above the target of accuracy; "stopped" at the time limit; "failed".
+        message: reason of another state than "done".
+        wall: wall time [s].
+        summary: scalar values of summary.json, and its notes as one text.
+        start: initial settings for later scenes (`seatfem.study.sweep.cases`), if requested.
     """
 
     state: State
@@ -57,7 +57,7 @@ class Outcome:
 
     @property
     def has_numbers(self) -> bool:
-        """Return whether the scene was carried out."""
+        """Return whether the scene has results."""
         return self.state in ("done", "missed")
 
     @staticmethod
@@ -76,16 +76,15 @@ def carry_out(
     once: bool = False,
     stress: bool = True,
 ) -> Outcome:
-    """Run the scene at ``path`` with some keys changed; files go to a folder that is removed. Whatever fails is the
-    outcome.
+    """Run the scene at ``path`` with some keys changed, in a temporary folder; failures are outcomes.
 
     Args:
-        path, changed, rounds: the scene, and how often it may be refined.
-        start: what another scene has left, or nothing; where this one fails or misses its target with it, it is planned
-            and carried out again by itself.
-        leads: whether its own is asked for.
-        once: whether it is carried out by the ``start`` as it is, and not refined.
-        stress: whether a reed's largest stresses are looked for where the scene does not ask for them.
+        path, changed, rounds: the scene, its changed keys, and the largest number of refinement rounds.
+        start: initial settings from another scene, or empty; if the scene fails or misses its target with them, it is
+            planned and run again without them.
+        leads: whether the outcome is to contain a ``start`` for other scenes.
+        once: whether to run once with the settings of ``start``, without refinement.
+        stress: whether to compute the reed's largest stresses if the scene does not need them.
     """
     begun = time.perf_counter()
 
@@ -105,7 +104,6 @@ def carry_out(
 def _carried_out(
     path: Path, changed: Changes, limits: runs.next_round.Limits, start: Mapping[str, Any], *, leads: bool, once: bool
 ) -> Outcome:
-    # what runs scenes takes long to load
     scene = study.scene.load_scene(path, changed)
     with folders.private_folder("sweep") as folder:
         plan = sweeps.cases.begun(scene, start, as_it_is=once)
@@ -113,13 +111,13 @@ def _carried_out(
             scene = study.scene.load_scene(path, {**changed, **start.get("seat", {})})
             plan = planning.planner.plan_scene(
                 scene, machine.resources.Machine(), store=structures.store.Store(folder / "no-store")
-            )  # never written: no seat is at hand
+            )  # never written: no stored seats are used
         result = runs.pipeline.run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in result.summary.items() if _is_scalar(value)}
     notes = result.summary[NOTES]
     summary[NOTES] = " | ".join(map(str, notes)) if isinstance(notes, list) else ""
     assert result.plan is not None
-    serves = result.met is True or summary.get("landing_status") == "cut off"  # which no other plan would mend
+    serves = result.met is True or summary.get("landing_status") == "cut off"  # another plan would not change this
     next_start = sweeps.cases.start_of(result.plan) if leads and serves else {}
     missed = result.met is False
     return Outcome("missed" if missed else "done", result.messages[0] if missed else "", 0.0, summary, next_start)

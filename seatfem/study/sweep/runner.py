@@ -1,4 +1,4 @@
-"""Runner of the scenes of a study in workers, each outcome on file at once: one that was stopped goes on there."""
+"""Runs of the scenes of a study in workers, with a journal of outcomes from which a stopped study continues."""
 
 import json
 import math
@@ -31,15 +31,15 @@ WORKER: Final = "seatfem.study.sweep.outcome"
 
 
 class StudyError(ValueError):
-    """A study that cannot be carried out; the message says why and what to do."""
+    """Error of a study that cannot be run; the message states reason and remedy."""
 
 
 def check_effort(effort: Effort) -> int | None:
-    """Return how many scenes are to run at once; None where that is open.
+    """Return the number of workers; None if it is to be chosen.
 
     Raises:
         StudyError: options out of range.
-        ClusterError: nobody answers at the address of a cluster, or workers of another version.
+        ClusterError: no answer at the address of a cluster, or workers of another version.
     """
     workers, limit = effort.workers, effort.limit
     Limits(effort.rounds)
@@ -56,9 +56,9 @@ def check_effort(effort: Effort) -> int | None:
 
 @contextmanager
 def folder_of_ours(folder: Path) -> Iterator[Path]:
-    """Yield the journal in a folder that can be written to and that no other study is at work in.
+    """Yield the path of the journal in a folder that is locked against other studies meanwhile.
 
-    Raises `OutputError`, `StudyError`: it is not so.
+    Raises `OutputError` if the folder cannot be written to, `StudyError` if another study uses it.
     """
     journal = folder / JOURNAL
     check_writable(journal)
@@ -72,15 +72,15 @@ def folder_of_ours(folder: Path) -> Iterator[Path]:
 
 @dataclass
 class Runner:
-    """The scenes of a study, carried out by workers; each outcome is on file at once.
+    """Runner of the scenes of a study by workers; each outcome is written to the journal at once.
 
     Attributes:
-        study: whose scenes they are.
-        journal: its file.
-        effort: rounds and time of each scene; one in the journal that was stopped is tried again where it is given more
-            time, all without numbers with ``retry``.
-        heard: hears of each new outcome once it is on file; what it raises ends the study.
-        known: outcomes by the cases' keys, of the journal and of what was carried out since.
+        study: the study.
+        journal: path of the journal.
+        effort: rounds and time limit of each scene; a stopped scene in the journal is tried again with more time, all
+            without results with ``retry``.
+        heard: function that is called with each new outcome after it is written; its errors end the study.
+        known: outcomes by the keys of cases, from the journal and since.
     """
 
     study: Study
@@ -97,13 +97,13 @@ class Runner:
         self.known = {key: each for key, each in on_file.items() if key not in retried | stopped}
 
     def pending(self, cases: Sequence[Case]) -> list[Case]:
-        """Return the cases without an outcome that holds, each once."""
+        """Return the cases without a valid outcome in the journal, without repetitions."""
         return [case for key, case in {case.key: case for case in cases}.items() if key not in self.known]
 
     def carry_out(self, cases: Sequence[Case], ask: Ask, progress: Progress = silent) -> dict[str, Outcome]:
-        """Return the outcomes of cases by their keys; those that are known are not computed again.
+        """Return the outcomes of cases by their keys; those in the journal are not computed again.
 
-        ``ask``: the workers, of `crew_of`.
+        ``ask``: workers by `crew_of`.
         """
         wanted, pending = {case.key: case for case in cases}, self.pending(cases)
         for outcome in [each for key in wanted if (each := self.known.get(key)) and each.has_numbers][:1]:
@@ -133,8 +133,8 @@ class Runner:
         return {key: self.known[key] for key in wanted}
 
     def _job(self, bundle: Sequence[Case], wanted: Mapping[str, Case]) -> str:
-        """Return a line for the worker; those of the first scenes with the seat that met their target show how to
-        begin."""
+        """Return a job for the worker, with the start from those of the first scenes with the seat that met their
+        target."""
         case = bundle[0]
         guides = [self.known[key] for key in case.guides if key in self.known]
         start = chosen([each.start for each in guides if each.start])

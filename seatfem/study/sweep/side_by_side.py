@@ -1,6 +1,6 @@
-"""Scenes that differ in contact data alone, in a worker: marched side by side by the plan that one of them ended with.
+"""Parallel integration, in one worker, of scenes that differ in contact data only, with the final plan of one of them.
 
-Each has the measures that are asked for, of its force as a run by itself has it up to round-off, and no error bar.
+Each has the requested measures, from the same force up to round-off as in a run by itself, and no error bars.
 """
 
 import time
@@ -30,12 +30,12 @@ from seatfem.study.scene.measures import ContactRecord, judged_landing, key_of, 
 from seatfem.study.sweep.cases import begun
 from seatfem.study.sweep.outcome import Changes, Outcome, carry_out
 
-SAME = 1e-9  # relative difference of two initial states at which one counts as a multiple of the other
+SAME = 1e-9  # largest relative deviation of an initial state from a multiple of another
 
 
 @dataclass(frozen=True)
 class _Scene:
-    """One of the scenes: its problem of one contact, and the multiple of the first scene's initial state."""
+    """One scene: its contact problem, and its initial state as a multiple of that of the first scene."""
 
     scene: Scene
     problem: ContactProblem
@@ -52,8 +52,8 @@ def side_by_side(
 ) -> list[Outcome]:
     """Return the outcomes of the scenes at ``path`` with each of the ``others`` changed besides ``changed``.
 
-    ``start``: what they are planned by. ``needs``: "stress", "displacement", where these are asked for. Those that
-    cannot be marched beside the scene with ``changed`` alone are carried out by themselves, with their error bars.
+    ``start``: plan of all. ``needs``: "stress" or "displacement" if these are requested. Scenes that cannot be
+    integrated in parallel with the scene with ``changed`` only are run by themselves, with error bars.
     """
     begin, why = time.perf_counter(), "it differs from the first by more than contact data"
     summaries: list[dict[str, Any] | None] = [None] * len(others)
@@ -76,7 +76,7 @@ def side_by_side(
 def _marched(
     path: Path, changed: Changes, others: Sequence[Changes], start: Mapping[str, Any], needs: Collection[str]
 ) -> list[dict[str, Any] | None]:
-    """Return a summary of each; ``None`` for those that cannot be marched so."""
+    """Return a summary of each scene; ``None`` for those that cannot be integrated in parallel."""
     base = load_scene(path, changed)
     if base.wave or base.gauge:
         raise ContactError("scenes with [[wave]] or [[gauge]] are marched one by one: run them by themselves")

@@ -1,4 +1,4 @@
-"""Study files: a scene, what varies of it, by which design, [optimise], and a study to begin with."""
+"""Study files: a scene, the variation of its keys, the design or [optimise], and the template of a study."""
 
 import math
 import re
@@ -14,15 +14,15 @@ from seatfem.study.scene.keys import schema_of, table_lines
 from seatfem.study.scene.load import load_table
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
 
-LEAST: Final = 5  # fewest evaluations: three for a line and its curvature, one to begin with, one that uses them
-CONFIRMED: Final = 3  # most points that are carried out at the scene's own target
-LOOSE: Final = 1e-3  # violation, over the limit, that a constraint allows whose measure has no error bar
+LEAST: Final = 5  # fewest evaluations: three for a quadratic model of one key, one to start and one to use it
+CONFIRMED: Final = 3  # most points that are run at the scene's own target
+LOOSE: Final = 1e-3  # relative violation of a limit that is allowed for a measure without error bar
 _CONSTRAINT: Final = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """A measure of summary.json and its limit [SI]; ``sign`` is 1 where the measure must stay above it, else -1."""
+    """A measure of summary.json and its limit [SI]; ``sign`` is 1 for a lower limit, -1 for an upper one."""
 
     measure: str
     sign: float
@@ -32,11 +32,11 @@ class Constraint:
         return f"{self.measure} {'>=' if self.sign > 0 else '<='} {self.limit:g}"
 
     def margin(self, value: float) -> float:
-        """Return by how much the limit is kept, in the unit of the measure; negative where it is not."""
+        """Return the distance from the limit in the unit of the measure, negative if it is violated."""
         return self.sign * (value - self.limit)
 
     def holds(self, margin: float, bar: float) -> bool:
-        """Return whether the limit is kept up to the measure's error bar, or up to `LOOSE` of it without one (nan)."""
+        """Return whether the limit is met within the measure's error bar, or within `LOOSE` of it if that is nan."""
         return margin >= -(bar if math.isfinite(bar) else LOOSE * abs(self.limit))
 
 
@@ -72,12 +72,12 @@ class Optimise(Table):
 
     @property
     def sign(self) -> float:
-        """Return 1 where less is better, else -1."""
+        """Return 1 to minimise, -1 to maximise."""
         return 1.0 if self.minimise else -1.0
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """Return all measures that are asked for, each once."""
+        """Return the optimised measure and those with limits, without repetitions."""
         return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.subject_to))))
 
     def contradictions(self) -> Contradictions:
@@ -89,9 +89,9 @@ Design = Literal["grid", "zip", "latin_hypercube", "sobol", "monte_carlo", "sobo
 DRAWN: Final = ("latin_hypercube", "sobol", "monte_carlo", "sobol_indices")
 """Designs that draw each value from its distribution."""
 POWERS: Final = ("sobol", "sobol_indices")
-"""Designs whose number must be a power of two: Sobol's points are even for no other."""
+"""Designs whose number must be a power of two, as Sobol's points are evenly distributed only then."""
 CONTACT_DATA: Final = ("contact.gap", "reed.velocity", "reed.release.tip_deflection", "reed.release.deflection")
-"""Keys that may differ between scenes marched side by side: gap, speed and deflection of the striker."""
+"""Keys that may differ between scenes integrated in parallel: gap, speed and deflection of the striker."""
 MOST_KEYS: Final = 100
 DEEPEST: Final = 8  # most parts of a dotted key
 LONGEST: Final = 200  # most characters of a key
@@ -120,7 +120,7 @@ WholeKey = Annotated[str, AfterValidator(_whole_key)]
 
 
 def _by_dotted_key(table: Mapping[str, Any], own: Set[str], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield values by dotted key; a table with one of its ``own`` keys is a value, others hold further keys."""
+    """Yield values by dotted key; a table with one of the keys ``own`` is a value, others contain further keys."""
     for key, value in table.items():
         if isinstance(value, Mapping) and not own & value.keys() and before.count(".") < DEEPEST:
             yield from _by_dotted_key(value, own, f"{before}{key}.")
@@ -129,11 +129,11 @@ def _by_dotted_key(table: Mapping[str, Any], own: Set[str], before: str = "") ->
 
 
 def dotted(own: Set[str]) -> BeforeValidator:
-    """Return what reads reed.thickness = ... as "reed.thickness" = ...; ``own``: keys of tables that are values."""
+    """Return a validator that reads reed.thickness = ... as "reed.thickness" = ...; ``own``: keys of value tables."""
     return BeforeValidator(lambda table: dict(_by_dotted_key(table, own)) if isinstance(table, Mapping) else table)
 
 
-DOTTED: Final = dotted(OF_VARIATIONS)  # of a table of values by whole keys of a scene
+DOTTED: Final = dotted(OF_VARIATIONS)  # for tables of variations by dotted key
 
 
 class Outputs(Table):
@@ -149,7 +149,7 @@ class Outputs(Table):
     )
 
     def asked(self) -> tuple[str, ...]:
-        """Return all keys that are named, each once."""
+        """Return all keys in the table, without repetitions."""
         return tuple(dict.fromkeys((*self.measures, *(text.split()[-1] for text in self.pareto or ()))))
 
 
@@ -175,7 +175,7 @@ class Study(Table):
 
     @property
     def heading(self) -> str:
-        """Return the heading, for people."""
+        """Return the title, or the name of the scene's file."""
         return self.title or self.scene.stem.replace("_", " ")
 
     @property
@@ -196,7 +196,7 @@ class Study(Table):
 
     @property
     def asks_for_stress(self) -> bool:
-        """Return whether any output or goal is a stress, or comes from one."""
+        """Return whether any output, objective or limit is a stress or a life."""
         names = (*self.outputs.asked(), *(() if self.optimise is None else self.optimise.measures))
         return any(word in name for name in names for word in ("stress", "life"))
 
@@ -251,9 +251,9 @@ class Study(Table):
 
 
 def load_study(path: Path | str) -> Study:
-    """Read a study file (TOML, up to 1 MB). Its scene is looked for from its own folder.
+    """Read a study file (TOML, up to 1 MB). The path of its scene is relative to its folder.
 
-    Raises `SceneError` with everything that is wrong, as `load_scene`; of the scenes themselves `cases_of` tells.
+    Raises `SceneError` with all errors, like `load_scene`; errors of the scenes are reported by `cases_of`.
     """
     return load_table(path, Study)
 
@@ -287,7 +287,7 @@ measures = ["impulse_Ns", "filtered_peak_force_N"]                       # keys 
 
 
 def study_template(*, file: str, scene: str = "flapper.toml") -> str:
-    """Return the text of a study of ``scene``, every key with its meaning; ``file``: what the comments call it."""
+    """Return the text of a study of ``scene``, every key with its meaning; ``file``: name of the study in comments."""
     values = {"scene": scene, "design": "latin_hypercube", "number": 32}
     keys = table_lines(Study, values, leave=("vary", "outputs", "optimise"))
     return "\n".join([_HEAD.replace("{file}", file), *keys, "", _VARY.replace("{file}", file)])

@@ -1,4 +1,4 @@
-"""A study carried out: predicted, checked, run in workers, one table."""
+"""Run of a study: prediction, checks, runs in workers, and the table of results."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ from seatfem.study.sweep.table import (
     write_parquet,
 )
 
-LOOKED_AT: Final = 1000  # scenes of a larger study that are checked before its price is stated
-SAMPLED: Final = 3  # scenes that are planned: the first, the middle and the last
-LANE: Final = 0.1  # time of a scene marched side by side, over the march of one by itself with all energies
+LOOKED_AT: Final = 1000  # number of scenes of a larger study that are checked before its time is predicted
+SAMPLED: Final = 3  # number of scenes that are planned: the first, the middle and the last
+LANE: Final = 0.1  # time of a scene integrated in parallel with others, over that of a single one with energies
 NOT_HERE: Final = ("program start", "compilation", "pictures", "files", *OF_THE_SEAT)
-"""Stages that a study's scenes do without, or that only the first scene with a seat has."""
+"""Stages that scenes of a study do not have, or only the first scene with a seat."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ class Ahead:
     """Time and memory of a study, predicted from the plans of a few scenes.
 
     Attributes:
-        scenes, seats: how many there are to compute in full, and different seats among them.
-        seconds: of one worker in all; ``start``: of that the program's, with what is compiled first.
-        each, seat: of one scene without its seat, of a seat that is not there yet [s].
-        memory: largest of a worker [bytes].
-        beside: how many there are to march side by side; ``lane``: of one of them [s].
-        looked_at: by how many all scenes are predicted; 0: by all.
+        scenes, seats: number of scenes to run in full, and of different seats among them.
+        start: start of the program, compilation included [s].
+        each, seat: time of one scene without its seat, and of a new seat [s].
+        memory: largest memory of a worker [bytes].
+        beside: number of scenes to integrate in parallel; ``lane``: time of one of them [s].
+        looked_at: number of scenes from which all are extrapolated; 0: all were checked.
     """
 
     scenes: int
@@ -71,16 +71,16 @@ class Ahead:
     looked_at: int = 0
 
     def seconds(self, workers: int = 1) -> float:
-        """Return the time by the clock [s]. The seats are waited for by all, the scenes are shared out."""
+        """Return the wall time [s]: seats are computed one after the other, scenes are divided among the workers."""
         shared = self.scenes * self.each + self.beside * self.lane
         return self.start + self.seats * self.seat + shared / max(1, min(workers, self.scenes + self.beside))
 
     def workers(self) -> int:
-        """Return the number of workers: one a core, fewer where the memory that is there would not do."""
+        """Return the number of workers: one per core, or fewer if the available memory is not sufficient."""
         return max(1, min(resources.cores(), int(MEMORY * resources.available_memory() / self.memory)))
 
     def as_json(self) -> str:
-        """Return all of it as JSON, and the time with as many workers as there would be."""
+        """Return the prediction as JSON, with the number of workers and the wall time."""
         workers = self.workers()
         return json.dumps({**asdict(self), "workers": workers, "time_s": self.seconds(workers)}, indent=1)
 
@@ -98,21 +98,21 @@ class Ahead:
 
 
 def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
-    """Return what a study of more than `LOOKED_AT` scenes would take, by so many of them, drawn.
+    """Return the prediction for a study of more than `LOOKED_AT` scenes, from a random sample of that size.
 
-    Raises `SceneError`: what is wrong with one of these; also what `ahead` raises.
+    Raises `SceneError` for errors of the sampled scenes, and the errors of `ahead`.
     """
     count = study.number_of_scenes
     drawn = np.random.default_rng(study.seed).choice(count, LOOKED_AT, replace=False) + 1
     cases = cases_of(study, file=file, numbers=frozenset(drawn.tolist()))
     sample = ahead(study.scene, cases)
-    times = count / len(cases) if 2 * sample.seats > len(cases) else 1.0  # few seats come again and again
+    times = count / len(cases) if 2 * sample.seats > len(cases) else 1.0  # if few, all seats are in the sample
     return replace(sample, scenes=count, seats=round(times * sample.seats), looked_at=len(cases))
 
 
 def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
-    """Return time and memory that these cases of the scene at a path will take. Raises what plans raise where none of
-    the sampled scenes can be planned; the table shows one that cannot."""
+    """Return the prediction for these cases of the scene at a path. If none of the sampled scenes can be planned,
+    raises the error of the first; errors of single scenes are reported in the table."""
     machine = resources.Machine.known()
     last = len(cases) - 1
     chosen = [cases[place] for place in sorted({round(last * k / (SAMPLED - 1)) for k in range(SAMPLED)})]
@@ -152,25 +152,25 @@ def run_study(
     progress: Progress = silent,
     tell: Tell = ignore,
 ) -> StudyTable:
-    """Run every scene of a study, and write its table in study.csv (study.parquet where pyarrow is there).
+    """Run every scene of a study, and write its table to study.csv (and study.parquet with pyarrow).
 
-    Outcomes go to a journal in ``folder`` one by one and are taken from there: a study that was stopped at any moment
-    goes on where it was, with the same numbers. Scenes that fail stand in the table with their message.
+    Each outcome is appended to a journal in ``folder`` and reused from there, so that a stopped study continues with
+    the same results. Scenes that fail are in the table with their message.
 
     Args:
-        effort: workers, and what each scene may take.
-        file: of the study, for messages.
-        tell: hears how many scenes there are to compute, and what is predicted of them.
+        effort: number of workers, and limits of each scene.
+        file: study file, for messages.
+        tell: function that receives the number of scenes and the prediction as text.
 
     Raises:
-        SceneError: all that is wrong with the scenes, before anything runs.
-        StudyError: measures that no summary has, another sweep in the folder, numbers without meaning, an optional
-            package for tables that is installed and cannot be imported.
-        OutputError: ``folder`` cannot be written to. Also what plans raise.
-        ClusterError: of the cluster.
+        SceneError: errors of the scenes, before anything runs.
+        StudyError: measures that no summary has, another sweep in the folder, options out of range, an installed
+            optional package for tables that cannot be imported.
+        OutputError: ``folder`` cannot be written to. Also the errors of plans.
+        ClusterError: errors of the cluster.
     """
     workers = check_effort(effort)
-    is_usable("pyarrow")  # not first when its file is written, after the last scene
+    is_usable("pyarrow")  # fail now rather than after the last scene
     if study.optimise is not None:
         words = "this study asks for one best scene; run it by seatfem optimise, or remove the table"
         raise StudyError(f"optimise: {words}")
@@ -199,9 +199,9 @@ def run_study(
 def scenes_of(
     study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None, progress: Progress = silent
 ) -> tuple[list[Case], Scene, Measures]:
-    """Return all scenes of a study as they are going to be carried out, the first of them, and the measures asked for.
+    """Return the cases of a study as they will be run, the first scene, and the measures.
 
-    Raises `SceneError` of what is wrong; ``file``: of the study, for messages.
+    Raises `SceneError` for errors of the scenes; ``file``: study file, for messages.
     """
     cases = cases_of(study, rounds, file, progress=progress)
     scene = load_scene(study.scene, cases[0].changed)
@@ -232,29 +232,29 @@ def sweep(
     cluster: str | None = None,
     progress: Progress = silent,
 ) -> Any:
-    """Run a study; return its table: a pandas DataFrame if pandas is there, else lists by names of columns.
+    """Run a study; return its table as a pandas DataFrame or, without pandas, as lists by name of the column.
 
         seatfem.sweep("scene.toml", {"contact.gap": ["0 mm", "0.1 mm"], "reed.n_modes": [10, 20]})
 
     Args:
-        scene: its file.
-        vary: by dotted key a list of values as the file would have them, or a table as in [vary] (docs/studies.md).
+        scene: scene file.
+        vary: dotted key -> list of values as in a scene file, or a table as in [vary] (docs/studies.md).
         design: "grid", "zip", "latin_hypercube", "sobol", "monte_carlo" or "sobol_indices".
-        number, seed: of what is drawn.
-        limit: scenes that are allowed at most.
-        measures: keys of summary.json; where none those that the scene is judged by, of its accuracy.measures.
-        error_bars: "every", or "sampled" of scenes that differ in contact data alone.
-        folder: of the journal, by which a stopped study goes on, and of study.csv; none is kept where absent.
-        workers: processes.
-        rounds: of refinement of each scene, at most.
-        cluster: address of a scheduler of dask (docs/cluster.md), in place of ``workers``.
+        number, seed: number of scenes to draw, and seed.
+        limit: largest number of scenes allowed.
+        measures: keys of summary.json; by default those of the scene's accuracy.measures.
+        error_bars: "every", or "sampled" for scenes that differ in contact data only.
+        folder: folder of the journal, from which a stopped study continues, and of study.csv; by default temporary.
+        workers: number of processes.
+        rounds: largest number of refinement rounds of each scene.
+        cluster: address of a dask scheduler (docs/cluster.md), in place of ``workers``.
 
     Returns:
-        One row a scene: "scene" (its number), what varies, the measures [SI] and their error bars, "landing_status"
+        One row per scene: "scene" (its number), varied keys, the measures [SI] and their error bars, "landing_status"
         (landed, no landing, cut off, never opened), "status" (done, missed, stopped, failed), "wall_time_s", "message",
         "notes" (of the run, divided by " | ").
 
-    Raises `SceneError`, `StudyError`, `OutputError`: as `run_study`.
+    Raises `SceneError`, `StudyError`, `OutputError` as `run_study`.
     """
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
     content = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
@@ -264,7 +264,7 @@ def sweep(
         study = Study.model_validate(content, context={"folder": Path()})
     except ValidationError as error:
         raise SceneError(explain(error, Study, content, Path(scene), {})) from None
-    for package in ("pyarrow", "pandas"):  # pandas imports the other one
+    for package in ("pyarrow", "pandas"):  # pandas imports pyarrow
         is_usable(package)
     with ExitStack() as ours:
         place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)

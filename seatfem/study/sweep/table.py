@@ -1,10 +1,10 @@
-"""The table of a study, one row a scene; scenes that were marched side by side in place of a full run.
+"""Table of a study, one row per scene, and error bars of scenes that are integrated in parallel without a full run.
 
-The first scenes settle how all are computed, at a target of `TIGHTER` of the scene's own. The sample runs in full by
-those settings, in one round: the extremes of every key, the scenes nearest to the corners of all, and others evenly
-through the design, chosen by their values alone. Of each measure the largest relative error bar among them, times
-`SAFETY`, is the bar of the others. One more scene that is drawn as n others are has a larger bar than all of them with
-a chance of 1/(n + 1); the factor is for a sample that is laid out, not drawn.
+The first scenes determine the method for all, at a target of `TIGHTER` times the scene's own. A sample runs in full
+with this method, in one round: the extremes of every key, the scenes nearest to the corners of all, and others evenly
+distributed in the design, chosen by their values only. For each measure, the largest relative error bar of the sample
+times `SAFETY` is that of the other scenes. For a random sample of n, another scene has a larger one than all of them
+with the probability 1/(n + 1); the factor allows for a sample that is not random.
 """
 
 import math
@@ -38,7 +38,7 @@ from seatfem.study.sweep.study import Study
 
 Columns = Mapping[str, Sequence[object]]
 MODULES: Final[Mapping[str, str]] = {"pandas": "pandas", "pyarrow": "pyarrow.parquet"}
-"""Modules of the optional packages by which tables are written, to see whether they are absent or broken."""
+"""Module of each optional package for tables, to test whether it can be imported."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +46,10 @@ class StudyTable:
     """Table of the results of a study.
 
     Attributes:
-        study: what was asked.
-        parameters: columns of what varies, as "reed.thickness [mm]", in the order of the study.
-        measures: columns of what is asked; beside each that has one its error bar, "error_bar_" + its name, SI.
-        columns: all of them, by scene; ``None`` where a scene tells nothing.
+        study: the study.
+        parameters: names of columns of varied keys, as "reed.thickness [mm]", in the order of the study.
+        measures: names of columns of measures [SI]; their error bars, if any, are columns "error_bar_" + name.
+        columns: all columns by name, one value per scene; ``None`` for no value.
 
     Means and all else that follows from the table are of `counted` scenes.
     """
@@ -65,16 +65,16 @@ class StudyTable:
         return len(self.columns["scene"])
 
     def numbers(self, name: str) -> NDArray[np.float64]:
-        """Return a column (scenes,); nan where it is no number."""
+        """Return a column (scenes,) as numbers; nan for other values."""
         values = self.columns.get(name, [None] * len(self))
         return np.array([float(v) if isinstance(v, int | float) else np.nan for v in values])
 
     def counted(self, name: str) -> NDArray[np.bool_]:
-        """Return (scenes,) which count for a measure: carried out, and landed where it speaks of a landing."""
+        """Return (scenes,) flags of scenes that count for a measure: with results, and with a landing if needed."""
         return self.has_numbers & self.has_landed if needs_landing(name) else self.has_numbers
 
     def values(self, name: str) -> NDArray[np.float64]:
-        """Return (scenes,) a measure; nan of scenes that do not count for it."""
+        """Return a measure (scenes,); nan for scenes that do not count."""
         return np.where(self.counted(name), self.numbers(name), np.nan)
 
     def is_text(self, name: str) -> bool:
@@ -83,21 +83,21 @@ class StudyTable:
 
     @cached_property
     def has_numbers(self) -> NDArray[np.bool_]:
-        """Return (scenes,) which were carried out."""
+        """Return (scenes,) flags of scenes with results."""
         return np.array([state in ("done", "missed") for state in self.columns["status"]])
 
     @cached_property
     def has_landed(self) -> NDArray[np.bool_]:
-        """Return (scenes,) in which the reed landed on its seat, and the end of the run did not cut that off."""
+        """Return (scenes,) flags of scenes with a landing on the seat that is complete within the run."""
         return np.array([status in (None, LANDED) for status in self.columns.get(STATUS, [None] * len(self))])
 
     @property
     def left_out(self) -> NDArray[np.bool_]:
-        """Return (scenes,) carried out, and left out of what follows from a measure that is asked for."""
+        """Return (scenes,) flags of scenes with results that do not count for some measure of the study."""
         return self.has_numbers & ~self.has_landed & any(map(needs_landing, self.measures))
 
     def left_out_in_words(self) -> str:
-        """Return how many scenes did not land or were cut off, and so count for nothing; "" of none."""
+        """Return as text how many scenes are ignored, as they did not land or were cut off, else ""."""
         if not self.left_out.any():
             return ""
         every = zip(self.columns[STATUS], self.left_out, strict=True)
@@ -117,7 +117,7 @@ class StudyTable:
         return tuple(name for name in self.measures if self.has_numbers.any() and not self._answers(name).any())
 
     def empty_in_words(self) -> list[str]:
-        """Return which measures are empty, and in how many of the scenes that count for them."""
+        """Return as text which measures are missing, and in how many of the scenes that count for them."""
         words = []
         for name in self.measures:
             counted = self.counted(name)
@@ -129,7 +129,7 @@ class StudyTable:
         return words
 
     def _answers(self, name: str) -> NDArray[np.bool_]:
-        """Return (scenes,) which count for a measure and have a value of it."""
+        """Return (scenes,) flags of scenes that count for a measure and have a value of it."""
         known = np.array([value is not None for value in self.columns[name]], dtype=np.bool_)
         return np.asarray(self.counted(name) & known)
 
@@ -145,7 +145,7 @@ class StudyTable:
 
 
 def measures_of(study: Study, judged: Sequence[str]) -> tuple[str, ...]:
-    """Return the keys of summary.json that the study asks for; without any those that its first scene is judged by."""
+    """Return the keys of summary.json in the study's outputs, by default those of the first scene's measures."""
     usual = () if study.outputs.measures else tuple(map(key_of, judged))
     return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
 
@@ -153,7 +153,7 @@ def measures_of(study: Study, judged: Sequence[str]) -> tuple[str, ...]:
 def check_measures(measures: Sequence[str], outcome: Outcome, table: str = "outputs") -> None:
     """Raise `StudyError` for keys, named in a ``table`` of the study, that a scene's summary does not have.
 
-    One that did not land tells nothing of that: it may lack some.
+    A scene that did not land is not checked, as it may lack some.
     """
     if not outcome.has_numbers or not has_landed(outcome.summary):
         return
@@ -193,22 +193,22 @@ def write_columns(path: Path, columns: Columns) -> None:
 
 
 def is_usable(package: str) -> bool:
-    """Return whether a package of the extra "tables" is there.
+    """Return whether a package of the extra "tables" is installed.
 
-    Studies ask before their first scene. Raises `StudyError` of one that is installed and cannot be imported.
+    Raises `StudyError` if it is installed and cannot be imported; studies check this before their first scene.
     """
     if find_spec(package) is None:
         return False
     try:
         import_module(MODULES[package])
-    except Exception as error:  # a broken one raises anything
+    except Exception as error:  # a broken package may raise any error
         remedy = f"{how_to_mend(package, 'tables', error)}, or go without: pip uninstall {package}"
         raise StudyError(f"tables of studies: {remedy}") from error
     return True
 
 
 def write_parquet(path: Path, columns: Columns) -> bool:
-    """Write the same for programs that read Parquet, if pyarrow is there; whole or absent."""
+    """Write the columns as a Parquet file if pyarrow is installed; the file is complete or absent."""
     if not is_usable("pyarrow"):
         return False
     import pyarrow
@@ -220,7 +220,7 @@ def write_parquet(path: Path, columns: Columns) -> bool:
 
 
 def as_frame(columns: Columns) -> Any:
-    """Return a pandas DataFrame where pandas is there, else the columns."""
+    """Return a pandas DataFrame if pandas is installed, else the columns."""
     if not is_usable("pandas"):
         return columns
     import pandas
@@ -244,14 +244,14 @@ PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 
 def settings(scene: Scene) -> Changes:
-    """Return what is changed in all scenes of such a study, besides what varies: the target, and one port."""
+    """Return the changes of all scenes of a study with sampled error bars: a stricter target, and one port."""
     one_port = {RINGS: scene.seat.elastic is not None, PORTS: scene.geometry.lip() is not None}
     ports = {key: 1 for key, applies in one_port.items() if applies and not is_given(scene, key)}
     return {"accuracy.target": TIGHTER * scene.accuracy.target, **ports}
 
 
 def divided(study: Study, cases: list[Case], measures: Sequence[str]) -> list[Case]:
-    """Return the cases: the first as they are, the sample in one round, the others to be marched side by side."""
+    """Return the cases with their way: the first unchanged, the sample in one round, the others in parallel."""
     needs, sample = _needs(measures), _sample(study, cases)
 
     def way(place: int, case: Case) -> Case:
@@ -265,7 +265,7 @@ def divided(study: Study, cases: list[Case], measures: Sequence[str]) -> list[Ca
 
 
 def _needs(measures: Sequence[str]) -> tuple[str, ...]:
-    """Return the histories that these keys of summary.json need beside the force."""
+    """Return the histories that these keys of summary.json need in addition to the force."""
     every = all_measures().values()
     moved = [key for each in every if each.needs_displacement for key in _keys(each)]
     stressed = [key for each in every if each.needs_stress for key in _keys(each)]
@@ -279,7 +279,7 @@ def _keys(measure: Measure) -> tuple[str, ...]:
 
 
 def _sample(study: Study, cases: list[Case]) -> set[int]:
-    """Return the places of the scenes that run in full, besides the first."""
+    """Return the indices of the sampled scenes, which run in full."""
     numbers = [np.asarray(column, dtype=float) for column in columns_of(cases, study).values()]
     unit = np.array([(n - n.min()) / np.ptp(n) for n in numbers if np.ptp(n) > 0]).reshape(-1, len(cases))
     places = {int(place) for place in np.linspace(0, len(cases) - 1, LEAST).round()}
@@ -295,11 +295,10 @@ def is_own(outcome: Outcome) -> bool:
 
 
 def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> dict[str, Outcome]:
-    """Return the outcomes, those marched side by side with the sample's bars, by the target of the study's scene.
+    """Return the outcomes, those of parallel integration with error bars by the sample, judged by the scene's target.
 
-    A measure that is zero has none, nor has a scene that did not land or was cut off: none of the sample is like it,
-    and no target is asked of it. Nor has one of which a scene of the sample has none, nor has any where such a scene
-    was not carried out: what asks for it misses.
+    There is no error bar, and no target, for a measure that is zero and for a scene without a complete landing, as the
+    sample has none like it. There is none, and the target is missed, if a scene of the sample has none or failed.
     """
     full = [outcomes[case.key].summary for case in cases if is_own(outcomes[case.key])]
     sample = [each for case in cases if case.way == "sample" and has_landed(each := outcomes[case.key].summary)]
@@ -334,14 +333,14 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
 
 
 def _share(summary: Mapping[str, object], name: str) -> float:
-    """Return the relative bar; infinite where it is not known."""
+    """Return the relative error bar; infinite if it is not known."""
     value, bar = summary.get(name), summary.get(BAR + name)
     known = isinstance(value, int | float) and isinstance(bar, int | float)
     return abs(float(bar) / float(value)) if known and value else math.inf  # type: ignore[arg-type]
 
 
 def check_sampled(scene: Scene, measures: Sequence[str]) -> None:
-    """Raise `SceneError` of a ``scene`` that is marched by itself, and of measures that take a run in full."""
+    """Raise `SceneError` for a ``scene`` that cannot be integrated in parallel, or measures that need a full run."""
     words = {
         "a gas": scene.gas is not None,
         "a [[spring]]": bool(scene.spring),

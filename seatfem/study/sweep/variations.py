@@ -1,4 +1,4 @@
-"""[vary] of a study file: the values that one key of a scene takes, as a list, a range or a distribution."""
+"""[vary] of a study file: the values of a key of the scene, as a list, a range or a distribution."""
 
 import math
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from seatfem.fields import Contradictions, KeyProblem, Table, absent, kinds_belo
 from seatfem.units import number_and_unit
 
 MOST: Final = 10_000  # most values of a key
-EDGE: Final = 2.0**-53  # least share, and 1 less the largest, at which distributions without bounds are evaluated
+EDGE: Final = 2.0**-53  # smallest probability p, or 1 - p, at which unbounded distributions are evaluated
 Value = Any
 """A value as it is written in a scene file: "0.3 mm", 5, "signorini"."""
 
@@ -46,11 +46,11 @@ class Variation(Table):
 
     @cached_property
     def unit(self) -> str:
-        """Return the unit of its numbers, as the file has it; "" for pure numbers and for what are none."""
+        """Return the unit of its numbers in the file; "" for pure numbers and other values."""
         return next((unit for _, unit in self.quantities().values()), "")
 
     def quantities(self) -> dict[str, tuple[float, str]]:
-        """Return its numbers with their units, by keys as a file has them; all are in one unit."""
+        """Return its numbers and their units by key of the file."""
         values = {field.alias or name: getattr(self, name) for name, field in type(self).model_fields.items()}
         return {key: value for key, value in values.items() if isinstance(value, tuple)}
 
@@ -62,18 +62,18 @@ class Variation(Table):
             yield "to", f"{self.high[0]:g} must be above from = {self.low[0]:g}"
 
     def levels(self, keys: str) -> tuple[Value, ...]:
-        """Return the values for grids; raises `KeyProblem` if there are none. ``keys``: dotted, for messages."""
+        """Return the values for grids; raises `KeyProblem` if there are none. ``keys``: dotted key for messages."""
         raise KeyProblem(keys, f"{self.kind!r} has no levels for this design: give a list, or from, to and number")
 
     def quantile(self, share: float) -> Value:
-        """Return the value below which the share p (0 to 1) of the distribution lies."""
+        """Return the quantile of the distribution for the probability ``share`` (0 to 1)."""
         raise NotImplementedError
 
     def check_drawn(self, keys: str) -> None:
-        """Raise `KeyProblem` for keys that designs which draw values cannot use."""
+        """Raise `KeyProblem` for keys that are not allowed in designs that draw values."""
 
     def written(self, number: float) -> Value:
-        """Return a number with the unit of its variation, as it is written in a scene file."""
+        """Return a number with the unit of the variation, as text of a scene file."""
         return f"{number!r} {self.unit}" if self.unit else number
 
 
@@ -84,7 +84,7 @@ class Listed(Variation):
     values: tuple[Value, ...] = Field(min_length=1, max_length=MOST)
 
     def quantities(self) -> dict[str, tuple[float, str]]:
-        """Return the numbers of all values in one unit; none where one is something else."""
+        """Return the numbers of all values, or nothing if one is no number or they differ in unit."""
         try:
             quantities = {f"values.{number}": _quantity(value) for number, value in enumerate(self.values)}
         except ValueError:
@@ -162,7 +162,7 @@ class TruncatedNormal(Normal):
             yield "from", f"{self.low[0]:g} to {self.high[0]:g} must hold more of the distribution"
 
     def _shares(self) -> tuple[float, float]:
-        """Return the shares of the whole bell below its lowest and its highest value."""
+        """Return the probabilities of the untruncated distribution below the lowest and the highest value."""
         low, high = (
             float(scipy.special.ndtr((end[0] - self.mean[0]) / self.deviation[0])) for end in (self.low, self.high)
         )
@@ -215,7 +215,7 @@ def _normal(share: float) -> float:
 
 
 def _as_table(given: object) -> object:
-    """Return the value as a table: a list of kind "list", a single value a list, ``from`` without kind a range."""
+    """Return the value as a table: a list or a single value as kind "list", one with ``from`` as kind "range"."""
     if isinstance(given, str | int | float):
         return {"kind": "list", "values": [given]}
     if isinstance(given, list | tuple):

@@ -1,4 +1,4 @@
-"""The measured trade of speed for accuracy: a scene at every fidelity, time against error, the Pareto front."""
+"""Measured trade of speed for accuracy: time and error of a scene at many fidelities, with the Pareto front."""
 
 from impact.names import lazy_names
 

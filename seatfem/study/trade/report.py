@@ -1,4 +1,4 @@
-"""The trade as a table: CSV, JSON, in words, and as a chart of time against error."""
+"""Output of the trade of speed for accuracy: CSV, JSON, text, and a chart of time against error."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def rows_of(trade: Trade) -> list[dict[str, object]]:
-    """Return one row per point, units in the keys; NaN where a point did not end."""
+    """Return one row per point, with units in the keys; NaN for a point that did not end."""
     fronts = {name: trade.front(name) for name in trade.measures}
     together = trade.front()
     rows = []
@@ -55,7 +55,7 @@ def rows_of(trade: Trade) -> list[dict[str, object]]:
 
 
 def summary_of(trade: Trade) -> dict[str, object]:
-    """Return the summary of the trade."""
+    """Return target, reference, front and the planner's results as a dictionary."""
     exact = trade.outcomes[trade.reference]
     planner = trade.outcomes[PLANNED]
     return {
@@ -90,7 +90,7 @@ def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
 
 
 def _as_json(outcome: Outcome) -> dict[str, object]:
-    """Return an outcome with its costs, its measures, and what else is known about the point."""
+    """Return an outcome with its costs, its measures, and the data `ABOUT` the point."""
     values = dict(outcome.summary)
     processor, memory, start = (values.pop(key, None) for key in COSTS)
     about: dict[str, object] = {key: values.pop(key) for key in ABOUT if key in values}
@@ -101,7 +101,7 @@ def _as_json(outcome: Outcome) -> dict[str, object]:
 
 
 def in_words(trade: Trade) -> str:
-    """Return in words the front, the planner's place, and the points that did not end."""
+    """Return as text the number of points that ended, the front, and the planner's cost and error."""
     ended = len(trade.done())
     floors = ", ".join(f"{m.replace('_', ' ')} {trade.floor[m]:.1e}" for m in trade.measures)
     lines = [f"{ended} of {len(trade.points)} points ended; the reference itself is uncertain by: {floors}"]
@@ -223,7 +223,7 @@ def _front(axes: Axes, trade: Trade, measure: str) -> None:
 
 
 def _ticks(axis: Axis, decades: float) -> None:
-    """Set plain numbers, 1, 2 and 5 of each decade where there are few, and none on the minor ticks."""
+    """Set plain numbers as labels, at 1, 2 and 5 if there are few decades, and none on minor ticks."""
     from matplotlib.ticker import LogLocator, NullFormatter  # pictures are optional
 
     axis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 2 else (1,), numticks=9))
@@ -232,7 +232,7 @@ def _ticks(axis: Axis, decades: float) -> None:
 
 
 def _legend(trade: Trade) -> Sequence[Any]:
-    """Return the legend: families by colour, what is varied by shape, then the lines."""
+    """Return the legend: families by colour, varied keys by marker, then the lines."""
     from matplotlib.lines import Line2D  # pictures are optional
 
     def handle(label: str, marker: Any, colour: str, size: float = 5.0) -> Line2D:

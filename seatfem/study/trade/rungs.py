@@ -1,10 +1,10 @@
-"""The rungs of a scene in the measured trade: every model that describes its seat, coarse to fine.
+"""Points of a scene in the measured trade: every model of its seat, from coarse to fine.
 
-Not the full product of all choices, but
+They are not the full product of all choices, but
 - the diagonal: mesh and band refined together by `RATIO`, for every level of modelling that applies;
-- around one centre, each key of `seatfem.study.ladders.table` varied alone, and reduction and history, which change
-  times alone;
-- the column under the contact as a spring and as a rod: what is used where there are no finite elements, and no lip.
+- around one centre, each key of `seatfem.study.ladders.table` varied by itself, and reduction and convolution engine,
+  which change only times;
+- the column under the contact as a spring and as a rod, as used without finite elements, if there is no lip.
 """
 
 import math
@@ -44,12 +44,12 @@ from seatfem.study.prerun.look import BAND_PER_FILTER
 from seatfem.study.scene import Scene
 from seatfem.study.trade.point import Point, Settings
 
-BY_HAND: Final = "by hand"  # name of the varied key of points without finite elements
-DEPTH: Final = 3  # rungs of the diagonal below the centre
-ELEMENTS: Final = {True: 1, False: 2}  # elements over the column's height and the patch's width; true: in 3-D
+BY_HAND: Final = "by hand"  # value of `Point.varied` for points without finite elements
+DEPTH: Final = 3  # number of points of the diagonal below the centre
+ELEMENTS: Final = {True: 1, False: 2}  # elements over the column's height and over the patch's width; true: in 3-D
 SOLID: Final = ("sector", "3d")  # levels with three-dimensional meshes
 ENGINES: Final[tuple[Engine, ...]] = ("poles", "fft", "direct")
-ENGINE_STEPS: Final = 100_000  # most steps where engines are compared: the direct sum takes their square
+ENGINE_STEPS: Final = 100_000  # most time steps to compare engines: the cost of the direct sum grows with the square
 REFERENCE_MODES: Final = 128
 REFERENCE_PORTS: Final = 128
 _QUICK: Final = (
@@ -59,7 +59,7 @@ _QUICK: Final = (
 
 
 def has_a_beam(scene: Scene) -> bool:
-    """Return whether a beam is known that could stand in place of the scene's plate."""
+    """Return whether the scene's plate has a beam as simpler model."""
     method = stated_method(scene).replaced({REED_BAND: reduction.OF_A_BEAM}).along(scene.geometry, 1)
     reed = solve_body("reed", scene.reed, method.reed, scene.run.duration)
     striker = striker_of(scene, greens=None if reed is None else reed.greens)
@@ -67,8 +67,8 @@ def has_a_beam(scene: Scene) -> bool:
 
 
 def centre_of(scene: Scene) -> RunMethod:
-    """Return the method that the rungs vary: as the file states, and what it leaves open by the filter's band, its
-    waves and the struck face."""
+    """Return the method around which keys are varied: as the file states, with open keys by the band of the filter,
+    its waves and the contact face."""
     seat, method = scene.seat, replace(stated_method(scene), time_step=None)
     if not seat.traits.is_reduced:
         return replace(method, seat=replace(method.seat, bandwidth=None, size=None, contact_size=None, lip=None))
@@ -84,7 +84,7 @@ def centre_of(scene: Scene) -> RunMethod:
 
 
 def _sizes(seat: Drawn, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
-    """Return element sizes in bulk and contact: `ELEMENTS` the column's height and the patch, and the slowest wave."""
+    """Return element sizes in bulk and contact, by `ELEMENTS` per height and width and by the slowest wave."""
     wave, column = seat.slowest / (PER_WAVELENGTH[seat.discrete(level)] * bandwidth), seat.column()
     across = ELEMENTS[level in SOLID]
     size = stated.size or (wave if column is None else min(wave, column.height / across))
@@ -93,7 +93,7 @@ def _sizes(seat: Drawn, stated: Method, level: AnyLevel, bandwidth: float) -> tu
 
 
 def settings_of(method: RunMethod, changes: Mapping[str, object] | None = None) -> Settings:
-    """Return a method of the trade as settings of keys, some replaced; keys that it leaves open are left out."""
+    """Return a method as settings, some replaced by ``changes``, without the keys that it leaves open."""
     seat, drawn, along = method.seat, method.seat.size is not None, method.ports is not None
     values: dict[str, object] = {
         MODEL: seat.level if drawn else None,
@@ -112,14 +112,14 @@ def settings_of(method: RunMethod, changes: Mapping[str, object] | None = None) 
 
 @dataclass(frozen=True)
 class Rungs:
-    """The rungs of a scene; ``rings``: of the patch, where a plan takes several."""
+    """The points of a scene; ``rings``: number of rings of the contact face in the plans."""
 
     scene: Scene
     rings: int = 1
 
     @cached_property
     def centre(self) -> RunMethod:
-        """Return the method that the rungs are built around."""
+        """Return the method around which keys are varied."""
         return centre_of(self.scene)
 
     @property
@@ -134,11 +134,11 @@ class Rungs:
 
     @property
     def family(self) -> str:
-        """Return the level of the centre; of a seat that is not drawn "as given"."""
+        """Return the level of the centre, or "as given" for a seat without a mesh by gmsh."""
         return str(self.centre.seat.level) if self.drawn else "as given"
 
     def points(self, *, quick: bool = False) -> tuple[Point, ...]:
-        """Return every rung that applies to the scene, each family from coarse to fine; ``quick``: about a third."""
+        """Return all points that apply to the scene, each family from coarse to fine; ``quick``: about a third."""
         by_hand = self._by_hand() if self.centre.ports is None else ()
         points = (*by_hand, *self._diagonals(2 if quick else DEPTH), *self._around())
         return tuple(p for p in points if not quick or p.varied in (BY_HAND, "diagonal") or p.name in _QUICK)
@@ -152,7 +152,7 @@ class Rungs:
         yield Point(
             "spring, column E A/h" if seat.drawn is not None else "spring, E A/L", "spring", BY_HAND, {"seat": spring}
         )
-        if seat.closed_form() is not None:  # its column is what the rod is
+        if seat.closed_form() is not None:  # the rod is such a column
             return
         rod = {
             "kind": "rod",
@@ -165,7 +165,7 @@ class Rungs:
         yield Point("rod, column", "rod", BY_HAND, {"seat": rod})
 
     def _diagonals(self, depth: int) -> Iterator[Point]:
-        """Yield mesh and band together, for each level; that of the centre last, and up to the centre."""
+        """Yield points with mesh and band refined together, for each level, the level of the centre last."""
         if not self.drawn:
             yield Point("as given", "as given", "diagonal", settings_of(self.centre))
             return
@@ -174,12 +174,12 @@ class Rungs:
         for model in self.scene.seat.levels():
             if model.applies and model.error > 0:  # a closed form: nothing to refine
                 yield Point(model.level, model.level, "diagonal", settings_of(self.centre, {MODEL: model.level}))
-            elif model.applies and model.level != self.family and self.centre.ports is None:  # none else along a lip
+            elif model.applies and model.level != self.family and self.centre.ports is None:  # a lip needs the centre's
                 yield from self._chain(model.level, -depth, -1)
         yield from self._chain(self.family, -depth, 0)
 
     def _chain(self, family: str, first: int, last: int) -> Iterator[Point]:
-        """Yield the rungs of one level; none is tried beyond one that did not end."""
+        """Yield the points of one level, each tried only if the coarser one ended."""
         before = ""
         for k in range(first, last + 1):
             rung = replace(self._rung(family, k), after=before)
@@ -200,23 +200,23 @@ class Rungs:
         return self.centre.replaced(finer)
 
     def finer(self, fineness: int) -> Point:
-        """Return the diagonal beyond the centre, for as far as it can be afforded."""
+        """Return the point of the diagonal ``fineness`` refinements beyond the centre."""
         return replace(self._rung(self.family, fineness), after=_name(self.family, fineness - 1))
 
     def _around(self) -> Iterator[Point]:
-        """Yield each key varied alone, the rest being the centre's; then reductions, and engines of the history."""
+        """Yield points with one key varied from the centre, then reductions and convolution engines."""
         centre = self.centre.replaced({RINGS: self.rings})
         for ladder in table.ladders():
             for near in ladder.beside(self.scene.run, self.scene.reed, centre):
                 if near.in_place != BEAM or has_a_beam(self.scene):
                     settings = settings_of(self.centre, near.values)
                     yield Point(near.name, self.family, near.varied, settings, in_place=near.in_place)
-        if centre.seat.bandwidth is not None and (centre.ports or 1) == 1:  # arcs take modes alone
+        if centre.seat.bandwidth is not None and (centre.ports or 1) == 1:  # arcs need modes
             yield from self._reductions()
         yield from self._engines()
 
     def _reductions(self) -> Iterator[Point]:
-        """Yield every reduction that applies; on hexahedra, of diagonal mass, those that need them and the usual."""
+        """Yield all reductions that apply, those for diagonal mass, and for comparison the default, on hexahedra."""
         seat, level, (usual, *_) = self.scene.seat, self.centre.seat.level, reducers()
         if level == "harmonics":
             return
@@ -232,18 +232,18 @@ class Rungs:
                 yield replace(point, name=f"hexahedra, {point.name}", settings=hexes)
 
     def _engines(self) -> Iterator[Point]:
-        """Yield engines of the history at one step that all of them can afford."""
+        """Yield the convolution engines, at a time step that is affordable for all."""
         run, seat = self.scene.run, self.scene.seat
         number = max(2, min(64, math.floor(ENGINE_STEPS * run.filter_width / run.duration)))
         settings = settings_of(self.centre, {STEP: run.filter_width / number})
         for engine in ENGINES:
-            if engine != "poles" or seat.drawn is not None or seat.column() is None:  # of a rod by hand there are none
+            if engine != "poles" or seat.drawn is not None or seat.column() is None:  # no poles in closed form
                 yield Point(f"history {engine}", self.family, "history", settings, engine)
 
     def reference(self, fineness: float, *, coarser: bool = False) -> Point:
-        """Return a point finer than all rungs in every choice; ``coarser``: the same, one notch back in all.
+        """Return a point finer than all others in every key; ``coarser``: one step coarser in every key.
 
-        ``fineness``: of the mesh, above the centre's.
+        ``fineness``: number of refinements of the mesh beyond the centre.
         """
         centre, back, plate = self.centre, 1 if coarser else 0, self.scene.reed.thin_plate
         finer: dict[str, object] = {}

@@ -1,6 +1,6 @@
-"""Measures the trade of speed for accuracy: points of a scene from coarse to fine, the plan's own, and a reference.
+"""Measurement of the trade of speed for accuracy: points from coarse to fine, the planner's choice, and a reference.
 
-Each outcome is written to the journal at once, one JSON line each, so that a stopped trade can be continued.
+Each outcome is appended to the journal at once as a line of JSON, so that a stopped trade can be continued.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ from seatfem.study.trade.point import ALL_OPEN, PROCESSOR, Point, stated_choices
 from seatfem.study.trade.rungs import BY_HAND, Rungs
 from seatfem.units import write_quantity
 
-TIME_LIMIT: Final = 20.0  # processor time [s] for one point, the start of its process included
-PATIENCE: Final = 10.0  # time of the clock over that limit, after which a point is ended: enough on a busy machine
-TOO_LONG: Final = 2.0  # predicted time over the limit above which a point is not tried: predictions are no better
+TIME_LIMIT: Final = 20.0  # processor time for one point, the start of its process included [s]
+PATIENCE: Final = 10.0  # ratio of wall time to that limit after which a point is killed; allows for a busy machine
+TOO_LONG: Final = 2.0  # ratio of predicted time to the limit above which a point is not tried; predictions are rough
 PROGRAM: Final = Program(
     "seatfem.study.trade.point", renew=1, own_session=True, environment=ONE_THREAD, folder_in=(VARIABLE, "TMPDIR")
 )
-"""A point runs in one thread, so that processor time measures work, and in its own folder, where nothing is cached."""
+"""Program of a point: in one thread, so that processor time measures work, and in a folder without caches."""
 
 
 def run_points(
@@ -54,10 +54,10 @@ def run_points(
     cluster: str | None = None,
     progress: Progress = silent,
 ) -> dict[str, Outcome]:
-    """Return outcomes by point name. Those in the ``journal`` are not computed again; each new one goes there at once.
+    """Return outcomes by point name. Those in the ``journal`` are not computed again; new ones are appended at once.
 
-    A point that hangs, crashes or fails ends as an outcome. ``known``: outcomes of other points, for `Point.after`.
-    ``cluster``: the address of a scheduler of dask, whose workers carry out side by side what waits for no other point.
+    A point that hangs, crashes or fails has an outcome, too. ``known``: outcomes of other points, for `Point.after`.
+    ``cluster``: address of a dask scheduler, whose workers compute independent points in parallel.
     """
     outcomes, on_file, waiting = dict(known or {}), runner.read_journal(journal) if journal else {}, list(points)
     keys, ended = {point.name: _key(scene, point) for point in points}, 0
@@ -95,15 +95,15 @@ def _key(scene: Path, point: Point) -> str:
 
 
 def _may_end_now(outcome: Outcome, time_limit: float) -> bool:
-    """Return whether a point that was stopped may end within the time limit now, and is tried again."""
+    """Return whether a point was stopped at a lower time limit than this one, so that it is tried again."""
     return outcome.state == "stopped" and not processor_of(outcome) >= time_limit
 
 
-def _obstacle(point: Point, found: Mapping[str, Outcome], time_limit: float) -> Outcome | None:
-    """Return why a point is not even tried."""
+def _obstacle(point: Point, outcomes: Mapping[str, Outcome], time_limit: float) -> Outcome | None:
+    """Return the outcome of a point that is not tried, with the reason; ``None`` if it is to be tried."""
     if point.predicted > TOO_LONG * time_limit:
         return _stopped(f"not tried: {in_time(point.predicted)} predicted", time_limit)
-    before = found.get(point.after)
+    before = outcomes.get(point.after)
     if before is None or before.state == "done":
         return None
     return _stopped(f"not tried: {point.after} {before.state}", processor_of(before))
@@ -114,7 +114,7 @@ def _stopped(message: str, processor: float) -> Outcome:
 
 
 def processor_of(outcome: Outcome) -> float:
-    """Return the processor time of an outcome [s]; nan where it is not known."""
+    """Return the processor time of an outcome [s]; nan if it is not known."""
     return float(outcome.summary.get(PROCESSOR, math.nan) or 0.0)
 
 
@@ -136,14 +136,14 @@ def _outcome(answer: str | Lost, limit: float) -> Outcome:
 
 PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
-LONGER: Final = 4.0  # time, in time limits, that the reference and the planner's choice may take
-FINEST: Final = 3  # most notches of the diagonal above the centre, where they are cheap
-CARRIED_OUT: Final = ("mesh", "assembly", "reduction", "contact")  # stages of a plan that a point carries out
-GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # factor of the time from rung to rung; true: in three dimensions
+LONGER: Final = 4.0  # time limit of the reference and the planner's choice, over that of other points
+FINEST: Final = 3  # most refinements of the diagonal beyond the centre
+CARRIED_OUT: Final = ("mesh", "assembly", "reduction", "contact")  # stages of a plan that a point includes
+GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # factor on the time by one refinement; true: in three dimensions
 
 
 class TradeError(ValueError):
-    """A trade that cannot be measured; the message says why and what to change."""
+    """Error of a trade that cannot be measured; the message states reason and remedy."""
 
 
 @dataclass(frozen=True)
@@ -151,14 +151,14 @@ class Trade:
     """Times and errors of a scene at every fidelity.
 
     Attributes:
-        title: of the scene.
-        measures: names of what the scene asks for.
-        target: relative error asked for.
-        points: the ladder and the planner's choice.
-        outcomes: by name of the point; also those of the reference.
-        reference: name of the point that errors are taken against.
-        floor: by measure, the relative uncertainty of the reference: smaller errors mean nothing.
-        planning: time that the planner took [s].
+        title: title of the scene.
+        measures: names of the scene's measures.
+        target: required relative error.
+        points: all points, the planner's choice included.
+        outcomes: outcomes by name of the point, the reference included.
+        reference: name of the point relative to which errors are computed.
+        floor: relative uncertainty of the reference by measure; smaller errors are not significant.
+        planning: time of the planner [s].
     """
 
     title: str
@@ -177,29 +177,26 @@ class Trade:
         return tuple(point for point in self.points if self.outcomes[point.name].state == "done")
 
     def left_out_in_words(self) -> str:
-        """Return how many of the points that ended did not land or were cut off, and so have no error; "" of none."""
+        """Return as text how many of the points that ended have no error, since they did not land or were cut off."""
         ended = [self.outcomes[point.name] for point in self.done()]
         statuses = [LANDED if _answers(each, self.measures) else each.summary[STATUS] for each in ended]
         return left_out_in_words(statuses, "points")
 
     def cost(self, name: str) -> float:
-        """Return the processor seconds of a point; not a number where it did not end."""
+        """Return the processor time of a point [s]; nan if it did not end."""
         outcome = self.outcomes[name]
         return processor_of(outcome) if outcome.state == "done" else math.nan
 
     def error(self, name: str, measure: str) -> float:
-        """Return |value - reference|/|reference| of a point; nan where it did not end, or has no such value: a measure
-        of a landing where it did not land, or was cut off."""
+        """Return |value - reference|/|reference| of a point; nan if it did not end or has no value, as without a
+        complete landing."""
         outcome, exact = self.outcomes[name], self.outcomes[self.reference].summary
         if outcome.state != "done" or measure not in outcome.summary or not _answers(outcome, [measure]):
             return math.nan
         return _relative(outcome.summary, exact, measure)
 
     def trusted_error(self, name: str, measure: str | None = None) -> float:
-        """Return the error, but at least the floor; without a ``measure`` that of the worst, in floors or above.
-
-        The worst is the largest error of all measures, each of which counts as at least its floor.
-        """
+        """Return the error, at least the floor; without a ``measure`` the largest of these over all measures."""
         if measure is None:
             errors = [self.trusted_error(name, each) for each in self.measures]
             return math.nan if any(map(math.isnan, errors)) else max(errors)
@@ -207,19 +204,19 @@ class Trade:
         return error if math.isnan(error) else max(error, self.floor[measure])
 
     def contenders(self, *, guesses: bool = False) -> tuple[str, ...]:
-        """Return the names of the points that can be chosen; ``guesses``: also those by hand.
+        """Return the names of the points with error bars; ``guesses``: also those by hand.
 
-        A stiffness guessed by hand has no error bar: whether it is right is known only after the reference has run.
+        The error of a stiffness estimated by hand is known only after the reference has run.
         """
         return tuple(point.name for point in self.points if guesses or point.varied != BY_HAND)
 
     def front(self, measure: str | None = None) -> tuple[str, ...]:
-        """Return the contenders that none beats in time and error, cheapest first; by default in the worst error."""
+        """Return the Pareto front of the contenders, cheapest first; by default by the largest error."""
         names, (costs, errors) = self.contenders(), self._places(self.contenders(), measure)
         return tuple(names[i] for i in effects.pareto_front(costs, errors))
 
     def excess(self, name: str, measure: str | None = None, *, guesses: bool = False) -> float:
-        """Return a point's cost over the least cost of an equal or smaller error; by default of the worst error."""
+        """Return a point's cost over the least cost for an equal or smaller error; by default of the largest error."""
         others = self._places(self.contenders(guesses=guesses), measure)
         return cost_excess(self.cost(name), self.trusted_error(name, measure), *others)
 
@@ -227,7 +224,7 @@ class Trade:
         return [self.cost(name) for name in names], [self.trusted_error(name, measure) for name in names]
 
     def excess_at_target(self, name: str) -> float:
-        """Return a point's cost over the cheapest's that meets the target in all measures; NaN where it misses it."""
+        """Return a point's cost over the least cost that meets the target in all measures; nan if it misses it."""
         if not self.trusted_error(name) <= self.target:
             return math.nan
         meeting = [self.cost(n) for n in self.contenders() if self.trusted_error(n) <= self.target]
@@ -243,21 +240,20 @@ def measure_trade(
     cluster: str | None = None,
     progress: Progress = silent,
 ) -> Trade:
-    """Run the scene at ``path`` at every fidelity; outcomes go to ``journal`` and are taken from there.
+    """Run the scene at ``path`` at every fidelity; outcomes are stored in ``journal`` and reused from there.
 
-    ``cluster``: the address of a scheduler of dask (docs/cluster.md); times are then those of its computers, which
-    should be alike.
-    ``time_limit`` [s] for each point.
+    ``cluster``: address of a dask scheduler (docs/cluster.md); times are then those of its computers, which should be
+    equal. ``time_limit``: processor time of each point [s].
 
     Raises:
-        SceneError: the scene.
-        ClusterError: of the cluster.
+        SceneError: an error of the scene.
+        ClusterError: an error of the cluster.
         TradeError: no reference ended within the time allowed.
     """
     scene = load_scene(path)
     check_writable(journal)
     begun = time.perf_counter()
-    empty = Store(journal.parent / "no-store")  # never written: no seat is at hand
+    empty = Store(journal.parent / "no-store")  # never written: no stored seats are used
     planned = [_planned(PLANNED, plan_scene(load_scene(path, ALL_OPEN), store=empty))]
     if any(is_given(scene, key) for key in FIELDS):
         planned.append(_planned(AS_FILED, plan_scene(scene, store=empty)))
@@ -266,7 +262,7 @@ def measure_trade(
     rungs = Rungs(scene, rings)
     points, runs = rungs.points(quick=quick), _Runs(path, rungs, journal, time_limit, cluster)
     if cluster is None and not journal.exists():
-        # compiled code is on the disk before anything is measured: each family once, for nothing
+        # one run of each family first, so that compiled code is cached before times are measured
         first = {point.family: replace(point, after="") for point in reversed(points) if point.varied == "diagonal"}
         run_points(path, tuple(first.values()), None, time_limit=LONGER * time_limit)
     runs.carry_out(points, progress=progress)
@@ -282,7 +278,7 @@ def measure_trade(
 
 @dataclass
 class _Runs:
-    """Points of one scene that are carried out; ``found``: their outcomes by name."""
+    """Runs of the points of one scene; ``found``: their outcomes by name."""
 
     path: Path
     rungs: Rungs
@@ -292,14 +288,14 @@ class _Runs:
     found: dict[str, Outcome] = field(default_factory=dict)
 
     def carry_out(self, points: Sequence[Point], longer: float = 1.0, progress: Progress = silent) -> None:
-        """Carry out further points, each within ``longer`` times the time limit."""
+        """Compute further points, each within ``longer`` times the time limit."""
         limit = longer * self.limit
         self.found = run_points(
             self.path, points, self.journal, time_limit=limit, known=self.found, cluster=self.cluster, progress=progress
         )
 
     def check_landed(self, names: Sequence[str]) -> None:
-        """Raise `TradeError` where the scene asks for a landing, and each of these points that ended has none."""
+        """Raise `TradeError` if the measures need a landing, and none of these points that ended has one."""
         ended = [each for name in names if (each := self.found.get(name)) is not None and each.state == "done"]
         scene = self.rungs.scene
         if ended and not any(_answers(each, scene.accuracy.judged) for each in ended):
@@ -308,14 +304,14 @@ class _Runs:
             raise TradeError(f'{self.path}: no landing to compare: {why}; {remedy} by accuracy.landing = "run"')
 
     def seconds(self, top: int, notches: int) -> float:
-        """Return the predicted seconds of a mesh that many notches finer than the rung ``top``; infinite if unknown."""
+        """Return the predicted time [s] of a mesh refined ``notches`` times from the rung ``top``; inf if unknown."""
         last = self.found.get(self.rungs.finer(top).name) if self.rungs.drawn else None
         if last is None or last.state != "done":
             return math.inf
         return processor_of(last) * GROWTH[self.rungs.is_solid] ** notches
 
     def finer(self, most: int) -> list[Point]:
-        """Run points finer in all keys than the ladder's centre, if predicted to end in half the limit; return them."""
+        """Run and return points finer than the centre in all keys, while predicted to end in half the time limit."""
         added: list[Point] = []
         while len(added) < most and self.seconds(len(added), 1) <= self.limit / 2:
             added.append(self.rungs.finer(len(added) + 1))
@@ -323,9 +319,9 @@ class _Runs:
         return added
 
     def reference(self, top: int, progress: Progress) -> tuple[str, str]:
-        """Return the name of the finest point that ends in time, and of the point one step coarser in all keys.
+        """Return the names of the finest point that ends in time, and of one coarser by one step in all keys.
 
-        All are finer than the ladder's last rung ``top``; the first is predicted to take half the time allowed.
+        Both are finer than the rung ``top``; the first one tried is predicted to take at most half the time limit.
         """
         notches = [n for n in (3, 2) if self.seconds(top, n) <= LONGER * self.limit / 2]
         tried = []
@@ -351,20 +347,20 @@ def _planned(name: str, plan: Plan) -> Point:
 
 
 def _answers(outcome: Outcome, measures: Sequence[str]) -> bool:
-    """Return whether a point has the events that these measures need: landings, or its whole run."""
+    """Return whether a point has the landings that these measures need."""
     return has_landed(outcome.summary) or not any(name.startswith((HARDEST, FIRST)) for name in measures)
 
 
 def _relative(values: Mapping[str, Any], exact: Mapping[str, Any], name: str) -> float:
-    """Return by how much a value differs from the exact one, relative to that."""
+    """Return the relative difference of a value from the exact one."""
     difference = abs(values[name] - exact[name])
     return float(difference / abs(exact[name])) if exact[name] else math.inf if difference else 0.0
 
 
 def cost_excess(cost: float, error: float, costs: Sequence[float], errors: Sequence[float]) -> float:
-    """Return ``cost`` over the least cost among the points at most as wrong as ``error``; 1 on the front or before it.
+    """Return ``cost`` over the least cost among the points with errors up to ``error``; 1 on the front or before it.
 
-    Not a number where the point itself is none, or nothing is as accurate.
+    It is nan if the cost or error is not finite.
     """
     as_good = [c for c, e in zip(costs, errors, strict=True) if math.isfinite(c) and e <= error]
     if not math.isfinite(cost) or not math.isfinite(error):
