@@ -19,6 +19,7 @@ from impact.pictures.greens_plots import plot_greens
 from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_motion, plot_strains
 from impact.quantities import text
 from seatfem import pictures, structures
+from seatfem.machine.code import VARIABLE
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures import rendering
 from seatfem.structures import cache, rings
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 
 SHOWN_MODES = 6  # modes in a run's modes.png
 MODES_FILE: Final = "modes.h5"
+ANOTHER_STORE: Final = f"set {VARIABLE} to another folder to compute it anew"
 BODIES: Final = (
     "mesh.png",
     "modes.png",
@@ -96,6 +98,8 @@ def draw_run(
         copies = () if names else store.fetch(key, folder)  # the matrices of the seat are not at hand
     except (StoreError, OSError) as problem:
         return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
+    if not names and not copies and scene.seat.drawn is not None and not method.seat.exact:
+        gaps = (*gaps, f"no pictures of the seat's mesh and modes: found on file from a run without; {ANOTHER_STORE}")
     return (*files, *copies), gaps
 
 
