@@ -42,7 +42,7 @@ class GreensFunction(ABC):
     """
 
     closed_form: ClassVar[bool] = False
-    """Whether g is given by parameters in closed form, so that it is never cached."""
+    """This says whether parameters give g in closed form, so that it is never cached."""
     remedy_too_short: ClassVar[str] = "compute it for the whole run (seatfem.greens_function(..., duration=))"
     """Text of the error message that says how to get a g known for longer than `valid_for`."""
     overhang: ClassVar[float] = 1.0

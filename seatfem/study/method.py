@@ -107,12 +107,12 @@ def stated_method(scene: Scene) -> RunMethod:
 
     Raises `LevelError`: the stated level cannot describe the seat.
     """
-    given = frozenset(key for key in FIELDS if is_given(scene, key))
-    rings = scene.contact.rings if scene.seat.elastic is not None or RINGS in given else None
+    stated_keys = frozenset(key for key in FIELDS if is_given(scene, key))
+    rings = scene.contact.rings if scene.seat.elastic is not None or RINGS in stated_keys else None
     with in_role("reed", scene.reed):
         reed = scene.reed.stated()
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
-    return RunMethod(seat, reed, scene.run.time_step, given).along(scene.geometry, scene.contact.ports)
+    return RunMethod(seat, reed, scene.run.time_step, stated_keys).along(scene.geometry, scene.contact.ports)
 
 
 def value_of(scene: BaseModel, key: str) -> Any:

@@ -97,9 +97,9 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
     if numbers.kept is not None and not numbers.section:  # a mode or a static solution costs about as much as a vector
         return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER
-    n, solid = numbers.sizes.counts.dof, not (numbers.section or numbers.hexahedra)
-    solver = "double" if numbers.hexahedra else solver_of(numbers.sizes.counts, method, rings, solid=solid)
-    return SeatModel(**vars(numbers), vectors=min(vectors, n), solver=solver)
+    counts = numbers.sizes.counts
+    solver = solver_of(counts, method, rings, section=numbers.section, hexahedra=numbers.hexahedra)
+    return SeatModel(**vars(numbers), vectors=min(vectors, counts.dof), solver=solver)
 
 
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
@@ -114,8 +114,8 @@ def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
     if level == "harmonics":
         lengths = 2 * math.pi * profile_of(body.geometry()).outer_radius * method.bandwidth / body.slowest
         around = max(FEWEST_HARMONICS, 0.9 * lengths * (BEYOND if method.in_arcs else 1.0))
-    kept = _lip_poles(method, body.measures_inside("3d"), body.slowest) if method.in_arcs else None
-    return Numbers(sizes, modes, around, section, spec.shape == "hex", kept=kept)
+    poles = _lip_poles(method, body.measures_inside("3d"), body.slowest) if method.in_arcs else None
+    return Numbers(sizes, modes, around, section, spec.shape == "hex", kept=poles)
 
 
 def _lip_poles(method: Method, volume: float, slowest: float) -> float:
@@ -129,8 +129,8 @@ def numbers_of_mesh(mesh: SeatMesh, slowest: float, method: Method) -> Numbers:
     """Return the size of the model on a given mesh; ``slowest``: speed of its slowest waves [m/s]."""
     assert method.bandwidth is not None
     modes = modes_of_volume(mesh.quality.volume, method.bandwidth, slowest)
-    kept = _lip_poles(method, mesh.quality.volume, slowest) if method.in_arcs else None
-    return Numbers(_sizes_of(mesh), modes, drawn=False, kept=kept)
+    poles = _lip_poles(method, mesh.quality.volume, slowest) if method.in_arcs else None
+    return Numbers(_sizes_of(mesh), modes, drawn=False, kept=poles)
 
 
 def highest_pole(model: SeatModel | None, tolerance: float) -> float:

@@ -50,9 +50,7 @@ FILL: Final = 19.5  # entries of the factor over n^(4/3), for a cube; METIS orde
 FACTOR_ENTRY: Final = 8.7  # bytes of an entry of the factor, which shares its row numbers with others
 MATRIX_ENTRY: Final = 12  # bytes of an entry of a sparse matrix
 ASSEMBLY_ENTRY: Final = 21  # bytes of an entry of K while K is made
-FACTORIZED_ENTRY: Final = (
-    45  # bytes of an entry of K during factorisation: K, K + s^2 M, upper triangle, PARDISO's copy
-)
+FACTORIZED_ENTRY: Final = 45  # bytes of an entry of K in its factorisation: K, K + s^2 M, triangle, PARDISO's copy
 GRIDS_ENTRY: Final = 3.3  # memory of a reduction on two grids over that of K and M: single precision, coarse space
 COARSE_UNKNOWNS: Final = 7.0  # unknowns of the fine grid over those of the coarse one
 KRYLOV_VECTORS: Final = 150  # 100 vectors for one port, and the allocated room
@@ -140,13 +138,15 @@ def memory_need(counts: Counts, solver: Solver = "double") -> MemoryNeed:
     return MemoryNeed(max(assembly, factorized), assembly + LANCZOS_VECTORS * vector)
 
 
-def solver_of(counts: Counts, method: Method, rings: float = 1, *, solid: bool = True) -> Solver:
-    """Return the solver of a reduction's vectors; ``solid``: whether the elements are tetrahedra, as two grids need."""
-    if method.distributed:
+def solver_of(
+    counts: Counts, method: Method, rings: float = 1, *, section: bool = False, hexahedra: bool = False
+) -> Solver:
+    """Return the solver by which a reduction computes its vectors, on tetrahedra, a ``section`` or ``hexahedra``."""
+    named = None if method.reduction == AUTO else reduction.greens.named(method.reduction)
+    if method.distributed or hexahedra or not (named is None or named.bears_rounding):
         return "double"
     solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)
-    named = None if method.reduction == AUTO else reduction.greens.named(method.reduction)
-    if solver == "two grids" and solid and method.order == 2 and (named is None or named.on_two_grids):
+    if solver == "two grids" and not section and method.order == 2:
         return solver
     return "single" if solver != "double" and libraries.has_pardiso() else "double"
 
@@ -194,7 +194,7 @@ def check_elastic(body: structure.Structure, mesh: SeatMesh | MeridianMesh, leve
     levels = [option.level for option in body.levels() if option.applies and option.level in cheaper]
     size: Any = mesh.provenance.spec.get("size")
     counts, rings = counts_of(solid := cast("SeatMesh", mesh)), method.rings or 1
-    solver = solver_of(counts, method, rings, solid=solid.shape == "tetrahedron")
+    solver = solver_of(counts, method, rings, hexahedra=solid.shape == "hexahedron")
     check_memory(
         counts, method=method.reduction, solver=solver, size=size, levels=levels, distributed=method.distributed
     )
@@ -358,8 +358,8 @@ def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method
     """
     sizes = body.rough_sizes(spec, level)
     how = body.stated() if method is None else method
-    solid = level not in ("axisymmetric", "harmonics") and spec.shape == "tet"
-    need = memory_need(sizes.counts, solver_of(sizes.counts, how, how.rings or 1, solid=solid))
+    section, hexahedra = level in ("axisymmetric", "harmonics"), spec.shape == "hex"
+    need = memory_need(sizes.counts, solver_of(sizes.counts, how, how.rings or 1, section=section, hexahedra=hexahedra))
     least, available = need.of_reduction(how.reduction, distributed=how.distributed), available_memory()
     if least <= MARGIN * available and sizes.elements <= MARGIN * MOST_ELEMENTS:
         return

@@ -132,16 +132,16 @@ def blocks_of_times(field: Field, force: Array, dt: float, stride: int) -> Itera
 def _update_peaks(pool: Executor, field: Field, part: Array, times: Array, bounds: Array, peaks: Array) -> None:
     """Update the ``peaks`` (4, G, A), arrays of `Largest`, with the stress at the ``times`` (m,) of a block."""
     largest = max(peaks[0].max(initial=0.0), peaks[2].max(initial=0.0))
-    part, times, kept = thinned(part, times, bounds.max(axis=0, initial=0.0), largest)
-    if not kept.size:
+    part, times, retained = thinned(part, times, bounds.max(axis=0, initial=0.0), largest)
+    if not retained.size:
         return
     lowest = np.minimum(peaks[0] / math.sqrt(1.5), peaks[2]).min(axis=1)
-    candidates = np.flatnonzero(bounds[:, kept] @ np.abs(part).max(axis=0) > lowest)
+    candidates = np.flatnonzero(bounds[:, retained] @ np.abs(part).max(axis=0) > lowest)
     values = np.ascontiguousarray(part.T)
     at_once = max(_PLACES, _NUMBERS // (6 * peaks.shape[2] * len(times)))
 
     def update(remaining: Integers) -> None:
-        for stress in field.stress(remaining, values, kept):
+        for stress in field.stress(remaining, values, retained):
             places, remaining = remaining[: len(stress)], remaining[len(stress) :]
             place_peaks = peaks[:, places].reshape(4, -1)
             _largest(stress.reshape(-1, 6, len(times)), times, place_peaks)
@@ -152,7 +152,7 @@ def _update_peaks(pool: Executor, field: Field, part: Array, times: Array, bound
 
 
 def thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Array, Array, Integers]:
-    """Return fewer coordinates (m', k) at fewer times (m',), and the (k,) numbers of the coordinates kept.
+    """Return fewer coordinates (m', k) at fewer times (m',), and the (k,) numbers of the retained coordinates.
 
     The dropped coordinates add up to at most `LITTLE` of ``largest`` [Pa]. Between two samples s steps apart the
     stress departs from linear interpolation by at most s^2/8 of its second difference, and s is chosen such that this
@@ -160,12 +160,12 @@ def thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Ar
     """
     weight = bound * np.abs(part).max(axis=0)
     order = np.argsort(weight)
-    kept = np.sort(order[np.cumsum(weight[order]) >= LITTLE * largest]).astype(np.int64)
-    part = part[:, kept]
-    bend = float((np.abs(np.diff(part, 2, axis=0)) @ bound[kept]).max(initial=0.0))
+    retained = np.sort(order[np.cumsum(weight[order]) >= LITTLE * largest]).astype(np.int64)
+    part = part[:, retained]
+    bend = float((np.abs(np.diff(part, 2, axis=0)) @ bound[retained]).max(initial=0.0))
     step = max(1, int(min(math.sqrt(8 * BETWEEN * largest / bend) if bend else np.inf, len(part))))
     samples = np.append(np.arange(0, len(part) - 1, step), len(part) - 1)
-    return part[samples], times[samples], kept
+    return part[samples], times[samples], retained
 
 
 EACH: Final = 4  # hot spots of each region

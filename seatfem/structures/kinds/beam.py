@@ -74,7 +74,7 @@ class Beam(Structure):
     long: ClassVar[str] = "reed.length"
     """The key that states its length."""
     both_held: ClassVar[bool] = False
-    """Whether its far end is clamped as well."""
+    """This says whether the far end of the beam is clamped as well."""
 
     thickness: fields.Length = fields.default("0.305 mm", "thickness, in the direction of the motion")
     material: parts.Material = fields.default(

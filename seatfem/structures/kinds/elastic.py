@@ -73,7 +73,7 @@ class Elastic(Reduced):
 
     traits: ClassVar[structure.Traits] = replace(Reduced.traits, needs_gmsh=True, is_kept=True, has_rings=True)
     has_faces: ClassVar[bool] = False
-    """Whether the contact face may consist of flat faces of any outline."""
+    """This says whether the contact face may consist of flat faces of any outline."""
 
     material: parts.AnyMaterial = Field(description="the body's material: a table, or a name alone")
     materials: dict[str, parts.AnyMaterial] = default({}, "other materials, by the name of their region")

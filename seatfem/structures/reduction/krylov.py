@@ -190,7 +190,7 @@ class Krylov(Reducer):
     most: int = 800
 
     name = "krylov"
-    on_two_grids = True
+    bears_rounding = True
     distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:

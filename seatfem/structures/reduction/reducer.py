@@ -60,7 +60,7 @@ class Reducer(ABC):
         factorizes: whether it needs the memory of a sparse factorization.
         diagonal_mass: whether it is meant for models with a diagonal mass; others are slow or refused.
         modal_damping: whether it accepts damping ratios, which have no sparse matrix.
-        on_two_grids: whether conjugate gradients on two grids may solve for its vectors in place of a factor.
+        bears_rounding: whether its vectors may be rounded, by factors in single precision or iterations on two grids.
         distributes: whether it can be distributed over PETSc's ranks.
     """
 
@@ -70,7 +70,7 @@ class Reducer(ABC):
     factorizes: ClassVar[bool] = True
     diagonal_mass: ClassVar[bool] = False
     modal_damping: ClassVar[bool] = True
-    on_two_grids: ClassVar[bool] = False
+    bears_rounding: ClassVar[bool] = False
     distributes: ClassVar[bool] = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:

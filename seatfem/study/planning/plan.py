@@ -68,7 +68,7 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Plan:
-    """How a scene is to be computed.
+    """A plan says how a scene is to be computed.
 
     Attributes:
         scene: the scene, as in the file.

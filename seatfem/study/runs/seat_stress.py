@@ -135,7 +135,7 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     bars = np.sum(
         [np.abs(_two_peaks(largest(other, force, dt).after_contact) - _two_peaks(peaks)) for other in others], axis=0
     )
-    kept = [*of_points, both.at(np.array([0]))]
+    named_fields = [*of_points, both.at(np.array([0]))]
     angles = len(field.points) // len(known.to_edge)
     return SeatStress(
         meshes,
@@ -151,7 +151,7 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
         float(bars[1]),
         done.result.time,
         points,
-        np.concatenate([histories(each, force, dt) for each in kept]),
+        np.concatenate([histories(each, force, dt) for each in named_fields]),
         at_time(field, force, dt, round(peaks.von_mises_time[worst] / dt)),
         _front(done),
         field,

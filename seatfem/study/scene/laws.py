@@ -37,7 +37,7 @@ class ContactLaw(Table):
     """Base of the tables of contact laws, each with ``kind: Literal["name"]``."""
 
     remembers: ClassVar[bool] = False
-    """Whether the force depends on the largest closure since the contact last opened."""
+    """This says whether the force depends on the largest closure since the contact last opened."""
 
     kind: str
 
