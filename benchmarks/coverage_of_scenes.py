@@ -32,7 +32,7 @@ from table import RESULTS, append_rows, read_rows, spent
 
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures.store import VARIABLE
+from seatfem.structures.cache import VARIABLE
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from seatfem.study.scene import load_scene

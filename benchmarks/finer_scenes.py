@@ -24,10 +24,9 @@ from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.method import RunMethod, as_stated
-from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.rounds import Round
 from seatfem.study.runs.seat_stress import seat_stress
-from seatfem.study.runs.stresses import REED, SEAT, TENSION, stresses
+from seatfem.study.runs.stresses import REED, SEAT, TENSION, plate_reed_stress, stresses
 from seatfem.study.scene import Scene
 
 LEAST_MODES, MOST_MODES = 60, 400  # of a beam in a reference

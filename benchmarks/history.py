@@ -26,8 +26,8 @@ import impact
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
 from impact.runs.batch import solve_many
 from seatfem.machine.resources import Machine
+from seatfem.structures.cache import Store
 from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.store import Store
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene
 

@@ -26,7 +26,7 @@ from typing import Final
 from drawn_scenes import draw_scene
 from table import RESULTS, append_rows, read_rows
 
-from seatfem.structures.store import VARIABLE
+from seatfem.structures.cache import VARIABLE
 from seatfem.study.scene import load_scene
 
 ROOT: Final = Path(__file__).parents[1]

@@ -22,12 +22,12 @@ import numpy as np
 import skfem
 from table import RESULTS, Table, in_words, publish, timed
 
+from seatfem.structures.cache import VARIABLE
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import Material, SecondOrderModel
-from seatfem.structures.store import VARIABLE
 from seatfem.study.scene import load_scene
 from seatfem.study.sweep.cases import PILOTS, chosen
-from seatfem.study.sweep.outcome import Outcome, carry_out
+from seatfem.study.sweep.runner import Outcome, carry_out
 from seatfem.study.sweep.side_by_side import side_by_side
 from seatfem.study.sweep.table import settings
 

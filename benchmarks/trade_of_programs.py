@@ -24,7 +24,7 @@ from typing import Final
 from points.flapper_landing import GRIDS
 from table import RESULTS, append_rows, read_rows
 
-from seatfem.structures.store import VARIABLE
+from seatfem.structures.cache import VARIABLE
 
 HERE: Final = Path(__file__).parent
 ROOT: Final = HERE.parent

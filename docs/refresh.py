@@ -31,7 +31,7 @@ from impact.files.safe_files import whole_file
 from seatfem.faces.cli import demo_scene, run_command
 from seatfem.faces.verdict import verdict
 from seatfem.readings import reading
-from seatfem.structures.store import VARIABLE, Store
+from seatfem.structures.cache import VARIABLE, Store
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene

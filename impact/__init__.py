@@ -12,7 +12,7 @@ __getattr__, __dir__, __all__ = public_names(
     former={
         "contact_stress": "impact.exact.contact_stress",
         "half_space": "impact.exact.half_space",
-        "pekeris": "impact.exact.disk_response",
+        "pekeris": "impact.exact.half_space",
         "rods": "impact.after.stresses",
         "after.contact_stress": "impact.exact.contact_stress",
     },

@@ -53,7 +53,7 @@ from impact.exact.closed_form import (
     single_mode as single_mode,
     spring as spring,
 )
-from impact.exact.rod_ends import rod_of_two_ends as rod_of_two_ends
+from impact.exact.rods import rod_of_two_ends as rod_of_two_ends
 from impact.exact.half_space import (
     HalfSpacePatch as HalfSpacePatch,
     disk_compliance as disk_compliance,
@@ -104,8 +104,14 @@ from impact.pictures.lip_plots import plot_lip as plot_lip
 from impact.pictures.plots import plot_energy as plot_energy, plot_force as plot_force, plot_motion as plot_motion
 from impact.runs.batch import ImpactBatch as ImpactBatch, solve_many as solve_many
 from impact.runs.variations import Budget as Budget
-from impact.runs.horizon import Horizon as Horizon, measure_horizon as measure_horizon
-from impact.runs.solver import Coarser as Coarser, collect as collect, error_budget as error_budget, solve as solve
+from impact.runs.solver import (
+    Coarser as Coarser,
+    Horizon as Horizon,
+    collect as collect,
+    error_budget as error_budget,
+    measure_horizon as measure_horizon,
+    solve as solve,
+)
 from impact.storage.hdf5 import (
     StorageError as StorageError,
     load_greens as load_greens,

@@ -14,8 +14,8 @@ import gmsh
 from step_files import paint
 
 from seatfem.structures.shapes import CONTACT_COLOUR, FIXED_COLOUR
-from seatfem.structures.shapes.faces import Colour, Face
 from seatfem.structures.shapes.inspect import faces_of
+from seatfem.structures.shapes.selectors import Colour, Face
 
 MILLIMETRE = 1e-3
 BODY_COLOUR: Colour = (128, 128, 128, 255)

@@ -10,9 +10,8 @@ from types import MappingProxyType
 import gmsh
 
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, ConicalSeat, Flapper, Geometry, Stopper, ValvePlate
-from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.inspect import patch_tags
-from seatfem.structures.shapes.selectors import CONTACT_COLOUR, FIXED_COLOUR
+from seatfem.structures.shapes.selectors import CONTACT_COLOUR, FIXED_COLOUR, Colour
 
 MILLIMETRE = 1e-3
 COLOURS = {"contact": CONTACT_COLOUR, "fixed": FIXED_COLOUR}

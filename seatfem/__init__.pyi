@@ -23,13 +23,15 @@ from seatfem.structures.mesh.plane_meshes import MeridianMesh as MeridianMesh, m
 from seatfem.structures.mesh.spec import MeshSpec as MeshSpec
 from seatfem.structures.model import ModelError as ModelError, Port as Port, SecondOrderModel as SecondOrderModel
 from seatfem.structures.reduction.greens import greens_function as greens_function, reduce_model as reduce_model
-from seatfem.structures.reduction.harmonics import ring_greens as ring_greens
+from seatfem.structures.reduction.harmonics import (
+    RingPatch as RingPatch,
+    ring_greens as ring_greens,
+)
 from seatfem.structures.reduction.lip_modes import face_greens as face_greens, lip_greens as lip_greens
 from seatfem.structures.reduction.modes import Modes as Modes, solve_modes as solve_modes
 from seatfem.structures.reduction.reducer import Reduction as Reduction
-from seatfem.structures.reduction.ring_patches import RingPatch as RingPatch
 from seatfem.structures.sheets import PlateModes as PlateModes, Sheet as Sheet, plate_modes as plate_modes
-from seatfem.structures.store import Store as Store, content_key as content_key
+from seatfem.structures.cache import Store as Store, content_key as content_key
 from seatfem.study.runs.pipeline import margin_curve as margin_curve, run_scene as run_scene
 from seatfem.study.scene import load_scene as load_scene
 from seatfem.study.scene.strength import load_strength as load_strength

@@ -8,13 +8,12 @@ from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_greens, load_results, save_greens
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.machine.resources import Machine, Stopwatch
-from seatfem.structures.cache import key_of
+from seatfem.structures.cache import Store, key_of
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import LevelError, Method, Solved, bed
 from seatfem.structures.rings import Division
-from seatfem.structures.store import Store
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, run_contacts
@@ -28,7 +27,7 @@ from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import check_files
-from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.runner import Outcome
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from tests.as_stated import seat_of, solved_striker, striker_of

@@ -25,12 +25,10 @@ from impact.exact.contact_stress import (
     tip_step_stress as tip_step_stress,
 )
 from impact.exact.rods import DampedFixedRod as DampedFixedRod, DampedFreeRod as DampedFreeRod
-from impact.exact.disk_response import point_step_response as point_step_response, rayleigh_speed as rayleigh_speed
+from impact.exact.half_space import point_step_response as point_step_response, rayleigh_speed as rayleigh_speed
 from impact.exact import (
     closed_form as closed_form,
     contact_stress as contact_stress,
-    disk_response as disk_response,
     half_space as half_space,
-    rod_ends as rod_ends,
     rods as rods,
 )

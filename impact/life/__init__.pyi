@@ -41,8 +41,7 @@ from impact.life.multiaxial import (
 )
 from impact.life import (
     damage as damage,
-    multiaxial as multiaxial,
     places as places,
-    planes as planes,
+    multiaxial as multiaxial,
     strength as strength,
 )

@@ -6,6 +6,8 @@ t-1 over it is the factor on all stresses at which the limit is met. The constan
 amplitudes of t-1 for both pure bending with f-1 and pure torsion with t-1.
 
 To add a criterion: a frozen dataclass that is a `Multiaxial`, with its ``name`` and ``within``.
+
+Amplitudes of stress paths: mean square shear over all planes, and the smallest sphere around a path.
 """
 
 from __future__ import annotations
@@ -21,8 +23,262 @@ from numpy.typing import ArrayLike
 
 from impact.exact.contact_stress import circular_axis_stress
 from impact.greens.base import Array
-from impact.life.planes import enclosing_sphere, mean_square_shear
 from impact.life.strength import LifeError, Strength, criterion
+from impact.march.loop.compiled import compiled
+
+_FIRST, _FINEST = 8, 256  # number of polar angles over the sphere in the first and the finest grid
+_FEW = 64  # largest number of points whose hull is computed without removing inner points first
+
+
+def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
+    """Return <Ta^2> [Pa^2], Ta half the range of the shear stress on a plane with normal n along a direction m in it.
+
+        <Ta^2> = 1/(8 pi^2) int int int Ta^2(theta, phi, chi) dchi sin(theta) dtheta dphi
+
+    The integral over chi is exact: Ta is half the width of the convex hull of the shear vectors on a plane. Over the
+    normals it is Gauss-Legendre in cos(theta) and equidistant in phi: exact for a stress path that is a segment or an
+    ellipse, of third order for one with corners. The number of angles is doubled until a quarter of the last change,
+    and of an eighth of the one before in case two values agree by chance, meets the relative ``tolerance``.
+    ``stress``: (n, 6) [Pa], one block in Voigt order. Raises `LifeError` if the value does not converge.
+    """
+    turns = stress - stress.mean(axis=0)
+    scale = float(np.abs(turns).max())
+    if scale == 0.0:
+        return 0.0
+    turns, number, change = turns / scale, _FIRST, math.inf
+    value = _average(turns, *_polar(number))
+    while number < _FINEST:
+        number *= 2
+        last, before, value = change, value, _average(turns, *_polar(number))
+        change = abs(value - before)
+        if max(change, last / 8) <= 4 * tolerance * value:
+            return float(value) * scale**2
+    raise LifeError(
+        f"the mean over planes changes by {change / value:.1e} from {number // 2} to {number} polar angles, too much "
+        f"for a tolerance of {tolerance:g}: ask for less"
+    )
+
+
+def _polar(number: int) -> tuple[Array, Array]:
+    """Return cosines and weights over half the sphere, as opposite normals are the same plane."""
+    cosines, weights = np.polynomial.legendre.leggauss(number)
+    return cosines[number // 2 :], weights[number // 2 :]
+
+
+@compiled()
+def _average(stress, cosines, weights):  # type: ignore[no-untyped-def]
+    around = 4 * len(cosines)
+    vectors = np.empty((len(stress), 2))
+    total = 0.0
+    for i in range(len(cosines)):
+        height, width = cosines[i], math.sqrt(1 - cosines[i] ** 2)
+        for j in range(around):
+            c, s = math.cos(2 * math.pi * j / around), math.sin(2 * math.pi * j / around)
+            for k in range(len(stress)):
+                xx, yy, zz, yz, xz, xy = stress[k]
+                tx = (xx * c + xy * s) * width + xz * height
+                ty = (xy * c + yy * s) * width + yz * height
+                tz = (xz * c + yz * s) * width + zz * height
+                vectors[k, 0] = c * ty - s * tx
+                vectors[k, 1] = (c * tx + s * ty) * height - width * tz
+            total += weights[i] / around * _half_width_squared(vectors)
+    return total
+
+
+@compiled()
+def _half_width_squared(points):  # type: ignore[no-untyped-def]
+    """Return the mean over all directions of (half the width)^2 of points in a plane.
+
+    With the edges of the hull sorted by their directions mod pi, e_1, e_2, ..., the width is the support function of
+    the symmetric polygon with the corners v_0 = -sum e_i/2, v_1 = v_0 + e_1, ...: v_k . u between the normals of e_k
+    and e_(k+1).
+    """
+    edges = _hull_edges(_outer(points) if len(points) > _FEW else points)
+    angles = np.empty(len(edges))
+    for k in range(len(edges)):
+        if edges[k, 1] < 0 or (edges[k, 1] == 0 and edges[k, 0] < 0):
+            edges[k] = -edges[k]
+        angles[k] = math.atan2(edges[k, 1], edges[k, 0])
+    x, y = -0.5 * edges[:, 0].sum(), -0.5 * edges[:, 1].sum()
+    total = 0.0
+    order = np.argsort(angles)
+    for place in range(len(order)):
+        k = order[place]
+        x, y = x + edges[k, 0], y + edges[k, 1]
+        last = place + 1 == len(order)
+        end = angles[order[0]] + math.pi if last else angles[order[place + 1]]
+        middle, span = 0.5 * (angles[k] + end), end - angles[k]
+        along, across = x * math.sin(middle) - y * math.cos(middle), x * math.cos(middle) + y * math.sin(middle)
+        total += 0.5 * (along**2 + across**2) * span + 0.5 * (along**2 - across**2) * math.sin(span)
+    return 0.25 * total / math.pi
+
+
+@compiled()
+def _outer(points):  # type: ignore[no-untyped-def]
+    """Return the points without those inside the octagon of those that are extreme along eight directions (Akl and
+    Toussaint 1978)."""
+    at, reach = np.zeros(9, dtype=np.int64), np.full(8, -np.inf)
+    for k in range(len(points)):
+        x, y = points[k, 0], points[k, 1]
+        for d, along in enumerate((x, x + y, y, y - x, -x, -x - y, -y, x - y)):
+            if along > reach[d]:
+                reach[d], at[d] = along, k
+    at[8] = at[0]
+    corners = points[at]
+    kept = 0
+    outer = np.empty_like(points)
+    for k in range(len(points)):
+        inside = True
+        for d in range(8):
+            right, up = corners[d + 1, 0] - corners[d, 0], corners[d + 1, 1] - corners[d, 1]
+            margin_error = right * (points[k, 1] - corners[d, 1]) - up * (points[k, 0] - corners[d, 0])
+            inside &= margin_error > 0 or (right == 0 and up == 0)
+        if not inside:
+            outer[kept] = points[k]
+            kept += 1
+    return outer[:kept]
+
+
+@compiled()
+def _hull_edges(points):  # type: ignore[no-untyped-def]
+    """Return the edges of the convex hull, by Andrew's monotone chain."""
+    upwards = np.argsort(points[:, 1])
+    order = upwards[np.argsort(points[upwards, 0], kind="mergesort")]
+    chain = np.empty((2 * len(points), 2))
+    size = 0
+    for side in range(2):
+        start = size
+        for place in range(len(order)):
+            p = points[order[place] if side == 0 else order[len(order) - 1 - place]]
+            while size >= start + 2 and (
+                (chain[size - 1, 0] - chain[size - 2, 0]) * (p[1] - chain[size - 2, 1])
+                <= (chain[size - 1, 1] - chain[size - 2, 1]) * (p[0] - chain[size - 2, 0])
+            ):
+                size -= 1
+            chain[size] = p
+            size += 1
+    edges = np.empty((size, 2))
+    for k in range(size):
+        edges[k] = chain[(k + 1) % size] - chain[k]
+    return edges
+
+
+_INSIDE = 1e-12  # relative tolerance of the squared radius within which a point counts as inside
+_MOST = 2000  # largest number of exchanges of the smallest sphere; usually about ten
+
+
+def enclosing_sphere(points: Array) -> tuple[Array, float]:
+    """Return the (d,) centre and radius of the smallest sphere that holds (n, d) points, d <= 6, all finite.
+
+    The sphere is determined by at most d + 1 of the points. To a set of these the point furthest outside is added, and
+    the smallest sphere around the set, one of the circumscribed spheres of its subsets, gives the next set. The radius
+    grows, so that no set recurs and the exact sphere is reached; raises `LifeError` otherwise.
+
+    Source: E. Welzl, LNCS 555 (1991) 359; B. Gaertner, LNCS 1643 (1999) 325, for the exchange of the furthest point.
+    """
+    if not np.isfinite(points).all():
+        raise LifeError(f"the stress history must be finite, {np.sum(~np.isfinite(points))} values are not")
+    origin = points.mean(axis=0)
+    scale = float(np.abs(points - origin).max())
+    if scale == 0.0:
+        return origin, 0.0
+    centre, squared, converged = _smallest((points - origin) / scale, _INSIDE, _MOST)
+    if not converged:
+        raise LifeError(f"no smallest sphere around {len(points)} points after {_MOST} exchanges; report this history")
+    return origin + scale * centre, scale * math.sqrt(squared)
+
+
+@compiled()
+def _furthest(points, centre):  # type: ignore[no-untyped-def]
+    best, at = -1.0, 0
+    for k in range(points.shape[0]):
+        distance = 0.0
+        for j in range(points.shape[1]):
+            distance += (points[k, j] - centre[j]) ** 2
+        if distance > best:
+            best, at = distance, k
+    return best, at
+
+
+@compiled()
+def _smallest(points, inside, most):  # type: ignore[no-untyped-def]
+    """Return the centre, the squared distance of the furthest point, and whether the iteration converged."""
+    size = points.shape[1]
+    held = np.empty((size + 2, size))
+    held[0] = points[_furthest(points, points[0])[1]]
+    count, centre, squared = 1, held[0].copy(), 0.0
+    for _ in range(most):
+        distance, at = _furthest(points, centre)
+        if distance <= squared * (1 + inside):
+            return centre, distance, True
+        held[count] = points[at]
+        new_centre, new_squared, chosen = _around(held[: count + 1])
+        if new_squared <= squared:  # by round-off alone
+            return centre, distance, distance <= squared * (1 + 1e-6)
+        centre, squared = new_centre, new_squared
+        kept = 0
+        for k in range(count + 1):
+            if chosen >> k & 1:
+                held[kept] = held[k]
+                kept += 1
+        count = kept
+    return centre, squared, False
+
+
+@compiled()
+def _around(few):  # type: ignore[no-untyped-def]
+    """Return the smallest sphere around at most d + 2 points, the last of them on it: centre, squared radius, subset as
+    bits."""
+    count, size = few.shape
+    best, centre, chosen = np.inf, few[0].copy(), 0
+    for subset in range(1, 1 << (count - 1)):
+        members = 0
+        for k in range(count - 1):
+            members += subset >> k & 1
+        if members <= size:
+            trial = _circumscribed(few, subset)
+            squared = _furthest(few, trial)[0]
+            if squared < best:
+                best, centre, chosen = squared, trial, subset | 1 << (count - 1)
+    return centre, best, chosen
+
+
+@compiled()
+def _circumscribed(few, subset):  # type: ignore[no-untyped-def]
+    """Return the centre in the plane of the subset and the last point: 2 G lam = diag G, G of the edges from that
+    point."""
+    count, size = few.shape
+    edges = np.empty((count, size))
+    m = 0
+    for k in range(count - 1):
+        if subset >> k & 1:
+            edges[m] = few[k] - few[count - 1]
+            m += 1
+    edges = edges[:m]
+    matrix = 2 * edges @ edges.T
+    right = 0.5 * np.diag(matrix)
+    for k in range(m):  # elimination with pivoting; linearly dependent edges are omitted
+        pivot = k + np.argmax(np.abs(np.diag(matrix)[k:]))
+        for each in range(m):
+            matrix[k, each], matrix[pivot, each] = matrix[pivot, each], matrix[k, each]
+        for each in range(m):
+            matrix[each, k], matrix[each, pivot] = matrix[each, pivot], matrix[each, k]
+        right[k], right[pivot] = right[pivot], right[k]
+        edges[k], edges[pivot] = edges[pivot].copy(), edges[k].copy()
+        if matrix[k, k] <= 1e-24:
+            m = k
+            break
+        for row in range(k + 1, m):
+            factor = matrix[row, k] / matrix[k, k]
+            matrix[row] -= factor * matrix[k]
+            right[row] -= factor * right[k]
+    centre = few[count - 1].copy()
+    weights = np.zeros(m)
+    for k in range(m - 1, -1, -1):
+        weights[k] = (right[k] - matrix[k, k + 1 : m] @ weights[k + 1 :]) / matrix[k, k]
+        centre += weights[k] * edges[k]
+    return centre
+
 
 ROOT_3 = math.sqrt(3)
 
@@ -112,7 +368,7 @@ class Papadopoulos(Multiaxial):
     stress = A cos + B sin, 5 <Ta^2> = J2(A) + J2(B), independent of phases. For hard metals.
 
     Attributes:
-        tolerance: relative tolerance of the mean square (`impact.life.planes.mean_square_shear`).
+        tolerance: relative tolerance of the mean square (`impact.life.multiaxial.mean_square_shear`).
 
     Source: I. V. Papadopoulos, Int. J. Fatigue 16 (1994) 377; Papadopoulos et al., Int. J. Fatigue 19 (1997) 219.
     """

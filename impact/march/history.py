@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from impact.greens import oscillator
 from impact.greens.base import Array, StepKernel
 from impact.greens.modal import ModalGreens
-from impact.march.loop.past import FLOOR
+from impact.march.loop.forces import FLOOR
 from impact.march.problem import ContactError
 from impact.quantities import brief
 

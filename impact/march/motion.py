@@ -19,7 +19,7 @@ from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
 from impact.march import history, problem
 from impact.march.loop.compiled import compiled
-from impact.march.loop.past import FLOOR, displaced
+from impact.march.loop.forces import FLOOR, displaced
 from impact.march.replay import Replay, blocks, resting, translate
 from impact.quantities import brief
 

@@ -15,7 +15,7 @@ from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
 from impact.march.loop.compiled import compiled
-from impact.march.loop.past import FLOOR, oscillate, padded
+from impact.march.loop.forces import FLOOR, oscillate, padded
 
 BLOCK = 4096  # steps of a block
 CACHED_VALUES, LEAST_TILE = 2**17, 64  # floats of a tile that fit in the cache; fewest steps of a tile

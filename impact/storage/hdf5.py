@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.after.result import EnergyLedger, ImpactResult
-from impact.exact import closed_form, half_space, rod_ends, rods
+from impact.exact import closed_form, half_space, rods
 from impact.files import hdf5_structure, safe_files
 from impact.greens import base, modal, sums
 from impact.greens.poles import PoleGreens
@@ -32,7 +32,7 @@ _CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
     "delay_rod": rods.DelayRod,
     "damped_fixed_rod": rods.DampedFixedRod,
     "damped_free_rod": rods.DampedFreeRod,
-    "two_ended_rod": rod_ends.TwoEndedRod,
+    "two_ended_rod": rods.TwoEndedRod,
     "power_law": closed_form.PowerGreens,
     "half_space_patch": half_space.half_space_patch,
 }

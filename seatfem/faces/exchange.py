@@ -140,7 +140,7 @@ def _as_vtk(source: Path, output: Path, progress: Progress) -> Written:
 
 def _as_calculix(source: Path, output: Path, progress: Progress) -> Written:
     plan = planning.planner.plan_scene(_scene_of(source), progress=progress, folder=source if source.is_dir() else None)
-    return runs.calculix.write_calculix(plan, output, progress)
+    return runs.calculix_contact.write_calculix(plan, output, progress)
 
 
 def _as_reduced(source: Path, output: Path, progress: Progress) -> Written:

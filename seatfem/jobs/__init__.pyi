@@ -1,10 +1,9 @@
 # ruff: noqa: I001 (one import a module)
 from seatfem.jobs import (
-    cluster as cluster,
     desk as desk,
     folders as folders,
     processes as processes,
     program as program,
-    remote as remote,
+    cluster as cluster,
     worker as worker,
 )

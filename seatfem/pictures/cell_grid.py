@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from seatfem.structures.elements import mindlin, revolved_elements
+from seatfem.structures.elements import axisymmetric, mindlin
 from seatfem.structures.formats.file_mesh import VTK, to_vtk
 from seatfem.structures.mesh.io import CELL_KINDS, HEX_VERTICES, nodes_of
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
@@ -169,7 +169,7 @@ def section_triangles(mesh: Any, n_nodes: int) -> Integers:
     """Return straight triangles (m, 3) on all nodes; smaller numbers first, so that neighbouring prisms split alike."""
     if not isinstance(mesh, skfem.MeshTri | skfem.MeshQuad):
         raise ModelError(f"shapes on {type(mesh).__name__} cannot be revolved; it must be a meridian section")
-    element = revolved_elements.section_element(mesh, 1 if n_nodes == mesh.nvertices else 2)
+    element = axisymmetric.section_element(mesh, 1 if n_nodes == mesh.nvertices else 2)
     cells = np.asarray(skfem.Basis(mesh, element, intorder=1).element_dofs)
     picked = np.concatenate([cells[list(corners)].T for corners in _TRIANGLES[len(cells)]])
     return np.sort(picked, axis=1)

@@ -1,6 +1,5 @@
 # ruff: noqa: I001 (one import a module)
 from seatfem.structures import (
-    cache as cache,
     elements as elements,
     errors as errors,
     estimates as estimates,
@@ -21,7 +20,7 @@ from seatfem.structures import (
     rings as rings,
     shapes as shapes,
     sheets as sheets,
-    store as store,
+    cache as cache,
     strips as strips,
     surface_outlines as surface_outlines,
 )

@@ -28,7 +28,7 @@ from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import COARSENING, NAMES, Aims, Level, Method, Solved, spring_of, without_waves
 from seatfem.structures.model import ModelError, SecondOrderModel
-from seatfem.structures.reduction import factorization, harmonics, ring_patches
+from seatfem.structures.reduction import factorization, harmonics
 from seatfem.structures.reduction.greens import reduced as reduce_by_aims
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
@@ -259,7 +259,7 @@ def _around(
     arc, rings = body.struck_arc, method.rings or 1
     assert arc is not None
     build = partial(_harmonic, body, mesh, rings)
-    patches = {name: ring_patches.RingPatch(0.0, arc, name) for name in ring_names("contact", rings)}
+    patches = {name: harmonics.RingPatch(0.0, arc, name) for name in ring_names("contact", rings)}
     aims = replace(_aims(body, method, duration), distributed=False)
     with watch("reduction"):
         try:
@@ -280,7 +280,7 @@ def _along(
     assert isinstance(lip, Lip)
     build = partial(_harmonic, body, mesh, lip.rings)
     width, faces = 2 * np.pi / lip.arcs, ring_names("contact", lip.rings)
-    patches = [ring_patches.RingPatch(float(angle), width, face) for angle in lip.angles for face in faces]
+    patches = [harmonics.RingPatch(float(angle), width, face) for angle in lip.angles for face in faces]
     with watch("reduction"):
         greens = lip_greens(
             build,

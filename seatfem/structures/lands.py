@@ -15,9 +15,9 @@ from impact.after.histories import Pieces
 from impact.greens.base import Array
 from seatfem.structures import errors, lip
 from seatfem.structures.rings import MOST_PORTS
-from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.shapes.inspect import triple
 from seatfem.structures.shapes.loops import chained, cross, inside, polygon_area
+from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.strips import Strip, strip_of
 
 SAME: Final = 1e-6  # distance of ends of edges that count as one point, over the face's size

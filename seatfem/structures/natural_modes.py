@@ -24,7 +24,7 @@ from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.mesh import meshing, plane_meshes
 from seatfem.structures.method import Level, Method
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction import factorization, ring_patches
+from seatfem.structures.reduction import factorization, harmonics
 from seatfem.structures.reduction.modes import Modes, solve_modes
 
 DEFAULT_COUNT: Final = 20
@@ -157,7 +157,7 @@ def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, prog
     def build(harmonic: int, torsion: bool = False) -> SecondOrderModel:
         return finite_elements.matrices(body, mesh, "harmonics", harmonic=harmonic, torsion=torsion)
 
-    patch = ring_patches.RingPatch(0.0, 2 * math.pi if body.struck_arc is None else body.struck_arc)
+    patch = harmonics.RingPatch(0.0, 2 * math.pi if body.struck_arc is None else body.struck_arc)
     all_modes: list[Mode] = []
     compliances: dict[int, float] = {}
     complete, empty, harmonic, dof = True, 0, 0, 0
@@ -243,7 +243,7 @@ def _compliance(model: SecondOrderModel, square: float, rigid: Array) -> float:
 
 def _shared(
     found: list[Mode],
-    patch: ring_patches.RingPatch,
+    patch: harmonics.RingPatch,
     compliances: dict[int, float],
     build: Callable[[int], SecondOrderModel],
     arc: bool,

@@ -18,7 +18,7 @@ from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from impact.quantities import brief
 from seatfem.machine.code import cache_folder
-from seatfem.structures.cache import warn
+from seatfem.structures.cache import Store, content_key, warn
 from seatfem.structures.elements.mindlin import (
     PlateMesh,
     assemble_plate,
@@ -37,7 +37,6 @@ from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import Modes, solve_modes, with_parity
 from seatfem.structures.rings import CONTACT
 from seatfem.structures.shapes import Flat, fingerprint
-from seatfem.structures.store import Store, content_key
 from seatfem.units import write_quantity
 
 CUTOFF: Final = 3.0  # highest frequency of the modes, over the band

@@ -12,8 +12,7 @@ from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError, SecondOrderModel
 from seatfem.structures.reduction import greens as registry
-from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
-from seatfem.structures.reduction.residual import truncate
+from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction, truncate
 from seatfem.study.scene.problems import SceneError
 from tests.gallery import load_text
 from tests.rod_model import rod_model

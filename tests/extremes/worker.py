@@ -7,7 +7,7 @@ from dataclasses import asdict
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import limit_process
 from seatfem.jobs.worker import answer_lines
-from seatfem.structures.store import VARIABLE
+from seatfem.structures.cache import VARIABLE
 from tests.extremes.battery import battery
 from tests.extremes.cell import carry_out
 from tests.extremes.mixed import random_cells

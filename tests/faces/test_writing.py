@@ -16,9 +16,8 @@ from impact.files.hdf5_structure import USER_BLOCK, seal_of
 from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
 from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
 from seatfem.machine.code import NOT_NUMERICS, hash_of
-from seatfem.structures import store
-from seatfem.structures.cache import Cache, CacheWarning, key_of
-from seatfem.structures.store import Store, StoreError, content_key
+from seatfem.structures import cache
+from seatfem.structures.cache import Cache, CacheWarning, Store, StoreError, content_key, key_of
 from tests.fuzz.hdf5 import seal
 from tests.steps import BAD_INPUT, DONE, FAILED, Scene, load_scene, run_command, seat_of, stated_method
 
@@ -174,7 +173,7 @@ def test_a_cache_that_cannot_be_written_costs_a_warning(
         folder = request.getfixturevalue("tiny_disk")
         (folder / "filler").write_bytes(bytes(60 << 10))
     elif store == "/proc/nowhere":
-        folder = Path(store)
+        folder = Path(cache)
     else:
         folder.write_text("", encoding="utf-8")
     monkeypatch.setenv("SEATFEM_STORE", str(folder))
@@ -202,26 +201,26 @@ def test_a_user_without_a_home_keeps_nothing(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_a_kept_function_carries_key_and_seal(tmp_path: Path) -> None:
     told: list[str] = []
-    store, elsewhere = Store(tmp_path, told.append), content_key({"seat": "b"})
-    path = store.put(KEY, SEAT)
+    cache, elsewhere = Store(tmp_path, told.append), content_key({"seat": "b"})
+    path = cache.put(KEY, SEAT)
     assert load_greens(path, key=KEY).static_compliance() == pytest.approx(SEAT.static_compliance())
-    store.path(elsewhere).write_bytes(path.read_bytes())  # another's function under the right name
-    assert store.get(elsewhere) is None
+    cache.path(elsewhere).write_bytes(path.read_bytes())  # another's function under the right name
+    assert cache.get(elsewhere) is None
     assert f"belongs to the key '{KEY}'" in told[-1]
     path.write_bytes(bytes(USER_BLOCK) + path.read_bytes()[USER_BLOCK:])  # the seal taken off
-    assert store.get(KEY) is None
+    assert cache.get(KEY) is None
     assert "carries no seal of its content" in told[-1]
     with h5py.File(path, "r+") as file:
         file["omega"][...] *= 2
-    seal_before = store.put(elsewhere, SEAT).read_bytes()[:USER_BLOCK]
+    seal_before = cache.put(elsewhere, SEAT).read_bytes()[:USER_BLOCK]
     path.write_bytes(seal_before + path.read_bytes()[USER_BLOCK:])  # other numbers under an old seal
-    assert store.get(KEY) is None
+    assert cache.get(KEY) is None
     assert "changed since it was written" in told[-1]
     assert len(told) == 3
     save_greens(OTHER, path)  # sealed, and of no key
     with pytest.raises(OtherKeyError, match="belongs to the key 'of nothing'"):
         load_greens(path, key=KEY)
-    assert store.get(KEY) is None
+    assert cache.get(KEY) is None
     assert load_greens(path).static_compliance() == pytest.approx(OTHER.static_compliance())  # a user's own file
 
 
@@ -239,25 +238,25 @@ def odd(path: Path) -> None:
 
 @pytest.mark.parametrize("change", [unsealed, odd])
 def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path) -> None:
-    scene, store, path = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), tmp_path / "seat.h5"
-    first = seat_of(scene, Cache(path, store))
+    scene, cache, path = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), tmp_path / "seat.h5"
+    first = seat_of(scene, Cache(path, cache))
     assert not first.reused
-    assert seat_of(scene, Cache(path, store)).reused
-    for file in (path, store.path(seat_key(scene))):
+    assert seat_of(scene, Cache(path, cache)).reused
+    for file in (path, cache.path(seat_key(scene))):
         change(file)
     why = "carries no seal" if change is unsealed else "valid_for is 'long'"
     with pytest.warns(CacheWarning, match=f"not used again: .*{why}"):
-        again = seat_of(scene, Cache(path, store))
+        again = seat_of(scene, Cache(path, cache))
     assert not again.reused
     t = np.linspace(0, 3e-5, 50)
     assert np.allclose(again.greens.impulse_response(t), first.greens.impulse_response(t), rtol=1e-9)
-    assert seat_of(scene, Cache(path, store)).reused
+    assert seat_of(scene, Cache(path, cache)).reused
 
 
 def test_the_coarser_function_is_kept_first_and_under_its_own_key(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene, store, put = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), Store.put
+    scene, cache, put = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), Store.put
     kept: list[str] = []
 
     def interrupted(self: Store, key: str, greens) -> Path:
@@ -269,14 +268,14 @@ def test_the_coarser_function_is_kept_first_and_under_its_own_key(
     with monkeypatch.context() as patch:
         patch.setattr(Store, "put", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            seat_of(scene, Cache(tmp_path / "seat.h5", store))
+            seat_of(scene, Cache(tmp_path / "seat.h5", cache))
     (coarser,) = kept
     assert coarser != seat_key(scene)
-    assert store.get(seat_key(scene)) is None  # nothing is taken for complete
-    found = seat_of(scene, Cache(tmp_path / "seat.h5", store))
+    assert cache.get(seat_key(scene)) is None  # nothing is taken for complete
+    found = seat_of(scene, Cache(tmp_path / "seat.h5", cache))
     assert (found.reused, found.coarser is None) == (False, False)
-    store.path(coarser).write_bytes(store.path(seat_key(scene)).read_bytes())  # the fine one in its place
-    again = seat_of(scene, Cache(tmp_path / "other.h5", store))
+    cache.path(coarser).write_bytes(cache.path(seat_key(scene)).read_bytes())  # the fine one in its place
+    again = seat_of(scene, Cache(tmp_path / "other.h5", cache))
     assert again.coarser is None or not again.reused
 
 
@@ -284,7 +283,7 @@ def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     """A mended reduction does not serve what the broken one computed; a picture's colour changes nothing."""
     scene = load_scene(scene_file(tmp_path, BLOCK + BALL))
     before = seat_key(scene)
-    monkeypatch.setattr(store, "numerics_version", lambda: "mended")
+    monkeypatch.setattr(cache, "numerics_version", lambda: "mended")
     assert seat_key(scene) != before
     package = tmp_path / "seatfem"
     for name in ("structures/krylov.py", "pictures/plots.py", "new/room.py", "faces/cli.py"):
@@ -342,7 +341,7 @@ def test_a_writer_that_is_stopped_leaves_the_old_file(name: str, tmp_path: Path)
 def test_no_writer_goes_round_whole_file() -> None:
     """What a user finds on the disk is written by `files.atomic`; the exceptions are private folders and journals."""
     allowed = {
-        "impact/files/safe_files.py", "seatfem/jobs/folders.py", "seatfem/jobs/processes.py", "seatfem/jobs/remote.py",
+        "impact/files/safe_files.py", "seatfem/jobs/folders.py", "seatfem/jobs/processes.py", "seatfem/jobs/cluster.py",
         "seatfem/structures/reduction/slepc.py", "seatfem/study/trade/trade.py",
     }  # fmt: skip
     allowed |= {

@@ -20,9 +20,8 @@ from impact.march.stepper import ContactStepper
 from impact.storage.hdf5 import save_checkpoint, save_greens, save_results
 from seatfem.machine.resources import Machine
 from seatfem.pictures.moving import save_moving
-from seatfem.structures.store import Store
-from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.runner import append
+from seatfem.structures.cache import Store
+from seatfem.study.sweep.runner import Outcome, append
 from tests.moving_block import block_modes, block_wave
 from tests.uff_sets import function_set, mode_set, unit_set, write_sets
 

@@ -33,7 +33,7 @@ from seatfem.structures.formats.dxf import read_outline
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.uff import read_impulse_response_uff, read_modes_uff
-from seatfem.structures.kinds.record_columns import read_columns
+from seatfem.structures.kinds.measured import read_columns
 from seatfem.structures.shapes.cad import check_readable, stated_unit, step_face_names
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.strength import load_strength

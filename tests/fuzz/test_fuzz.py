@@ -43,8 +43,7 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length, check_step
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.problems import MOST
-from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.runner import append, read_journal
+from seatfem.study.sweep.runner import Outcome, append, read_journal
 from tests.extremes import run_battery
 from tests.fuzz.hdf5 import seal
 

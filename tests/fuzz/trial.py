@@ -26,9 +26,9 @@ from seatfem.faces.cli import run_command
 from seatfem.faces.report.figures import body_figure
 from seatfem.machine.resources import Machine
 from seatfem.pictures.moving import load_moving
+from seatfem.structures.cache import VARIABLE, Store
 from seatfem.structures.formats.uff import read_impulse_response_uff
 from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
-from seatfem.structures.store import VARIABLE, Store
 from seatfem.study.impacts import contact
 from seatfem.study.runs import pictures
 from seatfem.study.sweep.runner import read_journal

@@ -9,8 +9,14 @@ from scipy.special import j1
 
 import impact
 from impact import Body, ContactProblem, GreensFunctionError, ModalGreens, Residual
-from impact.exact.disk_response import DiskResponse, rayleigh_speed
-from impact.exact.half_space import HalfSpacePatch, disk_compliance, half_space_patch, without_patch
+from impact.exact.half_space import (
+    DiskResponse,
+    HalfSpacePatch,
+    disk_compliance,
+    half_space_patch,
+    rayleigh_speed,
+    without_patch,
+)
 from impact.greens.sums import SumGreens, merged
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0, "radius": 1e-3}

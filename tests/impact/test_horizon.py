@@ -9,7 +9,7 @@ import pytest
 
 import impact
 from impact.greens.base import Array
-from impact.runs.horizon import PERTURBATION, Horizon, twin_of
+from impact.runs.solver import PERTURBATION, Horizon, twin_of
 from tests.known_answers.compliant import rigid_seat
 
 G = 9.81

@@ -18,7 +18,7 @@ from seatfem.jobs.cluster import ClusterError, Parcel, cluster_crew, threads_of
 from seatfem.jobs.desk import Lost, Program
 from seatfem.study.safety import Effort
 from seatfem.study.sweep.runner import JOURNAL, StudyError
-from seatfem.study.trade.point import COSTS, Point, carry_out
+from seatfem.study.trade.rungs import COSTS, Point, carry_out
 from seatfem.study.trade.trade import run_points
 from tests.extremes import battery
 from tests.extremes import carry_out as cells_here

@@ -9,11 +9,11 @@ from functools import cache, partial
 import numpy as np
 
 import impact
-from impact.exact.disk_response import point_step_response
 from impact.exact.half_space import (
     HalfSpacePatch,
     disk_compliance,
     half_space_patch,
+    point_step_response,
     punch_compliance,
     square_compliance,
 )

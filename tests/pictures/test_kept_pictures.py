@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 import impact
+from seatfem.structures.cache import Store, content_key
 from seatfem.structures.kinds import Spring
 from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
-from seatfem.structures.store import Store, content_key
 from seatfem.study.method import RunMethod
 from seatfem.study.runs import pictures
 from tests.gallery import BAR, load_text, mass

@@ -11,8 +11,7 @@ from benchmarks.peers import calculix
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.formats.calculix_contact import mass_contact
-from seatfem.structures.formats.calculix_deck import calculix_body
+from seatfem.structures.formats.calculix_deck import calculix_body, mass_contact
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.materials import Material, Orthotropic
 from seatfem.structures.model import ModelError, SecondOrderModel

@@ -17,9 +17,9 @@ from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction import lip_modes
+from seatfem.structures.reduction.harmonics import RingPatch
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import Division, as_a_whole, divided_less
 from seatfem.units import parse_quantity
 from tests.ring_mesh import EDGE, HEIGHT, INNER, around, meridian

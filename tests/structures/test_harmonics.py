@@ -9,8 +9,7 @@ from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
 from seatfem.structures.model import ModelError
 from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.harmonics import ring_greens
-from seatfem.structures.reduction.ring_patches import RingPatch, first_velocities_beyond, summed
+from seatfem.structures.reduction.harmonics import RingPatch, first_velocities_beyond, ring_greens, summed
 from tests.ring_mesh import meridian
 
 STEEL = Material(200e9, 0.3, 7850.0)

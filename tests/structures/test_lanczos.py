@@ -16,7 +16,7 @@ from seatfem.structures.reduction.eigen_search import rigid_shapes
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.lanczos import Lanczos
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.reduction.residual import truncate
+from seatfem.structures.reduction.reducer import truncate
 from tests.rod_model import rod_model
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}

@@ -12,10 +12,9 @@ from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.harmonics import ring_greens
+from seatfem.structures.reduction.harmonics import RingPatch, ring_greens
 from seatfem.structures.reduction.lip_modes import lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import as_a_whole
 from tests.ring_mesh import INNER, meridian
 

@@ -5,11 +5,10 @@ import pytest
 
 from seatfem.machine.code import cache_folder
 from seatfem.structures import sheets
-from seatfem.structures.cache import CacheWarning
+from seatfem.structures.cache import VARIABLE, CacheWarning
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes.outlined import Outlined
 from seatfem.structures.sheets import Sheet, plate_modes
-from seatfem.structures.store import VARIABLE
 
 CORNERS = ((0.0, -2e-3), (12e-3, -2e-3), (12e-3, 2e-3), (0.0, 2e-3))
 STRIP = Outlined(CORNERS, 0.3e-3, (10e-3, 0.0), (CORNERS[3], CORNERS[0]))

@@ -20,7 +20,7 @@ from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
-from seatfem.structures.reduction.residual import residual, truncate
+from seatfem.structures.reduction.reducer import residual, truncate
 from seatfem.structures.reduction.transient import Transient, march
 from tests.rod_model import rod_model
 

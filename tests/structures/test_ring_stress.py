@@ -18,7 +18,7 @@ from seatfem.structures.fields.recovery import Response, at_time, histories, rec
 from seatfem.structures.fields.sites import at_points
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, felt, solid_stress
 from seatfem.structures.materials import Material
-from seatfem.structures.reduction.ring_patches import RingPatch, mixing_of
+from seatfem.structures.reduction.harmonics import RingPatch, mixing_of
 from tests.ring_mesh import EDGE, HEIGHT, INNER, OUTER, around, meridian
 
 STEEL = Material(200e9, 0.3, 7850.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem.structures.store import Store, StoreError, content_key
+from seatfem.structures.cache import Store, StoreError, content_key
 
 KEY = content_key({"seat": "a"})
 SEAT = impact.single_mode(frequency_hz=1e4, mass=0.01, damping_ratio=0.02)

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import pytest
 
 from seatfem.jobs.desk import Ask
-from seatfem.study.sweep import outcome as one
+from seatfem.study.sweep import runner as one
 
 
 def answer_here(monkeypatch: pytest.MonkeyPatch) -> list[str]:

@@ -7,7 +7,7 @@ import time
 from dataclasses import asdict
 
 from seatfem.jobs.worker import answer_lines
-from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.runner import Outcome
 
 
 def reply(line: str) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from seatfem.structures.fields.recovery import largest
 from seatfem.study.runs.lives import again
-from seatfem.study.runs.reed_stress import plate_field, plate_pushes, struck_in
+from seatfem.study.runs.stresses import plate_field, plate_pushes, struck_in
 from tests.gallery import load_text
 from tests.steps import Round, Stopwatch, plan_scene, rounds, silent
 

@@ -15,7 +15,7 @@ from seatfem.structures.fields.peaks import hottest, largest, mises_range, von_m
 from seatfem.structures.fields.recovery import histories
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.lives import Stressed
-from seatfem.study.runs.reed_stress import plate_field
+from seatfem.study.runs.stresses import plate_field
 from tests.gallery import BAR, load_text
 from tests.steps import Round, SceneError
 

@@ -79,7 +79,7 @@ def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["../x", "/etc/x", "1/../../x", "1/.x", "1/a b", "x", "1/x/y", "12345/x"])
 def test_what_is_not_unpacked(name: str, tmp_path: Path) -> None:
     pytest.importorskip("distributed")
-    from seatfem.jobs.remote import unpacked as unpack
+    from seatfem.jobs.cluster import unpacked as unpack
 
     with pytest.raises(ValueError, match="must be a number, / and a plain name"):
         unpack({name: b""}, tmp_path / "files")

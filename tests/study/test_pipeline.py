@@ -18,8 +18,7 @@ from impact.notices import Progress, silent
 from seatfem.faces.cli import main
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures import plots
-from seatfem.structures.cache import CacheWarning
-from seatfem.structures.store import VARIABLE
+from seatfem.structures.cache import VARIABLE, CacheWarning
 from seatfem.study.impacts.contact import fallback_step, run_contacts
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pictures, pipeline

@@ -22,10 +22,9 @@ from seatfem.study.impacts.touches import SOURCES, values_of_record
 from seatfem.study.ladders.level import changes_on, without_waves
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
 from seatfem.study.planning.deciding import Choices, Decision
-from seatfem.study.prerun import lips, look
+from seatfem.study.prerun import context, lips
 from seatfem.study.prerun.bench import Bench, advanced, locate_contact_window
-from seatfem.study.prerun.context import PlanningContext
-from seatfem.study.prerun.look import BANDS, coarse_method
+from seatfem.study.prerun.context import BANDS, PlanningContext, coarse_method
 from seatfem.study.prerun.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE, MUCH_SHORTER, SIMPLER
 from tests.as_stated import seat_of, striker_of
@@ -463,7 +462,7 @@ class TestWithoutWaves:
     @staticmethod
     def looked_at(scene: Scene) -> Surrogate:
         surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-        return look.look_at(scene, stated_method(scene), surrogate, Machine(), Store.default(), longest=np.inf)
+        return context.look_at(scene, stated_method(scene), surrogate, Machine(), Store.default(), longest=np.inf)
 
     @staticmethod
     def level_of(seen: PlanningContext) -> str:
@@ -503,7 +502,7 @@ class TestWithoutWaves:
         def impossible(*args: object, **more: object) -> None:
             raise ModelError("no mesh")
 
-        monkeypatch.setattr(look, "build", impossible)
+        monkeypatch.setattr(context, "build", impossible)
         found = without_waves(self.seen(BENT))
         assert not found.measured
 

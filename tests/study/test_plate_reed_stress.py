@@ -17,9 +17,8 @@ from seatfem.structures.fields.recovery import histories, von_mises
 from seatfem.structures.fields.sites import plate_nodes, plate_stress
 from seatfem.structures.sheets import PlateModes
 from seatfem.study.runs import pipeline
-from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, plate_field, plate_pushes
 from seatfem.study.runs.seat_stress import SeatStress
-from seatfem.study.runs.stresses import stresses
+from seatfem.study.runs.stresses import PlatePeaks, PlateReedStress, plate_field, plate_pushes, stresses
 from tests.gallery import load_text
 from tests.steps import Lip, Round
 

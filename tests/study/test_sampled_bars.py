@@ -9,8 +9,7 @@ import pytest
 
 from seatfem.faces.other_verbs import study_ahead
 from seatfem.study.sweep import side_by_side
-from seatfem.study.sweep.outcome import Outcome, carry_out
-from seatfem.study.sweep.runner import JOURNAL
+from seatfem.study.sweep.runner import JOURNAL, Outcome, carry_out
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import Ahead, run_study, scenes_of
 from seatfem.study.sweep.table import BAR, SAFETY, TIGHTER, StudyTable, judged

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.sweep import outcome as one
+from seatfem.study.sweep import runner as one
 from seatfem.study.sweep.cases import PILOTS, begun, cases_of, chosen, start_of
-from seatfem.study.sweep.outcome import carry_out
-from seatfem.study.sweep.runner import JOURNAL, read_journal
+from seatfem.study.sweep.runner import JOURNAL, carry_out, read_journal
 from tests.steps import load_scene, load_study, plan_scene, run_study
 from tests.study.crew_at_hand import answer_here
 from tests.study.test_planning import ANNULAR, REED

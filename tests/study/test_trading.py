@@ -19,9 +19,8 @@ from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_models
 from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.trade import trade
-from seatfem.study.trade.point import ALL_OPEN, Point, carry_out
 from seatfem.study.trade.report import in_words, summary_of
-from seatfem.study.trade.rungs import BY_HAND, Rungs, centre_of
+from seatfem.study.trade.rungs import ALL_OPEN, BY_HAND, Point, Rungs, carry_out, centre_of
 from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, run_points
 from tests.gallery import FLAPPER
 from tests.steps import Outcome, SceneError, load_scene, seat_of, stated_method, striker_of

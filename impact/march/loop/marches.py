@@ -13,9 +13,8 @@ from numba.extending import intrinsic
 
 from impact.march.laws import FAR, PASSIVE, ROUGH
 from impact.march.loop.compiled import compiled
-from impact.march.loop.forces import contact_force, filmed_force
+from impact.march.loop.forces import FLOOR, Vectors, advance, advance_many, contact_force, filmed_force, past
 from impact.march.loop.joints import joint_step, remember
-from impact.march.loop.past import FLOOR, Vectors, advance, advance_many, past
 from impact.march.loop.several import active_set_from, alone, by_sweeps
 
 

@@ -21,7 +21,7 @@ from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.tables import time_line
 from seatfem.machine.doctor import installed_version
 from seatfem.results import IMPULSE, SEAT_STRESS, Group, asked, name_of, rows_of, words_of
-from seatfem.structures.store import content_hash
+from seatfem.structures.cache import content_hash
 from seatfem.study.runs.pipeline import SUMMARY_FILE
 from seatfem.study.safety import in_words
 

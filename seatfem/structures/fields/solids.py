@@ -20,13 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from seatfem.structures.elements import assembly, revolved_elements
+from seatfem.structures.elements import assembly, axisymmetric
 from seatfem.structures.elements.shape_functions import Discretization, discretize, gradients, values
 from seatfem.structures.fields import peaks, recovery
 from seatfem.structures.fields.sites import Array, Sites
 from seatfem.structures.materials import Solid
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
-from seatfem.structures.reduction.ring_patches import RingPatch, mixing_of
+from seatfem.structures.reduction.harmonics import RingPatch, mixing_of
 
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
 """Stress components; in a body of revolution amplitudes rr, tt, zz, tz, rz, rt of cos(n th), tz and rt of sin(n th)."""
@@ -40,7 +40,7 @@ def elements_of(mesh: Any, order: int | None = None) -> Discretization:
     mesh = getattr(mesh, "mesh", mesh)
     if mesh.dim() == 3:
         return discretize(mesh, order)
-    section = revolved_elements.Section.from_mesh(mesh, order)
+    section = axisymmetric.Section.from_mesh(mesh, order)
     corners = np.ascontiguousarray(mesh.dofs.element_dofs.T, dtype=np.int32)
     cells = np.ascontiguousarray(section.cells.T, dtype=np.int32)
     places = np.ascontiguousarray(mesh.doflocs.T)
@@ -108,7 +108,7 @@ def solid_stress(
         raise ModelError("the model's unknowns are not those of these elements: use the mesh and order of its assembly")
     solids, region = assembly.solids_by_region(made.mesh, material)
     elasticity = np.array([solid.elasticity for solid in solids])
-    if (soft := revolved_elements.nearly_incompressible(elasticity, assembly.PROJECT_ABOVE)).any():
+    if (soft := axisymmetric.nearly_incompressible(elasticity, assembly.PROJECT_ABOVE)).any():
         name = solids[int(np.argmax(soft))].name
         raise ModelError(f"material {name!r}: poisson must be at most {assembly.PROJECT_ABOVE} for stress to be known")
     return StressOperator(made, dofs, sites, elasticity[region], _strain if made.mesh.dim() == 3 else _around(harmonic))
@@ -131,7 +131,7 @@ def _strain(made: Discretization, sites: Sites) -> Array:
 
 
 def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
-    """Return the (E, 6, L, 3) strains of unit amplitudes (U, V, W) of a harmonic, as in `revolved_elements`."""
+    """Return the (E, 6, L, 3) strains of unit amplitudes (U, V, W) of a harmonic, as in `elements.axisymmetric`."""
 
     def strain(made: Discretization, sites: Sites) -> Array:
         on_axis = sites.points[sites.site, 0] <= _TO_AXIS * _TO_AXIS * made.places[:, 0].max()
@@ -141,7 +141,7 @@ def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
         radius = np.einsum("ev,ev->e", values(made.geometry, inside), made.places[made.corners[sites.element], 0])
         by_r, by_z, over = slopes[..., 0], slopes[..., 1], values(made.element, inside) / radius[:, None]
         out = np.zeros((len(slopes), 6, slopes.shape[1], 3))
-        revolved_elements.revolved_strains(by_r, by_z, over, harmonic, out.transpose(0, 2, 1, 3))
+        axisymmetric.revolved_strains(by_r, by_z, over, harmonic, out.transpose(0, 2, 1, 3))
         return out
 
     return strain

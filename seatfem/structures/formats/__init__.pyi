@@ -2,7 +2,6 @@
 from seatfem.structures.formats import (
     _meshio_worker as _meshio_worker,
     abaqus as abaqus,
-    calculix_contact as calculix_contact,
     calculix_deck as calculix_deck,
     dxf as dxf,
     file_mesh as file_mesh,

@@ -17,7 +17,7 @@ from seatfem.structures import errors, lands
 from seatfem.structures.mesh.gmsh_process import run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode, loops
 from seatfem.structures.shapes.cad import check_readable
-from seatfem.structures.shapes.faces import Colour, Vector
+from seatfem.structures.shapes.selectors import Colour, Vector
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Finding

@@ -18,8 +18,7 @@ from seatfem.structures.inspection.cad import FileState, FoundFace, Shape, inspe
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
 from seatfem.structures.shapes import CadPart, Group, Selector, cad, inspect, loops, outlined
-from seatfem.structures.shapes.faces import Frame, Vector
-from seatfem.structures.shapes.selectors import ANGLE_TOLERANCE, LENGTH_TOLERANCE
+from seatfem.structures.shapes.selectors import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Frame, Vector
 
 PICOMETRE: Final = 12  # decimals to which coordinates in metres are rounded
 

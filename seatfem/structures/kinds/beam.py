@@ -17,7 +17,7 @@ from impact.greens.base import Array, GreensFunction
 from seatfem import fields
 from seatfem.structures import method, outlines
 from seatfem.structures.estimates.surrogate import Face
-from seatfem.structures.kinds import parts, striking
+from seatfem.structures.kinds import parts, structure
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.structure import Structure, Traits
 
@@ -129,7 +129,7 @@ class Beam(Structure):
         if isinstance(place, np.ndarray):
             super().check_place(place, key)
         else:
-            striking.check_along(self.kind, self.span, place, key)
+            structure.check_along(self.kind, self.span, place, key)
 
     def start_at(self, at: float | None) -> float:
         """Return the initial deflection at ``at``, in the static shape under a force at the tip or in a mode."""
@@ -147,10 +147,10 @@ class Beam(Structure):
     def closed_form(self) -> GreensFunction | None:
         return self._body(None, None, moved=False).greens
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
         return self._body(n_modes, at)
 
-    def _body(self, n_modes: int | None, at: striking.At, *, moved: bool = True) -> Body:
+    def _body(self, n_modes: int | None, at: structure.At, *, moved: bool = True) -> Body:
         return reeds.reed(
             self.beam(),
             damping_ratio=self.damping_ratio,
@@ -160,7 +160,7 @@ class Beam(Structure):
             loads=self._loads() if moved else (),
         )
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
         modal = body.greens.modal
         if place is None or isinstance(place, np.ndarray) or modal is None:
             return super().pushed_at(body, place, by)
@@ -195,7 +195,7 @@ class Beam(Structure):
     @model_validator(mode="after")
     def _force_on_the_reed(self) -> Self:
         if self.point_force is not None:
-            striking.check_along(self.kind, self.span, self.point_force.at, "point_force.at")
+            structure.check_along(self.kind, self.span, self.point_force.at, "point_force.at")
         return self
 
     def too_thick(self) -> str:

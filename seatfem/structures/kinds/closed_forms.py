@@ -18,7 +18,7 @@ from impact.greens.base import Array, GreensFunction
 from impact.quantities import in_units
 from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Pressure, Stiffness
 from seatfem.structures.estimates.surrogate import Column
-from seatfem.structures.kinds import motion, striking, structure
+from seatfem.structures.kinds import motion, structure
 from seatfem.structures.outlines import BodyViews, of_prism
 
 NO_MODES: Final = "a rod in closed form has no modes to be set in motion; take kind = 'bar' with model = 'sector'"
@@ -75,7 +75,7 @@ mass = "5 g"
     def weight(self, body: Body) -> tuple[Array, float]:
         return self.pushed_at(body, None)[:, 0], self.mass
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
         return impact.rigid_mass(mass=self.mass, velocity=self.velocity)
 
 
@@ -166,7 +166,7 @@ damping_ratio = 0.02
                 "a rod is met at its struck end, or free and undamped at its back: give its length, or remove the key",
             )
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
         """Return the rod, with a port at each end if it has two contacts ``at``."""
         if isinstance(at, tuple) and greens is None:
             greens = impact.rod_of_two_ends(**self._sizes)
@@ -180,9 +180,9 @@ damping_ratio = 0.02
         if self.damping_ratio and self.far_end != "fixed":
             raise KeyProblem(key, "strain is known along rods without damping, and fixed ones; remove damping_ratio")
         if self.far_end != "endless":
-            striking.check_along(self.kind, self.length, at, key)
+            structure.check_along(self.kind, self.length, at, key)
 
-    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: striking.At = None) -> Array:
+    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: structure.At = None) -> Array:
         """Return the strain by superposition of the waves from the contact forces at both ends."""
         pressed = force.reshape(len(force), -1) * np.array([1.0, -1.0])[: 1 if force.ndim == 1 else force.shape[1]]
         ends = zip(pressed.T, (place, self.length - place), strict=False)

@@ -28,7 +28,7 @@ from seatfem.structures.method import (
     choose_level,
 )
 from seatfem.structures.shapes import Geometry
-from seatfem.structures.shapes.faces import Vector
+from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
 
 MOST_OF_COARSEST: Final = 2e4  # most elements of a mesh that is generated to predict the sizes of finer ones

@@ -25,7 +25,7 @@ from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelec
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.shapes import CadPart, GeometryError, Group
-from seatfem.structures.shapes.faces import Vector
+from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface, struck_side_problem
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from impact.bodies.body import Body, Load, ModalState
 from impact.bodies.time_series import read_time_series
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from seatfem import fields
-from seatfem.structures.kinds import striking, structure
+from seatfem.structures.kinds import structure
 from seatfem.units import write_quantity
 
 
@@ -222,7 +222,7 @@ class Moving(structure.Structure):
     def start_at(self, at: float | None) -> float:
         return self.deflection or 0.0
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
         known = self.closed_form() if greens is None else greens
         assert known is not None
         if self.velocity is not None and math.isinf(known.mass()):

@@ -17,8 +17,8 @@ from impact.greens.base import Array, GreensFunction
 from seatfem import structures, units
 from seatfem.fields import Acceleration, Approach, ExistingFile, KeyProblem, Length, Position, Table
 from seatfem.structures import errors, lip
-from seatfem.structures.kinds import measured, motion, striking, structure, thin_plate
-from seatfem.structures.kinds.record_columns import ColumnsError, between, check_scattered, read_columns
+from seatfem.structures.kinds import measured, motion, structure, thin_plate
+from seatfem.structures.kinds.measured import ColumnsError, between, check_scattered, read_columns
 
 HEIGHTS: Final = [["0 mm", "0 um"], ["15 mm", "20 um"], ["30 mm", "60 um"]]
 COLUMNS: Final = {"x": "length", "y": "length", "height": "length"}
@@ -283,16 +283,16 @@ class ClampedPlate(thin_plate.ThinPlate):
             return self.release.start_at(self.geometry().centre)
         return super().start_at(at)
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
         body = super().body(greens, n_modes, at)
         state = body.state if self.release is None else self._state(self.plate(body.greens), self.release)
         return replace(body, state=state, loads=(*body.loads, *self._loads(body)))
 
     def check_place(self, place: float | Array | None, key: str) -> None:
         if not isinstance(place, np.ndarray):
-            striking.check_along(self.kind, self.geometry().length, place, key)
+            structure.check_along(self.kind, self.geometry().length, place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
         if by == "pressure":
             return _on_disc(self.plate(body.greens), self.radius)[0][:, None]
         if isinstance(place, np.ndarray):

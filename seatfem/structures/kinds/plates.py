@@ -12,7 +12,7 @@ from impact.bodies.body import Body
 from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import Array, GreensFunction
 from seatfem.fields import KeyProblem, Length, of_same_names
-from seatfem.structures.kinds import plate_loads, striking
+from seatfem.structures.kinds import plate_loads, structure
 from seatfem.structures.kinds.structure import SampleScene
 from seatfem.structures.kinds.thin_plate import FRONTS, ThinPlate
 from seatfem.structures.shapes import Disc as DiscOutline
@@ -103,7 +103,7 @@ contact_width = "1 mm"
         None, description="radial width of the ring that touches; absent: a quarter of the annulus's"
     )
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
         """Return (M, n); a pressure acts on the whole face."""
         return self.plate(body.greens).mean[:, None] if by == "pressure" else super().pushed_at(body, place, by)
 
@@ -142,7 +142,7 @@ thickness = "0.3 mm"
         contact at the paddle's centre. ``None`` for other initial conditions, with loads, or if no bending mode is
         near."""
         release = self.release
-        if release is None or release.velocity is None or striking.is_loaded(self):
+        if release is None or release.velocity is None or structure.is_loaded(self):
             return None
         outline, solid = self.geometry(), self.material.solid
         beam = SteppedCantilever(solid.young, solid.density, self.thickness, outline.widths(CHORDS))

@@ -15,8 +15,7 @@ from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
 from seatfem.fields import Gap, KeyProblem, Length, Mass, of_same_names
 from seatfem.structures.kinds.beam import Beam, UniformBeam
-from seatfem.structures.kinds.striking import At, check_along
-from seatfem.structures.kinds.structure import SampleScene, Traits
+from seatfem.structures.kinds.structure import At, SampleScene, Traits, check_along
 
 PLACES: Final = 17
 """Number of evenly spaced places along a reed, from root to tip, at which fatigue is evaluated."""

@@ -19,8 +19,9 @@ from seatfem.structures.kinds import plate_loads, selectors
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.structure import SampleScene, Traits
 from seatfem.structures.kinds.thin_plate import FRONTS
-from seatfem.structures.shapes import cad, faces, inspect
+from seatfem.structures.shapes import cad, inspect
 from seatfem.structures.shapes.outlined import Outlined
+from seatfem.structures.shapes.selectors import Frame
 
 Place = tuple[Position, Position]
 DIMENSIONS: Final = 3  # components of a vector in space; a normal with fewer is one in the plane of the sheet
@@ -69,10 +70,10 @@ class SheetFrame(Table):
             raise KeyProblem("along", "it lies along the normal; give a direction in the plane of the sheet") from None
         return self
 
-    def frame(self) -> faces.Frame:
+    def frame(self) -> Frame:
         """Return the frame with orthonormal axes."""
         x, y, _ = lands.axes_along(self.normal, self.along)
-        return faces.Frame(self.origin, inspect.triple(x), inspect.triple(y))
+        return Frame(self.origin, inspect.triple(x), inspect.triple(y))
 
 
 def _as_clamp(given: object) -> object:

@@ -15,7 +15,7 @@ from seatfem import structures
 from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate
-from seatfem.structures.kinds import motion, selectors, striking, structure
+from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method, Solved
@@ -234,7 +234,7 @@ class ThinPlate(motion.Moving):
         if not isinstance(place, np.ndarray):
             super().check_place(place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
         if by == "springs" and place is None:
             place = self.spring_points
         if not isinstance(place, np.ndarray):
@@ -247,5 +247,5 @@ class ThinPlate(motion.Moving):
         plate = self.plate(body.greens)
         return plate.mean, plate.mass
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: striking.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
         return super().body(self.solved().greens if greens is None else greens, n_modes, at)

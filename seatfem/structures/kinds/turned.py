@@ -17,7 +17,7 @@ from impact.greens.base import Array
 from seatfem import structures
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
 from seatfem.structures.estimates import surrogate
-from seatfem.structures.kinds import drawn, striking, structure
+from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
@@ -228,13 +228,13 @@ damping_ratio = 0.005
         diameter = Size("plan", 1, -radius, radius, radius, f"Ø {length_text(self.diameter)}")
         return replace(super().views(at), sizes=(diameter,))
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: striking.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
         """Return (M, n); springs act on the translation only, as at the centre of the ball: the facet would yield."""
         modal, pushed = body.greens.modal, super().pushed_at(body, place, by)
         assert modal is not None
         return np.where(modal.omega[:, None] == 0, pushed, 0.0) if by == "springs" else pushed
 
-    def stress(self, force: Array, dt: float, body: Body, at: striking.At) -> FacetStress:
+    def stress(self, force: Array, dt: float, body: Body, at: structure.At) -> FacetStress:
         return FacetStress(np.abs(force), dt, self.geometry().contact_radius, self.material.mean.poisson)
 
     def struck_part(self) -> tuple[float, float, float]:

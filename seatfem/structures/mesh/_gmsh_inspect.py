@@ -19,9 +19,8 @@ from seatfem.structures.lands import axes_along
 from seatfem.structures.mesh._gmsh_base import KeptModel, growing, handed_over, rows_of, stage
 from seatfem.structures.mesh._gmsh_solid import import_part, read_solids, recall, regions_of
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, loops
-from seatfem.structures.shapes.faces import Face, Frame, listing
 from seatfem.structures.shapes.inspect import faces_of, triple, volume_of
-from seatfem.structures.shapes.selectors import Patches, select
+from seatfem.structures.shapes.selectors import Face, Frame, Patches, listing, select
 
 COARSE: Final = 1 / 6  # element size far from the contact faces, over the diagonal of the body's box
 SIZE_PER_WIDTH: Final = 2.0  # element size on the contact faces, over their width

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from seatfem.structures.mesh._gmsh_base import KeptModel, arrays, handed_over, set_sizes, stage
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, NumberedFace, cad, decode
-from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.inspect import Mark, area_of, colour_of, outline_of, patch_tags, volume_of
+from seatfem.structures.shapes.selectors import Colour
 from seatfem.structures.shapes.shape import cut, patches_in
 
 SAME_PLACE = 1e-5  # largest distance of coincident points, over the model's size

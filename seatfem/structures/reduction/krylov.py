@@ -18,7 +18,7 @@ from impact.notices import Progress, silent
 from seatfem.structures import reduction
 from seatfem.structures.method import Aims, allowed_error, cheapest_solver, compactness
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel
-from seatfem.structures.reduction import eigen_search, residual
+from seatfem.structures.reduction import eigen_search, reducer
 from seatfem.structures.reduction.factorization import Backend, Factorization, factorize, solve_on_two_grids
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, eigen_residuals
 from seatfem.structures.reduction.reducer import USUAL, Cost, Grown, History, Reducer, Reduction, RitzSpace, factorized
@@ -214,7 +214,7 @@ class Krylov(Reducer):
             "rigid_modes": basis.rigid,
             "shift_rad_per_s": basis.shift,
             "factorization": basis.factor.backend,
-            "checks": {"reciprocity": basis.reciprocity, **residual.passivity(greens)},
+            "checks": {"reciprocity": basis.reciprocity, **reducer.passivity(greens)},
         }
         return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin), modes)
 

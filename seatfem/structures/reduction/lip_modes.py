@@ -27,10 +27,10 @@ from impact.notices import Progress, silent
 from seatfem.structures.errors import ModelError
 from seatfem.structures.method import BEYOND, MOST_MODES, Aims
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction import eigen_search, harmonics, modal, ring_patches
+from seatfem.structures.reduction import eigen_search, harmonics, modal
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, solve_modes
-from seatfem.structures.reduction.residual import relaxation, residual, semidefinite
+from seatfem.structures.reduction.reducer import relaxation, residual, semidefinite
 from seatfem.units import write_quantity
 
 FEWEST: Final = 4  # fewest harmonics whose modes are computed: the lowest frequency first falls, then rises with n
@@ -40,7 +40,7 @@ DOUBT: Final = 0.002  # largest error of an arc's compliance by harmonics that a
 
 def lip_greens(
     build: Callable[[int], SecondOrderModel],
-    patches: Mapping[str, ring_patches.RingPatch],
+    patches: Mapping[str, harmonics.RingPatch],
     aims: Aims,
     damping_ratio: float = 0.0,
     *,
@@ -62,7 +62,7 @@ def lip_greens(
         ModelError: patches overlap. FactorizationError: the body is free to move. ConvergenceError: arcs are so narrow
         that `MOST` harmonics do not represent their compliance.
     """
-    ring_patches.check_patches(patches)
+    harmonics.check_patches(patches)
     rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
     first = build(0)
     damping = first.damping.plus(damping_ratio)
@@ -76,7 +76,7 @@ def lip_greens(
         own = model.damping.plus(damping_ratio)
         zeta = own.ratios(modes.omega, own.losses(modes.shapes))
         of_rings = modes.shapes.T @ np.stack([model.ports[ring].vector for ring in rings], axis=1)
-        for wave in ring_patches.mixing(patches, rings, harmonic):
+        for wave in harmonics.mixing(patches, rings, harmonic):
             shapes = of_rings @ wave.T
             seen = shapes.any(axis=1)
             parts.append((modes.omega[seen], np.broadcast_to(zeta, modes.omega.shape)[seen], shapes[seen]))
@@ -106,7 +106,7 @@ def lip_greens(
 def _statics(
     build: Callable[[int], SecondOrderModel],
     first: SecondOrderModel,
-    patches: Mapping[str, ring_patches.RingPatch],
+    patches: Mapping[str, harmonics.RingPatch],
     rings: list[str],
     aims: Aims,
     progress: Progress,

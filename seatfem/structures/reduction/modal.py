@@ -14,7 +14,7 @@ from impact.notices import Progress, silent
 from seatfem.structures import reduction
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, SecondOrderModel
-from seatfem.structures.reduction import eigen_search, krylov, residual
+from seatfem.structures.reduction import eigen_search, krylov, reducer
 from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_of
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 
@@ -115,13 +115,13 @@ def _of_modes(
     shapes = modes.shapes.T @ model.port_matrix
     extra = _residual_compliance(model, modes, shapes, *static)
     zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
-    greens = residual.truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
+    greens = reducer.truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
     return greens, modal_error(greens, error_times(aims.duration, aims.width), aims.bandwidth, cutoff, pushed)
 
 
 def _documented(greens: modal.ModalGreens, error: float, count: int, cutoff: float) -> modal.ModalGreens:
     """Return the Green's function with its error and provenance."""
-    checks = {"reciprocity": 0.0, **residual.passivity(greens)}
+    checks = {"reciprocity": 0.0, **reducer.passivity(greens)}
     origin = {"modes": count, "cutoff_Hz": cutoff, "counted": True, "checks": checks}
     return greens.with_error(base.ErrorEstimate(reduction=error), origin)
 
@@ -175,4 +175,4 @@ def _residual_compliance(
     elastic = (modes.omega > 0) & (not deflated)
     known = shapes[elastic]
     rest = static - (known / (modes.omega[elastic] ** 2 + square)[:, None]).T @ known
-    return residual.semidefinite(rest, 1e-6 * float(np.abs(static).max()))
+    return reducer.semidefinite(rest, 1e-6 * float(np.abs(static).max()))

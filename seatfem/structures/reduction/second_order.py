@@ -28,8 +28,19 @@ from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, SecondOrderModel, as_csr
 from seatfem.structures.reduction import eigen_search, factorization, krylov
-from seatfem.structures.reduction.reducer import USUAL, Cost, Grown, Reducer, Reduction, Space, factorized
-from seatfem.structures.reduction.residual import feeding, passivity_of_poles, reciprocity, residual
+from seatfem.structures.reduction.reducer import (
+    USUAL,
+    Cost,
+    Grown,
+    Reducer,
+    Reduction,
+    Space,
+    factorized,
+    feeding,
+    passivity_of_poles,
+    reciprocity,
+    residual,
+)
 
 Complex = NDArray[np.complex128]
 _COUPLED = 1e-8  # off-diagonal entry of a Gram matrix over its diagonal, above which vectors share a repeated pole

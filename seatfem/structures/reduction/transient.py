@@ -22,8 +22,7 @@ from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel, as_csr
 from seatfem.structures.reduction import eigen_search, modes
 from seatfem.structures.reduction.factorization import Backend, FactorizationError, factorize
-from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
-from seatfem.structures.reduction.residual import feeding, reciprocity
+from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction, feeding, reciprocity
 
 
 def march(

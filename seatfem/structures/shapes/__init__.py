@@ -14,7 +14,6 @@ from seatfem.machine.code import is_ours, sources_from_elsewhere
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.blocks import Bar, Block, ValvePlate
 from seatfem.structures.shapes.cad import CadPart, Group, Region
-from seatfem.structures.shapes.faces import Face as Face
 from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
 from seatfem.structures.shapes.flat import Flat as Flat
 from seatfem.structures.shapes.outlined import Outlined
@@ -35,6 +34,7 @@ from seatfem.structures.shapes.selectors import (
     PointFace,
     select,
 )
+from seatfem.structures.shapes.selectors import Face as Face
 from seatfem.structures.shapes.selectors import HalfPlaneFace as HalfPlaneFace
 from seatfem.structures.shapes.selectors import Selector as Selector
 from seatfem.structures.shapes.shape import Shape as Shape

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Final
 from impact.files.safe_files import MB, read_text
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import selectors, shape
-from seatfem.structures.shapes.faces import Colour
+from seatfem.structures.shapes.selectors import Colour
 
 STEP_SUFFIXES = (".step", ".stp")
 BREP_SUFFIXES = (".brep",)

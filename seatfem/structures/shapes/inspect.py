@@ -13,8 +13,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.structures.shapes.faces import Axis, Colour, Face, Vector
-from seatfem.structures.shapes.selectors import Patches, select
+from seatfem.structures.shapes.selectors import Axis, Colour, Face, Patches, Vector, select
 
 KNOWN: Final = ("Plane", "Cylinder", "Cone", "Sphere", "Torus")
 SAMPLES: Final = 6  # number of points along each parameter of a surface

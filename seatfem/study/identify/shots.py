@@ -17,8 +17,7 @@ from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, wh
 from seatfem.structures.cache import Cache, build
 from seatfem.study.identify.record import OWN, Identification, Samples, is_own, number_of
 from seatfem.study.impacts.bodies import check_base, problem_of, solve_body, striker_of
-from seatfem.study.impacts.contact import check_step, fallback_step
-from seatfem.study.impacts.gauges import gauge_strains
+from seatfem.study.impacts.contact import check_step, fallback_step, gauge_strains
 from seatfem.study.method import stated_method
 from seatfem.study.runs.afterwards import static_stiffness
 from seatfem.study.scene import Scene, load_scene

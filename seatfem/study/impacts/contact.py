@@ -1,34 +1,108 @@
-"""Runs of a contact problem: limits of the time step, time integration, and records for the measures."""
+"""Runs of a contact problem: limits of the time step, time integration, and records for the measures.
+
+Strain at the gauges of a scene and the force of its valve springs, from the contact forces of a run.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 import impact
 from impact.after.landings import Landing
-from impact.after.loads import without_springs
+from impact.after.loads import spring_displacements, without_springs
 from impact.after.stresses import ReedStress
+from impact.bodies.body import Body
+from impact.bodies.loads import SprungBody
+from impact.files import csv_table
 from impact.greens.base import Array, GreensFunction
 from impact.march import history, motion
 from impact.march.prepared import step_count
 from impact.march.stepper import FOLLOW, with_recorded_loads
 from impact.notices import Progress, silent
-from impact.runs.variations import with_body
+from impact.runs.variations import Values, with_body
 from seatfem.machine.resources import available_memory
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import check_base, problem_of
 from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.gauges import Strains, gauge_strains
 from seatfem.study.impacts.landings import Landings, landings_of_march
-from seatfem.study.scene import Run, Scene, lips, measures
+from seatfem.study.impacts.touches import Touches, on_the_ports, pushes
+from seatfem.study.scene import ContactGeometry, Run, Scene, drives, lips, measures
+from seatfem.study.scene.drives import Gauged
 from seatfem.study.scene.gas import CompressorGas
-from seatfem.study.scene.waves import Gauged
 from seatfem.units import write_quantity
+
+FILE: Final = "gauges.csv"
+Strains = Mapping[str, Array]
+"""The (n + 1,) strain of each gauge by its name, > 0 in tension, in the middle of the step that ends at each time."""
+
+
+def gauge_strains(
+    gauged: Sequence[Gauged], striker: Body, force: Array, stopper: Array | None, dt: float, opening: Array
+) -> Strains:
+    """Return the strain at gauges in a run, from the contact forces (n + 1,) of seat and stopper, if there is one [N],
+    and the mean ``opening`` (n + 1,) at the seat [m], at time steps ``dt`` [s]."""
+    if not gauged:
+        return {}
+    pushed = pushes(striker, force, stopper)
+    marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
+    forces = {"seat": force, "reed": pushed, "stopper": stopper}
+    return {each.gauge.name: _strain(each, forces[each.gauge.of], dt, marched) for each in gauged}
+
+
+def _strain(gauged: Gauged, force: Array | None, dt: float, striker: Body) -> Array:
+    gauge, body, wave = gauged.gauge, gauged.mount.structure, gauged.mount.wave
+    assert force is not None
+    strain = body.strain_at(gauge.at, force, dt, striker, gauged.contact_at)
+    if wave is not None and (speed := body.wave_speed) is not None:
+        middle = np.asarray(dt * (np.arange(len(strain)) - 0.5), dtype=np.float64)
+        return np.asarray(strain + wave.incoming(speed).strain_at(middle, gauge.at))
+    return strain
+
+
+def gauge_values(strains: Strains) -> Values:
+    """Return the largest and the smallest strain of each gauge, by their keys in summary.json."""
+    ends = (("largest", np.max), ("smallest", np.min))
+    return {f"gauge_{name}_{word}_strain": float(end(strain)) for name, strain in strains.items() for word, end in ends}
+
+
+def write_strains(folder: Path, strains: Strains, dt: float) -> Path:
+    """Write gauges.csv, the histories of all gauges, one row a step at its middle; return its path."""
+    columns: Sequence[Array] = list(strains.values())
+    time = dt * (np.arange(1, len(columns[0])) - 0.5)
+    heads = ["time [s]", *(f"{name} [m/m]" for name in strains)]
+    csv_table.write_csv(folder / FILE, heads, np.column_stack([time, *(column[1:] for column in columns)]).tolist())
+    return folder / FILE
+
+
+def valve_spring_keys(
+    springs: Sequence[drives.ValveSpring],
+    geometry: ContactGeometry,
+    striker: Body,
+    seat: GreensFunction,
+    touches: Touches,
+) -> dict[str, object]:
+    """Return the keys of the total force of the valve springs towards the ``seat``: the largest, and that at the start
+    of the hardest landing; none without springs."""
+    if not isinstance(striker, SprungBody):
+        return {}
+    dt = touches.seat.dt
+    marched = with_recorded_loads(striker, lift_of(touches), dt)
+    ports = on_the_ports(geometry, striker.greens, seat, touches)
+    (change,) = spring_displacements(marched, ports, dt, striker.springs.stiffness[:, None])
+    force = np.asarray(sum(spring.force_on_undeformed(geometry.contact.gap) for spring in springs) + change)
+    hard = None if touches.landings is None else touches.landings.hardest
+    return {
+        "valve_spring_force_max_N": float(force.max()),
+        "valve_spring_force_at_landing_N": hard and float(np.interp(hard.start, touches.seat.time, force)),
+    }
+
 
 STEPS_PER_RADIAN = 4  # steps per radian of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20  # steps in the filter's width of a method without a step

@@ -14,12 +14,12 @@ from seatfem.pictures import scene_drawing
 from seatfem.pictures.layout import Action, Layout, Placed, Way
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.striking import is_curved
+from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene, drives, files
+from seatfem.study.scene.drives import Wave
 from seatfem.study.scene.gas import CompressorGas
-from seatfem.study.scene.waves import Wave
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60

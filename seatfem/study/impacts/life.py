@@ -86,7 +86,7 @@ def beam_histories(
     *,
     few: bool = False,
 ) -> Iterator[tuple[str, Array]]:
-    """Yield the stress histories of `seatfem.structures.kinds.striking.KnownStress.histories`, those at the places of
+    """Yield the stress histories of `seatfem.structures.kinds.structure.KnownStress.histories`, those at the places of
     the ``stress`` peaks included."""
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)

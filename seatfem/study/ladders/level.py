@@ -14,8 +14,7 @@ from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import BodyLadder, ComputedRun, Option, Role
 from seatfem.study.method import MODEL
 from seatfem.study.prerun.bench import locate_contact_window
-from seatfem.study.prerun.context import PlanningContext
-from seatfem.study.prerun.look import COARSE_TOLERANCE, lowest_band
+from seatfem.study.prerun.context import COARSE_TOLERANCE, PlanningContext, lowest_band
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import (
     AIM,

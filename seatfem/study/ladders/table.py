@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders import level, march, mesh, patch, reduction
+from seatfem.study.ladders import level, march, mesh, patch
 from seatfem.study.ladders.ladder import Ladder
 from seatfem.study.method import (
     BAND,
@@ -28,23 +28,23 @@ from seatfem.study.method import (
 
 DECLARED: list[Ladder] = [
     level.Level(MODEL, "model"),
-    reduction.Bandwidth(BAND, "reduction"),
+    mesh.Bandwidth(BAND, "reduction"),
     mesh.ElementSize(SIZE, "mesh"),
     mesh.ElementSize(CONTACT_SIZE, "mesh"),
     mesh.ElementOrder(ORDER, "mesh"),
-    reduction.Tolerance(TOLERANCE, "reduction"),
+    mesh.Tolerance(TOLERANCE, "reduction"),
     patch.Arcs(PORTS, "patch"),
     patch.OnePort(ONE_PORT, LIP),
     patch.Rings(RINGS, "patch"),
     march.ModeCount(SEAT_MODES, "model"),
-    reduction.MeasuredRecord("seat.file", RECORD),
+    mesh.MeasuredRecord("seat.file", RECORD),
     march.TimeStep(STEP, "time_step"),
     march.ModeCount(MODES, "model", of_seat=False, role="reed"),
     mesh.ElementSize(
         "reed.mesh.size", STRIKER, "mesh", ("reed.mesh.contact_size", "reed.mesh.order"), of_seat=False, role="reed"
     ),
-    reduction.Tolerance("reed.greens.tolerance", STRIKER, "reduction", of_seat=False, role="reed"),
-    reduction.Bandwidth(REED_BAND, STRIKER, of_seat=False, role="reed"),
+    mesh.Tolerance("reed.greens.tolerance", STRIKER, "reduction", of_seat=False, role="reed"),
+    mesh.Bandwidth(REED_BAND, STRIKER, of_seat=False, role="reed"),
     level.Level("reed.model", STRIKER, "level", of_seat=False, role="reed"),
     mesh.ElementSize(
         "stopper.mesh.size",
@@ -54,8 +54,8 @@ DECLARED: list[Ladder] = [
         of_seat=False,
         role="stopper",
     ),
-    reduction.Tolerance("stopper.greens.tolerance", STOPPER, "reduction", of_seat=False, role="stopper"),
-    reduction.Bandwidth("stopper.greens.bandwidth", STOPPER, of_seat=False, role="stopper"),
+    mesh.Tolerance("stopper.greens.tolerance", STOPPER, "reduction", of_seat=False, role="stopper"),
+    mesh.Bandwidth("stopper.greens.bandwidth", STOPPER, of_seat=False, role="stopper"),
     level.Level("stopper.model", STOPPER, "level", of_seat=False, role="stopper"),
     patch.StopperParts("stopper.arcs", STOPPER, "patch", ("stopper.rings",), of_seat=False),
     march.ModeCount("stopper.n_modes", STOPPER, of_seat=False, role="stopper"),

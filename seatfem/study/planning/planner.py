@@ -13,15 +13,15 @@ from impact.runs.variations import safety
 from seatfem.machine.compiling import compilation
 from seatfem.machine.resources import Machine
 from seatfem.structures import cache
+from seatfem.structures.cache import Store
 from seatfem.structures.estimates.surrogate import ERRORS
-from seatfem.structures.store import Store
 from seatfem.study.impacts import contact, validity
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Alternative, Plan
 from seatfem.study.planning.reasons import WORDS, choices_of
-from seatfem.study.prerun import context, look
+from seatfem.study.prerun import context
 from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
@@ -124,7 +124,7 @@ def _methods_as_fine(decision: Decision) -> Iterator[RunMethod]:
     """Yield methods with a seat at least as fine as wanted in band, mesh and tolerance, the nearest first."""
     seen, seat, elements = decision.context, decision.seat.seat, decision.seat.elements
     band, mesh, tolerance = seat.bandwidth or 0.0, 0.0 if elements is None else elements.error, seat.tolerance
-    bands = () if is_given(seen.scene, BAND) else look.BANDS
+    bands = () if is_given(seen.scene, BAND) else context.BANDS
     tolerances = () if is_given(seen.scene, TOLERANCE) else context.TOLERANCES
     for wider in _nearest(band, [b for b in bands if b > band]):
         for denser in _nearest(mesh, [e for e in ERRORS if e < mesh] if seen.drawn else []):
@@ -164,7 +164,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     if surrogate.patch is None and not surrogate.exact:
         notes.append(f"{surrogate.words}: this plan is rough; the run measures its errors")
     seat = plan.scene.seat
-    if look.leaves_open(seat, plan.method.given) and surrogate.patch is not None and surrogate.band is None:
+    if context.leaves_open(seat, plan.method.given) and surrogate.patch is not None and surrogate.band is None:
         notes.append(
             f"this plan rests on an estimate of the seat ({surrogate.words}): a coarse model of it takes longer than a "
             "plan may, has no modes, or cannot be made"

@@ -11,7 +11,7 @@ from impact.notices import Progress
 from impact.runs.variations import SAFETY, larger, safety, times, total
 from seatfem.structures.estimates.surrogate import Surrogate, on_its_patch
 from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.striking import is_curved
+from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.rings import (
     ACROSS,
     FEWEST_ARCS,

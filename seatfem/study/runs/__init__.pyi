@@ -1,7 +1,6 @@
 # ruff: noqa: I001 (one import a module)
 from seatfem.study.runs import (
     afterwards as afterwards,
-    calculix as calculix,
     calculix_contact as calculix_contact,
     horizon as horizon,
     kept as kept,
@@ -9,7 +8,6 @@ from seatfem.study.runs import (
     next_round as next_round,
     pictures as pictures,
     pipeline as pipeline,
-    reed_stress as reed_stress,
     round as round,
     rounds as rounds,
     seat_fields as seat_fields,

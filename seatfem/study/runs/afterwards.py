@@ -26,7 +26,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures import fields, method, rings
 from seatfem.structures.estimates.surrogate import Column
 from seatfem.study import impacts, runs
-from seatfem.study.impacts import gas, gauges, validity
+from seatfem.study.impacts import contact, gas, validity
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts, strains_of, stress_in_run
 from seatfem.study.impacts.life import LifeResult, block_from, life_notes
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from impact.life.places import Demand
     from seatfem.pictures import frames, rendering
     from seatfem.structures.fields.solids import AnyField, RingField
-    from seatfem.study.runs import reed_stress, stress_spots
+    from seatfem.study.runs import stress_spots, stresses
     from seatfem.study.runs.lives import MarginCurve, Stressed
     from seatfem.study.runs.seat_stress import SeatStress
 
@@ -142,7 +142,7 @@ def _reed_map(done: Round, stressed: Stressed) -> frames.Frames | None:
     if field is None or demand is None or reed is None:
         return None
     mesh, first = reed.plate(done.striker.greens).mesh, block_from(life, done.plan.scene.turn, done.touches)
-    force = runs.reed_stress.plate_pushes(done, done.touches)
+    force = runs.stresses.plate_pushes(done, done.touches)
     factors = margins(field, force, done.result.dt, demand, since=first, faces=True)
     skin = pictures.cell_grid.skin_of_plate(mesh)
     values = np.full(len(skin.nodes), np.nan)
@@ -172,9 +172,9 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
 def gauge_keys(done: Round) -> dict[str, object]:
     """Return for summary.json the strains at the gauges, the largest and smallest of each with error bars."""
     scene = done.plan.scene
-    bars, _ = runs.stresses.error_bars_of(done, lambda stepper: gauges.gauge_values(strains_of(scene.gauged, stepper)))
+    bars, _ = runs.stresses.error_bars_of(done, lambda stepper: contact.gauge_values(strains_of(scene.gauged, stepper)))
     of_bars = {f"error_bar_{key}": finite_or_none(bar) for key, bar in bars.items()}
-    return {**gauges.gauge_values(done.touches.strains), **of_bars}
+    return {**contact.gauge_values(done.touches.strains), **of_bars}
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         stress = done.stress
     elif done.plate is not None:
         with watch("reed stress"):
-            stress = runs.reed_stress.stress_on_another_seat(done, touches)
+            stress = runs.stresses.stress_on_another_seat(done, touches)
     elif done.stress is not None:
         with watch("reed stress"):
             coarsely, since = not scene.needs_stress, stress_since(touches, scene.accuracy.landing)
@@ -368,7 +368,7 @@ def afterwards(
     if scene.gauge:
         with watch("gauges"):
             keys |= gauge_keys(done)
-            courses = (gauges.write_strains(folder, done.touches.strains, done.result.dt),)
+            courses = (contact.write_strains(folder, done.touches.strains, done.result.dt),)
         keep(keys)
     stress, reed_stress_ = None, done.plate
     of_plate = impacts.plate_stress.has_plate_stress(scene.reed, done.striker)
@@ -415,7 +415,7 @@ def reed_front_keys(done: Round, stress: ReedStress | None) -> dict[str, object]
     return {"peak_reed_stress_over_rho_c0_v": None if math.isnan(front) else stress.after_contact.value / front}
 
 
-def plate_stress_keys(stress: reed_stress.PlateReedStress | None) -> dict[str, object]:
+def plate_stress_keys(stress: stresses.PlateReedStress | None) -> dict[str, object]:
     """Return for summary.json the stress of a plate, under the keys of a beam's stress, and its error bars."""
     if stress is None:
         return {}

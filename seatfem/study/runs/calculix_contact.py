@@ -1,10 +1,14 @@
-"""The contact deck of a scene for CalculiX, and our own run with the same contact stiffness to compare it with."""
+"""The contact deck of a scene for CalculiX, and our own run with the same contact stiffness to compare it with.
+
+The seat of a scene as decks for CalculiX, with our own answers on the same mesh beside them.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -13,20 +17,32 @@ from numpy.typing import NDArray
 import impact
 from impact.after.result import as_one
 from impact.bodies.body import ModalState
+from impact.files.csv_table import write_csv
+from impact.files.safe_files import write_whole
 from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction
-from impact.notices import Progress
+from impact.notices import Progress, silent
 from seatfem.structures import lands, sheets
 from seatfem.structures.finite_elements import AnyMesh, matrices, supports_of
-from seatfem.structures.formats.calculix_contact import PlateStriker, check_patch, mass_contact, plate_contact
-from seatfem.structures.formats.calculix_deck import CalculixBody, Integers, calculix_body
+from seatfem.structures.formats.calculix_deck import (
+    CalculixBody,
+    Integers,
+    PlateStriker,
+    calculix_body,
+    check_patch,
+    mass_contact,
+    plate_contact,
+)
 from seatfem.structures.inspection.mesh_file import regions_of
-from seatfem.structures.kinds import Structure, elastic, striking
+from seatfem.structures.kinds import Structure, elastic, structure
 from seatfem.structures.lip import AnyLip, tilted
+from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.mesh.plane_meshes import CLAMPED
 from seatfem.structures.method import Aims, Method
-from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.model import ModelError, SecondOrderModel
+from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.lip_modes import face_greens
+from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.planning.plan import Plan
@@ -188,8 +204,8 @@ def of_mass(plan: Plan, seat: DeckSeat, greens: GreensFunction, dt: float) -> Co
 def check_landing(plan: Plan) -> None:
     """Raise `DeckError` for a scene of a plate that no deck can hold."""
     scene = plan.scene
-    _refuse(scene, {"contact.waviness": scene.contact.waviness, "reed.curvature": striking.is_curved(scene.reed)})
-    if striking.is_loaded(scene.reed):
+    _refuse(scene, {"contact.waviness": scene.contact.waviness, "reed.curvature": structure.is_curved(scene.reed)})
+    if structure.is_loaded(scene.reed):
         raise DeckError("reed: a deck holds none of its loads; remove pressure, gravity and forces from [reed]")
 
 
@@ -327,3 +343,98 @@ def _deck_duration(result: impact.ImpactResult, dt: float) -> float:
     last = float(result.time[-1])
     ends = min(last, float(groups[0, 0] + DECK_IN_IMPACT_DURATIONS * np.diff(groups[0])[0])) if len(groups) else last
     return dt * max(1, math.ceil(ends / dt * (1 - 1e-12)))
+
+
+MODES: Final = 20  # modes of the frequency deck
+PER_PULSE: Final = 40  # steps of direct dynamics per width of the Hann pulse
+PULSES: Final = 2  # duration of the transient, in widths of the pulse
+
+README: Final = """\
+Decks for CalculiX (ccx), in SI units, and our own answers on the very same mesh: seatfem export --to calculix.
+
+mesh.inp         {element} elements as the seat's run meshes it; materials, supports, node sets, the surface STRUCK.
+                 Component {axis} of node {node} (set PATCH) is the patch's mean normal displacement, and a force on
+                 it is spread over the patch as consistent nodal forces (*EQUATION).{share}
+frequency.inp    *FREQUENCY, the lowest {modes} modes.
+                 ours: frequency.csv
+transient.inp    *DYNAMIC, DIRECT, ALPHA=0: a unit Hann pulse of T = {width:g} s on the patch, (1 - cos(2 pi t/T))/T,
+                 {steps} steps a pulse; U of set PATCH [m/(N s)].
+                 ours: transient.csv
+{contact}
+Run each by, e.g., ccx frequency; what is asked for is printed to the .dat file.
+
+No deck has damping, and our answers beside them have none either, whatever the scene states. What remains between both:
+CalculiX integrates the mass of a C3D10 by four points, we exactly (some 0.1 %); C3D20 and CAX8 lack the nodes inside
+faces that our hexahedra and quadrilaterals have, and our hexahedra have a nodal mass (some 1 %, less on finer meshes);
+from poisson = 0.45 on we project the change of volume, which CalculiX does not; direct dynamics lags
+behind by its time step, by some 1 % at the end of the pulse and more later: halve the step to see it.
+"""
+
+
+def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Iterator[Path | str]:
+    """Write the decks, our answers to them (CSV) and README.txt; yield the files, and a note if the contact deck is
+    missing. Modes and response are computed before anything is written.
+
+    Raises:
+        DeckError: the seat has no finite elements. ModelError: its elements or supports have no place in a deck.
+    """
+    width = plan.scene.run.filter_width
+    dt = width / PER_PULSE
+    seat = deck_seat(plan, progress)
+    deck = seat.deck
+    frequencies = solve_modes(seat.model, min(MODES, seat.model.size), progress=progress).frequencies_hz
+    times = dt * np.arange(1, PULSES * PER_PULSE + 1)
+    band = max(seat.method.bandwidth or 0.0, 2 / width)
+    greens = greens_function(
+        seat.model,
+        bandwidth=band,
+        duration=MOST_STEPS * dt,
+        tolerance=TOLERANCE,
+        progress=progress,
+    )
+    yield _lines(folder / "mesh.inp", deck.lines)
+    yield _deck(folder / "frequency.inp", deck.frequency(len(frequencies)))
+    yield write_csv(folder / "frequency.csv", ["mode", "frequency [Hz]"], enumerate(frequencies.tolist(), start=1))
+    yield _deck(folder / "transient.inp", deck.transient(width, PULSES * width, dt))
+    head = ["time [s]", "displacement per impulse [m/(N s)]"]
+    displacement = np.ravel(greens.filtered(times, width))
+    yield write_csv(folder / "transient.csv", head, zip(times.tolist(), displacement.tolist(), strict=True))
+    try:
+        words, files = _contact(plan, seat, greens, dt, folder, progress)
+        yield from files
+    except (DeckError, ModelError, MeshingError, ConvergenceError) as reason:
+        words = f"contact.inp      is not written: {reason}\n"
+        yield f"no contact.inp: {reason}"
+    share = "" if deck.share == 1 else f"\n{17 * ' '}The model carries {deck.share:g} of the whole load."
+    numbers = {"node": deck.node, "axis": deck.axis, "modes": len(frequencies), "width": width, "steps": PER_PULSE}
+    text = README.format(element=deck.element, share=share, contact=words, **numbers)
+    write_whole(folder / "README.txt", text.encode())
+    yield folder / "README.txt"
+
+
+def _contact(
+    plan: Plan, seat: DeckSeat, greens: GreensFunction, dt: float, folder: Path, progress: Progress
+) -> tuple[str, Sequence[Path]]:
+    """Write contact.inp; return its paragraph of the README, and the files. Raises `DeckError`, `ModelError`."""
+    mesh, files = "mesh.inp", list[Path]()
+    if plan.scene.reed.thin_plate is not None:
+        check_landing(plan)
+        whole = whole_seat(plan, progress)
+        if seat.deck.plane or seat.deck.share != 1:
+            mesh = "whole.inp"
+            files.append(_lines(folder / mesh, whole.deck.lines))
+        contact = of_plate(plan, whole, dt, mesh)
+    else:
+        contact = of_mass(plan, seat, greens, dt)
+    rows = zip(*(column.tolist() for column in contact.answer.values()), strict=True)
+    files.append(_deck(folder / "contact.inp", contact.lines, mesh))
+    return contact.told, [*files, write_csv(folder / "contact.csv", list(contact.answer), rows)]
+
+
+def _deck(path: Path, steps: Sequence[str], mesh: str = "mesh.inp") -> Path:
+    return _lines(path, [f"*INCLUDE, INPUT={mesh}", *steps])
+
+
+def _lines(path: Path, lines: Sequence[str]) -> Path:
+    write_whole(path, ("\n".join(lines) + "\n").encode("ascii"))
+    return path

@@ -13,7 +13,7 @@ from impact.after.landings import Landing
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.notices import Progress
-from impact.runs.horizon import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of, with_wider_gaps
+from impact.runs.solver import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of, with_wider_gaps
 from seatfem import results
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import marched

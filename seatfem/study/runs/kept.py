@@ -18,8 +18,8 @@ from impact.names import frame_of
 from impact.quantities import as_html, brief
 from seatfem import readings, structures
 from seatfem.machine.code import cache_folder, code_version
+from seatfem.structures.cache import content_key
 from seatfem.structures.method import AnyLevel
-from seatfem.structures.store import content_key
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RINGS, RunMethod, stated_method
 from seatfem.study.planning.plan import Alternative, Choice, Cost, Plan

@@ -46,8 +46,8 @@ from seatfem.study.scene.life import OF_A_CURVE, UNITS, varied
 if TYPE_CHECKING:
     from seatfem.pictures.rendering import Picture
     from seatfem.structures.fields.recovery import StressField
-    from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress
     from seatfem.study.runs.seat_stress import SeatStress
+    from seatfem.study.runs.stresses import PlatePeaks, PlateReedStress
 
 OF_SEAT = 12  # hot spots of the seat's surface whose life is computed
 
@@ -149,8 +149,8 @@ def _beam_histories(done: Round, touches: Touches, stress: ReedStress | None) ->
 
 def _plate_histories(done: Round, field: StressField, touches: Touches, first: int) -> Histories:
     """Yield the stress histories in both faces at the points of each part of the plate with the largest range."""
-    (field, force), dt = runs.reed_stress.struck_in(field, done, touches), touches.seat.dt
-    regions = runs.reed_stress.parts_of_plate(done, field.points)
+    (field, force), dt = runs.stresses.struck_in(field, done, touches), touches.seat.dt
+    regions = runs.stresses.parts_of_plate(done, field.points)
     ranges = fields.peaks.mises_range(field, force, dt, since=first)
     spots = fields.peaks.hottest(ranges, regions)
     chosen = field.at(spots)

@@ -23,10 +23,10 @@ from seatfem.machine.code import VARIABLE
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures import rendering
 from seatfem.structures import cache, rings
+from seatfem.structures.cache import Store, StoreError
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Solved
 from seatfem.structures.model import Array
-from seatfem.structures.store import Store, StoreError
 from seatfem.study.impacts import gas
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod

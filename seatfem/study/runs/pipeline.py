@@ -19,7 +19,7 @@ from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
 from seatfem.study import runs
-from seatfem.study.impacts import gauges, layout, validity
+from seatfem.study.impacts import contact, layout, validity
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
 from seatfem.study.impacts.touches import bar_keys
@@ -190,7 +190,7 @@ def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Sto
         "seat_kind": scene.seat.kind,
         **({} if gas_run is None else gas_keys(gas_run, done.touches, scene.run.duration)),
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
-        **gauges.valve_spring_keys(scene.spring, scene.geometry, done.striker, done.seat.greens, done.touches),
+        **contact.valve_spring_keys(scene.spring, scene.geometry, done.striker, done.seat.greens, done.touches),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, rings.as_a_whole(done.seat.greens), done.result),
     }

@@ -74,7 +74,7 @@ class Round:
     spent: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
     time_ratios: Mapping[str, float] = field(default_factory=dict)
-    plate: runs.reed_stress.PlateReedStress | None = None
+    plate: runs.stresses.PlateReedStress | None = None
     flights: Flights | None = field(default=None, repr=False)
 
     @property

@@ -30,7 +30,7 @@ from seatfem.study.safety import LOOSER
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
 
 if TYPE_CHECKING:
-    from seatfem.study.runs.reed_stress import PlateReedStress
+    from seatfem.study.runs.stresses import PlateReedStress
 
 __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
@@ -194,7 +194,7 @@ def _round(
     if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene.reed, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
-            plate = runs.reed_stress.plate_reed_stress(computed, stress_since(touches, scene.accuracy.landing))
+            plate = runs.stresses.plate_reed_stress(computed, stress_since(touches, scene.accuracy.landing))
         computed = replace(computed, plate=plate, stress=None if plate is None else plate.found)
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None

@@ -25,7 +25,7 @@ from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.plane_meshes import MeridianMesh
 from seatfem.structures.method import BEYOND, COARSENING, Solved
 from seatfem.structures.model import ModelError, SecondOrderModel
-from seatfem.structures.reduction.ring_patches import RingPatch, mixing_of
+from seatfem.structures.reduction.harmonics import RingPatch, mixing_of
 from seatfem.structures.rings import Division, ring_names
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan

@@ -24,7 +24,7 @@ from seatfem.study.runs.round import Round
 
 if TYPE_CHECKING:
     from seatfem.pictures.rendering import Picture
-    from seatfem.study.runs import reed_stress, seat_stress
+    from seatfem.study.runs import seat_stress, stresses
 
 
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
@@ -113,7 +113,7 @@ class Spots:
     time: Array = field(default_factory=lambda: np.zeros(0))
 
     @staticmethod
-    def from_round(done: Round, seat: seat_stress.SeatStress | None, plate: reed_stress.PlatePeaks | None) -> Spots:
+    def from_round(done: Round, seat: seat_stress.SeatStress | None, plate: stresses.PlatePeaks | None) -> Spots:
         """Return the spots of a round: of a beam or of the ``plate``, and of the ``seat`` if its stress is known."""
         named = 0 if seat is None else len(seat.points)
         stride = math.ceil(6 * (MOST_SHOWN + named) * len(done.result.time) / MOST_NUMBERS)
@@ -231,16 +231,16 @@ def _beam_histories(done: Round, stride: int) -> list[History]:
     return _foremost(spot_histories)
 
 
-def _plate_histories(done: Round, plate: reed_stress.PlatePeaks, stride: int) -> list[History]:
+def _plate_histories(done: Round, plate: stresses.PlatePeaks, stride: int) -> list[History]:
     """Return the stress histories at the von Mises peaks of all parts of a plate, in the face away from the seat."""
-    parts = runs.reed_stress.parts_of_plate(done, plate.field.points)
+    parts = runs.stresses.parts_of_plate(done, plate.field.points)
     peak = plate.found.after_contact if math.isfinite(plate.found.spans.touch) else plate.found.initial
     by_part = [np.flatnonzero(parts == part) for part in np.unique(parts)]
     chosen = np.array([which[peak.von_mises[which].argmax()] for which in by_part])
-    field, force, dt = plate.field.at(chosen), runs.reed_stress.plate_pushes(done, done.touches), done.result.dt
+    field, force, dt = plate.field.at(chosen), runs.stresses.plate_pushes(done, done.touches), done.result.dt
     times, edges = (
         peak.von_mises_time[chosen],
-        fields.corners.edge_distances(field.points, runs.reed_stress.singular_of_plate(done)),
+        fields.corners.edge_distances(field.points, runs.stresses.singular_of_plate(done)),
     )
     states = fields.recovery.at_own_times(field, force, dt, np.round(times / dt).astype(np.int64))
     spot_histories = []

@@ -22,7 +22,7 @@ from seatfem.structures.fields.recovery import Response, in_frames, response_in_
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.touches import Touches, on_the_ports
-from seatfem.study.runs import reed_stress, seat_fields, seat_stress
+from seatfem.study.runs import seat_fields, seat_stress, stresses
 from seatfem.study.runs.pictures import raising
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.lips import closed_line
@@ -223,8 +223,8 @@ def reed_wave(done: Round) -> Frames | None:
     dofs, shapes = plate.model.dofs, plate.modes.shapes
     if not steps or dofs is None or not isinstance(dofs.mesh, PlateMesh):
         return None
-    field, skin = reed_stress.plate_field(done), cell_grid.skin_of_plate(dofs.mesh)
-    force, dt = reed_stress.plate_pushes(done, done.touches), done.result.dt
+    field, skin = stresses.plate_field(done), cell_grid.skin_of_plate(dofs.mesh)
+    force, dt = stresses.plate_pushes(done, done.touches), done.result.dt
     mises = np.full((len(steps), len(skin.nodes)), np.nan)
     mises[:, rows_of(field.points, dofs.mesh.points[skin.nodes])] = von_mises(in_frames(field, force, dt, steps))
     rows = modal_coordinates(done.striker, force[1 : steps[-1] + 1].T, dt, steps.step)[steps.start // steps.step :]

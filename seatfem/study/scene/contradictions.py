@@ -10,7 +10,7 @@ import numpy as np
 
 from impact.bodies.time_series import TimeSeriesError
 from seatfem.fields import Contradictions, keys_of, problem_of, within
-from seatfem.structures.kinds import striking, structure
+from seatfem.structures.kinds import structure
 from seatfem.structures.rings import Division
 from seatfem.study.scene.measures import GaugeStrain, LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
@@ -18,13 +18,12 @@ from seatfem.units import write_quantity
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Structure
     from seatfem.study.scene.contact import Contact
-    from seatfem.study.scene.drives import Base, ExternalLoad, ValveSpring
+    from seatfem.study.scene.drives import Base, ExternalLoad, Gauge, ValveSpring, Wave
     from seatfem.study.scene.gas import CompressorGas
     from seatfem.study.scene.life import LifeTable
     from seatfem.study.scene.lips import ContactGeometry
     from seatfem.study.scene.models import Scene
     from seatfem.study.scene.run import Stress as StressTable
-    from seatfem.study.scene.waves import Gauge, Wave
 
 
 def contradictions_of(scene: Scene) -> Contradictions:
@@ -137,7 +136,7 @@ def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge], measure
 
 
 def _of_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> Contradictions:
-    striking.check_along(reed.kind, None if reed.slender is None else reed.slender.span, at, "contact.at")
+    structure.check_along(reed.kind, None if reed.slender is None else reed.slender.span, at, "contact.at")
     if ring is None or reed.slender is None or at is None:
         return
     if at < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
@@ -174,11 +173,11 @@ def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
 def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradictions:
     if (key := contact.along_a_lip) and (why := seat.lip_face.no_lip):
         yield f"contact.{key}", f"a seat of kind {seat.kind!r}, {why}"
-    if striking.is_curved(seat):
+    if structure.is_curved(seat):
         yield "seat.curvature", "only the reed may be curved; remove the key"
-    if striking.is_curved(reed) and (why := seat.lip_face.no_lip):
+    if structure.is_curved(reed) and (why := seat.lip_face.no_lip):
         yield "reed.curvature", f"a seat of kind {seat.kind!r}, {why}"
-    if striking.is_curved(reed) and contact.ports == 1:
+    if structure.is_curved(reed) and contact.ports == 1:
         yield "contact.ports", "a single contact point has only a mean gap, reed.curvature needs several: remove it"
     if any(contact.offset) and reed.thin_plate is None:
         yield "contact.offset", f"a body of kind {reed.kind!r} touches with one rigid face; remove the key"

@@ -23,7 +23,7 @@ from seatfem.fields import (
     problem_of,
     read_number,
 )
-from seatfem.structures.kinds.record_columns import ColumnsError, read_columns
+from seatfem.structures.kinds.measured import ColumnsError, read_columns
 
 ClosingForce = Annotated[float, BeforeValidator(ReadQuantity("force")), Gt(0)]
 Exponent = Annotated[float, BeforeValidator(read_number), Ge(1), Le(10)]

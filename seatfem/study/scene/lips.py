@@ -13,7 +13,7 @@ from impact.after.histories import ClosedLine
 from impact.greens.base import Array
 from impact.march.laws import SqueezeFilm
 from seatfem.fields import KeyProblem
-from seatfem.structures.kinds.striking import is_curved
+from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
 from seatfem.study.scene.measures import Line

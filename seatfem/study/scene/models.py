@@ -15,11 +15,11 @@ from pydantic import Field, ValidationError, ValidationInfo, model_validator
 from seatfem import fields, units
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.striking import is_loaded
+from seatfem.structures.kinds.structure import is_loaded
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.study import scene
-from seatfem.study.scene import contradictions, drives, measures, problems, waves
+from seatfem.study.scene import contradictions, drives, measures, problems
 from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
@@ -176,8 +176,8 @@ class Scene(fields.Table):
     load: tuple[drives.ExternalLoad, ...] = fields.default((), "known loads on the reed, a table each: [[load]]")
     spring: tuple[drives.ValveSpring, ...] = fields.default((), "valve springs on the reed, a table each: [[spring]]")
     base: tuple[drives.Base, ...] = fields.default((), "what moves the bases of bodies, a table each: [[base]]")
-    wave: tuple[waves.Wave, ...] = fields.default((), "waves that come along endless rods, a table each: [[wave]]")
-    gauge: tuple[waves.Gauge, ...] = fields.default((), "strain gauges, a table each: [[gauge]]")
+    wave: tuple[drives.Wave, ...] = fields.default((), "waves that come along endless rods, a table each: [[wave]]")
+    gauge: tuple[drives.Gauge, ...] = fields.default((), "strain gauges, a table each: [[gauge]]")
     gas: CompressorGas | None = fields.absent("the gas that the reed, as a valve, lets through")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = fields.default({}, "the accuracy asked for")
@@ -252,10 +252,10 @@ class Scene(fields.Table):
         return drives.Mount(role, self.bodies[role], base, wave)
 
     @property
-    def gauged(self) -> tuple[waves.Gauged, ...]:
+    def gauged(self) -> tuple[drives.Gauged, ...]:
         """Return the gauges with their bodies."""
         at = self.geometry.contact_at
-        return tuple(waves.Gauged(gauge, self.mount(gauge.of), at) for gauge in self.gauge)
+        return tuple(drives.Gauged(gauge, self.mount(gauge.of), at) for gauge in self.gauge)
 
     @property
     def is_loaded(self) -> bool:

@@ -10,7 +10,7 @@ from typing import Any, Final
 from pydantic import BaseModel
 
 from seatfem.jobs.desk import FILES
-from seatfem.structures import formats, store
+from seatfem.structures import cache, formats
 from seatfem.study.scene import load, problems
 from seatfem.study.scene.strength import StrengthTable
 
@@ -78,7 +78,7 @@ def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dic
         if not isinstance(asked, Path):
             return asked
         if asked not in hashes:
-            hashes[asked] = store.content_key({"files": [asked, *_with(asked, strength=key.startswith("life."))]})
+            hashes[asked] = cache.content_key({"files": [asked, *_with(asked, strength=key.startswith("life."))]})
         return hashes[asked]
 
     content: dict[str, Any] = hashed(scene.model_dump(exclude={"title"}, exclude_unset=True), "")

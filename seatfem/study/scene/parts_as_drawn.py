@@ -21,7 +21,7 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.shapes import CadPart, Geometry, cad, loops
-from seatfem.structures.shapes.faces import Frame, Vector
+from seatfem.structures.shapes.selectors import Frame, Vector
 from seatfem.study.scene.contact import STEEPEST
 
 KEY: Final = "assembly.placed"

@@ -5,7 +5,6 @@ from seatfem.study.sweep import (
     charts as charts,
     effects as effects,
     optimum as optimum,
-    outcome as outcome,
     runner as runner,
     side_by_side as side_by_side,
     study as study,

@@ -22,7 +22,7 @@ from seatfem.study.impacts.landings import BAR, LANDED, STATUS, counts, left_out
 from seatfem.study.scene import SceneError
 from seatfem.study.sweep import charts, runner
 from seatfem.study.sweep.cases import Case, Cases, Changes
-from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.runner import Outcome
 from seatfem.study.sweep.study import LOOSE, Optimise, Study
 from seatfem.study.sweep.table import StudyTable, table_of
 

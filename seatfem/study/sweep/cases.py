@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from impact.notices import Progress, silent
 from seatfem.machine import code, resources
-from seatfem.structures.store import content_key
+from seatfem.structures.cache import content_key
 from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.ladders.level import tells_waves
 from seatfem.study.method import FIELDS, has_key, is_given, value_of, written

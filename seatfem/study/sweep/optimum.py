@@ -34,8 +34,7 @@ from seatfem.study.sweep.best import (
     violation,
 )
 from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of
-from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.runner import STAGE, Runner, StudyError, check_effort, crew_of, folder_of_ours
+from seatfem.study.sweep.runner import STAGE, Outcome, Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 
 RADIUS: Final = 0.2  # radius of the first trust region, as a fraction of the ranges

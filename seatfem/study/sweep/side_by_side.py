@@ -28,7 +28,7 @@ from seatfem.study.runs.summary import landing_keys, reed_stress_keys
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import ContactRecord, judged_landing, key_of, values_of
 from seatfem.study.sweep.cases import begun
-from seatfem.study.sweep.outcome import Changes, Outcome, carry_out
+from seatfem.study.sweep.runner import Changes, Outcome, carry_out
 
 SAME = 1e-9  # largest relative deviation of an initial state from a multiple of another
 

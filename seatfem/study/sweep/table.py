@@ -32,8 +32,7 @@ from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import PREFIXES, Measure, Restitution, all_measures, key_of
 from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep.cases import Case, Changes, columns_of, key_of_case
-from seatfem.study.sweep.outcome import NOTES, Outcome
-from seatfem.study.sweep.runner import StudyError
+from seatfem.study.sweep.runner import NOTES, Outcome, StudyError
 from seatfem.study.sweep.study import Study
 
 Columns = Mapping[str, Sequence[object]]

@@ -14,9 +14,8 @@ from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, shee
 from seatfem.study.impacts.landings import STATUS
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.charts import grid_of, size_of
-from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.trade.point import ABOUT, COSTS
-from seatfem.study.trade.rungs import BY_HAND
+from seatfem.study.sweep.runner import Outcome
+from seatfem.study.trade.rungs import ABOUT, BY_HAND, COSTS
 from seatfem.study.trade.trade import AS_FILED, PLANNED, Trade, processor_of
 
 if TYPE_CHECKING:

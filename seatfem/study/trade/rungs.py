@@ -5,26 +5,39 @@ They are not the full product of all choices, but
 - around one centre, each key of `seatfem.study.ladders.table` varied by itself, and reduction and convolution engine,
   which change only times;
 - the column under the contact as a spring and as a rod, as used without finite elements, if there is no lip.
+
+One point of the trade: a scene at one fidelity, carried out and measured in a process of its own.
+
+`python -m seatfem.study.trade.rungs` answers each job, a line of JSON, with its outcome.
 """
 
+import json
 import math
+import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import Final
+from pathlib import Path
+from typing import Any, Final
 
 from impact.march.history import Engine
+from seatfem.jobs import processes, worker
+from seatfem.machine.resources import Stopwatch, peak_memory
+from seatfem.structures.cache import build
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.rings import MOST_RINGS, Division
-from seatfem.study.impacts.bodies import solve_body, striker_of
+from seatfem.study.impacts import contact, landings, validity
+from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
+from seatfem.study.impacts.touches import measured, stress_since
 from seatfem.study.impacts.validity import BEAM, simpler_bodies
-from seatfem.study.ladders import march, patch, reduction, table
+from seatfem.study.ladders import march, mesh, patch, table
 from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
+    FIELDS,
     MODEL,
     MODES,
     ORDER,
@@ -36,13 +49,140 @@ from seatfem.study.method import (
     STEP,
     TOLERANCE,
     RunMethod,
+    has_key,
     is_given,
     stated_method,
     written,
 )
-from seatfem.study.prerun.look import BAND_PER_FILTER
-from seatfem.study.scene import Scene
-from seatfem.study.trade.point import Point, Settings
+from seatfem.study.planning.plan import Plan
+from seatfem.study.prerun.context import BAND_PER_FILTER
+from seatfem.study.scene import Scene, load_scene
+from seatfem.study.sweep.runner import FAILURES, Outcome
+
+Settings = Mapping[str, object]
+"""Values by dotted key, written as in a scene file ("1 mm"); ``None`` takes the key out of the file."""
+
+ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # keys left to the planner
+
+
+def stated_choices(plan: Plan) -> Settings:
+    """Return all values of a plan's method, which determine its accuracy and cost, as settings of a scene."""
+    values = {key: plan.method.value(key) for key in FIELDS if has_key(plan.scene, key)}
+    return {key: written(key, value) for key, value in values.items() if value is not None}
+
+
+PROCESSOR: Final = "processor_s"
+COSTS: Final = (PROCESSOR, "memory_bytes", "start_s")
+"""Keys of the costs: processor time of all threads, mesher included, or the limit if stopped [s]; peak memory of the
+process [B]; time from the start of the process to the beginning of the computation [s]."""
+ABOUT: Final = (landings.STATUS, "seat_model", "seat_dof", "seat_poles", "reduction", "time_step_s", "engine")
+REPEATED_BELOW: Final = 4.0  # processor time [s] below which a point is run twice: the first time loads and compiles
+
+
+@dataclass(frozen=True)
+class Point:
+    """A scene at one fidelity.
+
+    Attributes:
+        name: name, unique among the points of a trade.
+        family: the model of the seat: "spring", "rod", "axisymmetric", "harmonics", "sector", "3d", "as given".
+        varied: the parameter that differs from the central point: "diagonal" (mesh and band together), "mesh", ...
+        settings: values that replace those of the scene file.
+        engine: history engine of the march.
+        in_place: name of the simpler model used in place of a contact along a lip: `ONE_PORT`, `BEAM`.
+        after: name of a coarser point that must have ended for this one to be tried.
+        least_steps: least number of steps in the width of the filter, where the scene leaves the step open.
+        predicted: predicted time [s], 0 if unknown; a point predicted to take far too long is not tried.
+    """
+
+    name: str
+    family: str
+    varied: str
+    settings: Settings = field(default_factory=dict)
+    engine: Engine = "auto"
+    in_place: str = ""
+    after: str = ""
+    least_steps: int = 1
+    predicted: float = 0.0
+
+
+def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
+    """Compute seat, contact and measures of a point without error bars, files or pictures; a failure is an `Outcome`.
+
+    The summary has the measures [SI] by name, `ABOUT` and `COSTS`. ``start``: time that the program took to load [s].
+    """
+    loaded = {"start_s": start}
+    try:
+        scene = load_scene(path, point.settings)
+        contact.check_step(scene)
+        wall, processor, summary = _timed(scene, point)
+        if processor < REPEATED_BELOW:
+            wall, processor, summary = _timed(scene, point)
+    except FAILURES as error:
+        return Outcome.of_failure(error, summary=loaded)
+    costs = {PROCESSOR: processor, "memory_bytes": peak_memory(), **loaded}
+    return Outcome("done", "", wall, {**summary, **costs})
+
+
+def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
+    """Compute the point once; return wall time and processor time [s], and the summary."""
+    wall, processor, watch = time.perf_counter(), _processor_time(), Stopwatch()
+    method = stated_method(scene)
+    if point.in_place:
+        method = method.along(scene.geometry, 1)
+    duration = scene.run.duration
+    seat = build(scene.seat, method.seat, duration, watch=watch, mesh_error=False)
+    solved = solve_body("reed", scene.reed, method.reed, duration, mesh_error=False)
+    striker = striker_of(scene, method.reed.n_modes, None if solved is None else solved.greens)
+    if point.in_place:
+        striker = dict(validity.simpler_bodies(scene, striker, Division()))[point.in_place]
+    longest = scene.run.filter_width / point.least_steps
+    stopper = stopper_of(scene)
+    greens = (striker.greens, seat.greens) if stopper is None else (striker.greens, seat.greens, stopper.greens)
+    step = method.time_step or min(longest, contact.fallback_step(scene.run, scene.gas, *greens))
+    contact.check_length(scene, step, method.seat.division.count)
+    with watch("contact"):
+        touches = contact.run_contacts(scene, striker, seat.greens, step, engine=point.engine)
+    result = touches.seat
+    since = stress_since(touches, scene.accuracy.landing)
+    stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
+    never = dict.fromkeys(scene.accuracy.judged, 0.0)
+    values = {**never, **measured(touches, scene.run.filter_width, stress, scene.accuracy.landing)}
+    about = (
+        landings.LANDED if touches.landings is None else touches.landings.status,
+        seat.about.get("seat_model", ""),
+        seat.about.get("seat_dof", 0),
+        seat.greens.marched_poles(step, duration / step) or 0,
+        seat.greens.provenance.get("method", ""),
+        step,
+        result.engine,
+    )
+    stages = {f"stage_{name}_s": round(spent, 4) for name, spent in watch.stages.items()}
+    summary = {**values, **dict(zip(ABOUT, about, strict=True)), **stages}
+    return time.perf_counter() - wall, _processor_time() - processor, summary
+
+
+def _processor_time() -> float:
+    """Return the processor time of all threads of this process and of those it started (the mesher) [s]."""
+    try:
+        import resource  # absent on Windows
+    except ImportError:
+        return time.process_time()
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(u.ru_utime + u.ru_stime for u in used)
+
+
+def _reply(line: str) -> str:
+    """Return the outcome of one job, within its processor time."""
+    job: dict[str, Any] = json.loads(line)
+    processes.limit_process(seconds=math.ceil(job["limit"]))
+    point = Point(**job["point"], settings=job["changed"])
+    return json.dumps(asdict(carry_out(Path(job["path"]), point, time.time() - job["begun"])))
+
+
+if __name__ == "__main__":
+    worker.answer_lines(_reply)
+
 
 BY_HAND: Final = "by hand"  # value of `Point.varied` for points without finite elements
 DEPTH: Final = 3  # number of points of the diagonal below the centre
@@ -60,7 +200,7 @@ _QUICK: Final = (
 
 def has_a_beam(scene: Scene) -> bool:
     """Return whether the scene's plate has a beam as simpler model."""
-    method = stated_method(scene).replaced({REED_BAND: reduction.OF_A_BEAM}).along(scene.geometry, 1)
+    method = stated_method(scene).replaced({REED_BAND: mesh.OF_A_BEAM}).along(scene.geometry, 1)
     reed = solve_body("reed", scene.reed, method.reed, scene.run.duration)
     striker = striker_of(scene, greens=None if reed is None else reed.greens)
     return BEAM in dict(simpler_bodies(scene, striker, Division()))
@@ -249,7 +389,7 @@ class Rungs:
         finer: dict[str, object] = {}
         if centre.seat.bandwidth is not None:
             finer[BAND] = centre.seat.bandwidth * RATIO ** (max(2.0, fineness) - back)
-            finer[TOLERANCE] = min(reduction.LOOSER_AND_STRICTER) / 3 * RATIO ** (2 * back)
+            finer[TOLERANCE] = min(mesh.LOOSER_AND_STRICTER) / 3 * RATIO ** (2 * back)
         if centre.reed.n_modes is not None:
             finer[MODES] = round(REFERENCE_MODES / RATIO**back)
         if centre.ports is not None and centre.reed.bandwidth is not None and plate is not None:

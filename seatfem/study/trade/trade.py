@@ -21,7 +21,7 @@ from impact.quantities import brief, in_time
 from seatfem.jobs.cluster import cluster_crew
 from seatfem.jobs.desk import ONE_THREAD, Lost, Program, crew
 from seatfem.machine.code import VARIABLE, code_version
-from seatfem.structures.store import Store
+from seatfem.structures.cache import Store
 from seatfem.study.impacts.landings import LANDED, STATUS, has_landed, left_out_in_words
 from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.method import FIELDS, is_given
@@ -30,16 +30,15 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.sweep import effects, runner
-from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.trade.point import ALL_OPEN, PROCESSOR, Point, stated_choices
-from seatfem.study.trade.rungs import BY_HAND, Rungs
+from seatfem.study.sweep.runner import Outcome
+from seatfem.study.trade.rungs import ALL_OPEN, BY_HAND, PROCESSOR, Point, Rungs, stated_choices
 from seatfem.units import write_quantity
 
 TIME_LIMIT: Final = 20.0  # processor time for one point, the start of its process included [s]
 PATIENCE: Final = 10.0  # ratio of wall time to that limit after which a point is killed; allows for a busy machine
 TOO_LONG: Final = 2.0  # ratio of predicted time to the limit above which a point is not tried; predictions are rough
 PROGRAM: Final = Program(
-    "seatfem.study.trade.point", renew=1, own_session=True, environment=ONE_THREAD, folder_in=(VARIABLE, "TMPDIR")
+    "seatfem.study.trade.rungs", renew=1, own_session=True, environment=ONE_THREAD, folder_in=(VARIABLE, "TMPDIR")
 )
 """Program of a point: in one thread, so that processor time measures work, and in a folder without caches."""
 

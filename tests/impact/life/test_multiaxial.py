@@ -8,8 +8,17 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
-from impact.life.multiaxial import Crossland, DangVan, Multiaxial, Papadopoulos, deviators
-from impact.life.planes import _average, _polar, enclosing_sphere, mean_square_shear
+from impact.life.multiaxial import (
+    Crossland,
+    DangVan,
+    Multiaxial,
+    Papadopoulos,
+    _average,
+    _polar,
+    deviators,
+    enclosing_sphere,
+    mean_square_shear,
+)
 from impact.life.strength import LifeError
 
 TORSION, BENDING = 310e6, 500e6
