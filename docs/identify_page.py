@@ -72,7 +72,7 @@ def example() -> str:
 
 def by_hand() -> str:
     """The fit beside the two numbers that tests/measured/bar_on_bar.py fits to the heights alone."""
-    from seatfem.measured import compare, measured_sets
+    from seatfem.verify import compare, measured_sets
 
     fits = next(compare(each).fits for each in measured_sets() if each.name == "bar_on_bar")
     closure, recovery = fits["closure"], fits["recovery"]

@@ -18,7 +18,7 @@ import numpy as np
 from markers import between
 
 from impact.files.safe_files import write_whole
-from seatfem.measured import ComparedSet, Comparison, counted, measured_table, with_uncertainty
+from seatfem.verify import ComparedSet, Comparison, counted, measured_table, with_uncertainty
 
 DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent))

@@ -16,7 +16,7 @@ import numpy as np
 from impact import measures
 from impact.pictures.drawing import BLUE, GREY, ORANGE, sheet, zero_line
 from impact.storage.hdf5 import load_results
-from seatfem.pictures.frame_pictures import LIGHT
+from seatfem.pictures.moving import LIGHT
 from seatfem.pictures.rendering import load_pyvista
 from seatfem.study.runs.pipeline import RESULT_FILE, run_scene
 from seatfem.study.scene import load_scene

@@ -33,7 +33,13 @@ from impact.bodies.loads import (
     Pressure as Pressure,
     PressureField as PressureField,
 )
-from impact.bodies.body import Body as Body, Load as Load, ModalState as ModalState, rigid_mass as rigid_mass
+from impact.bodies.body import (
+    Body as Body,
+    IncomingWave as IncomingWave,
+    Load as Load,
+    ModalState as ModalState,
+    rigid_mass as rigid_mass,
+)
 from impact.bodies.reeds import (
     GivenShape as GivenShape,
     ModeShape as ModeShape,
@@ -41,7 +47,6 @@ from impact.bodies.reeds import (
     cantilever_reed as cantilever_reed,
     reed as reed,
 )
-from impact.bodies.incoming import IncomingWave as IncomingWave
 from impact.bodies.time_series import TimeSeries as TimeSeries, read_time_series as read_time_series
 from impact.exact.closed_form import (
     fixed_rod as fixed_rod,

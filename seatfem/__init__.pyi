@@ -35,8 +35,10 @@ from seatfem.structures.cache import Store as Store, content_key as content_key
 from seatfem.study.runs.pipeline import margin_curve as margin_curve, run_scene as run_scene
 from seatfem.study.scene import load_scene as load_scene
 from seatfem.study.scene.strength import load_strength as load_strength
-from seatfem.study.sweep.optimum import optimise as optimise
-from seatfem.study.sweep.sweep import sweep as sweep
+from seatfem.study.sweep.sweep import (
+    optimise as optimise,
+    sweep as sweep,
+)
 from seatfem.study.trade.report import draw_trade as draw_trade, write_trade as write_trade
 from seatfem.study.trade.trade import Trade as Trade, measure_trade as measure_trade
 from seatfem import (

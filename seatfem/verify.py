@@ -1,15 +1,25 @@
 """The verification table: problems with a known answer, our answer, the error, the verdict.
 
 The cases are no part of the program: they lie among its tests, in tests/known_answers, and travel in the wheel.
+
+Measured sets: numbers that others measured and published, ours beside them with their bars, whether both overlap.
+
+A set is a file NAME.toml (source, geometry, what is fitted, what is predicted) with a module NAME.py beside it, whose
+`predict` computes our numbers by the public functions. They lie in tests/measured and travel in the wheel.
 """
 
+from __future__ import annotations
+
+import importlib
+import math
 import sys
-from collections.abc import Callable, Sequence
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import Final
+from typing import Any, Final
 
 from rich.table import Table
 from rich.text import Text
@@ -17,7 +27,10 @@ from rich.text import Text
 from impact.notices import Progress, silent
 
 NAME: Final = "seatfem.known_answers"
-PLACES: Final = (Path(__file__).with_name("known_answers"), Path(__file__).parents[1] / "tests" / "known_answers")
+KNOWN_ANSWERS: Final = (
+    Path(__file__).with_name("known_answers"),
+    Path(__file__).parents[1] / "tests" / "known_answers",
+)
 """Where the cases lie in an installed program, and in its source tree."""
 
 
@@ -87,7 +100,7 @@ def carry_out(case: Case, coefficient: float = 1.0) -> Row:
 
 def known_answers() -> ModuleType:
     """Return the package of the cases, whose `PROVIDERS` make them. Raises as `load_cases`."""
-    return load_cases(NAME, PLACES)
+    return load_cases(NAME, KNOWN_ANSWERS)
 
 
 def load_cases(name: str, places: Sequence[Path]) -> ModuleType:
@@ -134,3 +147,220 @@ def verification_table_view(rows: Sequence[Row]) -> Table:
         numbers = (f"{row.exact:.6g}", f"{row.ours:.6g}", f"{row.error:+.1e}", f"{row.tolerance:.1e}")
         table.add_row(row.case, row.quantity, *numbers, verdict)
     return table
+
+
+PACKAGE: Final = "seatfem.measured_sets"
+MEASURED_SETS: Final = (Path(__file__).with_name("measured_sets"), Path(__file__).parents[1] / "tests" / "measured")
+"""Where the sets lie in an installed program, and in its source tree."""
+LARGEST_SET: Final = 200_000
+"""Bytes of a set's file: a larger one is no set of typed numbers."""
+NEEDED: Final = {"source": ("title", "address", "licence"), "predicted": ("name", "value", "uncertainty", "unit")}
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A measured number that we predict.
+
+    Attributes:
+        name: of the quantity.
+        value, uncertainty: as measured [unit].
+        unit: in which both are, and ours.
+        note: whose uncertainty it is, or why we do not agree.
+        agrees: whether ours and the measured number are known to overlap.
+    """
+
+    name: str
+    value: float
+    uncertainty: float
+    unit: str
+    note: str = ""
+    agrees: bool = True
+
+
+@dataclass(frozen=True)
+class MeasuredSet:
+    """A record of others: where it is from, what was measured on what, what is fitted and what predicted.
+
+    Attributes:
+        name: of its file.
+        about, finding: what is compared, and what came of it.
+        source: title, address and licence, and what was read.
+        geometry: of the rig, as its module reads it.
+        fitted: what each fitted number is fitted to.
+        predicted: the measured numbers that are compared.
+        data: the whole file.
+    """
+
+    name: str
+    about: str
+    finding: str
+    source: Mapping[str, str]
+    geometry: Mapping[str, Any]
+    fitted: Mapping[str, Any]
+    predicted: tuple[Prediction, ...]
+    data: Mapping[str, Any]
+
+    @property
+    def counts(self) -> bool:
+        """Return whether more is predicted than fitted: otherwise agreement says nothing."""
+        return len(self.fitted) < len(self.predicted)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A measured number and ours; ``overlap``: |measured - ours| <= uncertainty + bar."""
+
+    measured: Prediction
+    ours: Estimate
+
+    @property
+    def overlap(self) -> bool:
+        """Return whether both intervals have a point in common."""
+        distance = abs(self.measured.value - self.ours.value)
+        return distance <= self.measured.uncertainty + self.ours.uncertainty
+
+    @property
+    def as_stated(self) -> bool:
+        """Return whether they overlap as the set says that they do."""
+        return self.overlap == self.measured.agrees
+
+
+@dataclass(frozen=True)
+class ComparedSet:
+    """A measured set with our numbers, those of its fits included."""
+
+    record: MeasuredSet
+    rows: tuple[Comparison, ...]
+    fits: Mapping[str, Estimate]
+
+
+def read_measured_set(path: Path) -> MeasuredSet:
+    """Return the set of a file.
+
+    Raises:
+        VerificationError: a file that is too large or no TOML, a table or key that is missing, a number that is none.
+    """
+    if path.stat().st_size > LARGEST_SET:
+        raise VerificationError(
+            f"{path.name} has {path.stat().st_size} bytes; a measured set has {LARGEST_SET} at most"
+        )
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise VerificationError(f"{path.name} is no TOML file, and must be one: {error}") from None
+    _require(path, "[source]", data.get("source", {}), NEEDED["source"])
+    predicted = data.get("predicted", [])
+    if not isinstance(predicted, list) or not predicted:
+        raise VerificationError(f"{path.name} has no [[predicted]]: state at least one measured number")
+    for each in predicted:
+        _require(path, "[[predicted]]", each, NEEDED["predicted"])
+    numbers = tuple(_prediction(path, each) for each in predicted)
+    return MeasuredSet(
+        name=path.stem,
+        about=data.get("about", ""),
+        finding=data.get("finding", ""),
+        source=data["source"],
+        geometry=data.get("geometry", {}),
+        fitted=data.get("fitted", {}),
+        predicted=numbers,
+        data=data,
+    )
+
+
+def _require(path: Path, table: str, data: Mapping[str, Any], keys: Sequence[str]) -> None:
+    missing = [key for key in keys if key not in data]
+    if missing:
+        raise VerificationError(f"{path.name}, {table}: {', '.join(missing)} missing; state each")
+
+
+def _prediction(path: Path, data: Mapping[str, Any]) -> Prediction:
+    for key in ("value", "uncertainty"):
+        number = data[key]
+        if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+            raise VerificationError(f"{path.name}, {data['name']}: {key} is {number!r}, must be a finite number")
+    if data["uncertainty"] < 0:
+        raise VerificationError(f"{path.name}, {data['name']}: uncertainty is {data['uncertainty']}, must be 0 or more")
+    numbers = (float(data["value"]), float(data["uncertainty"]))
+    return Prediction(data["name"], *numbers, data["unit"], data.get("note", ""), data.get("agrees", True))
+
+
+def measured_sets() -> tuple[MeasuredSet, ...]:
+    """Return all sets by name. Raises as `read_measured_set`, and where there are none."""
+    folder = Path(str(load_cases(PACKAGE, MEASURED_SETS).__file__)).parent
+    return tuple(read_measured_set(path) for path in sorted(folder.glob("*.toml")))
+
+
+def compare(record: MeasuredSet) -> ComparedSet:
+    """Compute our numbers of a set by the `predict` of its module.
+
+    Raises:
+        VerificationError: the module leaves a predicted number out.
+    """
+    load_cases(PACKAGE, MEASURED_SETS)
+    predict: Callable[[MeasuredSet], Mapping[str, Estimate]] = importlib.import_module(
+        f"{PACKAGE}.{record.name}"
+    ).predict
+    ours = predict(record)
+    missing = [each.name for each in record.predicted if each.name not in ours]
+    if missing:
+        raise VerificationError(f"{record.name}.py must predict {', '.join(missing)}, as {record.name}.toml has it")
+    rows = tuple(Comparison(each, ours[each.name]) for each in record.predicted)
+    return ComparedSet(record, rows, {name: ours[name] for name in record.fitted if name in ours})
+
+
+def measured_table(
+    progress: Progress = silent, records: Sequence[MeasuredSet] | None = None
+) -> tuple[ComparedSet, ...]:
+    """Compare every set, or those given."""
+    records = measured_sets() if records is None else records
+    compared = []
+    for number, record in enumerate(records):
+        progress("comparing", number / len(records))
+        compared.append(compare(record))
+    progress("comparing", 1.0)
+    return tuple(compared)
+
+
+def with_uncertainty(value: float, uncertainty: float, unit: str) -> str:
+    """Return "62.2 ± 1.2 Hz": the uncertainty in two digits, the value in as many places; the value alone where it is
+    nothing."""
+    if not 1e-5 * abs(value) < uncertainty < math.inf:
+        return f"{value:.6g} {unit}".rstrip()
+    places = max(0, 1 - math.floor(math.log10(uncertainty)))
+    return f"{value:.{places}f} ± {uncertainty:.{places}f} {unit}".rstrip()
+
+
+def counted(compared: Sequence[ComparedSet]) -> str:
+    """Return how many sets count, how many numbers are fitted and predicted in them, and how many of these overlap."""
+    sets = [each for each in compared if each.record.counts]
+    rows = [row for each in sets for row in each.rows]
+    fitted = sum(len(each.record.fitted) for each in sets)
+    overlapping = sum(row.overlap for row in rows)
+    return (
+        f"{len(sets)} of {len(compared)} sets count: {fitted} numbers fitted, {len(rows)} predicted, "
+        f"{overlapping} of them overlap"
+    )
+
+
+def measured_table_view(compared: Sequence[ComparedSet]) -> Table:
+    """Return set, quantity, measured number, ours and whether they overlap, with the counts of each set."""
+    table = Table("set", "quantity", "measured", "ours", "overlap", caption=counted(compared))
+    for each in compared:
+        record = each.record
+        verdict = "counts" if record.counts else "does not count: as many fits as predictions"
+        table.add_row(record.name, f"fitted {len(record.fitted)}, predicted {len(each.rows)}", "", "", verdict)
+        for name, fit in each.fits.items():
+            of = record.fitted[name]
+            unit = of.get("unit", "") if isinstance(of, Mapping) else ""
+            table.add_row("", name, "fitted", with_uncertainty(fit.value, fit.uncertainty, unit), "")
+        for row in each.rows:
+            measured = with_uncertainty(row.measured.value, row.measured.uncertainty, row.measured.unit)
+            ours = with_uncertainty(row.ours.value, row.ours.uncertainty, row.measured.unit)
+            table.add_row("", row.measured.name, measured, ours, _verdict(row))
+        table.add_section()
+    return table
+
+
+def _verdict(row: Comparison) -> Text:
+    word = "yes" if row.overlap else "no"
+    return Text(word) if row.as_stated else Text(f"{word}, stated otherwise", style="red")

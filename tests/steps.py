@@ -14,7 +14,7 @@ from seatfem.structures.kinds import kinds_of
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import LevelError, Method, Solved, bed
 from seatfem.structures.rings import Division
-from seatfem.study.accuracy.error_budget import error_budget
+from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, run_contacts
 from seatfem.study.impacts.touches import SOURCES, Touches, values_of_record

@@ -1,14 +1,19 @@
-"""A body: a Green's function and the motion it would have without contact."""
+"""A body: a Green's function and the motion it would have without contact.
+
+A strain wave that arrives through a semi-infinite rod at its struck end.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Protocol
+from dataclasses import dataclass, field, replace
+from typing import Final, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from impact.bodies.time_series import TimeSeries, TimeSeriesError
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError, is_greens
 from impact.greens.modal import ModalGreens, Residual
 from impact.quantities import as_html, brief
@@ -209,3 +214,66 @@ def rigid_mass(*, mass: float, velocity: float) -> Body:
 def _modal_values(name: str, values: Array, modes: int) -> None:
     if modes == 0 or values.shape != (modes,) or not np.all(np.isfinite(values)):
         raise GreensFunctionError(f"{name} must be {modes} finite modal values, got shape {values.shape}")
+
+
+EARLY: Final = 0.01
+"""Largest displacement of the end before t = 0, over twice the wave's largest, accepted as noise of a record."""
+
+
+@dataclass(frozen=True)
+class IncomingWave:
+    """A strain wave e(t) that arrives at the free end of a semi-infinite rod initially at rest and is reflected there.
+
+    Without contact the end moves outwards at -2 c e(t), twice the particle velocity, and at a distance x from it the
+    strain is e(t + x/c) - e(t - x/c), > 0 in tension. The response to contact forces is superposed (d'Alembert).
+
+    Attributes:
+        strain: e at times (n,), as recorded by a gauge, > 0 in tension, zero outside the record.
+        speed: wave speed c [m/s].
+        recorded_at: distance of the gauge from the end [m].
+
+    Raises:
+        TimeSeriesError: speed not positive, distance negative, or a wave that moves the end before t = 0.
+    """
+
+    strain: TimeSeries
+    speed: float
+    recorded_at: float = 0.0
+    _ramp: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if not (self.speed > 0 and math.isfinite(self.speed) and 0 <= self.recorded_at < math.inf):
+            raise TimeSeriesError(
+                f"{self.strain.name}: speed = {self.speed:g} m/s must be positive, the gauge's distance from the end, "
+                f"{self.recorded_at:g} m, not negative"
+            )
+        time, value = self.strain.time, self.strain.value
+        ramp = np.concatenate([[0.0], np.cumsum((value[1:] + value[:-1]) / 2 * np.diff(time))])
+        object.__setattr__(self, "_ramp", ramp)
+        if abs(early := self._moved(0.0)) > EARLY * np.abs(ramp).max() * 2 * self.speed:
+            raise TimeSeriesError(
+                f"{self.strain.name}: by t = 0 the wave has moved the rod's end by {early:.3g} m already: give "
+                "times that count from an earlier instant on"
+            )
+
+    def arriving(self, time: Array) -> Array:
+        """Return e at the rod's end at times (n,) [s]; at a jump at the ends of the record, half of it."""
+        return np.asarray(self.strain(np.asarray(time, dtype=float) - self.recorded_at / self.speed))
+
+    def outwards(self, time: Array) -> Array:
+        """Return the (n,) displacement of the free end out of the rod since t = 0 [m], exact for strains linear between
+        samples."""
+        return self._moved(time) - self._moved(0.0)
+
+    def _moved(self, time: ArrayLike) -> Array:
+        at = np.asarray(time, dtype=float) - self.recorded_at / self.speed
+        known, value = self.strain.time, self.strain.value
+        inside = np.clip(at, known[0], known[-1])
+        k = np.clip(np.searchsorted(known, inside, side="right") - 1, 0, len(known) - 2)
+        since, slope = inside - known[k], (value[k + 1] - value[k]) / (known[k + 1] - known[k])
+        return np.asarray(-2 * self.speed * (self._ramp[k] + since * (value[k] + slope * since / 2)))
+
+    def strain_at(self, time: Array, distance: float) -> Array:
+        """Return the (n,) strain without contact at a ``distance`` [m] from the end, > 0 in tension."""
+        late = distance / self.speed
+        return np.asarray(self.arriving(time + late) - self.arriving(time - late))

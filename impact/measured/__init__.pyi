@@ -3,7 +3,6 @@ from impact.measured import (
     amplitudes as amplitudes,
     frf as frf,
     passivity as passivity,
-    pole_choice as pole_choice,
     pole_fit as pole_fit,
     reading as reading,
     vector_fitting as vector_fitting,

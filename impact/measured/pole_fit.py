@@ -12,7 +12,7 @@ from impact.greens.modal import ModalGreens
 from impact.greens.oscillator import hann
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
-from impact.measured import frf, pole_choice, reading
+from impact.measured import amplitudes, frf, reading
 from impact.measured.amplitudes import FitData, free_residues, least_squares, made_passive, modal_fit, response_of
 from impact.measured.vector_fitting import Poles, basis, left_over, pole_passivity, refined
 
@@ -50,7 +50,7 @@ class PoleFit:
     greens: Fitted
     draws: tuple[Fitted, ...]
     deviation: Array
-    tried: tuple[pole_choice.Candidate, ...] = ()
+    tried: tuple[amplitudes.Candidate, ...] = ()
 
 
 def fit_poles(
@@ -118,7 +118,7 @@ def fit_response(
     names = response.port_names
     data = FitData(response.lines, response.receptance, weights, bool(free), names, alike=_lines_alike(response))
     _check_signal(data)
-    poles, tried = pole_choice.choose_poles(data, floor, most_pairs)
+    poles, tried = amplitudes.choose_poles(data, floor, most_pairs)
     (data, poles), *alike = _with_residual_terms(data, poles, free)
     chosen, complex_form = _chosen(data, poles, form, floor)
     residual = data.weights[:, None, None] * (chosen.transfer(data.s) - data.g)
@@ -225,7 +225,7 @@ def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> list
     data = replace(data, free=True)
     if not (_is_free(data, poles) if free is None else free):
         data = replace(data, free=False)
-    every = data.lines(pole_choice.residual_terms(data.s))
+    every = data.lines(amplitudes.residual_terms(data.s))
     if 2 * left_over(data.lines(data.fixed), poles) - 2 * left_over(every, poles) > _SURE:
         zeta = np.median(-poles.pairs.real / np.abs(poles.pairs)) if len(poles.pairs) else 0.02
         return _with_modes_beyond(data, poles, float(np.clip(zeta, 0.002, 0.05)))
@@ -240,19 +240,19 @@ def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[F
     inside, above = Poles(several.pairs[:count], several.rates), several.pairs[count:]
     size = np.abs(above)
     if np.all((size > highest) & (size < _FARTHEST * highest) & (-above.real < _MOST_DAMPED * size)):
-        return replace(data, above=tuple(map(complex, above))), pole_choice.within(data.s, inside)
-    return data, pole_choice.within(data.s, refined(data.lines(data.fixed), poles, iterations))
+        return replace(data, above=tuple(map(complex, above))), amplitudes.within(data.s, inside)
+    return data, amplitudes.within(data.s, refined(data.lines(data.fixed), poles, iterations))
 
 
 def _is_free(data: FitData, poles: Poles) -> bool:
     """Return whether a mass line is significant, and dominates the response at some lines."""
-    s, terms = data.s, pole_choice.residual_terms(data.s)
+    s, terms = data.s, amplitudes.residual_terms(data.s)
     if 2 * left_over(data.lines(terms[:, :-1]), poles) - 2 * left_over(data.lines(terms), poles) < _SURE:
         return False
     columns = np.concatenate([basis(s, poles), terms], axis=1)
-    amplitudes = least_squares(columns, data.elements[:, :, None], data.weights)[:, :, 0]
-    mass_line = np.abs(columns[:, -1:] * amplitudes[-1]).max(axis=1)
-    rest = np.abs(columns[:, :-1] @ amplitudes[:-1]).max(axis=1)
+    shares = least_squares(columns, data.elements[:, :, None], data.weights)[:, :, 0]
+    mass_line = np.abs(columns[:, -1:] * shares[-1]).max(axis=1)
+    rest = np.abs(columns[:, :-1] @ shares[:-1]).max(axis=1)
     return bool(np.sum((data.weights * mass_line)[mass_line > rest] ** 2) > _SURE)
 
 
@@ -271,7 +271,7 @@ def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[F
         candidates.append(_moved_together(place, poles))
 
     everywhere = [moved.with_beyond(inside) for moved, inside in candidates]
-    costs = [pole_choice.criterion(data, left_over(data.lines(data.extra), each), each) for each in everywhere]
+    costs = [amplitudes.criterion(data, left_over(data.lines(data.extra), each), each) for each in everywhere]
     best = int(np.argmin(costs))
     alike = [one for k, one in enumerate(candidates) if k > best or (k < best and costs[k] - costs[best] < _SURE)]
     return [candidates[best], *alike]
@@ -284,13 +284,13 @@ def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitt
         whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
         lefts = [float(np.sum(_squares(data, modal.transfer(data.s) - data.g))) for modal in (whole, lean)]
         misfit, modal = (lefts[1], lean) if lefts[1] <= 1.1 * lefts[0] else (lefts[0], whole)
-        real = (pole_choice.criterion(data, misfit, poles, "modal"), modal)
+        real = (amplitudes.criterion(data, misfit, poles, "modal"), modal)
         enough = np.mean(np.abs(modal.transfer(data.s) - data.g) ** 2 / floor[:, None, None] ** 2) <= 1
         if form == "modal" or enough:
             return modal, False
     freely = free_residues(data, data.with_beyond(poles))
     misfit = float(np.sum(_squares(data, response_of(freely, data.s) - data.g)))
-    if real is not None and real[0] <= pole_choice.criterion(data, misfit, poles):
+    if real is not None and real[0] <= amplitudes.criterion(data, misfit, poles):
         return real[1], False
     passive = made_passive(freely, data.port_names, data.s, data.weights)
     if passive is None:
@@ -300,7 +300,7 @@ def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitt
             )
         return real[1], False
     misfit = float(np.sum(_squares(data, response_of(passive, data.s) - data.g)))
-    if real is not None and real[0] <= pole_choice.criterion(data, misfit, poles):
+    if real is not None and real[0] <= amplitudes.criterion(data, misfit, poles):
         return real[1], False
     return passive.greens(data.port_names), True
 

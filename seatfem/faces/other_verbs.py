@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 
 from cyclopts import Parameter
 
-import seatfem.measured
+import seatfem.verify
 from impact import pictures
 from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
 from seatfem.faces import exchange
@@ -169,9 +169,9 @@ def verify(*, measured: Annotated[bool, Parameter(negative="")] = False, common:
 
 def _verify_measured(common: Common) -> int:
     with progress_of(common) as progress:
-        compared = seatfem.measured.measured_table(progress)
+        compared = seatfem.verify.measured_table(progress)
     if not common.quiet:
-        console().print(seatfem.measured.measured_table_view(compared))
+        console().print(seatfem.verify.measured_table_view(compared))
     return DONE if all(row.as_stated for each in compared for row in each.rows) else FAILED
 
 
@@ -372,7 +372,7 @@ def optimise(
         Folder for tables, picture and journal [default: the study's name + "-optimum"].
     """
     folder, terminal = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
-    heading, optimum = _run_study(study, folder, work, common, sweeps.optimum.run_optimum)
+    heading, optimum = _run_study(study, folder, work, common, sweeps.sweep.run_optimum)
     numbers = optimum.as_json()
     counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
     terminal.print(f"{heading}: {counts}")
@@ -410,13 +410,13 @@ def identify(
     return DONE
 
 
-def study_ahead(path: Path) -> sweeps.sweep.Ahead | sweeps.optimum.SearchAhead | None:
+def study_ahead(path: Path) -> sweeps.sweep.Ahead | sweeps.sweep.SearchAhead | None:
     """Return what a study would take; ``None`` for other files."""
     if not scene.load.has_table(path, "vary"):
         return None
     study = sweeps.study.load_study(path)
     if study.optimise is not None:
-        return sweeps.optimum.ahead_of(study, file=path)
+        return sweeps.sweep.ahead_of(study, file=path)
     if study.number_of_scenes > sweeps.sweep.LOOKED_AT and study.error_bars == "every":
         return sweeps.sweep.ahead_of_many(study, file=path)
     return sweeps.sweep.ahead(study.scene, sweeps.sweep.scenes_of(study, file=path)[0])

@@ -3,7 +3,6 @@ from seatfem.pictures import (
     cell_grid as cell_grid,
     faces_picture as faces_picture,
     fit_plots as fit_plots,
-    frame_pictures as frame_pictures,
     frames as frames,
     layout as layout,
     moving as moving,

@@ -21,7 +21,7 @@ from impact.quantities import percent, scaled
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from impact.measured import frf, pole_choice
+    from impact.measured import amplitudes, frf
 
 
 QUANTITIES: Final[dict[str, tuple[int, str]]] = {
@@ -151,10 +151,10 @@ class Row:
     criterion: float
 
 
-def rows_of(tried: Sequence[pole_choice.Candidate]) -> list[Row]:
+def rows_of(tried: Sequence[amplitudes.Candidate]) -> list[Row]:
     """Return the orders from the least on, of each the candidate of least criterion, its poles against those of the
     order before; of the first one against those of the next, where there is one."""
-    best: dict[int, pole_choice.Candidate] = {}
+    best: dict[int, amplitudes.Candidate] = {}
     for each in sorted(tried, key=lambda each: each.criterion, reverse=True):
         best[len(each.poles.pairs)] = each
     ordered = sorted(best.items())
@@ -168,7 +168,7 @@ def rows_of(tried: Sequence[pole_choice.Candidate]) -> list[Row]:
 
 
 def plot_stabilisation(
-    response: frf.FrequencyResponse, tried: Sequence[pole_choice.Candidate], path: str | os.PathLike[str]
+    response: frf.FrequencyResponse, tried: Sequence[amplitudes.Candidate], path: str | os.PathLike[str]
 ) -> None:
     """Draw the poles of every order that was tried over the magnitude of what was measured, with the criterion by which
     the order is chosen on the right; the order of least criterion is shaded.

@@ -1,21 +1,230 @@
-"""Files of bodies in motion: HDF5 for reports, VTK for ParaView."""
+"""Pictures of bodies in motion: drawn frame by frame, as sheets and as films.
+
+Files of bodies in motion: HDF5 for reports, VTK for ParaView.
+"""
+
+from __future__ import annotations
 
 import json
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact.files.safe_files import whole_file, write_whole
 from impact.greens.base import Array
-from impact.pictures.drawing import PictureError
+from impact.pictures.drawing import ORANGE, PictureError, sheet
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
 from seatfem.pictures.frames import Frames
-from seatfem.pictures.rendering import import_pyvista
+from seatfem.pictures.rendering import (
+    Image,
+    aim,
+    crop,
+    halved,
+    import_pyvista,
+    load_pyvista,
+    new_plotter,
+    shoot,
+    write_gif,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COLOURS: Final = "viridis"  # colour map that is legible with every common colour blindness, and in grey
+UNKNOWN: Final = "#D8DADD"
+FILM, SHEET = (1280, 944), (900, 750)  # pixels before they are shrunk, which smooths them at a third of the time
+SHOWN: Final = 12  # most times of a run on a sheet
+PERIOD: Final = 1500  # duration of the film of a mode [ms]
+EACH: Final = 150  # duration of one time of a run in a film [ms]
+OF_EACH: Final = 50  # colours of a film, of 256, that each scale has
+LIGHT: Final = {"ambient": 0.55, "diffuse": 0.5, "specular": 0.05}
+"""Light on bodies whose colours are values: they must not change in the shade."""
+_BAR: Final = {
+    "n_labels": 2, "fmt": "%.3g", "label_font_size": 24, "title_font_size": 24, "color": "black",
+    "position_x": 0.64, "position_y": 0.86, "width": 0.34, "height": 0.09,
+}  # fmt: skip
+
+
+def draw_frames(frames: Frames, shown: Sequence[tuple[int, float]], *, title: str | None = None) -> list[Image]:
+    """Return images of frames: (number, phase), the share of its displacement that is drawn.
+
+    ``title``: above each, with colour scale and words, at half the size; ``None``: the body alone.
+
+    Raises:
+        PictureError: what drawing needs is missing, parts that do not fit together.
+    """
+    frames.check()
+    size = SHEET if title is None else FILM
+    plotter = new_plotter(load_pyvista(), size, shrunk=True)
+    stage, images = _Stage(plotter, frames, titled=title is not None), []
+    for number, phase in shown:
+        stage.move(number, phase)
+        if title is not None:
+            heading = f"{title}\n{frames.labels[number]}".strip()
+            plotter.add_text(heading, position=(24, size[1] - 96), font_size=17, color="black", name="heading")
+        images.append(shoot(plotter) if title is None else halved(shoot(plotter)))
+    plotter.close()
+    return images
+
+
+def animate_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = "") -> None:
+    """Draw an endless GIF of a body at times of a run. Raises as `draw_frames`."""
+    images = draw_frames(frames, [(k, 1.0) for k in range(len(frames.labels))], title=title)
+    write_gif(images, _own_colours(), path, EACH)
+
+
+def swing_frame(frames: Frames, path: str | os.PathLike[str], *, pictures: int = 24) -> None:
+    """Draw the first mode as an endless GIF: one period in an even number of ``pictures``. Raises as `draw_frames`."""
+    phases = [math.cos(2 * math.pi * k / pictures) for k in range(pictures // 2 + 1)]
+    half = draw_frames(frames, [(0, phase) for phase in phases], title="")
+    images = [*half, *half[-2:0:-1]]  # the way back passes the same pictures
+    write_gif(images, _own_colours(), path, round(PERIOD / pictures))
+
+
+def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = "") -> None:
+    """Draw all modes, or `SHOWN` times of a run, on one sheet. Raises as `draw_frames`."""
+    count = len(frames.labels) if frames.time is None else min(SHOWN, len(frames.labels))
+    columns = None if frames.time is None else 3 if count > 4 else 2
+    chosen = np.unique(np.linspace(0, len(frames.labels) - 1, count).round().astype(int)).tolist()
+    images = crop(draw_frames(frames, [(k, 1.0) for k in chosen]))
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    factor, words = frames.colour_scale
+    with album(images, [frames.labels[k] for k in chosen], path, title, columns) as figure:
+        scale = ScalarMappable(Normalize(factor * frames.low, factor * frames.high), COLOURS)
+        bar = figure.colorbar(scale, ax=figure.axes, orientation="horizontal", aspect=50, shrink=0.6, pad=0.02)
+        bar.set_label(f"{words}\n{frames.footer()}".strip(), fontsize=8)
+
+
+def plot_margin_map(bodies: Sequence[Frames], path: str | os.PathLike[str], *, title: str) -> None:
+    """Draw bodies side by side, each in the scale of its own margins.
+
+    Raises:
+        PictureError: what drawing needs is missing, nothing judged.
+    """
+    shown = [each for each in bodies if np.isfinite(each.colours).any() and each.low > 0]
+    if not shown:
+        raise PictureError("no point has a finite margin above zero to draw: lower the load")
+    images = crop([draw_frames(each, [(0, 1.0)])[0] for each in shown])
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm
+
+    with album(images, [each.labels[0] for each in shown], path, title, len(shown)) as figure:
+        for place, each in zip(figure.axes[:], shown, strict=False):
+            scale = ScalarMappable(LogNorm(each.low, each.high), f"{COLOURS}_r")
+            bar = figure.colorbar(scale, ax=place, orientation="horizontal", aspect=40, shrink=0.9, pad=0.02)
+            ticks = [each.low * factor for factor in (1.0, 1.5, 2.0, 3.0)] + [each.high]
+            bar.set_ticks(ticks, labels=[f"{tick:.3g}" for tick in ticks])
+            bar.minorticks_off()
+            bar.set_label(
+                "margin: factor on stress, below 1 it fails\ngrey: little stress, or none computed", fontsize=8
+            )
+
+
+@contextmanager
+def album(
+    images: Sequence[Image],
+    headings: Sequence[str],
+    path: str | os.PathLike[str],
+    title: str,
+    columns: int | None = None,
+) -> Iterator[Figure]:
+    """Draw a sheet with images of equal size in rows, each under its heading, at most as wide and as high as a page."""
+    height, width = images[0].shape[:2]
+    rows = math.ceil(len(images) / (columns or math.ceil(math.sqrt(1.5 * len(images) * height / width))))
+    columns = columns or math.ceil(len(images) / rows)
+    cell = min(7.0 / columns, min(7.5 / rows, 4.2) * width / height)
+    with sheet(path, max(cell * columns + 0.2, 4.0), 0.8 + rows * (cell * height / width + 0.28)) as figure:
+        figure.suptitle(title)
+        places = figure.subplots(rows, columns, squeeze=False).ravel()
+        for place in places:
+            place.axis("off")
+        for place, image, heading in zip(places, images, headings, strict=False):
+            place.imshow(image, interpolation="lanczos")
+            place.set_title(heading, loc="center")
+        yield figure
+
+
+class _Stage:
+    """A body in a plotter: its surface, the rim of an open one, of modes its edges at rest, and what is beside it."""
+
+    def __init__(self, plotter: Any, frames: Frames, *, titled: bool) -> None:
+        pyvista = load_pyvista()
+        self._frames, self._scale = frames, frames.exaggeration
+        factor, words = frames.colour_scale
+        colours, limits = factor * frames.colours, np.array([factor * frames.low, factor * frames.high])
+        if frames.logarithmic:
+            colours, limits = np.log(np.clip(colours, *limits)), np.log(limits)
+        self._colours = colours
+        surface = pyvista.PolyData.from_regular_faces(frames.points, frames.triangles)
+        surface.point_data["number"] = np.arange(len(frames.points))
+        # sharp edges are split once, for all frames
+        self._body = surface.compute_normals(cell_normals=False, feature_angle=35, split_vertices=True)
+        self._body.point_data[words] = colours[0][self._body["number"]]
+        self._words, self._moved = words, [(self._body, self._body.points.copy(), self._body["number"])]
+        actor = plotter.add_mesh(
+            self._body, scalars=words, cmap=f"{COLOURS}_r" if frames.logarithmic else COLOURS, clim=limits.tolist(),
+            nan_color=UNKNOWN, show_scalar_bar=False, **LIGHT,
+        )  # fmt: skip
+        actor.prop.interpolation = "phong"  # by the normals that `move` keeps
+        rim = surface.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
+        if rim.n_points and frames.values is not None:
+            plotter.add_mesh(rim, color="#404040", line_width=1.5)
+            self._moved.append((rim, rim.points.copy(), rim["number"]))
+        if frames.edges is not None and len(frames.edges):
+            plotter.add_lines(frames.edges.reshape(-1, 3), color="#6A6A6A", width=2)
+        seen = [frames.points]
+        self._beside: Any = None
+        if (beside := frames.overlay) is not None:
+            seen.append(beside.points + np.outer(self._scale * beside.height, (0.0, 0.0, 1.0)))
+            quads = np.arange(len(beside.points)).reshape(-1, 4)
+            self._beside = pyvista.PolyData.from_regular_faces(seen[-1], quads)
+            self._beside.cell_data["force"] = beside.values[0]
+            plotter.add_mesh(
+                self._beside, scalars="force", cmap=_lip_colours(), clim=(0.0, beside.full), lighting=False,
+                show_scalar_bar=False,
+            )  # fmt: skip
+        if titled:
+            if frames.values is not None:
+                plotter.add_scalar_bar(words, mapper=actor.mapper, **_BAR)
+            plotter.add_text(frames.footer(), position=(24, 20), font_size=13, color="black")
+        still = frames.values is not None and not frames.displacement.any()
+        margin = 0.0 if still else self._scale * frames.largest + (0.04 * frames.size if titled else 0.0)
+        aim(plotter, np.concatenate(seen), margin, frames.view)
+
+    def move(self, number: int, phase: float) -> None:
+        """Move the body to the frame of this number, with ``phase`` (-1..1) times its displacement."""
+        off = phase * self._scale * self._frames.displacement[number]
+        for mesh, rest, which in self._moved:
+            mesh.points = rest + off[which]
+        self._body.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False, inplace=True)
+        self._body.point_data[self._words] = self._colours[number][self._moved[0][2]]
+        if self._beside is not None and self._frames.overlay is not None:
+            self._beside.cell_data["force"] = self._frames.overlay.values[number]
+
+
+def _lip_colours() -> Any:
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("lip", [UNKNOWN, ORANGE])
+
+
+def _own_colours() -> Array:
+    """Return white, and the colours (n, 3) of both scales, 0..255."""
+    import matplotlib
+
+    shares = np.linspace(0.0, 1.0, OF_EACH)
+    scales = [matplotlib.colormaps[COLOURS](shares), _lip_colours()(shares)]
+    return np.concatenate([np.full((1, 3), 255.0), *(255 * scale[:, :3] for scale in scales)])
+
 
 MOST_TRIANGLES: Final = 24_000  # most triangles of a body that are kept: of 12,000 flat sections had too few for a wave
 FINEST: Final = 32_767  # steps from 0 to the largest displacement

@@ -14,8 +14,8 @@ from impact.files.safe_files import whole_file
 from impact.pictures.drawing import ORANGE, SKY, PictureError, sheet
 from impact.quantities import text
 from seatfem.pictures.cell_grid import VTK_TYPES, CellGrid, Skin
-from seatfem.pictures.frame_pictures import album, plot_frames, swing_frame
 from seatfem.pictures.frames import Frames, mode_frames
+from seatfem.pictures.moving import album, plot_frames, swing_frame
 from seatfem.pictures.rendering import ABOVE, BELOW, aim, crop, import_pyvista, load_pyvista, new_plotter, shoot
 from seatfem.structures.model import Array
 

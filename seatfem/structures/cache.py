@@ -234,7 +234,7 @@ def keys_of(structure: Structure, methods: Iterable[Method], *, mesh_error: bool
     parts: dict[str, object] = {**inputs.content} | ({} if mesh_error else {"mesh_error": False})
     for key in type(structure).model_fields:
         if isinstance(file := getattr(structure, key), Path):
-            parts[key] = sorted(content_hash(part) for part in formats.meshio_files.all_files(file))
+            parts[key] = sorted(content_hash(part) for part in formats.mesh_files.all_files(file))
     for method in methods:
         how = {key: value for key, value in vars(method).items() if value is not None and key != "backend"}
         if how.get("rings") == 1:

@@ -1,6 +1,5 @@
 # ruff: noqa: I001 (one import a module)
 from seatfem.study import (
-    accuracy as accuracy,
     identify as identify,
     impacts as impacts,
     ladders as ladders,

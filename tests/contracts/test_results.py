@@ -10,7 +10,7 @@ from seatfem.results import RESULTS, ResultSource, label_of, rows_of
 ROOT = Path(__file__).parents[2]
 COMPUTING = (
     "results.py", "study/impacts/", "study/runs/", "study/scene/measures.py", "study/sweep/side_by_side.py",
-    "study/accuracy/error_budget.py",
+    "study/error_budget.py",
 )  # fmt: skip
 """What declares results, and what computes them or their errors."""
 WORDS = {"ports", "restitution"}

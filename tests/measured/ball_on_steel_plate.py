@@ -7,9 +7,8 @@ from collections.abc import Mapping
 
 import impact
 from impact import measures
-from seatfem.measured import MeasuredSet
 from seatfem.units import parse_quantity
-from seatfem.verify import Estimate
+from seatfem.verify import Estimate, MeasuredSet
 
 STEPS = 500
 """Steps in the unit of time of the Hertz contact, of which it lasts three."""

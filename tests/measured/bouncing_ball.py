@@ -10,10 +10,9 @@ from scipy.optimize import brentq
 
 import impact
 from impact import measures
-from seatfem.measured import MeasuredSet
 from seatfem.structures.model import Array
 from seatfem.units import parse_quantity
-from seatfem.verify import Estimate
+from seatfem.verify import Estimate, MeasuredSet
 
 SPEEDS = (0.1, 0.4, 1.3)
 """Speeds [m/s] at which the restitution is marched; in between its loss is interpolated."""

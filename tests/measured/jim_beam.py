@@ -11,11 +11,10 @@ import numpy as np
 import skfem
 
 from seatfem import assemble, solve_modes
-from seatfem.measured import MeasuredSet
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array
 from seatfem.units import parse_quantity
-from seatfem.verify import Estimate
+from seatfem.verify import Estimate, MeasuredSet
 
 RIGID = 6
 """Modes of a free body without strain, which come first."""

@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from seatfem.measured import MeasuredSet, read_measured_set
 from seatfem.structures.model import Array
-from seatfem.verify import Estimate
+from seatfem.verify import Estimate, MeasuredSet, read_measured_set
 
 from .jim_beam import COARSE, FINE, MODES, Plates, assurance, fitted_to, measured_shapes, plate_modes, plates_of
 

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 import impact
-from seatfem.measured import MeasuredSet
 from seatfem.units import parse_quantity
-from seatfem.verify import Estimate
+from seatfem.verify import Estimate, MeasuredSet
 
 TRIPS = 7
 SAMPLES = 200_000

@@ -8,9 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from impact import TimoshenkoCantilever
-from seatfem.measured import MeasuredSet
 from seatfem.units import parse_quantity
-from seatfem.verify import Estimate
+from seatfem.verify import Estimate, MeasuredSet
 
 
 def predict(record: MeasuredSet) -> Mapping[str, Estimate]:

@@ -8,10 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from impact import TipMassCantilever
-from seatfem.measured import MeasuredSet
 from seatfem.structures.model import Array
 from seatfem.units import parse_quantity
-from seatfem.verify import Estimate
+from seatfem.verify import Estimate, MeasuredSet
 
 LENGTHS = (0.3, 0.4, 0.5, 0.6)
 ORDER = ("first", "second")

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from impact.measured.amplitudes import Candidate
 from impact.measured.frf import FrequencyResponse
-from impact.measured.pole_choice import Candidate
 from impact.measured.pole_fit import fit_poles
 from impact.measured.vector_fitting import Poles
 from seatfem.pictures.fit_plots import _degrees, plot_fit, plot_stabilisation, rows_of

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.jobs.processes import LineWorker
-from seatfem.structures.formats import meshio_files
+from seatfem.structures.formats import mesh_files
 
 
 @pytest.fixture(scope="session")
@@ -33,4 +33,4 @@ def one_meshio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LineWorker]
 def read_by_one_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """For tests of what a file says, not of what its reader may take."""
     worker = request.getfixturevalue("one_meshio")
-    monkeypatch.setattr(meshio_files, "LineWorker", lambda *given, **named: nullcontext(worker))
+    monkeypatch.setattr(mesh_files, "LineWorker", lambda *given, **named: nullcontext(worker))

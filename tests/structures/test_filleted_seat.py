@@ -8,9 +8,8 @@ import pytest
 from impact.greens.base import Array
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.estimates.sizes import predicted_sizes
-from seatfem.structures.fields.corners import near, singular_points
 from seatfem.structures.fields.recovery import von_mises
-from seatfem.structures.fields.sites import on_surface
+from seatfem.structures.fields.sites import near, on_surface, singular_points
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian

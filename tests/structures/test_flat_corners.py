@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from seatfem.structures.mesh._gmsh_section import FLAT, corner_angles, without_flat_corners
+from seatfem.structures.mesh._gmsh_worker import FLAT, corner_angles, without_flat_corners
 
 
 def area(points, cells) -> float:

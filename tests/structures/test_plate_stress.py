@@ -7,9 +7,8 @@ from scipy.linalg import eigh
 from impact.bodies.body import Body, ModalState
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate
-from seatfem.structures.fields.corners import sharp_nodes
 from seatfem.structures.fields.recovery import StressField, at_time, largest, von_mises
-from seatfem.structures.fields.sites import plate_nodes, plate_points, plate_stress
+from seatfem.structures.fields.sites import plate_nodes, plate_points, plate_stress, sharp_nodes
 from seatfem.structures.lip import Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, ModelError

@@ -10,9 +10,8 @@ from scipy.sparse.linalg import splu
 from impact.greens.base import Array
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.fields.corners import near, peak_mesh_error, singular_points
 from seatfem.structures.fields.recovery import StressField, histories, largest, principal, recover, von_mises
-from seatfem.structures.fields.sites import at_points, on_surface
+from seatfem.structures.fields.sites import at_points, near, on_surface, peak_mesh_error, singular_points
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.structures.materials import Material, Orthotropic
 from seatfem.structures.model import ModelError, SecondOrderModel

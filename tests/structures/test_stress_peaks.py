@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from impact.greens.base import Array
-from seatfem.structures.fields.corners import edge_distances, local_maxima
 from seatfem.structures.fields.peaks import Integers, largest, norms
+from seatfem.structures.fields.sites import edge_distances, local_maxima
 
 
 class Two:

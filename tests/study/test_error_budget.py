@@ -9,7 +9,7 @@ import pytest
 
 import impact
 from impact.runs.variations import SAFETY, Budget, narrowed
-from seatfem.study.accuracy.error_budget import error_budget, with_jumps
+from seatfem.study.error_budget import error_budget, with_jumps
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse

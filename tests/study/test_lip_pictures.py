@@ -14,9 +14,8 @@ from impact.pictures.drawing import PictureError
 from impact.pictures.lip_plots import plot_lip
 from impact.quantities import text
 from seatfem.pictures import rendering
-from seatfem.pictures.frame_pictures import animate_frames
 from seatfem.pictures.frames import LANDING, landing_frames
-from seatfem.pictures.moving import load_moving
+from seatfem.pictures.moving import animate_frames, load_moving
 from seatfem.study.runs.stress_wave import by_arc, landing_of, lip_pictures
 from tests.gallery import FLAPPER, LIP, load_text
 from tests.steps import Division, Lip, Solved, bed, run_contacts, solved_striker, striker_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem.study.accuracy.error_budget import CLOCK
+from seatfem.study.error_budget import CLOCK
 from tests.gallery import load_text
 from tests.steps import Budget, Solved, error_budget, run_contacts, stated_method, striker_of
 

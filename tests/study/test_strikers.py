@@ -10,7 +10,7 @@ import impact
 from impact.bodies.loads import Gravity, PointForce, Pressure
 from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import ErrorEstimate
-from seatfem.study.accuracy.error_budget import error_budget
+from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.method import stated_method

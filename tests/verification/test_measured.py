@@ -5,13 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from seatfem import measured
+from seatfem import verify
 from seatfem.faces.cli import run_command
 from seatfem.faces.terminal import DONE, FAILED
-from seatfem.measured import (
+from seatfem.verify import (
     Comparison,
+    Estimate,
     MeasuredSet,
     Prediction,
+    VerificationError,
     compare,
     counted,
     measured_sets,
@@ -20,7 +22,6 @@ from seatfem.measured import (
     read_measured_set,
     with_uncertainty,
 )
-from seatfem.verify import Estimate, VerificationError
 
 SETS = {record.name: record for record in measured_sets()}
 TEXT = """
@@ -69,7 +70,7 @@ def test_a_wrong_input_is_noticed(name: str) -> None:
 def test_a_set_with_as_many_fits_as_predictions_does_not_count(tmp_path: Path) -> None:
     record = written(tmp_path, TEXT + "[fitted.E]\nto = 'f'\n")
     row = Comparison(record.predicted[0], Estimate(1.0, 0.1))
-    compared = [measured.ComparedSet(record, (row,), {}), measured.ComparedSet(SETS["jim_beam"], (row,), {})]
+    compared = [verify.ComparedSet(record, (row,), {}), verify.ComparedSet(SETS["jim_beam"], (row,), {})]
     assert not record.counts
     assert counted(compared) == "1 of 2 sets count: 1 numbers fitted, 1 predicted, 1 of them overlap"
     assert any("does not count" in str(cell) for cell in measured_table_view(compared).columns[4].cells)
@@ -85,7 +86,7 @@ def test_a_set_with_as_many_fits_as_predictions_does_not_count(tmp_path: Path) -
         (TEXT.replace("[[predicted]]", "[[measured]]"), "no [[predicted]]"),
         (TEXT.replace("unit =", "units ="), "unit missing"),
         ("[source", "is no TOML file"),
-        ("#" * (measured.LARGEST_SET + 1), "at most"),
+        ("#" * (verify.LARGEST_SET + 1), "at most"),
     ],
 )
 def test_a_wrong_file_is_refused_in_words(tmp_path: Path, changed: str, words: str) -> None:
@@ -120,7 +121,7 @@ def test_verify_measured_fails_where_a_set_states_otherwise(
 ) -> None:
     record = SETS["pipe_round_trip"]
     stated = replace(record, predicted=(replace(record.predicted[0], agrees=agrees),))
-    monkeypatch.setattr(measured, "measured_sets", lambda: (stated,))
+    monkeypatch.setattr(verify, "measured_sets", lambda: (stated,))
     assert run_command(["verify", "--measured"]) == code
     assert "1 of 1 sets count: 0 numbers fitted, 1 predicted, 1 of them overlap" in " ".join(
         capsys.readouterr().out.split()

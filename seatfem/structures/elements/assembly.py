@@ -24,8 +24,16 @@ from scipy import sparse
 
 from impact.notices import Progress, silent
 from seatfem.structures.elements import element_kernels, shape_functions
-from seatfem.structures.elements.ports import places_across, ports_on
-from seatfem.structures.elements.supports import Freedom, Support, freedom, held, spread_supports, whole_model
+from seatfem.structures.elements.supports import (
+    Freedom,
+    Support,
+    freedom,
+    held,
+    places_across,
+    ports_on,
+    spread_supports,
+    whole_model,
+)
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel

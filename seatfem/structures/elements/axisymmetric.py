@@ -27,9 +27,17 @@ from skfem.refdom import RefLine
 from impact import notices, quantities
 from seatfem.structures import errors, materials
 from seatfem.structures.elements import assembly, shape_functions
-from seatfem.structures.elements.ports import ONE_RADIUS, ports_on
 from seatfem.structures.elements.shape_functions import Surface, element_of, facets_of
-from seatfem.structures.elements.supports import Constraint, Matrices, Support, freedom, spread_supports, whole_model
+from seatfem.structures.elements.supports import (
+    ONE_RADIUS,
+    Constraint,
+    Matrices,
+    Support,
+    freedom,
+    ports_on,
+    spread_supports,
+    whole_model,
+)
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
 
 Mass = Literal["consistent", "nodal"]

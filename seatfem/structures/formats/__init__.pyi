@@ -7,7 +7,6 @@ from seatfem.structures.formats import (
     file_mesh as file_mesh,
     matrices as matrices,
     mesh_files as mesh_files,
-    meshio_files as meshio_files,
     nastran_mesh as nastran_mesh,
     uff as uff,
     writing as writing,

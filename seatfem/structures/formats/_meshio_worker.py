@@ -1,4 +1,4 @@
-"""meshio in a process of its own, with bounded memory and time; started by `meshio_files` only."""
+"""meshio in a process of its own, with bounded memory and time; started by `mesh_files` only."""
 
 import json
 from pathlib import Path

@@ -18,7 +18,7 @@ from skfem.assembly import Dofs
 
 from impact.files.safe_files import whole_file, write_whole
 from impact.greens import base, transforms
-from seatfem.structures.formats import file_mesh, mesh_files, meshio_files
+from seatfem.structures.formats import file_mesh, mesh_files
 from seatfem.structures.mesh.io import CELL_KINDS, Floats, Integers, MeshError
 from seatfem.structures.mesh.meshing import SeatMesh
 
@@ -27,7 +27,7 @@ READ_ONLY: Final = (".node", ".su2", ".hmf", ".ugrid", ".f3grid")
 WRITTEN: Final[Mapping[str, str]] = MappingProxyType(
     {".msh": "gmsh22", ".inp": "abaqus", ".med": "med"}
     | dict.fromkeys((".bdf", ".nas", ".dat", ".fem"), "nastran")
-    | {suffix: form for suffix, form in meshio_files.FORMATS.items() if suffix not in READ_ONLY}
+    | {suffix: form for suffix, form in mesh_files.FORMATS.items() if suffix not in READ_ONLY}
 )
 NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
     {

@@ -161,7 +161,7 @@ file = "seat.msh"
 
     def read(self, progress: Progress = silent) -> SeatMesh:
         """Return the mesh in the file, cached while the file and those it includes are unchanged."""
-        states = tuple(state_of(part) for part in formats.meshio_files.all_files(self.file))
+        states = tuple(state_of(part) for part in formats.mesh_files.all_files(self.file))
         progress("meshing", 0.0)
         mesh = _read(self.file, self.contact, self.fixed or None, METRES[self.unit], self.merge, self.parts, states)
         progress("meshing", 1.0)

@@ -2,7 +2,6 @@
 from seatfem.structures.mesh import (
     _gmsh_base as _gmsh_base,
     _gmsh_inspect as _gmsh_inspect,
-    _gmsh_section as _gmsh_section,
     _gmsh_solid as _gmsh_solid,
     _gmsh_worker as _gmsh_worker,
     checks as checks,

@@ -141,7 +141,7 @@ def _columns(key: _Plate) -> _Columns:
         shapes[:, ~rigid],
     )
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in solutions)
-    away = ~fields.corners.near(sites.points, _singular(plate, key.touched), thickness)
+    away = ~fields.sites.near(sites.points, _singular(plate, key.touched), thickness)
     points, static, modal = sites.points[away], static[away], modal[away]
     return _Columns(points, static, modal, _most_stressed(static, modal))
 
@@ -277,7 +277,7 @@ def pushes_of(greens: GreensFunction, parts: Array, division: rings.Division, st
 def _singular(plate: sheets.PlateModes, touched: tuple[lip.AnyLip, ...]) -> Array:
     """Return the (k, 2) points of contact patches, ends of the clamp and sharp corners [m]."""
     return np.concatenate(
-        [_points_of(plate, touched), _ends_of_clamp(plate.mesh), fields.corners.sharp_nodes(plate.mesh)]
+        [_points_of(plate, touched), _ends_of_clamp(plate.mesh), fields.sites.sharp_nodes(plate.mesh)]
     )
 
 

@@ -2,7 +2,7 @@
 
 Each result is the relative change of a measure by the comparison that the run's error budget will make, so that a plan
 predicts the error bars of the run: longer steps, fewer reed modes, the seat's highest modes left out, and g larger by a
-few percent (`seatfem.study.accuracy.error_budget`). A key is varied until its changes are small.
+few percent (`seatfem.study.error_budget`). A key is varied until its changes are small.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Pi
         (f"{each.title}_margin.vtu", partial(pictures.moving.write_surface, each, {"margin": each.colours[0]}))
         for each in maps
     ]
-    return [(PICTURE, partial(pictures.frame_pictures.plot_margin_map, maps, title=title)), *files]
+    return [(PICTURE, partial(pictures.moving.plot_margin_map, maps, title=title)), *files]
 
 
 def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False) -> Array:

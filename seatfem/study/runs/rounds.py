@@ -17,7 +17,7 @@ from seatfem import structures
 from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.study import impacts, runs
-from seatfem.study.accuracy.error_budget import error_budget, with_bars_of_measures
+from seatfem.study.error_budget import error_budget, with_bars_of_measures
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.contact import run_contacts

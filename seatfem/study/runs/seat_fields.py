@@ -13,9 +13,8 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.notices import Progress, silent
-from seatfem.structures.fields.corners import edge_distances, near, singular_points
 from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressSpace
-from seatfem.structures.fields.sites import Sites, at_points, on_surface
+from seatfem.structures.fields.sites import Sites, at_points, edge_distances, near, on_surface, singular_points
 from seatfem.structures.fields.solids import AnyField, Harmonic, RingField, elements_of, felt, solid_stress
 from seatfem.structures.finite_elements import AnyMesh, draw, matrices, refinement_of
 from seatfem.structures.inspection.mesh_file import regions_of

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from impact import notices, quantities
 from impact.greens.base import Array
 from seatfem.pictures import rendering, stress_plot
-from seatfem.structures.fields.corners import local_maxima, peak_mesh_error
 from seatfem.structures.fields.peaks import Largest
 from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
+from seatfem.structures.fields.sites import local_maxima, peak_mesh_error
 from seatfem.structures.fields.solids import AnyField, RingField, elements_of
 from seatfem.structures.finite_elements import MESH_SAFETY
 from seatfem.structures.model import SecondOrderModel

@@ -240,7 +240,7 @@ def _plate_histories(done: Round, plate: stresses.PlatePeaks, stride: int) -> li
     field, force, dt = plate.field.at(chosen), runs.stresses.plate_pushes(done, done.touches), done.result.dt
     times, edges = (
         peak.von_mises_time[chosen],
-        fields.corners.edge_distances(field.points, runs.stresses.singular_of_plate(done)),
+        fields.sites.edge_distances(field.points, runs.stresses.singular_of_plate(done)),
     )
     states = fields.recovery.at_own_times(field, force, dt, np.round(times / dt).astype(np.int64))
     spot_histories = []

@@ -13,11 +13,11 @@ from impact.bodies.loads import own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
 from impact.pictures.lip_plots import landing_marks, plot_lip
-from seatfem.pictures import cell_grid, frame_pictures, moving
+from seatfem.pictures import cell_grid, moving
 from seatfem.pictures.frames import Frames, landing_frames, wave_frames
 from seatfem.pictures.rendering import Picture
 from seatfem.structures.elements.mindlin import PlateMesh
-from seatfem.structures.fields import corners, solids
+from seatfem.structures.fields import sites, solids
 from seatfem.structures.fields.recovery import Response, in_frames, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.rings import Division
@@ -63,7 +63,7 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
     except Exception as problem:  # all numbers are on file: the missing picture is reported instead
         return [*pictures, (LANDING, partial(raising, problem))]
     if landing is not None:
-        pictures.append((LANDING, partial(frame_pictures.animate_frames, landing, title=title)))
+        pictures.append((LANDING, partial(moving.animate_frames, landing, title=title)))
         pictures.append(("landing.h5", partial(moving.save_moving, landing)))
     return pictures
 
@@ -149,8 +149,8 @@ def wave_pictures(done: Round, stress: seat_stress.SeatStress) -> list[Picture]:
             pictures.append((f"{stem}.gif", partial(raising, problem)))
             continue
         if wave is not None:
-            pictures.append((f"{stem}.gif", partial(frame_pictures.animate_frames, wave, title=title)))
-            pictures.append((f"{stem}.png", partial(frame_pictures.plot_frames, wave, title=title)))
+            pictures.append((f"{stem}.gif", partial(moving.animate_frames, wave, title=title)))
+            pictures.append((f"{stem}.png", partial(moving.plot_frames, wave, title=title)))
             pictures.append((f"{file}.pvd", partial(moving.write_moving, wave)))
             pictures.append((f"{stem}.h5", partial(moving.save_moving, wave)))
     return pictures
@@ -175,15 +175,15 @@ def seat_wave(done: Round, stress: seat_stress.SeatStress) -> Frames | None:
         skin = cell_grid.skin_of_section(elements.mesh, *elements.nodes).spread()
         mises, moved = _around(done, stress, skin, force, steps)
         points = elements.nodes.T[skin.nodes]
-        known = ~corners.near(points, stress.drawn.singular, scene.stress.distance)
+        known = ~sites.near(points, stress.drawn.singular, scene.stress.distance)
         return wave_frames("Stress wave in the seat", skin, mises, moved, time[list(steps)], touch, known)
     skin = cell_grid.skin_of(model)
-    sites = at_nodes(elements, skin.nodes)
+    nodal = at_nodes(elements, skin.nodes)
     response = Response.from_model(model, bandwidth=stress.drawn.bandwidth, damping_ratio=body.damping_ratio)
     unknowns = response_in_frames(response, force, dt, steps)
-    functional = stress.drawn.stress_of(model, sites)
-    mises = von_mises(np.moveaxis((functional @ unknowns.T).reshape(len(sites), 6, -1), 2, 0))
-    known = ~corners.near(sites.points, stress.drawn.singular, scene.stress.distance)
+    functional = stress.drawn.stress_of(model, nodal)
+    mises = von_mises(np.moveaxis((functional @ unknowns.T).reshape(len(nodal), 6, -1), 2, 0))
+    known = ~sites.near(nodal.points, stress.drawn.singular, scene.stress.distance)
     moved = np.array([model.expand(each)[:, skin.nodes].T for each in unknowns])
     return wave_frames("Stress wave in the seat", skin, mises, moved, time[list(steps)], touch, known)
 

@@ -25,11 +25,11 @@ from impact.notices import Progress, silent
 from impact.quantities import percent
 from impact.runs.variations import Values, budget_of, changes, times
 from seatfem.structures import method, rings, sheets
-from seatfem.structures.fields.corners import near, peak_mesh_error
 from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.recovery import Largest, LargestStress, StressField, largest
+from seatfem.structures.fields.sites import near, peak_mesh_error
 from seatfem.structures.rings import Division
-from seatfem.study.accuracy.error_budget import sources_of
+from seatfem.study.error_budget import sources_of
 from seatfem.study.impacts import gas, plate_stress
 from seatfem.study.impacts.bodies import problem_of, striker_of
 from seatfem.study.impacts.contact import marched

@@ -15,7 +15,7 @@ from annotated_types import Ge, Le
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from impact.bodies import loads, time_series
-from impact.bodies.incoming import IncomingWave
+from impact.bodies.body import IncomingWave
 from impact.bodies.time_series import TimeSeries, TimeSeriesError, read_time_series
 from impact.greens.base import Array
 from seatfem import fields

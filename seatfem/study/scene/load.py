@@ -63,7 +63,7 @@ def no_scene(path: Path) -> str:
         return f"is a CAD part, no scene (TOML); {_PARTS.format(file=path.name, kind='cad')}"
     if suffix in (*formats.mesh_files.BY_GMSH, *formats.mesh_files.READERS):
         return f"is a mesh, no scene (TOML); {_PARTS.format(file=path.name, kind='mesh')}"
-    if suffix in formats.meshio_files.SURFACES_ONLY:
+    if suffix in formats.mesh_files.SURFACES_ONLY:
         return "is a surface, no scene (TOML); a solid is needed: a STEP file (`seatfem init cad`), or a mesh of one"
     return ""
 

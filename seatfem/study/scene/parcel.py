@@ -62,7 +62,7 @@ def _with(file: Path, *, strength: bool) -> list[Path]:
     """Return the files to which a file refers."""
     if strength:
         return [other for _, other in _files(load.load_table(file, StrengthTable).model_dump())]
-    return [] if file.suffix.lower() == ".csv" else list(formats.meshio_files.all_files(file)[1:])  # slow
+    return [] if file.suffix.lower() == ".csv" else list(formats.mesh_files.all_files(file)[1:])  # slow
 
 
 def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dict[str, Any]:

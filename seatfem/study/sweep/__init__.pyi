@@ -4,7 +4,6 @@ from seatfem.study.sweep import (
     cases as cases,
     charts as charts,
     effects as effects,
-    optimum as optimum,
     runner as runner,
     side_by_side as side_by_side,
     study as study,

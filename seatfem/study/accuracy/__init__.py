@@ -1,1 +1,0 @@
-"""The error budget of a run."""
