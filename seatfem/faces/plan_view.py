@@ -19,7 +19,7 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import Record, Recorded
 from seatfem.study import method, safety
 from seatfem.study.planning.plan import Cost, Plan
-from seatfem.study.planning.refining import rounds_ahead
+from seatfem.study.planning.planner import rounds_ahead
 from seatfem.study.scene import Contact, Scene, drives, files, keys, load, parcel
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
@@ -200,7 +200,9 @@ def plan_lines(plan: Plan) -> Iterator[str]:
     for measure in plan.error:
         parts = {source: share.get(measure, 0.0) for source, share in plan.shares.items()}
         largest = sorted(parts.items(), key=lambda item: -item[1])
-        counted = (f"{safety.in_words(source)} {percent(v)}" for source, v in largest if v >= COUNTS * largest[0][1])
+        counted = (
+            f"{safety.source_in_words(source)} {percent(v)}" for source, v in largest if v >= COUNTS * largest[0][1]
+        )
         measures.append(f"{short_words(measure)}: {', '.join(counted)}")
     yield f"predicted error: {'; '.join(measures)}"
     yield from (f"note: {note}" for note in plan.notes)

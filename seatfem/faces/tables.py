@@ -20,7 +20,7 @@ from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.fields import by_group, kind_of
 from seatfem.structures.inspection import cad
 from seatfem.structures.kinds import kinds_of
-from seatfem.study.safety import STAGES, in_words
+from seatfem.study.safety import STAGES, source_in_words
 
 if TYPE_CHECKING:
     from seatfem.machine.doctor import Check
@@ -189,7 +189,7 @@ def _notes(summary: readings.Summary) -> Iterator[str]:
     ):
         yield "± ?: uncertainty not known"
     if unknown := str(summary.get("error_unknown") or ""):
-        yield f"not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}"
+        yield f"not included in the uncertainty: {', '.join(source_in_words(source) for source in unknown.split(', '))}"
     landed = any(row.group == "landing" for row in shown)
     for key in results.asked(summary):
         if summary.get(key) is None and (landed or not key.startswith(results.LANDING)):

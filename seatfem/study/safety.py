@@ -114,7 +114,7 @@ STAGES: Final[Mapping[str, str]] = {"striker": "reed", "patch error": "contact f
 BODIES: Final[Mapping[str, str]] = {"striker": "reed", "stopper": "stopper", "seat": "seat"}
 
 
-def in_words(source: str) -> str:
+def source_in_words(source: str) -> str:
     """Return a source of error in words; one without an entry in `SOURCES` by its name, underscores as blanks."""
     body, _, its = source.partition("'s ")
     if its and body in BODIES:

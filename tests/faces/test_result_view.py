@@ -10,7 +10,7 @@ from seatfem.faces.report.fragments import omissions, provenance
 from seatfem.faces.tables import result_table
 from seatfem.faces.verdict import difference, lasting, simpler, verdict
 from seatfem.readings import in_text
-from seatfem.study.safety import in_words
+from seatfem.study.safety import source_in_words
 
 ABSENT = ...  # of a key that is not there
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
@@ -302,7 +302,7 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
     ],
 )
 def test_sources_of_error_are_words(source: str, words: str) -> None:
-    assert in_words(source) == words
+    assert source_in_words(source) == words
 
 
 def test_a_baseline_far_off_has_a_unit_of_its_own() -> None:

@@ -15,7 +15,7 @@ from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, CylinderFace, NumberedFace
-from seatfem.study.planning.refining import rounds_ahead
+from seatfem.study.planning.planner import rounds_ahead
 from tests.steps import BAD_INPUT, DONE, SceneError, Store, check_files, load_scene, plan_scene, run_command
 
 ROOT = Path(__file__).parents[2]

@@ -18,7 +18,7 @@ from seatfem.structures import cache
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.reduction.factorization import FactorizationError
 from seatfem.study.planning.plan import Cost, Plan
-from seatfem.study.planning.refining import rounds_ahead
+from seatfem.study.planning.planner import rounds_ahead
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.rounds import missed

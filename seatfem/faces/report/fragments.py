@@ -23,7 +23,7 @@ from seatfem.machine.doctor import installed_version
 from seatfem.results import IMPULSE, SEAT_STRESS, Group, asked, name_of, rows_of, words_of
 from seatfem.structures.cache import content_hash
 from seatfem.study.runs.pipeline import SUMMARY_FILE
-from seatfem.study.safety import in_words
+from seatfem.study.safety import source_in_words
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -147,7 +147,8 @@ BESIDE: Final = ("time_s", "_at_deg", "_at_m", "_over_rho_c0_v", "tilt_deg")
 def omissions(summary: readings.Summary) -> Iterator[str]:
     """Yield what is missing in the numbers of a run, a sentence each."""
     if unknown := str(summary.get("error_unknown") or ""):
-        yield f"Not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}."
+        left_out = ", ".join(source_in_words(source) for source in unknown.split(", "))
+        yield f"Not included in the uncertainty: {left_out}."
     for (words, group), names in _numbers_without_bar(summary).items():
         yield f"{words} ({results.HEADINGS[group].replace('{step}', '')}): {'; '.join(names)}."
     landed = summary.get(results.LANDING_TIME) is not None

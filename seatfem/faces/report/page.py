@@ -40,7 +40,7 @@ from seatfem.faces.verdict import LANDED, horizon, judged_words, lasting, presse
 from seatfem.pictures.moving import KEPT, moving_bodies
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
-from seatfem.study.safety import in_words
+from seatfem.study.safety import source_in_words
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -171,7 +171,7 @@ def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
         measure = max(ends, key=len, default="")
         share, value = readings.as_number(summary[key]), readings.as_number(summary.get(measure))
         if key.startswith("error_") and share and value:
-            source = in_words(key.removeprefix("error_").removesuffix(f"_{measure}"))
+            source = source_in_words(key.removeprefix("error_").removesuffix(f"_{measure}"))
             of_source = shares[measure.startswith(results.LANDING)].setdefault(source, {})
             of_source[results.name_of(measure, summary)] = abs(share / value)
     by_landing = any(key.startswith(results.LANDING) for key in results.asked(summary))

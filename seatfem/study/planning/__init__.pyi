@@ -5,5 +5,4 @@ from seatfem.study.planning import (
     plan as plan,
     planner as planner,
     reasons as reasons,
-    refining as refining,
 )

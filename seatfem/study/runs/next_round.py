@@ -10,7 +10,7 @@ from impact.runs.variations import safety
 from seatfem.machine.resources import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
 from seatfem.study.impacts.touches import RECORD, STOPPER, STRIKER
-from seatfem.study.planning import costs, refining
+from seatfem.study.planning import costs, planner
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import (
@@ -22,7 +22,7 @@ from seatfem.study.safety import (
     MOST_ROUNDS,
     RESERVE,
     TELLING,
-    in_words,
+    source_in_words,
 )
 from seatfem.study.scene.measures import key_of
 from seatfem.units import write_quantity
@@ -158,11 +158,11 @@ def _refined_for(done: Round, measure: str, time_left: float) -> tuple[Plan | No
 def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
     """Return in words why no source can be refined: one too large by itself is at its limit, or all that count are."""
     order = sorted((source for source in left if left[source] > RESERVE * allowed), key=lambda s: -left[s])
-    alone = [source for source in order if left[source] > allowed and refining.refine(done.plan, source) is None]
+    alone = [source for source in order if left[source] > allowed and planner.refine(done.plan, source) is None]
     if alone:
         why = AT_ITS_END.get(alone[0], STATED)
-        return f"{in_words(alone[0])}: this error alone is above the target and cannot be reduced ({why})"
-    return f"these errors cannot be reduced: {', '.join(map(in_words, order))} ({STATED})"
+        return f"{source_in_words(alone[0])}: this error alone is above the target and cannot be reduced ({why})"
+    return f"these errors cannot be reduced: {', '.join(map(source_in_words, order))} ({STATED})"
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ def _steps(
         most = MOST_FINER * left[source] / before[source]
         if most < LEAST_FINER:
             continue
-        finer = refining.refine(plan, source, min(max(left[source] / room, LEAST_FINER), most))
+        finer = planner.refine(plan, source, min(max(left[source] / room, LEAST_FINER), most))
         if finer is not None:
             steps.append(_Step(source, finer, left[source] * _reduction_factor(plan, finer, source, measure)))
         elif left[source] > allowed:

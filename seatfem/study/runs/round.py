@@ -147,7 +147,7 @@ def missed(done: Round) -> tuple[str, ...]:
                 remedy = f"keep more {' or '.join(modes)}"
             sentences.append(
                 f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
-                f"largest part: {safety.in_words(source)}; {remedy}"
+                f"largest part: {safety.source_in_words(source)}; {remedy}"
             )
     if sentences and done.stopped:
         sentences.append(
