@@ -1,4 +1,4 @@
-"""What a user meets: the command line, tables, sentences and progress bars."""
+"""Everything with which a user interacts: the command line, tables, sentences and progress bars."""
 
 from impact.names import lazy_names
 

@@ -1,6 +1,5 @@
-"""The program `seatfem`: one verb per thing to do, errors in words. Exit code 0: done, 1: failed or missed its
-target, 2: wrong input.
-"""
+"""The command line program `seatfem`: one verb for each task, every error in words. Exit code 0: success, 1: a run
+that failed or missed its target, 2: wrong input."""
 
 import gc
 import os
@@ -27,12 +26,12 @@ from seatfem.jobs import folders, processes
 __all__ = ["BAD_INPUT", "DEMO_SCENE", "DONE", "FAILED", "INTERRUPTED", "demo_scene", "main", "run_command"]
 
 
-WIDEST: Final = 1000  # most characters of a line of a message
+WIDEST: Final = 1000  # largest number of characters in a line of a message
 MOST_LINES: Final = 40
 RARELY: Final = (100_000, 20, 20)
-"""When rings of objects are looked for: modules have none, and looking took a seventh of a short run's time."""
+"""Thresholds of the garbage collector: modules have no cycles, and usual thresholds cost 1/7 of a short run."""
 _KEY: Final = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+(?=: | = )")
-"""Begin of a message that names a key of a scene."""
+"""Pattern of a message that begins with a key of a scene."""
 
 
 def _is_ours(error: Exception) -> bool:
@@ -40,7 +39,7 @@ def _is_ours(error: Exception) -> bool:
 
 
 def in_words(error: Exception) -> str:
-    """Return what a user can do about an error; an error that is no fault of the user's is called a bug."""
+    """Return the message of an error with its remedy; an error that is not caused by the user is called a bug."""
     if isinstance(error, OSError) and error.errno in FULL:
         return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"
     if isinstance(error, FileNotFoundError) and error.errno == ENOENT and error.filename:
@@ -55,8 +54,8 @@ def in_words(error: Exception) -> str:
 
 
 def placed(error: Exception, arguments: Sequence[str]) -> str:
-    """Return `in_words` of an error, with the scene's name before what the contact solver says, which knows no scenes,
-    and with the lines of the keys before what is wrong with the files that the scene names."""
+    """Return the message of an error, `in_words`, with its place: the name of the scene before a message of the contact
+    solver, which does not know scenes, and the line of the key before a message about a file that the scene names."""
     scenes = [Path(word) for word in arguments if word.endswith(".toml")]
     if scenes and type(error).__name__ == "SceneError":
         assert isinstance(error, study.scene.SceneError)
@@ -71,19 +70,19 @@ def placed(error: Exception, arguments: Sequence[str]) -> str:
 
 
 def _with_line(text: str, key: str, scene: Path) -> str:
-    """Return the text with the line of the key, or of its table, that a message of one line begins with; unchanged if
+    """Return the text with the line of the key, or of its table, with which a message of one line begins; unchanged if
     the file has neither."""
     try:
         error = study.scene.located(
             study.scene.SceneError((study.scene.problems.Problem(None, 0, "", text, tuple(key.split("."))),)), scene
         )
-    except study.scene.SceneError:  # of the file itself
+    except study.scene.SceneError:  # an error of the scene file itself
         return text
     return str(error) if error.problems[0].line and "\n" not in text else text
 
 
 def clipped(text: str) -> str:
-    """Return the text cut to a readable length: a broken file's own words may be a million characters long."""
+    """Return the text cut to a readable length: an error about a broken file may quote a million characters of it."""
     lines = [
         line if len(line) <= WIDEST else f"{line[: WIDEST // 2]} ... {line[-WIDEST // 2 :]}"
         for line in text.split("\n")
@@ -147,23 +146,23 @@ def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
 def main() -> None:
     """Run the command line: the entry point of the console script.
 
-    Dense products here are small, and OpenBLAS takes three times the processor time on two threads, unless the user has
-    asked for them; before numpy is there, which reads this once. Factorizations keep their threads.
+    Two threads triple OpenBLAS's time for the small dense products of this program: one is set before numpy reads the
+    variable, unless the user has set a number. Factorizations keep their threads.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(*RARELY)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without a letter must not end a run
+            stream.reconfigure(errors="replace")  # a terminal that lacks a character must not end a run
     try:
         sys.exit(run_command(sys.argv[1:]))
-    except Exception:  # asked for by --debug
+    except Exception:  # only with --debug, which lets errors pass
         Console(stderr=True, soft_wrap=True, highlight=False).print(traceback.format_exc())
         sys.exit(FAILED)
 
 
 def run_command(arguments: Sequence[str]) -> int:
-    """Carry out one command line and return its exit code. No traceback leaves here unless it is asked for."""
+    """Run one command line and return its exit code. Errors become messages; only --debug shows a traceback."""
     debug = "--debug" in arguments or os.environ.get("SEATFEM_DEBUG", "0") not in ("", "0")
     errors = lines(stderr=True)
     try:
@@ -173,7 +172,7 @@ def run_command(arguments: Sequence[str]) -> int:
         for message in dict.fromkeys(str(warning.message) for warning in caught):
             errors.print(f"warning: {clipped(message)}")
     except CycloptsError:
-        return BAD_INPUT  # cyclopts has told
+        return BAD_INPUT  # cyclopts has printed the message
     except KeyboardInterrupt as stopped:
         with suppress(OSError):  # the terminal may be gone
             errors.print("seatfem: interrupted; files are written whole or not at all")

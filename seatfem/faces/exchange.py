@@ -1,7 +1,7 @@
-"""`seatfem export`: a scene, or the folder of a run, in the formats of other programs.
+"""The verb `seatfem export`: a scene, or the folder of a run, in the formats of other programs.
 
-A new format is a function and its row in `FORMATS`, whose words the help of the verb shows. What a format needs is
-reached through its room, so that the help loads none of it.
+A new format is a function and its row in `FORMATS`, whose words appear in the help of the verb. The modules that a
+format needs are reached through the lazy names of their rooms, so that the help loads none of them.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from seatfem.study import planning, runs, scene
 if TYPE_CHECKING:
     from seatfem.study.scene import Scene
 
-BINS: Final = 2000  # frequencies of a receptance
-PER_BAND: Final = 1.25  # of it beyond the band of the filter
+BINS: Final = 2000  # number of frequencies of a receptance
+PER_BAND: Final = 1.25  # highest frequency of a receptance over the band of the filter
 
 Written = Iterator["Path | str"]
-"""Files, and notes of what is left out."""
+"""Files that were written, and notes on what was omitted."""
 
 
 class ExportError(ValueError):
-    """A format that there is not, or one that what is given has nothing for."""
+    """Error of an unknown format, or of a source that lacks the data of a format."""
 
 
 @dataclass(frozen=True)
 class Format:
-    """A format of other programs.
+    """A format of another program.
 
     Attributes:
-        words: what it writes, in the help of the verb.
-        write: writes the folder of a run, or a scene, into a folder: (source, folder, progress).
-        takes_scenes: whether a scene (TOML) will do for a source.
+        words: description of its files in the help of the verb.
+        write: function (source, folder, progress) that writes the folder of a run, or a scene, into a folder.
+        takes_scenes: whether the source may be a scene (TOML).
     """
 
     words: str
@@ -51,14 +51,14 @@ class Format:
 
 
 def export(source: Path, to: str, output: Path | None = None, progress: Progress = silent) -> tuple[Path | str, ...]:
-    """Write a scene or the folder of a run as ``to``, one of `FORMATS`, into a folder [that of the run, or the scene's
-    name + "-" + the format]; the files written, and notes of what is left out.
+    """Write a scene or the folder of a run in the format ``to``, one of `FORMATS`, into a folder [that of the run, or
+    the scene's name + "-" + the format]; return the files written, and notes on what was omitted.
 
     Raises:
-        ExportError: no such format; a source that it has nothing for.
-        ReportError: a folder that holds no run.
-        SceneError, DeckError, ModelError, StorageError, UffError, GreensFunctionError, PictureError: what reading,
-            planning and writing them raise.
+        ExportError: an unknown format; a source that lacks its data.
+        ReportError: a folder that contains no run.
+        SceneError, DeckError, ModelError, StorageError, UffError, GreensFunctionError, PictureError: errors of reading,
+            planning and writing.
     """
     if to not in FORMATS:
         raise ExportError(f"--to: {to!r} is none of {', '.join(FORMATS)}")
@@ -99,7 +99,7 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
 
 
 def _filter_width(source: Path, summary: Mapping[str, object]) -> float:
-    """Return the filter's width [s] of a run. Raises `ExportError` of a summary that has none above zero."""
+    """Return the filter's width [s] of a run. Raises `ExportError` if the summary has none above zero."""
     if (width := seatfem.readings.as_number(summary.get("filter_width_s"))) is None or width <= 0:
         raise ExportError(
             f"{source / runs.pipeline.SUMMARY_FILE}: filter_width_s must be a time above 0 s; run the scene again"
@@ -173,11 +173,11 @@ FORMATS: Final[Mapping[str, Format]] = {
     "reduced": Format("the seat's M, C, K and state space, .npz, .mat and .mtx", _as_reduced, takes_scenes=True),
     "dxf": Format("the reed's outline", _as_dxf, takes_scenes=True),
 }
-"""Formats by their names; README.md and docs/exchange.md name each, which a test compares."""
+"""Formats by name; a test checks that README.md and docs/exchange.md name each of them."""
 
 
 def _scene_of(source: Path) -> Scene:
-    """Return the scene of a file, or the one that the folder of a run keeps, with the changes that were made to it."""
+    """Return the scene of a file, or the copy in the folder of a run with the --set changes of that run."""
     if not source.is_dir():
         return load(source)
     path = source / report.asked.SCENE_COPY

@@ -1,6 +1,5 @@
-"""Verbs that compute no scene of their own: faces, init, verify and doctor; report, view and export, which take the
-folder of a run; sweep and optimise, which take a study.
-"""
+"""Verbs other than those of `scene_verbs`: faces, init, verify, doctor; report, view and export, which take the folder
+of a run; sweep and optimise, which take a study; identify, which takes a record file."""
 
 from __future__ import annotations
 
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
 
 Made = TypeVar("Made")
 
-# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
+# Verbs reach the modules that they run by lazy names: `seatfem --help` must not load compilers and finite elements.
 
 
 def faces(
@@ -70,7 +69,7 @@ def faces(
     except OutputError as problem:
         if output:
             raise
-        gap = str(problem)  # the table is told all the same
+        gap = str(problem)  # the table is printed nevertheless
     with progress_of(common) as progress:
         progress("reading the part", 0.0)
         geometry = (
@@ -293,7 +292,7 @@ def export(
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Work(Effort):
-    """Limits on what a study may take, as options."""
+    """Limits on the effort of a study, as options of a verb."""
 
     workers: Annotated[
         int | None, Parameter(help="Processes that run scenes [default: one a core, as far as the memory does].")
@@ -318,11 +317,11 @@ USUAL: Final = Work()
 def _run_study(
     study: Path, folder: Path, work: Work, common: Common, carry_out: Callable[..., Made]
 ) -> tuple[str, Made]:
-    """Return the heading of a study, and what its table or its search came to in a folder."""
-    definition, spoken = sweeps.study.load_study(study), lines(stderr=True, quiet=common.quiet)
+    """Return the heading of a study and the result of ``carry_out``, its table or its search, in a folder."""
+    definition, messages = sweeps.study.load_study(study), lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
-        made = carry_out(definition, folder, work, file=study, progress=progress, tell=spoken.print)
-    return definition.heading, made
+        outcome = carry_out(definition, folder, work, file=study, progress=progress, tell=messages.print)
+    return definition.heading, outcome
 
 
 def sweep(
@@ -402,16 +401,16 @@ def identify(
     output:
         Folder for identify.json and identify.png [default: the record file's name + "-identify"].
     """
-    folder, spoken = output or Path(f"{record.stem}-identify"), lines(stderr=True, quiet=common.quiet)
+    folder, messages = output or Path(f"{record.stem}-identify"), lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
-        result = identification.fit.identify(record, progress=progress, tell=spoken.print)
+        result = identification.fit.identify(record, progress=progress, tell=messages.print)
     files, gap = identification.fit.write(result, folder, pictures=not no_pictures)
     print_outcome(lines(quiet=common.quiet), result.sentences(), [gap], files)
     return DONE
 
 
 def study_ahead(path: Path) -> sweeps.sweep.Ahead | sweeps.sweep.SearchAhead | None:
-    """Return what a study would take; ``None`` for other files."""
+    """Return the predicted cost of a study; ``None`` if the file is no study."""
     if not scene.load.has_table(path, "vary"):
         return None
     study = sweeps.study.load_study(path)

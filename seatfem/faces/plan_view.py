@@ -1,4 +1,4 @@
-"""Shows a plan on the terminal and to other programs, and the values that were read from a scene, with units."""
+"""Tables and JSON of a plan, and the values read from a scene file, with units."""
 
 import json
 import math
@@ -24,9 +24,9 @@ from seatfem.study.scene import Contact, Scene, drives, files, keys, load, parce
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
 
-SHOWN: Final = 4  # most values of a list that are shown; longer lists are shown as number and range
+SHOWN: Final = 4  # largest number of values of a list that are shown; longer lists are shown as number and range
 HOW: Final = ("run", "accuracy", "title")
-"""Tables and keys that are left out, as the plan's own table states them."""
+"""Tables and keys that are omitted, as the table of the plan states them."""
 STRENGTHS: Final = ("strength", "seat_strength")
 NOT_SHOWN: Final = ("kind", "name", "mesh", "greens")
 _NONE: Final = FieldInfo(default=None)
@@ -53,7 +53,7 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
 
 
 def read_table(scene: Scene) -> Table | None:
-    """Return the rows of `read_back` as a table; ``None`` of scenes without files. Raises what `read_back` raises."""
+    """Return the rows of `read_back` as a table; ``None`` for a scene without files. Raises as `read_back`."""
     if not parcel.files_of(scene):
         return None
     table = Table("table", "what was read")
@@ -63,7 +63,7 @@ def read_table(scene: Scene) -> Table | None:
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:
-    """Return what is known without a mesh of a body's struck face and of its measured response."""
+    """Return what is known without a mesh about the struck face of a body and its measured response."""
     facts = []
     if (ring := body.lip_face.ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
@@ -71,7 +71,7 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
     elif along and along.along_a_lip and (lip := body.lip()) is not None:
         facts.append(f"lip {write_quantity(lip.length, 'length')} long")
     if (patch := body.patch()) is not None:
-        about, digits = ("", 5) if ring else ("about ", 2)  # of coarse flat triangles
+        about, digits = ("", 5) if ring else ("about ", 2)  # an area by coarse flat triangles is approximate
         area, width = write_quantity(patch.area, "area", digits), write_quantity(patch.width, "length", digits)
         facts.append(f"area {about}{area}, narrowest width {about}{width}")
     if body.measured is not None:
@@ -102,7 +102,7 @@ def _words(table: BaseModel, key: str = "") -> str:
 
 
 def _understood(record: Record) -> str:
-    """Return the range of a course and of its times, in the units that the program has read."""
+    """Return the ranges of a recorded history's values and times, in the units that the program understood."""
     course, dimension = record.course, "length" if record.quantity == "displacement" else record.quantity
     low, high = (write_quantity(float(end), dimension) for end in (course.value.min(), course.value.max()))
     first, last = (write_quantity(float(end), "time") for end in (course.time[0], course.time[-1]))
@@ -111,7 +111,7 @@ def _understood(record: Record) -> str:
 
 
 def _value(value: object, field: FieldInfo, key: str) -> str:
-    if isinstance(value, drives.AreaByLift) and len(value.area) == 1:  # constant
+    if isinstance(value, drives.AreaByLift) and len(value.area) == 1:  # constant area
         return write_quantity(value.area[0], "area")
     if isinstance(value, BaseModel):
         inner, named = _words(value, key), bool(getattr(value, "name", ""))
@@ -135,9 +135,9 @@ def _several(values: tuple[Any, ...], field: FieldInfo, key: str) -> str:
 
 
 def _file(path: Path, key: str) -> str:
-    """Return a file's name; of columns their number of rows and ranges too, of a file of strength what it holds."""
+    """Return a file's name; for columns also the number of rows and ranges, for a strength file its content."""
     if key.rpartition(".")[2] in STRENGTHS:
-        # of scenes with a life only
+        # only scenes with a [life] table
         return f"{path.name} ({_words(load.load_table(path, study.scene.strength.StrengthTable), key)})"
     if path.suffix.lower() == ".csv" and (columns := _columns(path)):
         return f"{path.name} ({columns})"
@@ -145,7 +145,7 @@ def _file(path: Path, key: str) -> str:
 
 
 def _columns(path: Path) -> str:
-    """Return the number of rows and the range of each column; "" for a table without heads or of other cells."""
+    """Return the number of rows and the range of each column; "" for a table without headers or with other cells."""
     try:
         table = read_csv(path, ValueError)
         numbers = np.zeros((0, 0)) if table is None else table.numbers()
@@ -159,11 +159,11 @@ def _columns(path: Path) -> str:
 
 
 COUNTS: Final = 0.01
-"""Share of the largest source of error below which another one is not shown."""
+"""Fraction of the largest source of error below which another one is not shown."""
 
 
 def choices_table(plan: Plan) -> Table:
-    """Return a table of each choice, chosen or stated, its error and its reason."""
+    """Return a table of all choices: value, by file or plan, its error, and its reason."""
     table = Table("key", "value", "from", "error left", "why")
     for choice in plan.choices:
         table.add_row(choice.key, choice.value, "file" if choice.given else "plan", choice.leaves, choice.reason)
@@ -185,9 +185,9 @@ def costs_table(plan: Plan) -> Table:
 
 
 def plan_lines(plan: Plan) -> Iterator[str]:
-    """Yield which measures the target is for; predicted seconds by stage, longest first; rounds of refinement expected,
-    their time, and the price of one more; the sources of each measure's error, largest first, those that count;
-    notes."""
+    """Yield the lines below the tables: measures to which the target applies; predicted time by stage [s], longest
+    first; expected rounds of refinement, their time, and that of one more; the significant sources of each measure's
+    error, largest first; notes."""
     yield f"accuracy asked for: {judged_line(plan)}"
     stages = sorted(plan.cost.parts.items(), key=lambda item: -item[1])
     shown = (f"{safety.STAGES.get(stage, stage)} {in_time(seconds)}" for stage, seconds in stages if seconds >= 0.05)
@@ -209,7 +209,7 @@ def plan_lines(plan: Plan) -> Iterator[str]:
 
 
 def judged_line(plan: Plan) -> str:
-    """Return which measures, of which landing, must meet the target of accuracy."""
+    """Return the measures, and the landing, to which the target of accuracy applies."""
     accuracy = plan.scene.accuracy
     of_it = "of the whole run" if accuracy.landing == "run" else f"of the {accuracy.landing} landing on the seat"
     names = enumeration(all_measures()[name].words for name in accuracy.measures)
@@ -217,9 +217,9 @@ def judged_line(plan: Plan) -> str:
 
 
 def plan_json(plan: Plan) -> str:
-    """Return a JSON object; times in s, memory in bytes, errors relative, ``scene`` in SI units with all keys filled.
+    """Return the plan as a JSON object: times in s, memory in bytes, relative errors, ``scene`` in SI with all keys.
 
-    A number that is not finite, such as the error of a measure that is zero, is null.
+    A number that is not finite, such as the relative error of a measure that is zero, is null.
     """
     scene = plan.scene
     data = {
@@ -243,7 +243,7 @@ def plan_json(plan: Plan) -> str:
         "scene": method.as_stated(scene, plan.method).model_dump(mode="json"),
     }
     text = json.dumps(without_nan(data), indent=1, allow_nan=False)
-    return text.replace("\x7f", "\\u007f")  # the one control character that JSON leaves as it is
+    return text.replace("\x7f", "\\u007f")  # the one control character that json does not escape
 
 
 def _by_asked_name(error: Mapping[str, float]) -> dict[str, float]:

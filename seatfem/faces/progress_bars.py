@@ -13,12 +13,12 @@ from impact.notices import Progress, silent
 from seatfem.faces.terminal import Console
 
 Show = Callable[[str, float, float], None]
-"""Called with the stage, the fraction done (0..1) and the seconds that the stage has taken."""
+"""Function that is called with the stage, the fraction completed (0..1) and the time that the stage has taken [s]."""
 
 
 @contextmanager
 def progress_bars(console: Console, *, quiet: bool = False, verbose: bool = False) -> Iterator[Progress]:
-    """Give a progress listener for the duration of the block. Write to a console on stderr: results go to stdout."""
+    """Yield a progress listener for the duration of the block; its console is on stderr, as results go to stdout."""
     if quiet:
         yield silent
     elif verbose:
@@ -34,9 +34,9 @@ def progress_bars(console: Console, *, quiet: bool = False, verbose: bool = Fals
 
 @dataclass
 class StageClock:
-    """A progress listener that tells how long each stage has taken.
+    """Progress listener that measures the time of each stage.
 
-    A stage runs from its first report to its report of 1; one that starts again goes on counting.
+    A stage runs from its first report to its report of 1; a stage that starts again adds to its earlier time.
     """
 
     show: Show
@@ -44,32 +44,32 @@ class StageClock:
     _spent: dict[str, float] = field(default_factory=dict)
     _began: dict[str, float] = field(default_factory=dict)
 
-    def __call__(self, stage: str, done: float) -> None:
+    def __call__(self, stage: str, fraction: float) -> None:
         now = self.now()
         if stage not in self._began:
-            if done >= 1.0 and stage in self._spent:
-                return  # told twice that it is done
+            if fraction >= 1.0 and stage in self._spent:
+                return  # completion was reported twice
             self._began[stage] = now - self._spent.get(stage, 0.0)
         self._spent[stage] = now - self._began[stage]
-        if done >= 1.0:
+        if fraction >= 1.0:
             del self._began[stage]
-        self.show(stage, min(max(done, 0.0), 1.0), self._spent[stage])
+        self.show(stage, min(max(fraction, 0.0), 1.0), self._spent[stage])
 
 
 def _lines(console: Console) -> Show:
-    def show(stage: str, done: float, seconds: float) -> None:
-        if done >= 1.0:
+    def show(stage: str, fraction: float, seconds: float) -> None:
+        if fraction >= 1.0:
             console.print(f"{stage}: {seconds:.1f} s", highlight=False, markup=False)
 
     return show
 
 
 def _log(console: Console) -> Show:
-    """Return a display that prints a dated line at each tenth of a stage, with the memory that this process holds."""
+    """Return a display that prints a dated line at each tenth of a stage, with the memory of this process."""
     shown: dict[str, int] = {}
 
-    def show(stage: str, done: float, seconds: float) -> None:
-        tenths = int(10 * done)
+    def show(stage: str, fraction: float, seconds: float) -> None:
+        tenths = int(10 * fraction)
         if shown.get(stage) == tenths:
             return
         shown[stage] = tenths
@@ -85,9 +85,9 @@ def _log(console: Console) -> Show:
 def _bars(bars: Bars) -> Show:
     tasks: dict[str, TaskID] = {}
 
-    def show(stage: str, done: float, seconds: float) -> None:
+    def show(stage: str, fraction: float, seconds: float) -> None:
         if stage not in tasks:
             tasks[stage] = bars.add_task(stage, total=1.0)
-        bars.update(tasks[stage], completed=done)
+        bars.update(tasks[stage], completed=fraction)
 
     return show

@@ -33,7 +33,7 @@ from seatfem.faces.terminal import (
 )
 from seatfem.study import impacts, planning, runs
 
-# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
+# Verbs reach the modules that they run by lazy names: `seatfem --help` must not load compilers and finite elements.
 
 SceneFile = Annotated[Path, Parameter(help="The scene file (TOML).")]
 DEMO_SCENE: Final = "valve_on_cast_iron.toml"
@@ -218,7 +218,7 @@ def modes(
 
 
 def demo_scene() -> Path:
-    """Return the demo's scene file, inside an installed package or a source tree."""
+    """Return the demo's scene file, in an installed package or in a source tree."""
     installed = Path(str(resources.files("seatfem"))) / "data" / DEMO_SCENE
     source = Path(__file__).parents[2] / "examples" / DEMO_SCENE
     return installed if installed.is_file() else source
@@ -236,7 +236,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         outcome = runs.pipeline.run_scene(
             scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures, painter=painter
         )
-    kept = report.asked.keep_asked(
+    copies = report.asked.keep_asked(
         content, study.scene.parcel.files_of(scene), path.parent, outcome.plan, folder, changes
     )
     if not common.quiet:
@@ -246,12 +246,12 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         wide.print(faces.verdict.verdict(outcome.summary), soft_wrap=True)
         wide.print(faces.tables.result_table(outcome.summary))
         landings = faces.tables.landings_of(outcome.summary)
-        if len(landings) > 1 and (table := faces.tables.landings_table(landings)):  # of one, the table above has all
+        if len(landings) > 1 and (table := faces.tables.landings_table(landings)):  # else the table above has all
             wide.print(table)
         sentences = (faces.verdict.pressed_on, faces.verdict.horizon, faces.verdict.simpler, faces.verdict.lasting)
         for words in filter(None, (each(outcome.summary) for each in sentences)):
             wide.print(words, soft_wrap=True)
-    tell(outcome, common, kept)
-    if common.quiet and outcome.met is False:  # an exit code alone explains nothing
+    tell(outcome, common, copies)
+    if common.quiet and outcome.met is False:  # an exit code alone does not explain the reason
         lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
     return FAILED if outcome.met is False else DONE

@@ -1,5 +1,5 @@
-"""Tables of a terminal and of a report's page: modes, installation, the answer of a run beside that of a spring, its
-landings; without markup."""
+"""Tables for the terminal and the report, without markup: modes, installation, faces of a part, landings, and the
+results of a run beside those of a spring baseline."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
 
 def time_line(seconds: Mapping[str, float]) -> str:
-    """Return one line with the time of each stage, the longest first."""
+    """Return one line with the time of each stage [s], the longest first."""
     longest_first = sorted(seconds.items(), key=lambda item: -item[1])
     return ", ".join(f"{STAGES.get(stage, stage)} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
 
 
 def modes_table(modes: Sequence[structures.natural_modes.Mode]) -> Table:
-    """Return a table of the modes: number, frequency, nodal diameters of a body of revolution, the port's share."""
+    """Return a table of modes: number, frequency, nodal diameters of a body of revolution, share of the compliance."""
     revolved = any(mode.diameters is not None for mode in modes)
     table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the contact's compliance")
     for number, mode in enumerate(modes, start=1):
@@ -45,7 +45,7 @@ def modes_table(modes: Sequence[structures.natural_modes.Mode]) -> Table:
 
 
 def kinds_table() -> Table:
-    """Return the kinds of bodies that scenes know, by groups, each with the first sentence of its description."""
+    """Return the kinds of bodies that scenes may have, by groups, each with the first sentence of its description."""
     table = Table("", "kind", "what it is")
     for group, kinds in by_group(kinds_of()).items():
         for number, each in enumerate(kinds):
@@ -55,7 +55,7 @@ def kinds_table() -> Table:
 
 
 def doctor_table(checks: Sequence[Check]) -> Table:
-    """Return a table of what is installed, and how to mend what is not."""
+    """Return a table of the components of the installation, with the remedy for each that is missing."""
     table = Table("", "", "state", "remedy")
     for check in checks:
         state = Text("ok") if check.ok else Text(*(("missing", "red") if check.required else ("gap", "yellow")))
@@ -64,7 +64,7 @@ def doctor_table(checks: Sequence[Check]) -> Table:
 
 
 def rates_table(measured: Mapping[str, float], default: Mapping[str, float]) -> Table:
-    """Return a table of the seconds for a unit of each kind of work on this computer, and over the default ones."""
+    """Return a table of the time per unit [s] of each kind of work on this computer, and over the default."""
     table = Table("work", "here (s)", "over default")
     for name, seconds in measured.items():
         table.add_row(name.replace("_", " "), f"{seconds:.2g}", f"{seconds / default[name]:.2g}")
@@ -76,15 +76,16 @@ Records = Sequence[readings.Summary]
 
 
 def landings_of(summary: readings.Summary) -> Records:
-    """Return the records of the landings, the largest force above the static load first; none of runs without them."""
+    """Return the records of the landings, the largest force above the static load first; empty for runs without any."""
     landings = summary.get("landings")
     records = [each for each in landings if isinstance(each, Mapping)] if isinstance(landings, list) else []
     return sorted(records, key=lambda each: -(readings.as_number(each.get(results.EXCESS)) or 0.0))
 
 
 def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
-    """Return the ``most`` first records, each number with its error bar; ``None`` without any. What else there is, the
-    caption says; ``None`` for ``most``: all."""
+    """Return a table of the first ``most`` records (``None``: all) with error bars, and a caption on order and
+    omissions;
+    ``None`` without records."""
     if not records:
         return None
     shown = records[:most]
@@ -118,7 +119,7 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
 
 
 def _place(record: readings.Summary) -> str:
-    """Return where the reed touches first: an angle, or a length along the lip; "" where none is known."""
+    """Return the place of first contact: an angle, or a length along the lip; "" if it is not known."""
     if (angle := readings.as_number(record.get("place_deg"))) is not None:
         return readings.with_unit(f"{angle:.4g}", readings.DEGREES)
     along = readings.as_number(record.get("place_m"))
@@ -134,8 +135,8 @@ LENGTHS: Final = "places: along the lip, a ring from its own x axis anticlockwis
 def result_table(summary: readings.Summary) -> Table:
     """Return the measures of a run beside those of the spring baseline (the summary's keys with the prefix spring_).
 
-    What the run is judged by stands first: the landing, unless the whole run was asked for. What depends on the step
-    stands last, and says so. Every number of which the summary states an error bar shows it.
+    The measures by which the run is judged come first: those of the landing, unless the whole run was requested. Values
+    that depend on the time step come last, marked as such. Every number with an error bar in the summary shows it.
     """
     target = readings.as_number(summary.get("accuracy_target"))
     aim = "uncertainty" if target is None else f"uncertainty\n(asked {percent(target, 3)})"
@@ -161,7 +162,7 @@ def result_table(summary: readings.Summary) -> Table:
 
 
 def _last_cycle(summary: readings.Summary, row: results.Result) -> readings.Summary:
-    """Return the summary with the last of a list of numbers, one for each cycle of a gas, in its place."""
+    """Return the summary with the last number in place of a list of one per cycle of a gas."""
     if row.group != "gas":
         return summary
     values = {name: summary[name] for name in (row.key, f"error_bar_{row.key}") if name in summary}
@@ -197,7 +198,7 @@ def _notes(summary: readings.Summary) -> Iterator[str]:
 
 
 def _most_stressed(summary: readings.Summary) -> str:
-    """Return place and time of the largest reed stress; "" where it is not known."""
+    """Return place and time of the largest reed stress; "" if it is not known."""
     spots = summary.get("reed_stress_hot_spots")
     if not isinstance(spots, list) or not spots or not isinstance(spots[0], dict):
         return ""
@@ -210,7 +211,7 @@ def _most_stressed(summary: readings.Summary) -> str:
 
 
 def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
-    """Return value and bar, the spring's value, their difference in per cent and bars, the state of the target."""
+    """Return value and bar, the baseline's value, their difference in per cent and bars, and the target's state."""
     if row.key == results.CONTACTS:
         return (
             _contacts(summary, ""),
@@ -226,18 +227,18 @@ def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
         first = f"{in_digits(value, 2)} (asked {in_digits(design, 2)})"
     if readings.SPRING + row.key not in summary:
         return (first, "", "", "", _target(summary, row.key, value, bar))
-    baseline, off = readings.as_number(summary.get(readings.SPRING + row.key)), difference(summary, row.key)
+    baseline, contrast = readings.as_number(summary.get(readings.SPRING + row.key)), difference(summary, row.key)
     return (
         first,
         _beside(baseline, value, bar, row, readings.bar_of(summary, readings.SPRING + row.key)),
-        "" if off is None else percent(off.relative, sign=True),
-        "" if off is None else count(off.bars),
+        "" if contrast is None else percent(contrast.relative, sign=True),
+        "" if contrast is None else count(contrast.bars),
         _target(summary, row.key, value, bar),
     )
 
 
 def _contacts(summary: readings.Summary, prefix: str) -> str:
-    """Return the counts as "2 (landings 1), touches 7", of a baseline as "2 (1), 7"."""
+    """Return the counts as "2 (landings 1), touches 7", those of a baseline as "2 (1), 7"."""
     contacts, landings, touches = (
         readings.as_number(summary.get(f"{prefix}{key}"))
         for key in (results.CONTACTS, "landing_count", f"{results.CONTACTS}_raw")
@@ -249,13 +250,13 @@ def _contacts(summary: readings.Summary, prefix: str) -> str:
 
 
 def _beside(
-    baseline: float | None, value: float | None, bar: float | None, row: results.Result, own: float | None
+    baseline: float | None, value: float | None, bar: float | None, row: results.Result, own_bar: float | None
 ) -> str:
-    """Return the baseline's value with its ``own`` bar, or in unit and decimals of a near value of the seat."""
+    """Return the baseline's value with its ``own_bar``, or in unit and decimals of a similar value of the seat."""
     if baseline is None:
         return "-"
-    if own is not None and not row.of_each_step:
-        return readings.in_text(row.key, baseline, own, row.unit)
+    if own_bar is not None and not row.of_each_step:
+        return readings.in_text(row.key, baseline, own_bar, row.unit)
     far = value and baseline and not 0.1 < abs(baseline / value) < 1000
     like_the_seat = [] if value is None or far else [value, *([] if bar is None or not math.isfinite(bar) else [bar])]
     factor, unit = readings.prefix_of(row.unit, *like_the_seat, baseline)
@@ -265,7 +266,7 @@ def _beside(
 
 
 def _target(summary: readings.Summary, key: str, value: float | None, bar: float | None) -> str:
-    """Return the relative bar of a judged value and whether it meets the target; "" of other values."""
+    """Return the relative bar of a judged value and whether it meets the target; "" for other values."""
     target = readings.as_number(summary.get("accuracy_target"))
     judged = key in results.asked(summary) and summary.get("accuracy_met", True) is not None
     if target is None or bar is None or not value or not judged:
@@ -281,7 +282,7 @@ UNITS = ("", "", "mm^2", "mm", "", "mm", "red, green, blue", "", "")
 
 
 def faces_table(part: mesh_file.Part) -> Table:
-    """Return a table of one row a face; columns that hold nothing are left out."""
+    """Return a table of the faces, one per row; empty columns are omitted."""
     rows = [_face_cells(face) for face in part.faces]
     shown = [column for column in range(len(FACE_COLUMNS)) if any(row[column] for row in rows)]
     table = Table(*(_head(column, "({})") for column in shown))
@@ -291,7 +292,7 @@ def faces_table(part: mesh_file.Part) -> Table:
 
 
 def faces_csv(part: mesh_file.Part) -> str:
-    """Return the faces as comma-separated values, all columns."""
+    """Return the faces as comma-separated values, with all columns."""
     return csv_text((_head(column, "[{}]") for column in range(len(FACE_COLUMNS))), map(_face_cells, part.faces))
 
 
@@ -316,5 +317,5 @@ def _face_cells(face: cad.FoundFace) -> tuple[str, ...]:
 
 
 def _triple(values: Sequence[float], zero: float) -> str:
-    """Return three values as text; round-off counts as zero."""
+    """Return three values as text, round-off as zero."""
     return ", ".join(f"{value:.4g}" if abs(value) > zero else "0" for value in values)

@@ -1,7 +1,7 @@
-r"""The only way to the terminal: consoles, options that the verbs share, and files written for people.
+r"""All output to the terminal: consoles, options that the verbs share, and messages about files written.
 
-Control characters (ESC and what follows from it, C0, C1), marks that turn the direction of writing round, invisible
-characters and halves of pairs are written as escapes, ``\x1b``; square brackets are no markup.
+Control characters (ESC sequences, C0, C1), marks that change the direction of text, invisible characters and lone
+surrogates are written as escapes, ``\x1b``; square brackets are not interpreted as markup.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ _UNSEEN: Final = re.compile(
 
 def visible(text: str) -> str:
     """Return the text with every invisible or control character as an escape; tabs and line ends stay."""
-    return _UNSEEN.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+    return _UNSEEN.sub(lambda unseen: unseen[0].encode("unicode_escape").decode("ascii"), text)
 
 
 class Console(RichConsole):
-    """A console of rich that shows text from any source, markup and control characters included, as it is."""
+    """A console of rich that shows text from any source literally, markup and control characters included."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**{"markup": False, "emoji": False} | options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Render, as rich does, what `visible` makes of the text, so that tables leave room for it."""
+        """Render `visible` text as rich does, so that tables reserve its width."""
         return super().render_str(visible(text), **options)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """Render as rich does, and make visible what rich has not made itself."""
+        """Render as rich does, and make the text of each segment visible, except rich's own control codes."""
         for text, style, control in super().render(renderable, options):
             yield Segment(text if control else visible(text), style, control)
 
@@ -88,7 +88,7 @@ Seconds = Annotated[float, Parameter(converter=seconds_of)]
 
 
 class ChangeError(ValueError):
-    """A --set that is not KEY=VALUE."""
+    """Error of a --set option that is not KEY=VALUE."""
 
 
 @Parameter(name="*")
@@ -124,13 +124,13 @@ WHOLE: Final = Effort()
 
 
 def console(*, highlight: bool = True) -> Console:
-    """Return a console for tables, as wide as the terminal; in a file or pipe wide enough that no number is cut."""
+    """Return a console for tables, as wide as the terminal; for a file or pipe wide enough that no number is cut."""
     terminal = Console(markup=False, highlight=highlight)
     return terminal if terminal.is_terminal else Console(width=200, markup=False, highlight=highlight)
 
 
 def lines(*, stderr: bool = False, quiet: bool = False) -> Console:
-    """Return a console for sentences, one a line, unwrapped and without markup: [uff] stays as it is."""
+    """Return a console for sentences, one per line, unwrapped and without markup: [uff] is printed literally."""
     return Console(stderr=stderr, quiet=quiet, soft_wrap=True, highlight=False, markup=False)
 
 
@@ -140,27 +140,27 @@ def progress_of(common: Common, console: Console | None = None) -> AbstractConte
 
 
 def load(path: Path, changes: Sequence[str] = ()) -> Scene:
-    """Return the scene with ``changes`` made to it, as --set has them."""
+    """Return the scene with ``changes`` applied, each as in --set."""
     return study.scene.load_scene(path, dict(changed(each) for each in changes))
 
 
-def changed(given: str) -> tuple[str, object]:
-    """Return dotted key and value of one --set; what is no TOML value is text. Raises `ChangeError` without a key."""
-    key, equals, text = given.partition("=")
+def changed(option: str) -> tuple[str, object]:
+    """Return the dotted key and value of a --set option; a value that is not TOML is text. Raises `ChangeError`."""
+    key, equals, text = option.partition("=")
     key, text = key.strip(), text.strip()
     if not equals or not key or not text:
-        raise ChangeError(f"--set: {given!r} must be KEY=VALUE, as in reed.thickness=0.2 mm or accuracy.target=1 %")
+        raise ChangeError(f"--set: {option!r} must be KEY=VALUE, as in reed.thickness=0.2 mm or accuracy.target=1 %")
     try:
         return key, tomllib.loads(f"value = {text}")["value"]
     except (tomllib.TOMLDecodeError, RecursionError):
         return key, text
 
 
-def tell(outcome: RunOutcome, common: Common, more: Sequence[Path] = ()) -> None:
-    """Print notes, the files written, and the time by stage."""
+def tell(outcome: RunOutcome, common: Common, further_files: Sequence[Path] = ()) -> None:
+    """Print the notes of a run, the files written, and the time by stage."""
     if common.quiet:
         return
-    print_outcome(lines(), (), outcome.messages, (*outcome.files, *more))
+    print_outcome(lines(), (), outcome.messages, (*outcome.files, *further_files))
     lines().print(f"time: {faces.tables.time_line(outcome.stages)}")
 
 

@@ -1,4 +1,4 @@
-"""Meaning of a run, in sentences: whether anything landed, whether a spring would be enough in place of the seat."""
+"""Statements on the result of a run: whether a landing occurred, whether a spring would be enough for the seat."""
 
 import math
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ STATUS: Final[Mapping[str, str]] = {
 }
 """First sentence about a run without a landing, by its landing_status."""
 OF_SPEED: Final = ("margin", "m_per_s", "limit_m_per_s")
-"""Ends of the keys life_speed_... that the sentence on the closing speed needs."""
+"""Suffixes of the keys life_speed_... that the sentence on the closing speed needs."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class Difference:
     """Difference between spring baseline and seat in one measure.
 
     Attributes:
-        key: of the measure in summary.json.
-        seat, spring: its values [SI].
-        bar: the larger of both error bars, of which a spring states one on measured seats alone [SI].
+        key: key of the measure in summary.json.
+        seat, spring: values of seat and spring [SI].
+        bar: larger of both error bars; a spring has one only beside a measured seat [SI].
     """
 
     key: str
@@ -52,16 +52,17 @@ class Difference:
 
     @property
     def bars(self) -> float:
-        """Return |spring - seat| over the error bar; ``inf`` for a bar of zero, 0 where there is no difference."""
-        off = abs(self.spring - self.seat)
-        return off / self.bar if self.bar > 0 else (math.inf if off > 0 else 0.0)
+        """Return |spring - seat| over the error bar; ``inf`` for a bar of zero, 0 without a difference."""
+        distance = abs(self.spring - self.seat)
+        return distance / self.bar if self.bar > 0 else (math.inf if distance > 0 else 0.0)
 
 
 def difference(summary: Summary, key: str) -> Difference | None:
     """Return the spring's difference in one measure.
 
-    ``None`` where it has no error bar, where seat or spring have no value to compare, of instants, and of the static
-    load, which a spring bears as any seat.
+    ``None`` if error bar or either value is missing; for times, whose origin is arbitrary; and for the static load,
+    which
+    is the same on any seat.
     """
     if result_of(key).of_each_step or key == results.LANDING + results.STATIC or key.endswith(WITHOUT_ZERO):
         return None
@@ -74,9 +75,10 @@ def difference(summary: Summary, key: str) -> Difference | None:
 def verdict(summary: Summary) -> str:
     """Return the result of a run in sentences, from the numbers of summary.json.
 
-    A run without a landing says so first. Then the measures that the accuracy was asked for are compared with those of
-    the spring baseline, or, where a spring has none of them, filtered peak and impulse. A difference counts if it is
-    larger than the error bar of the seat's value, and that leaves the value known.
+    A run without a landing states this first. Then the measures to which the accuracy applies, or filtered peak and
+    impulse
+    if the spring has none of them, are compared with the spring baseline. A difference is significant if it exceeds the
+    error bar of the seat's value and that value is known.
     """
     state = standing(summary)
     if state and not any(summary.get(key) for key in asked(summary)):
@@ -87,12 +89,12 @@ def verdict(summary: Summary) -> str:
 
 
 def is_static(summary: Summary) -> bool:
-    """Return whether the seat was computed as its static stiffness alone, as the baseline is."""
+    """Return whether the seat was computed by its static stiffness alone, as the baseline is."""
     return "spring" in (summary.get("seat_kind"), summary.get("plan_seat_level"))
 
 
 def standing(summary: Summary) -> str:
-    """Return in words that nothing landed, or that the run ends in a contact, with the remedy; "" of a landing."""
+    """Return a sentence if nothing landed or the run ends in a contact, with the remedy; "" otherwise."""
     status = str(summary.get("landing_status") or LANDED)
     whole = summary.get("accuracy_landing") == "run" and as_number(summary.get(results.CONTACTS))
     if status == LANDED or (whole and status != "cut off"):
@@ -102,7 +104,7 @@ def standing(summary: Summary) -> str:
 
 
 def which_landing(summary: Summary) -> str:
-    """Return which landing on the seat the run is judged by, and its number: "hardest landing (2 of 3)"."""
+    """Return the landing on the seat by which the run is judged, and its number: "hardest landing (2 of 3)"."""
     words = "first landing" if summary.get("accuracy_landing") == "first" else "hardest landing"
     words += " on the seat" if as_number(summary.get("stopper_landing_count")) else ""
     number, number_of_all = (as_number(summary.get(f"landing_{key}")) for key in ("number", "count"))
@@ -112,20 +114,20 @@ def which_landing(summary: Summary) -> str:
 
 
 def pressed_on(summary: Summary) -> str:
-    """Return how hard and how long the loads alone press the reed on its seat; "" where they do not."""
+    """Return how hard and how long the loads alone press the reed on its seat; "" if they do not."""
     time, load = (as_number(summary.get(f"pressed_on_{key}")) for key in ("time_s", "largest_load_N"))
     if not time or not load:
         return ""
-    by = "the gas" if results.LARGEST_LIFT in summary else "its loads"
-    return f"reed pressed on its seat by {by}: up to {in_units(load, 'N')}, {duration(time)} in total (not a landing)"
+    who = "the gas" if results.LARGEST_LIFT in summary else "its loads"
+    return f"reed pressed on its seat by {who}: up to {in_units(load, 'N')}, {duration(time)} in total (not a landing)"
 
 
-HARDLY: Final = 1.1  # growth of a difference from landing to landing that is none to a reader
+HARDLY: Final = 1.1  # growth of a difference from landing to landing below which it is called none
 NO_ENSEMBLE: Final = ". No landing is left to an ensemble (run.ensemble): it was not marched"
 
 
 def horizon(summary: Summary) -> str:
-    """Return which landings are known, and what an ensemble says of the others; "" of runs with few landings."""
+    """Return which landings are predictable, and the ensemble's statistics of the others; "" for few landings."""
     known, growth = as_number(summary.get(results.KNOWN_LANDINGS)), as_number(summary.get(results.LANDING_GROWTH))
     number = len(landings) if isinstance(landings := summary.get("landings"), list) else 0
     nothing = NO_ENSEMBLE if summary.get(results.ENSEMBLE_LANDINGS) == 0 else ""
@@ -138,14 +140,14 @@ def horizon(summary: Summary) -> str:
     if of_inputs is not None and of_inputs < min(known, number):
         words += f"; with inputs known to 0.1 %, {_count(int(of_inputs))}"
     means = ((results.ENSEMBLE_SPEED, "m/s", "closing speed"), (results.ENSEMBLE_PEAK, "N", "peak force"))
-    beyond = [
+    averages = [
         f"{name} {reading(summary, key, unit)} (of single landings ± {in_digits(factor * spread, 2)} {prefixed})"
         for key, unit, name in means
         if (spread := as_number(summary.get(results.spread_of(key)))) is not None
         for factor, prefixed in [scaled([as_number(summary.get(key)) or spread], unit)]
     ]
     members = as_number(summary.get(results.ENSEMBLE))
-    mean = f". Mean of the others over {members:.0f} runs: {', '.join(beyond)}" if beyond and members else ""
+    mean = f". Mean of the others over {members:.0f} runs: {', '.join(averages)}" if averages and members else ""
     return words + (nothing or mean)
 
 
@@ -159,14 +161,14 @@ def _count(known: int) -> str:
 
 
 def judged_words(summary: Summary) -> str:
-    """Return which measures the accuracy is for, and of which landing."""
+    """Return the measures to which the accuracy applies, and their landing."""
     keys = asked(summary)
     of_landing = f" of the {which_landing(summary)}" if any(key.startswith(results.LANDING) for key in keys) else ""
     return enumeration(name_of(key, summary) for key in keys) + of_landing
 
 
 def simpler(summary: Summary) -> str:
-    """Return the results of simpler models of a contact with a film or along a lip, in one line; "" of others."""
+    """Return the results of simpler models of a contact with a film or along a lip, in one line; "" without any."""
     models: list[str] = []
     for words, name in (("without the film", "without_film"), ("single contact point", "one_port"), ("beam", "beam")):
         peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in (results.PEAK, results.IMPULSE))
@@ -177,58 +179,58 @@ def simpler(summary: Summary) -> str:
 
 
 def lasting(summary: Summary) -> str:
-    """Return the life of the reed in one line, with the source of its strength; "" where it was not requested.
+    """Return the life of the reed in one line, with the source of its strength; "" if it was not requested.
 
-    What the summary does not hold, as that of an earlier version, is left out of the sentences.
+    Values that the summary lacks, as one of an earlier version may, are omitted from the sentences.
     """
     sentences = []
     if results.LIFE_MARGIN in summary:
         margin, cycles = as_number(summary[results.LIFE_MARGIN]), as_number(summary.get(results.LIFE_CYCLES))
-        wanted, share = (as_number(summary.get(f"life_{key}")) for key in ("design_cycles", "survival"))
+        design_cycles, share = (as_number(summary.get(f"life_{key}")) for key in ("design_cycles", "survival"))
         bar = as_number(summary.get(BAR + results.LIFE_MARGIN))
         body = _body_at(summary, "life_at")
-        asked_for = "the cycles asked for" if wanted is None else f"{in_digits(wanted)} cycles"
+        asked_for = "the cycles asked for" if design_cycles is None else f"{in_digits(design_cycles)} cycles"
         asked_for += "" if share is None else f" with {percent(share, 6)} survival"
-        more = "" if bar is None else f" +- {in_digits(bar, 2)}"
+        plus = "" if bar is None else f" +- {in_digits(bar, 2)}"
         if bar is not None and margin is not None and not is_known(results.LIFE_MARGIN, margin, bar):
-            more += " (not known)"
+            plus += " (not known)"
         if margin is None:
             sentences.append(f"no multiple of the stress uses up the life of {asked_for}")
         elif margin >= 1:
-            sentences.append(f"the {body} endures {asked_for} even with {in_digits(margin)}{more} times the stress")
+            sentences.append(f"the {body} endures {asked_for} even with {in_digits(margin)}{plus} times the stress")
         else:
             lived = "at once" if cycles is None else f"after {in_digits(cycles)} of {asked_for}"
-            sentences.append(f"the {body} fails {lived}; it would endure {in_digits(margin)}{more} of the stress")
+            sentences.append(f"the {body} fails {lived}; it would endure {in_digits(margin)}{plus} of the stress")
         sentences[-1] += _in_brackets(summary, "life_at", "life_criterion", "life_strength_source")
     for name in ("multiaxial", "contact"):
         if (margin := as_number(summary.get(f"life_{name}_margin"))) is None:
             continue
-        wanted = as_number(summary.get(f"life_{name}_cycles"))
-        through = "the cycles of the two limits" if wanted is None else f"{in_digits(wanted)} cycles"
+        design_cycles = as_number(summary.get(f"life_{name}_cycles"))
+        through = "the cycles of the two limits" if design_cycles is None else f"{in_digits(design_cycles)} cycles"
         body = name if name == "contact" else _body_at(summary, f"life_{name}_at")
-        by = _in_brackets(summary, f"life_{name}_at", f"life_{name}_criterion", "life_strength_source")
-        sentences.append(f"the {body} endures {through} with {in_digits(margin)} times the stress{by}")
+        note = _in_brackets(summary, f"life_{name}_at", f"life_{name}_criterion", "life_strength_source")
+        sentences.append(f"the {body} endures {through} with {in_digits(margin)} times the stress{note}")
     speed, closing, limit = (as_number(summary.get(f"life_speed_{key}")) for key in OF_SPEED)
     if speed and closing is not None and limit is not None:
         share_of_limit = f"{in_digits(1 / speed)} of the {in_digits(limit)} m/s allowed"
-        by = _in_brackets(summary, "life_speed_source")
-        sentences.append(f"it closes at {in_digits(closing)} m/s, {share_of_limit}{by}")
+        note = _in_brackets(summary, "life_speed_source")
+        sentences.append(f"it closes at {in_digits(closing)} m/s, {share_of_limit}{note}")
     return f"fatigue: {'; '.join(sentences)}".replace("\n", "\\n") if sentences else ""
 
 
 def _body_at(summary: Summary, key: str) -> str:
-    """Return the body of a place such as "reed, x = 3 mm"; "body" where the summary does not name one."""
+    """Return the body of a place such as "reed, x = 3 mm"; "body" if the summary does not name one."""
     return str(summary.get(key) or "body").partition(",")[0]
 
 
 def _in_brackets(summary: Summary, *keys: str) -> str:
-    """Return what the summary holds of the keys, in brackets; "" of none."""
+    """Return the values of the keys that the summary has, in parentheses; "" if it has none."""
     stated = [str(value) for key in keys if (value := summary.get(key))]
     return f" ({'; '.join(stated)})" if stated else ""
 
 
 def count(bars: float) -> str:
-    """Return so many error bars."""
+    """Return a number of error bars as text."""
     return "> 1000" if bars > 1000 else "0" if bars < 1e-3 else in_digits(bars, 2) if bars < 100 else f"{bars:.0f}"
 
 
@@ -254,12 +256,12 @@ def _is_known(summary: Summary, key: str) -> bool:
 
 
 def _instead(summary: Summary, each: Difference) -> str:
-    """Return the spring's number in place of the seat's, and how well the seat's is known."""
+    """Return the spring's number in place of the seat's, and the uncertainty of the seat's."""
     unit, name = result_of(each.key).unit, name_of(each.key, summary)
     factor, prefixed = scaled(each.seat, unit) if unit else (1.0, "")
     after, bar = f" {plain(prefixed)}" if prefixed else "", as_number(summary.get(BAR + each.key)) or 0.0
     texts = [[_short(factor * value, digits) for value in (each.seat, each.spring)] for digits in range(2, 7)]
-    seat, spring = next((pair for pair in texts if pair[0] != pair[1]), texts[-1])  # as few digits as tell them apart
+    seat, spring = next((pair for pair in texts if pair[0] != pair[1]), texts[-1])  # the fewest digits that differ
     return (
         f"{name[:1].upper()}{name[1:]}: A spring would give {spring}{after} instead of {seat}{after} "
         f"({percent(each.relative, sign=True)}). Uncertainty of the {seat}{after}: {in_digits(factor * bar, 2)}{after}."
@@ -267,13 +269,13 @@ def _instead(summary: Summary, each: Difference) -> str:
 
 
 def _short(value: float, digits: int) -> str:
-    """Return a number with so many digits, never in powers of ten below 10^6."""
+    """Return a number with so many significant digits, without an exponent below 10^6."""
     places = max(digits - 1 - math.floor(math.log10(abs(value) or 1.0)), 0)
     return f"{value:.{places}f}" if abs(value) < 1e6 else in_digits(value, digits)
 
 
 def _by_plan(summary: Summary) -> str:
-    """Return why seat and baseline are alike: both are springs."""
+    """Return why seat and baseline agree: both are springs."""
     lip = "; the baseline has no coupling between the segments of the lip" if results.PORTS in summary else ""
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
         return f'seat.model = "spring": the seat is its static stiffness alone, as in the baseline{lip}.'

@@ -1,4 +1,4 @@
-"""A run as one web page that needs no network."""
+"""Report of a run: one web page that needs no network."""
 
 from impact.names import lazy_names
 

@@ -1,4 +1,4 @@
-"""Copies of the scene and of its plan, kept beside the results of a run."""
+"""Copies of the scene and of its plan, stored beside the results of a run."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from seatfem.study.planning.plan import Plan
 
 SCENE_COPY: Final = "scene.toml"
-SET: Final = "# --set "  # begin of a line of the copy that holds a change made on the command line
+SET: Final = "# --set "  # prefix of a line of the copy that holds a change by the command line
 PLAN_FILE: Final = "plan.json"
-_LITERAL: Final = re.compile(r"'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"")  # one text in quotes, as `repr` writes it
-_TEXT: Final = re.compile(r"\"[^\"\\\n]+\"|'[^'\n]+'")  # a text of the scene file, without escapes
+_LITERAL: Final = re.compile(r"'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"")  # one quoted string, as `repr` writes it
+_TEXT: Final = re.compile(r"\"[^\"\\\n]+\"|'[^'\n]+'")  # a string of the scene file, without escapes
 
 
 class AskedError(ValueError):
-    """The copy of the scene beside its results has a "# --set" line that cannot be read."""
+    """Error of a "# --set" line in the copy of a scene that cannot be read."""
 
 
 def keep_asked(
@@ -31,7 +31,7 @@ def keep_asked(
 ) -> tuple[Path, ...]:
     """Write the scene file's ``content`` below its ``changes`` as comments, and the ``plan`` of the last round, into
     ``folder``; return the files written, in this order. Paths of the scene's ``files`` relative to ``home``, the folder
-    of the scene file, become absolute, so that the copy still finds them."""
+    of the scene file, become absolute, so that the copy still refers to them."""
     head = "".join(f"{SET}{each!r}\n" for each in changes).encode("utf-8")
     written = {SCENE_COPY: head + _with_absolute_paths(content, files, home)} | (
         {} if plan is None else {PLAN_FILE: plan_json(plan).encode("utf-8")}
@@ -42,7 +42,7 @@ def keep_asked(
 
 
 def changes_in(text: str) -> list[str]:
-    """Return the changes of a scene that its copy names. Raises `AskedError` for a line that is no text in quotes."""
+    """Return the --set changes in the copy of a scene. Raises `AskedError` for a line that is not one quoted string."""
     changes = []
     for line in text.splitlines():
         if not line.startswith(SET):
@@ -59,10 +59,10 @@ def changes_in(text: str) -> list[str]:
 
 
 def _with_absolute_paths(content: bytes, files: Collection[Path], home: Path) -> bytes:
-    """Return the content with whole paths in place of strings that name one of the ``files`` from ``home``."""
+    """Return the content with absolute paths for strings that name one of the ``files`` relative to ``home``."""
 
-    def whole(found: re.Match[str]) -> str:
-        path = (home / found[0][1:-1]).resolve()
-        return json.dumps(path.as_posix(), ensure_ascii=False) if path in files else found[0]
+    def whole(quoted: re.Match[str]) -> str:
+        path = (home / quoted[0][1:-1]).resolve()
+        return json.dumps(path.as_posix(), ensure_ascii=False) if path in files else quoted[0]
 
     return _TEXT.sub(whole, content.decode("utf-8")).encode("utf-8")

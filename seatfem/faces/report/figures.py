@@ -1,4 +1,4 @@
-"""Figures of a run to be zoomed into, by plotly, and bodies in motion to be turned, in a browser."""
+"""Interactive figures of a run: curves by plotly that can be zoomed, and moving bodies in WebGL that can be turned."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 
-MOST_OF_BODIES: Final = 3 * MB  # most bytes of numbers of bodies, before base64 makes them a third longer
+MOST_OF_BODIES: Final = 3 * MB  # largest size of the arrays of all bodies [bytes], before base64 adds a third
 HINT: Final = (
     "Drag or use the arrow keys to turn, Shift and drag to move, + and - (or the wheel, once clicked) to zoom, 0 to "
     "reset, the space bar to play; a click on the body tells the values there; a section takes away "
@@ -41,9 +41,9 @@ HINT: Final = (
 UNDRAWN: Final = "This browser does not draw it (no WebGL 2); the pictures below show it at rest."
 
 
-def body_figure(name: str, made: frames.Frames, most: int = MOST_OF_BODIES) -> str:
-    """Return canvas, controls and numbers of a body, ``most`` bytes before coding; all its text is escaped."""
-    shown = _thinned(made, most)
+def body_figure(name: str, motion: frames.Frames, most: int = MOST_OF_BODIES) -> str:
+    """Return canvas, controls and arrays of a body as HTML, ``most`` bytes before base64; all its text is escaped."""
+    shown = _thinned(motion, most)
     labels = "".join(f'<option value="{k}">{html.escape(label)}</option>' for k, label in enumerate(shown.labels))
     picked, coloured = f'<label>mode <select data-of="frame">{labels}</select></label>', ""
     if shown.time is not None:
@@ -56,84 +56,84 @@ def body_figure(name: str, made: frames.Frames, most: int = MOST_OF_BODIES) -> s
         coloured = f'<label>colour <select data-of="colour">{choices}</select></label>'
     return Template(" ".join(part_of_page("body.html").split())).substitute(
         name=html.escape(name),
-        title=html.escape(made.title),
+        title=html.escape(motion.title),
         picked=picked,
         coloured=coloured,
-        axes=_axes(made),
+        axes=_axes(motion),
         hint=html.escape(HINT),
         undrawn=UNDRAWN,
-        notes=html.escape(" ".join(_notes(made, shown))),
+        notes=html.escape(" ".join(_notes(motion, shown))),
         data=json.dumps(_numbers(shown)).replace("<", "\\u003c"),
     )
 
 
 def part_of_page(name: str) -> str:
-    """Return markup, style or script of pages, which lie beside this module."""
+    """Return a file of markup, style or script of the page, stored beside this module."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def _axes(made: frames.Frames) -> str:
+def _axes(motion: frames.Frames) -> str:
     """Return the axes across which a body can be cut: those along which it has an extent."""
-    extents = np.ptp(made.points, axis=0)
+    extents = np.ptp(motion.points, axis=0)
     across = (f'<option value="{k}">{name}</option>' for k, name in enumerate("xyz") if extents[k] > 0)
     return "".join(('<option value="">off</option>', *across))
 
 
-def _thinned(made: frames.Frames, most: int) -> frames.Frames:
-    """Return every k-th frame, with the least k whose frames fit."""
-    each = len(made.points) * (6 + 2 * (made.values is not None))
-    room = max(each, most - 12 * (len(made.points) + len(made.triangles)))
-    stride = math.ceil(each * len(made.labels) / room)
+def _thinned(motion: frames.Frames, most: int) -> frames.Frames:
+    """Return every k-th frame, with the smallest k whose frames fit in ``most`` bytes."""
+    each = len(motion.points) * (6 + 2 * (motion.values is not None))
+    room = max(each, most - 12 * (len(motion.points) + len(motion.triangles)))
+    stride = math.ceil(each * len(motion.labels) / room)
     if stride == 1:
-        return made
-    kept = slice(None, None, stride)
+        return motion
+    chosen = slice(None, None, stride)
     return replace(
-        made,
-        displacement=made.displacement[kept],
-        labels=made.labels[kept],
-        time=None if made.time is None else made.time[kept],
-        values=None if made.values is None else made.values[kept],
+        motion,
+        displacement=motion.displacement[chosen],
+        labels=motion.labels[chosen],
+        time=None if motion.time is None else motion.time[chosen],
+        values=None if motion.values is None else motion.values[chosen],
     )
 
 
-def _notes(made: frames.Frames, shown: frames.Frames) -> Iterator[str]:
-    if made.time is None:
+def _notes(body: frames.Frames, shown: frames.Frames) -> Iterator[str]:
+    if body.time is None:
         yield "Displacements are relative, the largest is 1."
-    if made.note:
-        yield made.note
-    count = len(made.triangles)
-    if made.before > count:
-        yield f"Of {made.before:,} triangles of the surface {count:,} are drawn, on corners of the mesh."
-    if len(shown.labels) < len(made.labels):
-        yield f"Of {len(made.labels)} frames {len(shown.labels)} are in this page; seatfem export --to vtk writes all."
-    if made.values is not None and np.isnan(made.values).any():
+    if body.note:
+        yield body.note
+    count = len(body.triangles)
+    if body.before > count:
+        yield f"Of {body.before:,} triangles of the surface {count:,} are drawn, on corners of the mesh."
+    if len(shown.labels) < len(body.labels):
+        yield f"Of {len(body.labels)} frames {len(shown.labels)} are in this page; seatfem export --to vtk writes all."
+    if body.values is not None and np.isnan(body.values).any():
         yield "Grey: no value was computed."
 
 
-def _numbers(made: frames.Frames) -> dict[str, Any]:
-    """Return what the script draws: arrays in base64, little-endian."""
-    outward = cell_grid.wound_outward(made.points, made.triangles)
-    factor, unit = scaled(max(abs(made.low), abs(made.high)), made.unit) if made.values is not None else (1.0, "")
-    rate, moved = (1.0, "") if made.time is None else scaled(made.largest, "m")
+def _numbers(body: frames.Frames) -> dict[str, Any]:
+    """Return the data for the script: arrays in base64, little-endian."""
+    outward = cell_grid.wound_outward(body.points, body.triangles)
+    factor, unit = scaled(max(abs(body.low), abs(body.high)), body.unit) if body.values is not None else (1.0, "")
+    rate, moved = (1.0, "") if body.time is None else scaled(body.largest, "m")
     return {
-        "points": _coded(made.points - (made.points.min(axis=0) + made.points.max(axis=0)) / 2, "<f4"),
-        "centre": ((made.points.min(axis=0) + made.points.max(axis=0)) / 2).tolist(),
-        "triangles": _coded(made.triangles if outward is None else outward, "<u4"),
+        "points": _coded(body.points - (body.points.min(axis=0) + body.points.max(axis=0)) / 2, "<f4"),
+        "centre": ((body.points.min(axis=0) + body.points.max(axis=0)) / 2).tolist(),
+        "triangles": _coded(body.triangles if outward is None else outward, "<u4"),
         "closed": outward is not None,
-        "displacement": _coded(moving.steps_of_displacement(made), "<i2"),
-        "values": None if made.values is None else _coded(moving.steps_of_values(made), "<u2"),
+        "displacement": _coded(moving.steps_of_displacement(body), "<i2"),
+        "values": None if body.values is None else _coded(moving.steps_of_values(body), "<u2"),
         "finest": moving.FINEST,
         "untold": moving.UNTOLD,
-        "labels": list(made.labels),
-        "modes": made.time is None,
-        "first": 0 if made.time is None else int(np.linalg.norm(made.displacement, axis=2).max(axis=1).argmax()),
-        "largest": made.largest,
-        "size": made.size,
-        "quantity": made.quantity,
-        "low": factor * made.low,
-        "high": factor * made.high,
+        "labels": list(body.labels),
+        "modes": body.time is None,
+        "first": 0 if body.time is None else int(np.linalg.norm(body.displacement, axis=2).max(axis=1).argmax()),
+        "largest": body.largest,
+        "size": body.size,
+        "quantity": body.quantity,
+        "low": factor * body.low,
+        "high": factor * body.high,
         "unit": unit,
-        "moved": rate * made.largest if made.time is not None else 1.0,
+        "moved": rate * body.largest if body.time is not None else 1.0,
         "moved_unit": moved,
     }
 
@@ -142,18 +142,18 @@ def _coded(values: NDArray[Any], kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
 
 
-Landings = Sequence[Mapping[str, object]]  # landings as summary.json lists them
-MOST: Final = 6000  # most points of a curve in contact, and as many beside: the smallest and largest of each bin
+Landings = Sequence[Mapping[str, object]]  # landings as listed in summary.json
+MOST: Final = 6000  # largest number of points of a curve in contact, and also outside: smallest and largest of each bin
 MARGIN: Final = 0.05  # time shown before and after all contacts, over their duration
-CELLS: Final = 400  # columns of a map along time
+CELLS: Final = 400  # number of columns of a map along time
 PULSES: Final = 60  # time over which a Green's function is shown, in widths of the pulse
 LINES: Final[Mapping[str, tuple[str, str]]] = {"wave": ("elastic seat", BLUE), "spring": ("spring baseline", ORANGE)}
 SOURCES: Final = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY, "#E69F00", "#000000")
 
 
 def force_figure(runs: Mapping[str, ImpactResult], width: float, landings: Landings = ()) -> Figure:
-    """Draw contact force averaged over ``width`` [s], and raw, of seat and spring; the landings on the seat marked, the
-    hardest of them shown first."""
+    """Draw the contact force averaged over ``width`` [s], and raw, of seat and spring; landings on the seat marked, the
+    hardest shown first."""
     marks = landing_marks(landings)
     figure, (factor, unit) = _Along(runs, width, landings), scaled(_largest(runs, "force"), "N")
     for name, (label, colour) in LINES.items():
@@ -166,7 +166,7 @@ def force_figure(runs: Mapping[str, ImpactResult], width: float, landings: Landi
 
 
 def motion_figure(runs: Mapping[str, ImpactResult], landings: Landings = ()) -> Figure:
-    """Draw displacements of reed and seat, and the gap between them; landings on seat and stopper marked."""
+    """Draw displacements of reed and seat and the gap between them; landings on seat and stopper are marked."""
     figure, (factor, unit) = _Along(runs), scaled(_largest(runs, "striker_displacement"), "m")
     for name, (label, colour) in LINES.items():
         if name in runs:
@@ -183,7 +183,7 @@ def motion_figure(runs: Mapping[str, ImpactResult], landings: Landings = ()) -> 
 
 
 def energy_figure(run: ImpactResult) -> Figure:
-    """Draw where the energy is, each term integrated by itself."""
+    """Draw the terms of the energy balance, each integrated independently."""
     figure, ledger = _Along({"wave": run}), run.energy
     terms = (
         ("energy input", ledger.input, GREY), ("reed", ledger.striker, ORANGE), ("seat", ledger.target, BLUE),
@@ -196,9 +196,9 @@ def energy_figure(run: ImpactResult) -> Figure:
 
 
 def lip_figure(run: ImpactResult, arcs: int | None = None) -> Figure:
-    """Draw force on each segment of the lip over time, the mean of each interval, while anything is pressed.
+    """Draw a map of the force on each segment of the lip over time, averaged over intervals, during contact.
 
-    ``arcs``: number of segments, each of equally many parts across; absent: each part is one.
+    ``arcs``: number of segments, each of equally many parts across; ``None``: each part is a segment.
     """
     first, last = _pressed([run])
     parts, time = run.force[first:last], run.time[first:last]
@@ -218,7 +218,7 @@ def lip_figure(run: ImpactResult, arcs: int | None = None) -> Figure:
 
 
 def greens_figure(greens: GreensFunction, width: float) -> Figure:
-    """Draw the driving-point Green's function after a unit Hann pulse of ``width`` [s], over `PULSES` of it."""
+    """Draw the driving-point Green's function after a unit Hann pulse of ``width`` [s], over `PULSES` widths."""
     time, curve = sampled_filter(as_a_whole(greens), 48 * PULSES, width)
     (factor, unit), (rate, time_unit) = scaled(float(np.abs(curve).max()), "m/(N s)"), scaled(float(time[-1]), "s")
     figure = _empty(f"time [{time_unit}]")
@@ -229,12 +229,12 @@ def greens_figure(greens: GreensFunction, width: float) -> Figure:
 
 
 def budget_figure(shares: Mapping[str, Mapping[str, float]]) -> Figure:
-    """Draw the error of each measure by source, relative [%]: source -> measure -> share."""
+    """Draw the error of each measure by source, relative [%]; ``shares``: source -> measure -> fraction."""
     figure = _empty("")
-    for (source, of), colour in zip(shares.items(), SOURCES, strict=False):
-        names, values = list(of), [100 * value for value in of.values()]
+    for (source, parts), colour in zip(shares.items(), SOURCES, strict=False):
+        names, values = list(parts), [100 * value for value in parts.values()]
         figure.add_bar(y=names, x=_short(np.array(values)), name=source, marker={"color": colour}, orientation="h")
-    bars = 60 + 40 * max(map(len, shares.values()), default=1)  # with 36 above them, and the legend below
+    bars = 60 + 40 * max(map(len, shares.values()), default=1)  # besides 36 px above them and the legend below
     figure.update_layout(barmode="stack", height=bars + 156, margin={"b": 120}, legend={"y": -60 / bars})
     figure.update_xaxes(title="share of the error [% of the value]")
     figure.update_yaxes(automargin=True, autorange="reversed")
@@ -242,8 +242,8 @@ def budget_figure(shares: Mapping[str, Mapping[str, float]]) -> Figure:
 
 
 class _Along:
-    """A figure along time, of runs whose hardest landing is shown first, and in most detail; without landings, all
-    contacts."""
+    """Figure over the time of runs; the hardest landing, or without landings all contacts, is shown first and in most
+    detail."""
 
     def __init__(self, runs: Mapping[str, ImpactResult], width: float = 0.0, landings: Landings = ()) -> None:
         shown = [runs[name] for name in LINES if name in runs]
@@ -264,13 +264,13 @@ class _Along:
         """Add a curve over the time of a run."""
         first, last = self._dense
         parts = [(0, first), (first, last), (last, len(values))]
-        kept = np.concatenate([low + _envelope(values[low:high]) for low, high in parts])
+        picks = np.concatenate([low + _envelope(values[low:high]) for low, high in parts])
         line = {"color": colour, "dash": dash, "width": 1.6}
         shown = {"visible": "legendonly" if hidden else True, "name": name, "mode": "lines", "line": line}
-        self._curves.append((run.time[kept], {"y": _short(values[kept]), **shown}))
+        self._curves.append((run.time[picks], {"y": _short(values[picks]), **shown}))
 
     def mark(self, marks: Sequence[LandingMark], place: Callable[[LandingMark], tuple[float, float]]) -> None:
-        """Add numbered triangles at the ``place`` of each landing [s, value], the hardest filled; all of one body."""
+        """Add numbered triangles at the ``place`` (s, value) of each landing on one body, the hardest filled."""
         for hardest in (True, False):
             shown = [mark for mark in marks if mark.hardest is hardest]
             if not shown:
@@ -285,7 +285,7 @@ class _Along:
             self._curves.append((np.asarray(time), {"y": _short(values), **style}))
 
     def figure(self, quantity: str, *, zoomed: bool = True) -> Figure:
-        """Return the figure; ``zoomed``: on the contacts, where they are short."""
+        """Return the figure; ``zoomed``: limited to the contacts at first, if they are short."""
         start, end = self._window
         near = zoomed and end - start < 0.5 * self._end
         rate, unit = scaled(end - start if near else self._end, "s")
@@ -299,7 +299,7 @@ class _Along:
 
 
 def _pressed(runs: Sequence[ImpactResult]) -> tuple[int, int]:
-    """Return the first step with force in any run, and the one after the last; all steps where none has."""
+    """Return the first step with force in any run, and the one after the last; all steps if no run has any."""
     steps = np.concatenate([np.flatnonzero(np.abs(run.force).reshape(len(run.time), -1).sum(axis=1)) for run in runs])
     return (int(steps.min()), int(steps.max()) + 1) if len(steps) else (0, len(runs[0].time))
 
@@ -318,17 +318,17 @@ def _empty(along: str) -> Figure:
 
 
 def _envelope(values: Array) -> NDArray[np.int64]:
-    """Return the indices of the values that are kept: all, or the smallest and largest of each bin and both ends."""
+    """Return the indices of the points to draw: all, or the smallest and largest of each bin and both ends."""
     if len(values) <= MOST:
         return np.arange(len(values), dtype=np.int64)
     edges = np.linspace(0, len(values), MOST // 2 + 1).astype(np.int64)
     bins = [(low, values[low:high]) for low, high in itertools.pairwise(edges)]
-    kept = [low + int(pick) for low, part in bins for pick in (part.argmin(), part.argmax())]
-    return np.unique(np.array([0, *kept, len(values) - 1], dtype=np.int64))
+    picks = [low + int(pick) for low, part in bins for pick in (part.argmin(), part.argmax())]
+    return np.unique(np.array([0, *picks, len(values) - 1], dtype=np.int64))
 
 
 def _short(values: Array) -> list[Any]:
-    """Return the values to six digits: what a screen can show, at a third of the size."""
+    """Return the values to six digits: the resolution of a screen at a third of the size."""
     rounded = np.array([float(f"{value:.6g}") for value in np.ravel(values)]).reshape(np.shape(values))
     return list(rounded.tolist())
 

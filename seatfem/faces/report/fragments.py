@@ -1,5 +1,5 @@
-"""HTML fragments of the page of a run, which page.py orders in sections: tables, hot spots, life, what was left out,
-who checked such scenes, provenance, pictures; and the reading of a run's folder."""
+"""HTML fragments of the page of a run, which page.py orders in sections: tables, hot spots, life, omissions,
+checked scenes, provenance, pictures; and the reading of a run's folder."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ MOST_TEXT: Final = 4 * MB
 
 
 class ReportError(ValueError):
-    """A folder that holds no run, or files of one that cannot be read; the message names the file and the remedy."""
+    """Error of a folder without a run, or with files that cannot be read; the message names the file and the remedy."""
 
 
 def run_summary(folder: Path) -> dict[str, Any]:
-    """Return summary.json of a run. Raises `ReportError` for a folder that holds none, or one that is not whole."""
+    """Return summary.json of a run. Raises `ReportError` for a folder without one, or if it is incomplete."""
     path = folder / SUMMARY_FILE
     if folder.is_file():
         raise ReportError(f"{folder}: is a file; give the folder of a run (seatfem run -o), as {folder.stem}-result")
@@ -57,12 +57,12 @@ def run_summary(folder: Path) -> dict[str, Any]:
 
 
 def text_of(path: Path) -> str:
-    """Return the text of a file beside the results; "" where there is none."""
+    """Return the text of a file beside the results; "" if there is none."""
     return read_text(path, MOST_TEXT, ReportError) if path.is_file() else ""
 
 
 def html_table(table: Table) -> str:
-    """Return the cells of a table whose columns hold text, its sections, its bold rows as headings, and its caption."""
+    """Return a table as HTML: cells of text, sections, bold rows as headings, and the caption."""
     columns, attributes = [], []
     for column in table.columns:
         columns.append([str(cell) for cell in column.cells])
@@ -79,7 +79,7 @@ def html_table(table: Table) -> str:
 
 
 def html_rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return an HTML table of rows of text under their heads."""
+    """Return an HTML table of rows of text under their headers."""
     plain = [""] * len(heads)
     return _whole(_row("th", heads, plain), [_row("td", row, plain) for row in rows])
 
@@ -94,7 +94,7 @@ def _whole(head: str, rows: Sequence[str]) -> str:
 
 
 def hot_spots(summary: Mapping[str, Any]) -> str:
-    """Return stress, time, place and distance to the nearest sharp edge of each hot spot, largest first, or ""."""
+    """Return a table of hot spots, largest first: stress, time, place, distance to the nearest sharp edge; or ""."""
     spots = summary.get("seat_stress_hot_spots")
     if not isinstance(spots, list) or not spots:
         return ""
@@ -111,7 +111,7 @@ def hot_spots(summary: Mapping[str, Any]) -> str:
 
 
 def life_table(summary: Mapping[str, Any]) -> str:
-    """Return all that is known of fatigue, each number with its error bar; "" without any."""
+    """Return a table of all results on fatigue, each number with its error bar; "" without any."""
     results = [(key, value) for key, value in summary.items() if key.startswith("life_") and value is not None]
     if not results:
         return ""
@@ -141,11 +141,11 @@ TOO_WIDE: Final = "Not known, since the uncertainty is above half of the value"
 NO_BAR: Final = "Without an uncertainty"
 STATES: Final = (BAR_UNKNOWN, TOO_WIDE, NO_BAR)
 BESIDE: Final = ("time_s", "_at_deg", "_at_m", "_over_rho_c0_v", "tilt_deg")
-"""Ends of keys that state when and where another number holds, a multiple of it, or what the scene states."""
+"""Suffixes of keys that state the time or place of another number, a multiple of it, or an input of the scene."""
 
 
 def omissions(summary: readings.Summary) -> Iterator[str]:
-    """Yield what is missing in the numbers of a run, a sentence each."""
+    """Yield a sentence for each thing that the numbers of a run omit."""
     if unknown := str(summary.get("error_unknown") or ""):
         left_out = ", ".join(source_in_words(source) for source in unknown.split(", "))
         yield f"Not included in the uncertainty: {left_out}."
@@ -165,7 +165,7 @@ def omissions(summary: readings.Summary) -> Iterator[str]:
 
 
 def _numbers_without_bar(summary: readings.Summary) -> dict[tuple[str, Group], list[str]]:
-    """Return the numbers whose error is unknown or too large, by the reason and by their group of rows."""
+    """Return the names of numbers whose error is unknown or too large, by reason and by group of rows."""
     open_numbers: dict[tuple[str, Group], list[str]] = {}
     for group, rows in rows_of(summary).items():
         parent = ""
@@ -193,20 +193,20 @@ def _not_computed(summary: readings.Summary) -> Iterator[str]:
 
 
 TABLE: Final = "checked_scenes.csv"
-"""Table of the package that benchmarks/checked_scenes.py writes."""
+"""Table in the package that benchmarks/checked_scenes.py writes."""
 PAGE: Final = "docs/coverage.md"
 
 
 def checked_scenes() -> list[dict[str, str]]:
-    """Return the rows of the package's table."""
+    """Return the rows of `TABLE` as header -> cell."""
     lines = resources.files(__package__).joinpath(TABLE).read_text(encoding="utf-8").splitlines()
     return list(csv.DictReader(lines))
 
 
 def who_checked(summary: Mapping[str, Any]) -> str:
-    """Return which scenes with the run's kinds of seat and reed were checked, as HTML; where none has both, with
-    either. The table has how many scenes of each section of the page, drawn and compared with finer runs, have these
-    kinds, how many numbers with an error bar, and how many of these have their true error inside it."""
+    """Return, as HTML, the random scenes with the run's kinds of seat and reed, or if no scene has both, with either,
+    that were compared with finer runs: by section of `PAGE` the number of scenes, of numbers with an error bar, and of
+    those whose true error lies within it."""
     seat, reed = str(summary.get("seat_kind")), str(summary.get("reed_kind"))
     table, words = checked_scenes(), f'a seat "{seat}" and a reed "{reed}"'
     beginning = f"Scenes drawn at random were compared with finer runs (sections of {PAGE})."
@@ -219,7 +219,7 @@ def who_checked(summary: Mapping[str, Any]) -> str:
 
 
 def _counts(scenes: Iterator[Mapping[str, str]]) -> Iterator[str]:
-    """Yield a line for each section: how many numbers of how many scenes have their true error inside the bar."""
+    """Yield a line for each section: how many numbers of how many scenes have their true error within the bar."""
     sections: dict[str, list[Mapping[str, str]]] = {}
     for each in scenes:
         sections.setdefault(each["section"], []).append(each)
@@ -235,10 +235,10 @@ def _list(words: str, lines: list[str]) -> str:
 
 
 def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
-    """Return bodies, time, the command that repeats the run, and the files with their checksums."""
+    """Return an HTML table of bodies, time, and the command that repeats the run; and of the files with checksums."""
     stages = summary.get("stages_s")
-    known = stages if isinstance(stages, dict) else {}
-    spent = {str(name): seconds for name, value in known.items() if (seconds := readings.as_number(value)) is not None}
+    times = stages if isinstance(stages, dict) else {}
+    spent = {str(name): seconds for name, value in times.items() if (seconds := readings.as_number(value)) is not None}
     wall, command = readings.as_number(summary.get("wall_time_s")), ["seatfem", "run", "SCENE"]
     if text := text_of(folder / SCENE_COPY):
         command[2:] = [SCENE_COPY, *(word for change in changes_in(text) for word in ("--set", change))]
@@ -257,15 +257,15 @@ def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
 
 
 def versions() -> str:
-    """Return the versions of this program and of the libraries that it computes with."""
+    """Return the versions of this program and of the numerical libraries."""
     names = ("seatfem", "numpy", "scipy", "scikit-fem", "gmsh", "numba")
     return "Made by " + ", ".join(f"{name} {number}" for name in names if (number := installed_version(name)))
 
 
 MOST_OF_A_PICTURE: Final = 3 * MB
-MOST_OF_PICTURES: Final = 7 * MB // 2  # most bytes of pictures: with all else the page stays below 15 MB
+MOST_OF_PICTURES: Final = 7 * MB // 2  # largest size of all pictures [bytes]: with all else the page stays below 15 MB
 DRAWING: Final = "drawing.png"
-"""File of the picture that a page begins with."""
+"""File of the picture at the top of a page."""
 CAPTIONS: Final[Mapping[str, str]] = {
     DRAWING: "The scene as it was computed: section along the reed through the contact, and plan, with sizes.",
     "force.png": "Contact force, seat and spring baseline.",
@@ -284,20 +284,20 @@ CAPTIONS: Final[Mapping[str, str]] = {
     "stabilisation.png": "The poles of each number of modes that was tried, and which of them stay.",
 }
 INTERACTIVE: Final = ("motion.png", "energy.png")
-"""Pictures whose curves are all in the page as figures."""
+"""Pictures whose curves are all on the page as interactive figures."""
 INSTEAD: Final[Mapping[str, str]] = {
     "mode_1.gif": "modes.h5",
     "stress_wave.gif": "stress_wave.h5",
     "reed_stress_wave.gif": "reed_stress_wave.h5",
     "landing.gif": "landing.h5",
 }
-"""Pictures that are left out where the page has moving bodies, and the files of these."""
+"""Pictures that a page with moving bodies omits, and the files of these bodies."""
 STILLS: Final = ("landing.gif",)
-"""Pictures of `INSTEAD` that are kept all the same, for browsers that draw no bodies, and for prints."""
+"""Pictures of `INSTEAD` that are included nevertheless, for browsers without WebGL, and for prints."""
 
 
 def kept_pictures(folder: Path) -> str:
-    """Return the pictures that no other section shows, each with its caption; one that is too large is named."""
+    """Return the pictures that no other section shows, with captions; one that is too large is only named."""
     shown, room = [], MOST_OF_PICTURES
     files = sorted(file for pattern in ("*.png", "*.gif") for file in folder.glob(pattern) if not file.is_symlink())
     for file in sorted(files, key=lambda file: file.name in STILLS):
@@ -317,7 +317,7 @@ def kept_pictures(folder: Path) -> str:
 
 
 def first_picture(folder: Path) -> str:
-    """Return the drawing of the scene with its caption; "" of a run that has none."""
+    """Return the drawing of the scene with its caption; "" if the run has none."""
     file = folder / DRAWING
     if not file.is_file() or file.is_symlink() or file.stat().st_size > MOST_OF_A_PICTURE:
         return ""

@@ -1,4 +1,4 @@
-"""`seatfem report`: the files of a run as one web page that opens without a network."""
+"""The verb `seatfem report`: the files of a run as one web page that needs no network."""
 
 from __future__ import annotations
 
@@ -49,17 +49,17 @@ if TYPE_CHECKING:
 GUARD: Final = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'"
 )
-"""What the page may load: nothing from anywhere."""
+"""Content security policy of the page: it loads nothing from a network."""
 CURVES: Final = "Drag to zoom, double-click to zoom out; a click in the legend shows or hides a curve. "
 
 
 def write_report(folder: Path, path: Path) -> None:
-    """Write the run in ``folder`` to the HTML file ``path``: whole or absent.
+    """Write the run in ``folder`` to the HTML file ``path``, complete or not at all.
 
-    The page runs plotly, which it contains; it asks for nothing from anywhere. All text of scenes is escaped.
+    The page contains plotly and requests nothing from a network. All text of scenes is escaped.
 
     Raises:
-        ReportError: no summary.json of a run, or one that is not whole; plotly is missing.
+        ReportError: summary.json is missing or incomplete; plotly is missing.
         StorageError: a damaged HDF5 file of the run.
         OutputError, OSError: ``path`` cannot be written.
     """
@@ -117,22 +117,22 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
 
 
 def _notes(summary: Mapping[str, Any]) -> str:
-    """Return the notes of a run as a list; "" of summaries without notes."""
+    """Return the notes of a run as a list; "" if the summary has none."""
     notes = summary.get("notes")
     items = "".join(f"<li>{html.escape(str(note))}</li>" for note in notes) if isinstance(notes, list) else ""
     return f"<h3>Notes</h3><ul>{items}</ul>" if items else ""
 
 
 def _landings(summary: Mapping[str, Any]) -> str:
-    """Return the hardest landings as a table, and all of them to be opened where there are more."""
+    """Return a table of the hardest landings, and if there are more, one of all that can be unfolded."""
     records = landings_of(summary)
     shown, whole = landings_table(records), landings_table(records, None)
     if shown is None or whole is None:
         return ""
-    few = f"<h3>Landings</h3>{html_table(shown)}"
+    hardest = f"<h3>Landings</h3>{html_table(shown)}"
     if len(whole.rows) == len(shown.rows):
-        return few
-    return f"{few}<details><summary>all {len(records)} landings</summary>{html_table(whole)}</details>"
+        return hardest
+    return f"{hardest}<details><summary>all {len(records)} landings</summary>{html_table(whole)}</details>"
 
 
 def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, Figure]]:
@@ -162,8 +162,8 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
 
 
 def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """Return source of error -> measure -> share of its value, of what summary.json has as error_<source>_<measure>:
-    of the landing, where the run is judged by one and its shares are there, otherwise of the whole run."""
+    """Return source of error -> measure -> fraction of its value, from the keys error_<source>_<measure> of
+    summary.json: those of the landing if the run is judged by one and has them, otherwise those of the whole run."""
     bars = {key.removeprefix("error_bar_") for key in summary if key.startswith("error_bar_")}
     shares: dict[bool, dict[str, dict[str, float]]] = {True: {}, False: {}}
     for key in summary:
@@ -179,14 +179,14 @@ def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
 
 
 def _plan(text: str) -> Iterator[tuple[str, str]]:
-    """Yield the files read, which plans of earlier versions do not have, and the choices."""
+    """Yield the sections on a plan: the files read, which plans of earlier versions lack, and the choices."""
     try:
         plan = json.loads(text)
         read = [[str(name), str(words)] for name, words in dict(plan.get("read", {})).items()]
         rows = [
-            [str(each["key"]), str(each["value"]), "file" if each["given"] else "plan", left, str(each["reason"])]
+            [str(each["key"]), str(each["value"]), "file" if each["given"] else "plan", margin, str(each["reason"])]
             for each in plan["choices"]
-            for left in (str(each.get("leaves", "")),)  # which plans of earlier versions do not have
+            for margin in (str(each.get("leaves", "")),)  # absent from plans of earlier versions
         ]
         notes = [str(note) for note in plan["notes"]]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
@@ -202,7 +202,7 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _state(summary: Mapping[str, Any]) -> str:
-    """Return the badge: whether the accuracy target was met, and for which measures; without a landing only that."""
+    """Return the badge: whether the target of accuracy was met, and by which measures; without a landing its status."""
     if (target := readings.as_number(summary.get("accuracy_target"))) is None or "accuracy_met" not in summary:
         return ""
     met = summary["accuracy_met"]
@@ -231,14 +231,14 @@ def _plotly() -> str:
 
 
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-"""Environment variables, one of which is set where a browser with a window of its own can open."""
+"""Environment variables; one of them is set if a browser with its own window can open."""
 
 
 def open_in_browser(page: Path) -> bool:
-    """Open a page in the user's browser; return whether there is one."""
+    """Open a page in the user's browser; return whether a browser was found."""
     if sys.platform not in ("win32", "darwin") and not any(os.environ.get(name) for name in SCREENS):
-        return False  # else a browser in letters would take the terminal
+        return False  # else a text-mode browser would take over the terminal
     try:
         return webbrowser.open(page.resolve().as_uri())
-    except (webbrowser.Error, OSError, ValueError):  # of a variable BROWSER that cannot be read
+    except (webbrowser.Error, OSError, ValueError):  # the variable BROWSER cannot be parsed
         return False
