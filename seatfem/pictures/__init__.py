@@ -1,4 +1,4 @@
-"""Pictures of bodies: meshes, modes, faces, fits; drawn in a process of their own."""
+"""Pictures of bodies: meshes, modes, faces, fits, and motion, drawn in a separate process."""
 
 from impact.names import lazy_names
 

@@ -1,4 +1,4 @@
-"""Nodes and cells as VTK and ParaView want them, and the skin of a body, which is seen."""
+"""Nodes and cells in the order of VTK and ParaView, and the visible surface ("skin") of a body."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ from seatfem.structures.shapes import loops
 
 Integers = NDArray[np.int64]
 
-# A ten-node tetrahedron as eight four-node ones; mid-edge nodes 4..9 on 01, 12, 02, 03, 13, 23. The octahedron that
-# remains inside is split along the diagonal 4-9.
+# A ten-node tetrahedron is split into eight of four nodes. Nodes 4..9 lie on the edges 01, 12, 02, 03, 13, 23; the
+# inner octahedron is divided along the diagonal 4-9.
 _EIGHT_TETS = np.array(
     [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3], [4, 9, 6, 7], [4, 9, 7, 8], [4, 9, 8, 5], [4, 9, 5, 6]]
 )
-_HEX = nodes_of(HEX_VERTICES, VTK[27])  # (27, 3) on the unit cube
+_HEX = nodes_of(HEX_VERTICES, VTK[27])  # node positions (27, 3) in the unit cube
 VTK_TYPES = {4: 10, 10: 24, 8: 12, 27: 29}
 """VTK's cell type by number of nodes."""
-# straight triangles on the nodes of a cell of 3, 6, 4 or 9 nodes, in scikit-fem's order
+# straight triangles on the nodes of a cell of 3, 6, 4 or 9 nodes, in the order of scikit-fem
 _TRIANGLES = {
     3: ((0, 1, 2),),
     6: ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
     4: ((0, 1, 2), (0, 2, 3)),
     9: ((0, 4, 8), (0, 8, 7), (4, 1, 5), (4, 5, 8), (8, 5, 2), (8, 2, 6), (7, 8, 6), (7, 6, 3)),
 }
-_PRISM = np.array([[0, 1, 2, 5], [0, 1, 5, 4], [0, 4, 5, 3]])  # bottom 0 1 2, top 3 4 5: three tetrahedra
+_PRISM = np.array([[0, 1, 2, 5], [0, 1, 5, 4], [0, 4, 5, 3]])  # prism with bottom 0 1 2 and top 3 4 5
 
 
 def _eight_hexes() -> Integers:
-    """Return (8, 8) columns of a 27-node hexahedron: the corners of its eight octants."""
+    """Return the corners (8, 8) of the eight octants of a 27-node hexahedron, as indices of its nodes."""
     places = [tuple(row) for row in (2 * _HEX).astype(int)]
     octants = product((0, 1), repeat=3)
     return np.array([[places.index(tuple(np.add(low, corner))) for corner in HEX_VERTICES] for low in octants])
@@ -54,8 +54,8 @@ class CellGrid:
     """Mesh of one kind of cell, for pictures.
 
     Attributes:
-        points: (n, 3) nodes [m].
-        cells: (m, k) nodes of each cell in VTK's order; k = 4, 10 tetrahedra, 8, 27 hexahedra.
+        points: nodes (n, 3) [m].
+        cells: nodes (m, k) of each cell in VTK's order; k = 4, 10 for tetrahedra, 8, 27 for hexahedra.
     """
 
     points: Array
@@ -71,7 +71,7 @@ class CellGrid:
 
     @staticmethod
     def of_model(model: SecondOrderModel) -> CellGrid:
-        """Return the grid on which ``model.expand(shape)`` lives.
+        """Return the grid for displacements from ``model.expand``.
 
         Raises:
             ModelError: the model has no mesh, or one that is not of tetrahedra or hexahedra.
@@ -90,7 +90,7 @@ class CellGrid:
 
     @property
     def linear_cells(self) -> Integers:
-        """Return cells with straight edges on the same nodes: the cells themselves, or eight for each quadratic one."""
+        """Return straight-edged cells on the same nodes: the cells themselves, or eight for each quadratic one."""
         split = _EIGHT.get(self.cells.shape[1])
         return self.cells if split is None else np.asarray(self.cells[:, split].reshape(-1, split.shape[1]))
 
@@ -102,12 +102,12 @@ class CellGrid:
 
 @dataclass(frozen=True, eq=False)
 class RevolvedGrid:
-    """A meridian section turned about the z axis.
+    """Meridian section revolved about the z axis.
 
     Attributes:
-        grid: tetrahedra in space, to be drawn with the shapes that `shape` makes.
-        nodes: (n,) node of the section that each point of the grid came from.
-        angles: (n,) its angle [rad].
+        grid: tetrahedra of the body, for displacements from `shape`.
+        nodes: node of the section (n,) that each point of the grid comes from.
+        angles: angle (n,) of each point [rad].
     """
 
     grid: CellGrid
@@ -115,7 +115,7 @@ class RevolvedGrid:
     angles: Array
 
     def shape(self, amplitudes: Array, harmonic: int, *, angle: float = 0.0) -> Array:
-        """Return (3, n) displacements in space of (3, n_nodes) amplitudes (U, V, W), as ``model.expand`` gives them.
+        """Return displacements (3, n) in Cartesian axes from amplitudes (3, n_nodes) (U, V, W) of ``model.expand``.
 
         u_r = U cos n(th - angle), u_th = V sin n(th - angle), u_z = W cos n(th - angle); u_th = V for n = 0, torsion.
         """
@@ -129,13 +129,13 @@ class RevolvedGrid:
 
 
 def revolve(model: SecondOrderModel, *, slices: int = 64) -> RevolvedGrid:
-    """Return the body of an axisymmetric model, ``slices`` around; nodes on the axis occur once.
+    """Return the body of an axisymmetric model with ``slices`` around; nodes on the axis occur once.
 
-    All tetrahedra are positive. The section is turned by half a slice first, so that no node off the axis lies in the
-    planes y = 0 and, for ``slices`` a multiple of 4, x = 0: a cut there has no flat cells.
+    All tetrahedra have positive volume. The section starts at half a slice, so that no node off the axis lies in the
+    planes y = 0 and, for ``slices`` a multiple of 4, x = 0: a cut in these contains no degenerate cells.
 
     Raises:
-        ModelError: the model does not know its section, or fewer than 3 slices.
+        ModelError: the model has no meridian section, or ``slices`` is below 3.
     """
     if slices < 3:
         raise ModelError(f"slices = {slices}: give at least 3")
@@ -151,7 +151,7 @@ def revolve(model: SecondOrderModel, *, slices: int = 64) -> RevolvedGrid:
     bottom, top = number[:, triangles], np.roll(number, -1, axis=0)[:, triangles]
     cells = np.concatenate([bottom, top], axis=-1).reshape(-1, 6)[:, _PRISM].reshape(-1, 4)
     ordered = np.sort(cells, axis=1)
-    cells = cells[np.all(np.diff(ordered, axis=1) > 0, axis=1)]  # prisms on the axis have lost tetrahedra
+    cells = cells[np.all(np.diff(ordered, axis=1) > 0, axis=1)]  # prisms on the axis have fewer tetrahedra
     used, cells = np.unique(cells, return_inverse=True)
     nodes, angles = used % n, 2 * np.pi * (used // n + 0.5) / slices
     points = np.stack([r[nodes] * np.cos(angles), r[nodes] * np.sin(angles), z[nodes]], axis=1)
@@ -159,14 +159,14 @@ def revolve(model: SecondOrderModel, *, slices: int = 64) -> RevolvedGrid:
 
 
 def _positive(points: Array, cells: Any) -> Integers:
-    """Return tetrahedra (m, 4) with the fourth node on the side that the first three turn around counterclockwise."""
+    """Return tetrahedra (m, 4) of positive volume: the first three nodes run anticlockwise as seen from the fourth."""
     corners = points[cells]
     flipped = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
     return np.asarray(np.where(flipped[:, None], cells[:, [1, 0, 2, 3]], cells), dtype=np.int64)
 
 
 def section_triangles(mesh: Any, n_nodes: int) -> Integers:
-    """Return straight triangles (m, 3) on all nodes; smaller numbers first, so that neighbouring prisms split alike."""
+    """Return straight triangles (m, 3) on all nodes, sorted by number, so that neighbouring prisms split alike."""
     if not isinstance(mesh, skfem.MeshTri | skfem.MeshQuad):
         raise ModelError(f"shapes on {type(mesh).__name__} cannot be revolved; it must be a meridian section")
     element = axisymmetric.section_element(mesh, 1 if n_nodes == mesh.nvertices else 2)
@@ -176,9 +176,9 @@ def section_triangles(mesh: Any, n_nodes: int) -> Integers:
 
 
 OPENED: Final = (math.radians(-6.0), math.radians(234.0))
-"""Angles between which a body of revolution is drawn, open towards the camera at `rendering.ABOVE`."""
+"""Angles between which a body of revolution is drawn, open towards the camera at `rendering.ABOVE` [rad]."""
 SLICES: Final = 48
-_QUARTERS: Final = ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3))  # four parts of an element of nine nodes
+_QUARTERS: Final = ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3))  # quadrants of a nine-node element
 _SIDES: Final = {
     4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
     8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
@@ -187,14 +187,14 @@ _SIDES: Final = {
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Triangles in space on nodes of a model.
+    """Triangulated surface in space, with the nodes of the model that move it.
 
     Attributes:
-        points: (n, 3) at rest [m].
-        triangles: (m, 3) of them.
-        nodes: (S,) of the model that are seen, in rising order; of a skin that is `spread` each point's own.
-        which: (n,) of these each point came from.
-        angles: (n,) of each about z, where a half section was turned; ``None`` of other bodies.
+        points: points at rest (n, 3) [m].
+        triangles: point numbers (m, 3).
+        nodes: numbers (S,) of the model's nodes on the surface, rising; after `spread` one per point.
+        which: index (n,) into ``nodes`` of each point.
+        angles: angle (n,) of each point about z if a half section was revolved [rad], otherwise ``None``.
     """
 
     points: Array
@@ -209,12 +209,13 @@ class Skin:
         return float(np.ptp(self.points, axis=0).max())
 
     def spread(self) -> Skin:
-        """Return the skin with a node for each point: values of a half section may differ from angle to angle."""
+        """Return the skin with one node per point, since values of a half section may depend on the angle."""
         return replace(self, nodes=self.nodes[self.which], which=np.arange(len(self.points)))
 
     def moved(self, displacement: Array, harmonic: int = 0) -> Array:
-        """Return (n, 3) displacements of (S, 3) of the nodes seen; of a half section u_r, u_th, u_z, which go around as
-        cos n th, sin n th and cos n th, of ``harmonic`` n = 0 not at all."""
+        """Return displacements (n, 3) from (S, 3) of ``nodes``; for a half section u_r, u_th, u_z, which vary around
+        the
+        axis as cos n th, sin n th, cos n th, n = ``harmonic``."""
         each = displacement[self.which]
         if self.angles is None:
             return each
@@ -226,10 +227,10 @@ class Skin:
 
 
 def skin_of(model: SecondOrderModel) -> Skin:
-    """Return the surface of a solid; of an axisymmetric model what its section sweeps between `OPENED`, with both cuts.
+    """Return the surface of a solid; for an axisymmetric model its section swept over `OPENED`, with both cut faces.
 
     Raises:
-        ModelError: the model does not know its mesh, or one that cannot be drawn.
+        ModelError: the model has no mesh, or one that cannot be drawn.
     """
     if model.dofs is None or getattr(model.dofs.mesh, "dim", lambda: 3)() == 3:
         grid = CellGrid.of_model(model)
@@ -241,15 +242,15 @@ def skin_of(model: SecondOrderModel) -> Skin:
 
 
 def skin_of_section(mesh: Any, r: Array, z: Array, angles: Array | None = None) -> Skin:
-    """Return the skin as `skin_of`, of a section with unknowns at nodes r, z (n,) [m]; at angles or `SLICES`."""
+    """Return the skin as `skin_of` of a section with unknowns at r, z (n,) [m]; at ``angles`` or `SLICES` of them."""
     angles = np.linspace(*OPENED, SLICES + 1) if angles is None else angles
     slices = len(angles) - 1
     triangles = section_triangles(mesh, len(r))
     low, high = loops.unshared(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])).T
     first = len(r) * np.arange(slices)[:, None]
     rings = np.stack([low + first, high + first, high + first + len(r), low + first + len(r)], axis=-1).reshape(-1, 4)
-    every = np.concatenate([triangles, triangles[:, ::-1] + slices * len(r), as_triangles(rings)])
-    used, numbered = np.unique(every, return_inverse=True)
+    corners = np.concatenate([triangles, triangles[:, ::-1] + slices * len(r), as_triangles(rings)])
+    used, numbered = np.unique(corners, return_inverse=True)
     nodes, which = np.unique(used % len(r), return_inverse=True)
     turned, node = angles[used // len(r)], used % len(r)
     points = np.stack([r[node] * np.cos(turned), r[node] * np.sin(turned), z[node]], axis=1)
@@ -263,11 +264,11 @@ def skin_of_plate(mesh: mindlin.PlateMesh) -> Skin:
 
 
 def wound_outward(points: Array, triangles: Integers) -> Integers | None:
-    """Return the triangles of a closed surface with corners that run anticlockwise as seen from outside; ``None`` of a
-    surface with a rim.
+    """Return the triangles of a closed surface with corners anticlockwise as seen from outside; ``None`` if the surface
+    has a boundary.
 
-    Each triangle stands in a graph twice, as it is and turned over, and is linked to its neighbours as they would be
-    wound alike. Of the two parts that this makes of a body, the one that encloses a positive volume is taken.
+    Each triangle is two vertices of a graph, one per orientation, linked to the consistently oriented neighbours. Of a
+    body's two connected components, the one that encloses a positive volume is chosen.
     """
     count = len(triangles)
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
@@ -278,7 +279,7 @@ def wound_outward(points: Array, triangles: Integers) -> Integers | None:
         return None
     order = np.argsort(edge, kind="stable")
     one, two = order[users[edge[order]] == 2].reshape(-1, 2).T
-    turned = np.where(rising[one] != rising[two], 0, count)  # neighbours wound alike pass their edge in opposite ways
+    turned = np.where(rising[one] != rising[two], 0, count)  # consistent neighbours traverse their edge oppositely
     ends = (
         np.concatenate([owner[one], owner[one] + count]),
         np.concatenate([owner[two] + turned, owner[two] + count - turned]),
@@ -298,5 +299,5 @@ def _skin(points: Array, triangles: Integers) -> Skin:
 
 
 def as_triangles(sides: Integers) -> Integers:
-    """Return triangles (m, 3) as they are, quadrilaterals (m, 4) each as two."""
+    """Return triangles (m, 3) unchanged, quadrilaterals (m, 4) each as two triangles."""
     return sides if sides.shape[1] == 3 else np.concatenate([sides[:, [0, 1, 2]], sides[:, [0, 2, 3]]])

@@ -1,4 +1,4 @@
-"""The faces of a part with their numbers drawn on them, from as many sides as show them all."""
+"""Picture of the faces of a part, with numbers on them, from as many sides as are needed to show all."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ VIEWS: Final[tuple[View, ...]] = (
     (0.45, -1.0, 0.75), (-0.45, 1.0, -0.75), (-0.9, -0.6, 0.5), (0.9, 0.6, -0.5), (0.1, -1.0, 0.1), (-0.1, 1.0, 0.1),
     (1.0, 0.1, 0.1), (-1.0, -0.1, 0.1), (0.05, -0.1, 1.0), (0.05, -0.1, -1.0),
 )  # fmt: skip
-"""Directions from the body to the camera that are tried in turn."""
+"""Directions from the body to the camera, tried in this order."""
 MOST_VIEWS: Final = 4
 SIZE: Final = (900, 760)
-LEGIBLE: Final = 150  # pixels of a face from which on it is shown well enough
-LEAST: Final = 12  # fewest pixels of a face that counts as shown
-ROOM, APART = 16, 36  # least pixels from a number to its face's border, and to other numbers
+LEGIBLE: Final = 150  # pixels of a face above which it is shown well enough
+LEAST: Final = 12  # fewest pixels of a face that counts as visible
+ROOM, APART = 16, 36  # least distance in pixels from a number to its face's border, and to other numbers
 PLAIN, DARK, GHOST = "#E9EBEE", "#2B2F36", "#9AA1AA"
 GROUPS: Final = {"contact": ORANGE, "fixed": BLUE}
-FURTHER: Final = ("#009E73", "#CC79A7", "#F0E442", "#56B4E9", "#E69F00")  # further colours, of Okabe and Ito's palette
+FURTHER: Final = ("#009E73", "#CC79A7", "#F0E442", "#56B4E9", "#E69F00")  # of Okabe and Ito's palette
 LIGHT: Final = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.55, "specular": 0.05}
-INCH: Final = 4.6  # side of a picture [inch]
+INCH: Final = 4.6  # side of one view [inch]
 BOX: Final[dict[str, Any]] = {"boxstyle": "round,pad=0.18", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
 
 
 @dataclass(frozen=True)
 class _Shot:
-    """A picture, and which of its pixels show which face (height, width; -1: none)."""
+    """Image of the part, and the number of the face that each pixel shows (height, width); -1 for none."""
 
     image: Image
     owner: NDArray[np.int64]
@@ -57,10 +57,10 @@ class _Shot:
 def draw_faces(part: Part, path: str | os.PathLike[str]) -> None:
     """Write the picture: struck faces orange, clamped ones blue, other groups in further colours, numbers on all faces.
 
-    Faces that no side shows, such as those between two solids, are drawn alone within the outlines of the others.
+    Faces that are visible from no side, such as those between two solids, are drawn alone within the others' outlines.
 
     Raises:
-        PictureError: what drawing needs is missing.
+        PictureError: a package or driver for drawing is missing.
     """
     pyvista = load_pyvista()
     scene = _Scene(pyvista, part)
@@ -80,7 +80,7 @@ def draw_faces(part: Part, path: str | os.PathLike[str]) -> None:
 
 
 class _Scene:
-    """The part in an off-screen plotter."""
+    """Off-screen plotters that show the part."""
 
     def __init__(self, pyvista: ModuleType, part: Part) -> None:
         self._pyvista, self._part = pyvista, part
@@ -97,7 +97,7 @@ class _Scene:
         self._flat.close()
 
     def shots(self) -> list[_Shot]:
-        """Return views until every visible face is shown; then views of what is hidden within."""
+        """Return views until every outer face is shown, then views of the hidden faces."""
         shots = [self._shot(VIEWS[0], None, ""), self._shot(VIEWS[1], None, "")]
         for view in VIEWS[2:]:
             if len(shots) == MOST_VIEWS or not self._poor(shots, LEGIBLE):
@@ -112,7 +112,7 @@ class _Scene:
         return shots
 
     def _poor(self, shots: Sequence[_Shot], pixels: int) -> list[int]:
-        """Return the faces that no shot shows with so many pixels."""
+        """Return the faces that no shot shows with at least so many pixels."""
         return [face for face in range(len(self._faces)) if max(shot.pixels(face) for shot in shots) < pixels]
 
     def _shot(self, view: View, only: list[int] | None, heading: str) -> _Shot:
@@ -131,7 +131,7 @@ class _Scene:
         return _Shot(shoot(plotter), self._owners(view, only), heading)
 
     def _owners(self, view: View, only: list[int] | None) -> NDArray[np.int64]:
-        """Return the number of the face that each pixel shows: each face is drawn in a colour that is its number."""
+        """Return the number of the face that each pixel shows, from an image in which colours are numbers of faces."""
         flat = self._flat
         flat.clear_actors()
         flat.set_background("white")
@@ -163,45 +163,45 @@ def _colours(part: Part) -> dict[str, str]:
 
 
 def _show(ax: Axes, shot: _Shot, part: Part, needed: Sequence[int]) -> None:
-    """Draw the picture, and the number of each face with room for it at the place deepest within what is seen of it.
+    """Draw the image, with the number of each face at the deepest point of its visible part, if there is room.
 
-    ``needed``: faces that no picture shows better; where they lack the room, a line leads to them.
+    ``needed``: faces that no other image shows better; without room, a line leads from the number to the face.
     """
     ax.imshow(shot.image, interpolation="lanczos")
     ax.set_title(shot.heading, fontsize=9)
-    taken: list[tuple[float, float]] = []
-    seen = [face for face in range(len(part.faces)) if shot.pixels(face) >= (1 if face in needed else LEGIBLE)]
-    for face in sorted(seen, key=lambda face: (face not in needed, shot.pixels(face))):
+    occupied: list[tuple[float, float]] = []
+    visible = [face for face in range(len(part.faces)) if shot.pixels(face) >= (1 if face in needed else LEGIBLE)]
+    for face in sorted(visible, key=lambda face: (face not in needed, shot.pixels(face))):
         number = " = ".join(map(str, part.faces[face].numbers))
         (x, y), room = _deepest(shot.owner == face)
-        if room > ROOM and all(math.hypot(x - a, y - b) > APART for a, b in taken):
+        if room > ROOM and all(math.hypot(x - a, y - b) > APART for a, b in occupied):
             ax.text(x, y, number, bbox=BOX, ha="center", va="center", fontsize=9, color=DARK)
-            taken.append((x, y))
+            occupied.append((x, y))
         elif face in needed:
-            a, b = _beside((x, y), taken)
+            a, b = _beside((x, y), occupied)
             line = {"arrowstyle": "-", "color": DARK, "linewidth": 0.7}
             ax.annotate(
                 number, (x, y), (a, b), bbox=BOX, arrowprops=line, ha="center", va="center", fontsize=9, color=DARK
             )
             ax.plot(x, y, ".", color=DARK, markersize=3)
-            taken.append((a, b))
+            occupied.append((a, b))
 
 
 def _deepest(mask: Mask) -> tuple[tuple[float, float], float]:
-    """Return the pixel (x, y) of a mask that is farthest from its border, and how far."""
+    """Return the pixel (x, y) of a mask that is farthest from its border, and its distance."""
     depth = scipy.ndimage.distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1]
     y, x = np.unravel_index(int(np.argmax(depth)), depth.shape)
     return (float(x), float(y)), float(depth[y, x])
 
 
-def _beside(place: tuple[float, float], taken: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Return a free place near another one, away from the picture's middle."""
+def _beside(place: tuple[float, float], occupied: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Return a free place for a number near a point, away from the middle of the image."""
     start = math.atan2(place[1] - SIZE[1] / 2, place[0] - SIZE[0] / 2)
     for radius in (48, 70, 95, 125, 160):
         for turn in (0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6, 2.3, -2.3, 3.1):
             x, y = (place[0] + radius * math.cos(start + turn), place[1] + radius * math.sin(start + turn))
             inside = 15 < x < SIZE[0] - 15 and 15 < y < SIZE[1] - 15
-            if inside and all(math.hypot(x - a, y - b) > APART for a, b in taken):
+            if inside and all(math.hypot(x - a, y - b) > APART for a, b in occupied):
                 return x, y
     return place[0] + 48, place[1]
 

@@ -1,4 +1,4 @@
-"""Pictures of poles fitted to a measured frequency response: the fit over the data, and the stabilisation diagram.
+"""Pictures of a pole fit to a measured frequency response: the fit over the data, and the stabilisation diagram.
 
 Source: Ewins, Modal Testing, 2nd ed., 4.5.
 """
@@ -29,8 +29,8 @@ QUANTITIES: Final[dict[str, tuple[int, str]]] = {
     "mobility": (1, "m/(N s)"),
     "accelerance": (2, "1/kg"),
 }
-"""Derivatives of the displacement, and their unit."""
-BEYOND: Final = 1.6  # factor by which the curve extends beyond the measured lines, on either side
+"""Order of the time derivative of the displacement, and unit, of each measured quantity."""
+BEYOND: Final = 1.6  # factor by which the curve extends beyond the measured lines on either side
 POINTS: Final = 1500
 
 
@@ -41,10 +41,10 @@ def plot_fit(
     *,
     width: float | None = None,
 ) -> None:
-    """Draw magnitude and phase of the measured quantity, lines as dots, the fitted poles as a curve, the band shaded;
-    below them what the fit misses of each line, over its noise, with the lines marked that it does not explain.
+    """Draw magnitude and phase of the measured quantity, lines as dots, the fit as a curve, the band shaded; below, the
+    misfit of each line over its noise, with the lines marked that the fit does not explain.
 
-    ``width``: of the run's filter [s]; a dotted line at 1/width shows whether the run looks beyond the data.
+    ``width``: width of the run's filter [s]; a dotted line at 1/width shows whether the run needs more than the data.
 
     Raises:
         PictureError: matplotlib is missing.
@@ -57,7 +57,7 @@ def plot_fit(
     s = response.shift + 2j * np.pi * f
     curve = fitted.transfer(s)[:, 0, 0] * s**order
     data = response.receptance[:, 0, 0] * response.per_receptance
-    apart = fitted.transfer(response.lines)[:, 0, 0] * response.per_receptance - data
+    gaps = fitted.transfer(response.lines)[:, 0, 0] * response.per_receptance - data
     noise = measured.pole_fit.noise_of(response) * np.abs(response.per_receptance)
     factor, unit = scaled_quantity(np.abs(data), response.measured_as)
     rate, frequency_unit = scaled(high, "Hz")
@@ -68,7 +68,7 @@ def plot_fit(
         size.plot(rate * f, factor * np.abs(curve), color=BLUE, linewidth=1.1, label="fitted poles")
         phase.plot(rate * response.frequency, _degrees(data), ".", color=ORANGE, markersize=3)
         phase.plot(rate * f, _degrees(curve), color=BLUE, linewidth=1.1)
-        _draw_misfit(misfit, fitted, rate, response.frequency, np.abs(apart), noise)
+        _draw_misfit(misfit, fitted, rate, response.frequency, np.abs(gaps), noise)
         for axes in (size, phase, misfit):
             _mark(axes, rate * low, rate * high, None if width is None else rate / width)
         size.set(xscale="log", yscale="log", ylabel=f"|{response.measured_as}| [{unit}]")
@@ -82,18 +82,18 @@ def plot_fit(
 
 
 def scaled_quantity(values: base.Array, kind: frf.Kind) -> tuple[float, str]:
-    """Return factor and unit that make values [SI] of a measured quantity easy to read: of accelerances 1/kg or 1/g."""
+    """Return factor and unit that make values [SI] of a measured quantity readable; accelerances in 1/kg or 1/g."""
     if kind == "accelerance":
         return (1e-3, "1/g") if np.median(values) > 1e3 else (1.0, "1/kg")
     return scaled(values, QUANTITIES[kind][1])
 
 
 def _draw_misfit(
-    axes: Axes, fitted: modal.ModalGreens | PoleGreens, rate: float, f: base.Array, apart: base.Array, noise: base.Array
+    axes: Axes, fitted: modal.ModalGreens | PoleGreens, rate: float, f: base.Array, gaps: base.Array, noise: base.Array
 ) -> None:
-    """Draw |fit - measured| of each line over its noise, one as a line; ranges that are not explained in colour."""
+    """Draw |fit - measured|/noise of each line, a rule at 1, and ranges that the fit does not explain in colour."""
     smallest = float(noise.max()) * 1e-12
-    axes.plot(rate * f, apart / np.maximum(noise, smallest), ".", color=BLUE, markersize=2)
+    axes.plot(rate * f, gaps / np.maximum(noise, smallest), ".", color=BLUE, markersize=2)
     axes.axhline(1.0, color=GREY, linewidth=0.9)
     fit = fitted.provenance.get("fit")
     ranges = fit.get("unexplained_lines_hz", []) if isinstance(fit, dict) else []
@@ -105,14 +105,14 @@ def _draw_misfit(
         axes.legend(loc="best")
 
 
-def _mark(axes: Axes, low: float, high: float, seen: float | None) -> None:
+def _mark(axes: Axes, low: float, high: float, limit: float | None) -> None:
     axes.axvspan(low, high, color=GREY, alpha=0.13, linewidth=0, label="measured band")
-    if seen is not None:
-        axes.axvline(seen, color=GREY, linewidth=0.9, linestyle=":", label="1/filter width")
+    if limit is not None:
+        axes.axvline(limit, color=GREY, linewidth=0.9, linestyle=":", label="1/filter width")
 
 
 def _degrees(values: np.ndarray) -> np.ndarray:
-    """Return angles in -180 .. 180 deg, without the strokes of jumps between these."""
+    """Return phase angles in -180..180 deg, with nan at jumps so that no line is drawn across them."""
     phase = np.asarray(np.degrees(np.angle(values)), dtype=float)
     jumps = np.flatnonzero(np.abs(np.diff(phase)) > 180)
     phase[jumps] = np.nan
@@ -120,7 +120,7 @@ def _degrees(values: np.ndarray) -> np.ndarray:
 
 
 def _misfit(fitted: modal.ModalGreens | PoleGreens) -> str:
-    """Return the fit's own statement of its errors."""
+    """Return the errors of the fit as it states them, in words."""
     fit = fitted.provenance.get("fit")
     if not isinstance(fit, dict) or not isinstance(value := fit.get("misfit_rms"), float):
         return ""
@@ -129,16 +129,16 @@ def _misfit(fitted: modal.ModalGreens | PoleGreens) -> str:
     return f"misfit {percent(value)} (rms), {percent(missed)} beyond the noise; {modes}"
 
 
-SAME_FREQUENCY: Final = 0.01  # relative change of a frequency from one order to the next, below which a pole is stable
-SAME_DAMPING: Final = 0.05  # relative change of a damping ratio below which it is stable
-MARGIN: Final = 0.02  # margin of the axis, over the band, on either side, so that poles at its ends are whole
+SAME_FREQUENCY: Final = 0.01  # relative change of frequency from order to order below which it is stable
+SAME_DAMPING: Final = 0.05  # relative change of the damping ratio below which it is stable
+MARGIN: Final = 0.02  # margin of the axis on either side over the band, so that poles at its ends are visible
 State = Literal["stable", "frequency", "new"]
 MARKS: Final[dict[State, tuple[str, str, str]]] = {
     "stable": ("o", GREEN, "stable: frequency within 1 %, damping within 5 %"),
     "frequency": ("D", BLUE, "stable in frequency alone"),
     "new": ("x", ORANGE, "new, or moved"),
 }
-"""Marker, colour and words of a pole against those of the order before."""
+"""Marker, colour and words for a pole compared with those of the next lower order."""
 
 
 @dataclass(frozen=True)
@@ -152,8 +152,8 @@ class Row:
 
 
 def rows_of(tried: Sequence[amplitudes.Candidate]) -> list[Row]:
-    """Return the orders from the least on, of each the candidate of least criterion, its poles against those of the
-    order before; of the first one against those of the next, where there is one."""
+    """Return a row for each order, ascending, of its candidate with the least criterion, poles compared with those of
+    the order before; the first row is compared with the second, if there is one."""
     best: dict[int, amplitudes.Candidate] = {}
     for each in sorted(tried, key=lambda each: each.criterion, reverse=True):
         best[len(each.poles.pairs)] = each
@@ -170,11 +170,11 @@ def rows_of(tried: Sequence[amplitudes.Candidate]) -> list[Row]:
 def plot_stabilisation(
     response: frf.FrequencyResponse, tried: Sequence[amplitudes.Candidate], path: str | os.PathLike[str]
 ) -> None:
-    """Draw the poles of every order that was tried over the magnitude of what was measured, with the criterion by which
-    the order is chosen on the right; the order of least criterion is shaded.
+    """Draw the poles of every order that was tried over the measured magnitude, and at the right the criterion by which
+    the order is chosen; the order of least criterion is shaded.
 
-    A pole is stable where the order before has one whose frequency is within `SAME_FREQUENCY` and whose damping ratio
-    is within `SAME_DAMPING`; those of the first order are held against the next.
+    A pole is stable if the order before has one whose frequency is within `SAME_FREQUENCY` and whose damping ratio is
+    within `SAME_DAMPING`; the first order is compared with the next.
 
     Raises:
         PictureError: matplotlib is missing.
@@ -214,19 +214,19 @@ def plot_stabilisation(
 
 
 def _draw_magnitude(axes: Axes, response: frf.FrequencyResponse, rate: float) -> None:
-    """Draw what was measured behind the poles, by an axis of its own on the right."""
+    """Draw the measured magnitude behind the poles, with its own axis on the right."""
     data = np.abs(response.receptance[:, 0, 0] * response.per_receptance)
     factor, unit = scaled_quantity(data, response.measured_as)
-    behind = axes.twinx()
-    behind.plot(rate * response.frequency, factor * data, color=GREY, linewidth=0.8, alpha=0.7)
-    behind.set(yscale="log", ylabel=f"|{response.measured_as}| [{unit}]")
-    behind.grid(visible=False)
-    axes.set_zorder(behind.get_zorder() + 1)
+    magnitude_axes = axes.twinx()
+    magnitude_axes.plot(rate * response.frequency, factor * data, color=GREY, linewidth=0.8, alpha=0.7)
+    magnitude_axes.set(yscale="log", ylabel=f"|{response.measured_as}| [{unit}]")
+    magnitude_axes.grid(visible=False)
+    axes.set_zorder(magnitude_axes.get_zorder() + 1)
     axes.patch.set_visible(False)
 
 
 def _state(pole: complex, before: base.ComplexArray) -> State:
-    """Return how the nearest pole in frequency of the order before agrees: by the rules of `MARKS`."""
+    """Return how a pole agrees with the nearest in frequency of the order before, as in `MARKS`."""
     if not len(before):
         return "new"
     size = abs(pole)

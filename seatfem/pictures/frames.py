@@ -1,4 +1,4 @@
-"""Bodies in motion: a surface in frames, as pictures, reports and other programs show it."""
+"""Bodies in motion: a surface in frames, for pictures, reports and other programs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,25 +16,25 @@ from seatfem.structures.elements.mindlin import PlateMesh
 
 Integers = NDArray[np.int64]
 
-FROM_THE_SEAT: Final[rendering.View] = (0.5, -1.0, -0.42)  # view in which a lip is not hidden by the plate over it
+FROM_THE_SEAT: Final[rendering.View] = (0.5, -1.0, -0.42)  # view in which the plate does not hide the lip below it
 MODE, WAVE, LANDING = 0.08, 0.05, 0.16
-"""Largest drawn displacement over the size of the body."""
-ALMOST: Final = 0.98  # quantile of the stress at all times that is the end of the colour scale
-FULL: Final = 0.5  # force per length with the last colour of a lip, over the largest
-CLEAR: Final = 0.01  # distance, over the plate's size, by which the lip is drawn lower, else the plate would hide it
-MARGIN_SPAN: Final = 4.0  # end of the scale of margins, over the least margin
+"""Largest drawn displacement over the size of the body: of modes, stress waves, landings."""
+ALMOST: Final = 0.98  # quantile of the stress over all times that ends the colour scale
+FULL: Final = 0.5  # force per length at the end of the lip's colour scale, over the largest
+CLEAR: Final = 0.01  # distance, over the plate's size, by which the lip is drawn lower, to be visible
+MARGIN_SPAN: Final = 4.0  # end of the scale of margins over the least margin
 
 
 @dataclass(frozen=True, eq=False)
 class Overlay:
-    """Quadrilaterals beside a body, such as the lip that a plate meets.
+    """Quadrilaterals beside a body, such as the lip below a plate.
 
     Attributes:
-        points: (4 m, 3) corners, four by four, without their heights [m].
-        height: (4 m,) of them, exaggerated as the body's displacement is [m].
-        values: (F, m) of what colours them.
-        full: end of their colour scale, which begins at 0.
-        words: what the colours mean.
+        points: corners (4 m, 3), four per quadrilateral, without their heights [m].
+        height: height (4 m,) of each corner, exaggerated like the displacement of the body [m].
+        values: values (F, m) of the colours.
+        full: end of the colour scale, which begins at 0.
+        words: meaning of the colours.
     """
 
     points: Array
@@ -46,26 +46,26 @@ class Overlay:
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """A body in F frames: modes, times of a run, or a single state.
+    """Body in F frames: modes, times of a run, or a single state.
 
     Attributes:
-        title: what is shown.
-        points: (n, 3) at rest [m].
-        triangles: (m, 3) of them.
-        displacement: (F, n, 3) [m]; of modes with 1 as the largest.
-        labels: (F,) of each frame.
-        time: (F,) [s]; ``None`` of modes.
-        values: (F, n) of what colours it, nan where it is not known; ``None``: the size of the displacement does.
-        quantity, unit: of the values.
-        low, high: ends of their colour scale.
-        note: to be said below.
-        before: triangles that there were before some were left out.
-        frequency, modal_mass: (F,) of modes [Hz], and their modal masses for these shapes [kg]; ``None``: not known.
-        edges: (k, 2, 3) lines that are drawn at rest [m]; ``None``: none.
-        overlay: what is drawn beside the body; ``None``: nothing.
-        view: from which pictures see it.
-        drawn: largest displacement in pictures over the size of the body.
-        logarithmic: whether the colour scale of pictures is, the darkest at its low end.
+        title: title of the picture.
+        points: points at rest (n, 3) [m].
+        triangles: point numbers (m, 3).
+        displacement: displacements (F, n, 3) [m]; modes have a largest one of 1.
+        labels: label of each frame (F,).
+        time: times (F,) [s]; ``None`` for modes.
+        values: values (F, n) of the colours, nan where unknown; ``None``: the magnitude of displacement.
+        quantity, unit: name and unit of the values.
+        low, high: ends of the colour scale.
+        note: sentence below the picture.
+        before: number of triangles before decimation.
+        frequency, modal_mass: frequencies (F,) of modes [Hz], modal masses for these shapes [kg]; ``None``: unknown.
+        edges: line segments (k, 2, 3) that are drawn at rest [m], or ``None``.
+        overlay: quadrilaterals beside the body, or ``None``.
+        view: direction to the camera.
+        drawn: largest drawn displacement over the size of the body.
+        logarithmic: whether the colour scale of pictures is logarithmic, the darkest colour at its low end.
     """
 
     title: str
@@ -90,7 +90,7 @@ class Frames:
     logarithmic: bool = False
 
     def check(self) -> None:
-        """Raise `PictureError` for arrays whose shapes do not fit together."""
+        """Raise `PictureError` if the shapes of the arrays are inconsistent."""
         frames, count = len(self.labels), len(self.points) if self.points.ndim == 2 else -1
         whole = self.points.shape == (count, 3) and self.triangles.ndim == 2 and self.triangles.shape[1] == 3
         inside = self.triangles.size == 0 or (self.triangles.min() >= 0 and self.triangles.max() < count)
@@ -110,36 +110,36 @@ class Frames:
 
     @property
     def largest(self) -> float:
-        """Return the largest displacement of all frames; 1 where nothing moves."""
+        """Return the largest displacement in all frames; 1 if nothing moves."""
         return float(np.linalg.norm(self.displacement, axis=2).max()) or 1.0
 
     @property
     def exaggeration(self) -> float:
-        """Return the factor of drawn over true displacements; at times of a run one of 1, 2, 5, 10, 20, ..."""
+        """Return the factor of drawn over true displacements; for times of a run one of 1, 2, 5, 10, 20, ..."""
         farthest = max(self.largest, 0.0 if self.overlay is None else float(np.abs(self.overlay.height).max()))
-        wanted = self.drawn * self.size / farthest
+        factor = self.drawn * self.size / farthest
         if self.time is None:
-            return wanted
+            return factor
         steps = np.outer(10.0 ** np.arange(-3, 12), [1, 2, 5]).ravel()
-        return float(steps[max(0, int(np.searchsorted(steps, wanted, side="right")) - 1)])
+        return float(steps[max(0, int(np.searchsorted(steps, factor, side="right")) - 1)])
 
     @property
     def colours(self) -> Array:
-        """Return the values (F, n) that colour the body; the size of the displacement over the largest without any."""
+        """Return the values (F, n) of the colours; without values the magnitude of displacement over the largest."""
         if self.values is not None:
             return self.values
         return np.asarray(np.linalg.norm(self.displacement, axis=2) / self.largest)
 
     @property
     def colour_scale(self) -> tuple[float, str]:
-        """Return the factor on the values and the words beside the colours."""
+        """Return the factor on the values and the label of the colour scale."""
         if self.values is None:
             return 1.0, "magnitude of displacement, largest = 1"
         factor, unit = scaled(max(abs(self.low), abs(self.high)), self.unit)
         return factor, f"{self.quantity} [{unit}]" if unit else self.quantity
 
     def footer(self) -> str:
-        """Return the words below a picture."""
+        """Return the text below a picture."""
         if self.time is None:
             return self.note
         words = f"displacements {self.exaggeration:g} times" + (
@@ -151,7 +151,8 @@ class Frames:
 def mode_frames(
     skin: cell_grid.Skin, shapes: Sequence[Array], labels: Sequence[str], title: str, frequency: Array | None = None
 ) -> Frames:
-    """Return the motion of shapes (n, 3) at the skin's points, scaled to 1; with ``frequency`` mass-normalised."""
+    """Return frames of mode shapes (n, 3) at the skin's points, scaled to 1; with ``frequency`` [Hz] and modal
+    masses."""
     largest = np.array([float(np.linalg.norm(shape, axis=1).max()) or 1.0 for shape in shapes])
     masses = None if frequency is None else largest**-2.0
     moved = np.array(shapes) / largest[:, None, None]
@@ -169,19 +170,19 @@ def wave_frames(
     known: NDArray[np.bool_],
     note: str = "",
 ) -> Frames:
-    """Return a stress wave in the surface of a body.
+    """Return frames of a stress wave in the surface of a body.
 
     Args:
-        skin: what is seen of the body, S nodes.
-        mises: (F, S) von Mises stress [Pa]; nan where none is known.
-        displacement: (F, S, 3) of the nodes [m].
-        time: (F,) [s].
+        skin: visible surface, with S nodes.
+        mises: von Mises stress (F, S) [Pa]; nan where unknown.
+        displacement: displacements (F, S, 3) of the nodes [m].
+        time: times (F,) [s].
         touch: time of the first touch [s].
-        known: (S,) nodes away from singular edges, which determine the colour scale.
-        note: to be said below.
+        known: mask (S,) of nodes away from singular edges, which determine the colour scale.
+        note: text added below the picture.
 
     Raises:
-        PictureError: no stress is known anywhere, parts that do not fit together.
+        PictureError: no stress is known anywhere, or shapes of arrays are inconsistent.
     """
     frames = len(time)
     if mises.shape != (frames, len(skin.nodes)) or displacement.shape != (*mises.shape, 3):
@@ -190,7 +191,7 @@ def wave_frames(
         )
     if not known.any() or not np.isfinite(mises[:, known]).any():
         raise PictureError("no stress is computed anywhere on this body: lower stress.distance")
-    end = float(np.nanquantile(mises[:, known], ALMOST)) or 1.0  # the first touch, short and narrow, is beyond it
+    end = float(np.nanquantile(mises[:, known], ALMOST)) or 1.0  # beyond it: the short first touch
     since = (f"touch {'+' if now >= touch else '-'} {text(abs(float(now) - touch), 's')}" for now in time)
     return Frames(
         title, skin.points, skin.triangles, np.array([skin.moved(each) for each in displacement]),
@@ -212,20 +213,20 @@ def landing_frames(
     averaged: str = "",
     pieces: Pieces = (),
 ) -> Frames:
-    """Return a plate that lands, coloured by its deflection away from the seat, and the lip that it meets.
+    """Return frames of a landing plate, coloured by its deflection away from the seat, and of the lip below it.
 
     Args:
-        mesh: of the plate.
-        deflection: (F, n) of its nodes, away from the seat [m].
-        time: (F,) [s].
-        edges: (m N, 2, 2) both ends of equal parts of the lip's inner and outer edge, as many in each of N arcs [m].
-        height: (N,) of the arcs at rest, from the undeformed plate, negative [m].
-        force: (F, N) per length of each arc [N/m]; ``total``: (F,) [N].
-        averaged: over what forces are, in words.
-        pieces: of the lip, as in `impact.after.histories`.
+        mesh: mesh of the plate.
+        deflection: deflection (F, n) of its nodes away from the seat [m].
+        time: times (F,) [s].
+        edges: ends (m N, 2, 2) of the m segments in each of N arcs, on the lip's inner and outer edge [m].
+        height: height (N,) of the arcs relative to the undeformed plate, negative [m].
+        force: force per length (F, N) on each arc [N/m]; ``total``: total force (F,) [N].
+        averaged: averaging of the forces, in words.
+        pieces: pieces of the lip, as in `impact.after.histories`.
 
     Raises:
-        PictureError: parts that do not fit together.
+        PictureError: shapes of arrays are inconsistent.
     """
     frames, arcs = force.shape
     if not len(time) == len(total) == len(deflection) == frames or len(height) != arcs:
@@ -250,25 +251,25 @@ def landing_frames(
 
 
 def _lip(edges: tuple[Array, Array], height: Array, clear: float, pieces: Pieces) -> tuple[Array, Array]:
-    """Return corners and heights of a lip; heights are those of the arcs' middles, linear between those of one face."""
+    """Return corners and heights of a lip; heights are interpolated linearly between the arc centres of each piece."""
     inner, outer = edges
     arcs, count = len(height), len(inner)
     places = (np.arange(count)[:, None] + (0, 1)) / count
     middles, heights, first = (np.arange(arcs) + 0.5) / arcs, np.empty(places.shape), 0
     for number, closed in pieces or ((arcs, True),):
-        of, cells = slice(first, first + number), slice(first * count // arcs, (first + number) * count // arcs)
+        members, cells = slice(first, first + number), slice(first * count // arcs, (first + number) * count // arcs)
         around = {"period": number / arcs} if closed else {}
-        heights[cells] = np.interp(places[cells], middles[of], height[of], **around)
+        heights[cells] = np.interp(places[cells], middles[members], height[members], **around)
         first += number
     corners = np.concatenate([inner, outer[:, ::-1]], axis=1).reshape(-1, 2)
     return np.column_stack([corners, np.full(len(corners), -clear)]), heights[:, [0, 1, 1, 0]].ravel()
 
 
 def margin_frames(body: str, skin: cell_grid.Skin, margins: Array) -> Frames:
-    """Return margins of fatigue (S,) of the nodes of a body's skin, inf where nothing fails, nan where none is judged,
-    in a logarithmic scale of colours from the least margin to `MARGIN_SPAN` times it."""
-    known, label, least = np.isfinite(margins), "", 1.0
-    if known.any():
+    """Return a frame of fatigue margins (S,) at the nodes of a body's skin, inf without damage, nan where not assessed,
+    in a logarithmic colour scale from the least margin to `MARGIN_SPAN` times it."""
+    finite, label, least = np.isfinite(margins), "", 1.0
+    if finite.any():
         k = int(np.nanargmin(margins))
         least, place = float(margins[k]), skin.points[int(np.flatnonzero(skin.which == k)[0])]
         if skin.angles is not None and len(skin.nodes) < len(skin.points):

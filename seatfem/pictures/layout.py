@@ -1,7 +1,7 @@
-"""Layout of the drawing of a scene: bodies in their places, and the places of the views on its sheet.
+"""Layout of the drawing of a scene: positions of the bodies, and of the views on the sheet.
 
-x goes along the reed to its tip, y across it, z from the seat to the reed; the middle of the reed's contact is the
-origin in plan, the seat's struck face z = 0.
+x runs along the reed to its tip, y across it, z from the seat to the reed; the origin in plan is the centre of the
+reed's contact, z = 0 the struck face of the seat.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from impact.quantities import in_digits
 from seatfem.structures.outlines import BodyViews, Size, View, covered_share
 
 Way = Literal[-1, 0, 1]
-"""Direction of an arrow: towards the seat, not known or both, away from the seat."""
+"""Direction of an arrow: -1 towards the seat, 0 unknown or both, 1 away from the seat."""
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A body in its place.
+    """Body with its position.
 
     Attributes:
         role: "seat", "reed" or "stopper".
-        views: its outlines; those of a reed or a stopper are turned over already.
-        at: (x, y) of its contact's middle [m].
+        views: outlines; those of a reed or a stopper are already turned upside down.
+        at: (x, y) of the centre of its contact [m].
         height: z of its struck face [m].
     """
 
@@ -39,7 +39,7 @@ class Placed:
 
 @dataclass(frozen=True)
 class Action:
-    """Load or motion of a body: its words, from where to where along x it acts [m], and which way.
+    """Load or motion of a body: its words, the range of x on which it acts [m], and its direction.
 
     ``detail``: further words that are not in the picture.
     """
@@ -56,16 +56,16 @@ class Layout:
     """Bodies, dimensions, loads and words of the drawing of a scene.
 
     Attributes:
-        title: of the scene.
+        title: title of the scene.
         seat, reed, stopper: the bodies; ``None``: there is no stopper.
         gap: opening between the undeformed bodies [m].
-        lift: from the undeformed reed to the stopper [m]; ``None`` without one.
-        start: (n, 2) x and deflection of the reed as it is released [m]; ``None``: undeformed.
+        lift: distance from the undeformed reed to the stopper [m]; ``None`` without one.
+        start: x and deflection (n, 2) of the reed at its release [m]; ``None``: undeformed.
         actions: loads and motions.
-        springs: (n, 2) places of valve springs on the reed [m].
-        arcs: (n, 2, 2) lines across the lip between its arcs [m].
-        tilt: angle between lip and reed and the direction about which it is tilted [rad]; ``None``: parallel.
-        notes: sentences for the drawing's foot.
+        springs: positions (n, 2) of valve springs on the reed [m].
+        arcs: lines (n, 2, 2) across the lip between its arcs [m].
+        tilt: angle between lip and reed, and direction of the axis of tilt [rad]; ``None``: parallel.
+        notes: sentences at the foot of the drawing.
     """
 
     title: str
@@ -83,23 +83,23 @@ class Layout:
 
     @property
     def bodies(self) -> tuple[Placed, ...]:
-        """Return the seat, the reed and, where there is one, the stopper."""
+        """Return the seat, the reed and, if present, the stopper."""
         return (self.seat, self.reed) if self.stopper is None else (self.seat, self.reed, self.stopper)
 
     @property
     def covered(self) -> float | None:
-        """Return the share of the seat's struck face that lies below the reed in plan; ``None``: no outline."""
+        """Return the share of the seat's struck face below the reed in plan; ``None``: a body has no outline."""
         return covered_share(self.seat.views, self.reed.views, self.seat.at)
 
     def top_of_reed(self) -> float:
-        """Return z of the reed's upper side over the contact [m]."""
+        """Return z of the reed's upper side above the contact [m]."""
         return self.gap + max((float(loop[:, 1].max()) for loop in self.reed.views.section), default=0.0)
 
 
 WIDTH: Final = 8.2  # width of the sheet [inch]
-LEFT, RIGHT = 1.35, 1.75  # room beside the views for names and heights [inch]
+LEFT, RIGHT = 1.35, 1.75  # margins beside the views for names and heights [inch]
 DEEPEST, PLAN, TALLEST = 1.5, 3.0, 1.7  # largest heights [inch]: seat in section, plan, body above the seat
-KEPT: Final = 0.75  # depth next to the contact [inch] that stays to scale where the rest of a deep body is shortened
+KEPT: Final = 0.75  # depth next to the contact [inch] that stays to scale if a deep body is shortened
 THIN: Final = 0.075  # least drawn thickness of a reed [inch]
 OPEN: Final = (0.13, 0.85)  # least and largest drawn height of an opening [inch]
 SYMBOL: Final = 0.5  # height of a symbol [inch]
@@ -112,7 +112,7 @@ NICE: Final = (1.0, 2.0, 5.0)
 
 @dataclass(frozen=True)
 class Zone:
-    """A range of heights drawn by a factor of its own: its name, its ends [m] and its height on the sheet [inch]."""
+    """Range of heights drawn with its own factor: name, ends [m], and height on the sheet [inch]."""
 
     name: str
     low: float
@@ -121,21 +121,21 @@ class Zone:
 
     @property
     def is_shortened(self) -> bool:
-        """Return whether a long body is shortened there."""
+        """Return whether a long body is shortened in this zone."""
         return self.name in ("depth", "height")
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Places of the parts of a drawing on its sheet [inch].
+    """Positions of the parts of a drawing on its sheet [inch].
 
     Attributes:
         scale: inch per metre along x and in plan.
-        x: of the contact; plan, section: heights of the contact in both views.
-        zones: of heights, the lowest first.
-        height: of the sheet.
+        x: position of the contact; plan, section: heights of the contact in both views.
+        zones: ranges of heights, the lowest first.
+        height: height of the sheet.
         rows: dimensions below the section, and below the plan, row by row.
-        top: of what is drawn in the section.
+        top: upper end of the section.
     """
 
     scale: float
@@ -169,20 +169,20 @@ class Frame:
         top = section + sum(zone.inches for zone in zones if zone.low >= 0)
         if len(layout.springs):
             to_reed = sum(zone.inches for zone in zones if 0 <= zone.low < layout.top_of_reed())
-            own = SYMBOL if layout.reed.views.symbol else 0.0
-            top = max(top, section + to_reed + own + SYMBOL + 0.1)
+            symbol_height = SYMBOL if layout.reed.views.symbol else 0.0
+            top = max(top, section + to_reed + symbol_height + SYMBOL + 0.1)
         height = top + LOADS * len(layout.actions) + 0.75
         return Frame(scale, x, plan, section, zones, height, rows, top)
 
     def up(self, z: float | Array) -> Array:
-        """Return the height on the sheet of a height in the section."""
+        """Return the height on the sheet [inch] of a height z in the section [m]."""
         heights = [self.zones[0].low] + [zone.high for zone in self.zones]
         inches = np.concatenate([[0.0], np.cumsum([zone.inches for zone in self.zones])])
         zero = float(np.interp(0.0, heights, inches))
         return np.asarray(self.section - zero + np.interp(z, heights, inches))
 
     def place(self, view: View, line: Array, body: Placed) -> Array:
-        """Return the (n, 2) places on the sheet of a line of a body in a view."""
+        """Return the positions (n, 2) on the sheet [inch] of a line (n, 2) of a body in a view."""
         x = self.x + self.scale * (line[:, 0] + body.at[0])
         if view == "section":
             return np.column_stack([x, self.up(line[:, 1] + body.height)])
@@ -190,7 +190,7 @@ class Frame:
 
 
 def extent_of(layout: Layout) -> tuple[Array, Array]:
-    """Return the (2,) lowest and highest corner of the plan of all bodies; of symbols alone a few millimetres."""
+    """Return the lowest and highest corner (2,) of the plan of all bodies; at least a few millimetres apart."""
     ends = [np.array(body.views.extent) + body.at for body in layout.bodies]
     low, high = np.min([each[0] for each in ends], axis=0), np.max([each[1] for each in ends], axis=0)
     least = max(0.15 * float((high - low).max()), 1e-3) / 2
@@ -204,7 +204,7 @@ def _nice(factor: float) -> float:
 
 
 def _zones(layout: Layout, scale: float) -> Iterator[Zone]:
-    """Yield the zones below the contact, of the gap, the reed, the space up to the stopper, and the stopper."""
+    """Yield the zones from below: seat, gap, reed, space up to the stopper, stopper."""
     depth = layout.seat.views.depth
     if depth == 0:
         yield Zone("seat", -1e-3, 0.0, SYMBOL + 0.2)
@@ -225,8 +225,8 @@ def _zones(layout: Layout, scale: float) -> Iterator[Zone]:
     else:
         inches = (top - base) * scale
         yield Zone("reed", base, top, inches * _nice(THIN / inches))
-    risen = 0.0 if layout.start is None else float(layout.start[:, 1].max())
-    above = max(layout.lift or 0.0, risen)
+    rise = 0.0 if layout.start is None else float(layout.start[:, 1].max())
+    above = max(layout.lift or 0.0, rise)
     if above > 0:
         yield Zone("lift", top, top + above, _opened(above, scale))
     if layout.stopper is not None:
@@ -240,7 +240,7 @@ def _zones(layout: Layout, scale: float) -> Iterator[Zone]:
 
 
 def _opened(height: float, scale: float) -> float:
-    """Return the inches of an opening, by one of the factors of `_nice`, or to fit."""
+    """Return the drawn height of an opening [inch], exaggerated by a factor of `_nice` or to the limit of `OPEN`."""
     inches = height * scale
     return min(inches * _nice(OPEN[0] / inches), OPEN[1])
 
@@ -257,7 +257,7 @@ def factors_of(zones: Sequence[Zone], scale: float) -> str:
 
 
 def _rows(layout: Layout, view: View, scale: float) -> tuple[tuple[tuple[Placed, Size], ...], ...]:
-    """Return the dimensions along x in rows, the shortest nearest to the body; within a row none overlaps."""
+    """Return the dimensions along x in rows without overlap, the shortest nearest to the body."""
     sizes = [
         (body, size)
         for body in layout.bodies
@@ -265,22 +265,22 @@ def _rows(layout: Layout, view: View, scale: float) -> tuple[tuple[tuple[Placed,
         if size.axis == 0 and size.view == view and body.role in (("seat", "reed") if view == "plan" else ("seat",))
     ]
     rows: list[list[tuple[Placed, Size]]] = []
-    taken: list[list[tuple[float, float]]] = []
+    occupied: list[list[tuple[float, float]]] = []
     for body, size in sorted(sizes, key=lambda each: each[1].value):
         low, high = _room(body, size, scale)
-        for row, ranges in zip(rows, taken, strict=True):
+        for row, ranges in zip(rows, occupied, strict=True):
             if all(high < a or low > b for a, b in ranges):
                 row.append((body, size))
                 ranges.append((low, high))
                 break
         else:
             rows.append([(body, size)])
-            taken.append([(low, high)])
+            occupied.append([(low, high)])
     return tuple(tuple(row) for row in rows)
 
 
 def _room(body: Placed, size: Size, scale: float) -> tuple[float, float]:
-    """Return the width that a dimension takes along x with its text [inch]."""
+    """Return the range along x that a dimension occupies with its text [inch]."""
     low, high = (scale * (end + body.at[0]) for end in (size.low, size.high))
     text = LETTER * len(size.text) + 0.1
     if text < high - low:

@@ -1,7 +1,4 @@
-"""Pictures of bodies in motion: drawn frame by frame, as sheets and as films.
-
-Files of bodies in motion: HDF5 for reports, VTK for ParaView.
-"""
+"""Bodies in motion, drawn as sheets of frames and as films, and their files: HDF5 for reports, VTK for ParaView."""
 
 from __future__ import annotations
 
@@ -39,13 +36,13 @@ if TYPE_CHECKING:
 
 COLOURS: Final = "viridis"  # colour map that is legible with every common colour blindness, and in grey
 UNKNOWN: Final = "#D8DADD"
-FILM, SHEET = (1280, 944), (900, 750)  # pixels before they are shrunk, which smooths them at a third of the time
-SHOWN: Final = 12  # most times of a run on a sheet
-PERIOD: Final = 1500  # duration of the film of a mode [ms]
+FILM, SHEET = (1280, 944), (900, 750)  # pixels before images are shrunk, which smooths them in a third of the time
+SHOWN: Final = 12  # largest number of times of a run on a sheet
+PERIOD: Final = 1500  # duration of the film of one mode [ms]
 EACH: Final = 150  # duration of one time of a run in a film [ms]
-OF_EACH: Final = 50  # colours of a film, of 256, that each scale has
+OF_EACH: Final = 50  # number of the 256 colours of a film that each colour scale has
 LIGHT: Final = {"ambient": 0.55, "diffuse": 0.5, "specular": 0.05}
-"""Light on bodies whose colours are values: they must not change in the shade."""
+"""Lighting of bodies whose colours are values: mostly ambient, so that shade does not change them."""
 _BAR: Final = {
     "n_labels": 2, "fmt": "%.3g", "label_font_size": 24, "title_font_size": 24, "color": "black",
     "position_x": 0.64, "position_y": 0.86, "width": 0.34, "height": 0.09,
@@ -53,12 +50,12 @@ _BAR: Final = {
 
 
 def draw_frames(frames: Frames, shown: Sequence[tuple[int, float]], *, title: str | None = None) -> list[Image]:
-    """Return images of frames: (number, phase), the share of its displacement that is drawn.
+    """Return images of frames; ``shown``: number of each, and phase, the factor on its displacement.
 
-    ``title``: above each, with colour scale and words, at half the size; ``None``: the body alone.
+    ``title``: title above each image, which then has a colour scale and half the size; ``None``: the body alone.
 
     Raises:
-        PictureError: what drawing needs is missing, parts that do not fit together.
+        PictureError: a package or driver for drawing is missing, or shapes of arrays are inconsistent.
     """
     frames.check()
     size = SHEET if title is None else FILM
@@ -81,10 +78,10 @@ def animate_frames(frames: Frames, path: str | os.PathLike[str], *, title: str =
 
 
 def swing_frame(frames: Frames, path: str | os.PathLike[str], *, pictures: int = 24) -> None:
-    """Draw the first mode as an endless GIF: one period in an even number of ``pictures``. Raises as `draw_frames`."""
+    """Draw the first mode as an endless GIF of one period in ``pictures`` (even) images. Raises as `draw_frames`."""
     phases = [math.cos(2 * math.pi * k / pictures) for k in range(pictures // 2 + 1)]
     half = draw_frames(frames, [(0, phase) for phase in phases], title="")
-    images = [*half, *half[-2:0:-1]]  # the way back passes the same pictures
+    images = [*half, *half[-2:0:-1]]  # the second half of the period repeats the same pictures
     write_gif(images, _own_colours(), path, round(PERIOD / pictures))
 
 
@@ -105,10 +102,10 @@ def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = ""
 
 
 def plot_margin_map(bodies: Sequence[Frames], path: str | os.PathLike[str], *, title: str) -> None:
-    """Draw bodies side by side, each in the scale of its own margins.
+    """Draw the fatigue margins of bodies side by side, each in its own colour scale.
 
     Raises:
-        PictureError: what drawing needs is missing, nothing judged.
+        PictureError: a package or driver for drawing is missing, or no margin is finite and positive.
     """
     shown = [each for each in bodies if np.isfinite(each.colours).any() and each.low > 0]
     if not shown:
@@ -137,7 +134,7 @@ def album(
     title: str,
     columns: int | None = None,
 ) -> Iterator[Figure]:
-    """Draw a sheet with images of equal size in rows, each under its heading, at most as wide and as high as a page."""
+    """Yield the figure of a sheet of images of equal size in rows, below their headings, at most as large as a page."""
     height, width = images[0].shape[:2]
     rows = math.ceil(len(images) / (columns or math.ceil(math.sqrt(1.5 * len(images) * height / width))))
     columns = columns or math.ceil(len(images) / rows)
@@ -154,7 +151,7 @@ def album(
 
 
 class _Stage:
-    """A body in a plotter: its surface, the rim of an open one, of modes its edges at rest, and what is beside it."""
+    """Body in a plotter: surface, boundary of an open surface, edges at rest of modes, and overlay."""
 
     def __init__(self, plotter: Any, frames: Frames, *, titled: bool) -> None:
         pyvista = load_pyvista()
@@ -166,7 +163,7 @@ class _Stage:
         self._colours = colours
         surface = pyvista.PolyData.from_regular_faces(frames.points, frames.triangles)
         surface.point_data["number"] = np.arange(len(frames.points))
-        # sharp edges are split once, for all frames
+        # sharp edges are split once for all frames
         self._body = surface.compute_normals(cell_normals=False, feature_angle=35, split_vertices=True)
         self._body.point_data[words] = colours[0][self._body["number"]]
         self._words, self._moved = words, [(self._body, self._body.points.copy(), self._body["number"])]
@@ -174,22 +171,22 @@ class _Stage:
             self._body, scalars=words, cmap=f"{COLOURS}_r" if frames.logarithmic else COLOURS, clim=limits.tolist(),
             nan_color=UNKNOWN, show_scalar_bar=False, **LIGHT,
         )  # fmt: skip
-        actor.prop.interpolation = "phong"  # by the normals that `move` keeps
+        actor.prop.interpolation = "phong"  # by the normals that `move` updates
         rim = surface.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
         if rim.n_points and frames.values is not None:
             plotter.add_mesh(rim, color="#404040", line_width=1.5)
             self._moved.append((rim, rim.points.copy(), rim["number"]))
         if frames.edges is not None and len(frames.edges):
             plotter.add_lines(frames.edges.reshape(-1, 3), color="#6A6A6A", width=2)
-        seen = [frames.points]
+        corners = [frames.points]
         self._beside: Any = None
-        if (beside := frames.overlay) is not None:
-            seen.append(beside.points + np.outer(self._scale * beside.height, (0.0, 0.0, 1.0)))
-            quads = np.arange(len(beside.points)).reshape(-1, 4)
-            self._beside = pyvista.PolyData.from_regular_faces(seen[-1], quads)
-            self._beside.cell_data["force"] = beside.values[0]
+        if (overlay := frames.overlay) is not None:
+            corners.append(overlay.points + np.outer(self._scale * overlay.height, (0.0, 0.0, 1.0)))
+            quads = np.arange(len(overlay.points)).reshape(-1, 4)
+            self._beside = pyvista.PolyData.from_regular_faces(corners[-1], quads)
+            self._beside.cell_data["force"] = overlay.values[0]
             plotter.add_mesh(
-                self._beside, scalars="force", cmap=_lip_colours(), clim=(0.0, beside.full), lighting=False,
+                self._beside, scalars="force", cmap=_lip_colours(), clim=(0.0, overlay.full), lighting=False,
                 show_scalar_bar=False,
             )  # fmt: skip
         if titled:
@@ -198,13 +195,13 @@ class _Stage:
             plotter.add_text(frames.footer(), position=(24, 20), font_size=13, color="black")
         still = frames.values is not None and not frames.displacement.any()
         margin = 0.0 if still else self._scale * frames.largest + (0.04 * frames.size if titled else 0.0)
-        aim(plotter, np.concatenate(seen), margin, frames.view)
+        aim(plotter, np.concatenate(corners), margin, frames.view)
 
     def move(self, number: int, phase: float) -> None:
         """Move the body to the frame of this number, with ``phase`` (-1..1) times its displacement."""
-        off = phase * self._scale * self._frames.displacement[number]
+        displacement = phase * self._scale * self._frames.displacement[number]
         for mesh, rest, which in self._moved:
-            mesh.points = rest + off[which]
+            mesh.points = rest + displacement[which]
         self._body.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False, inplace=True)
         self._body.point_data[self._words] = self._colours[number][self._moved[0][2]]
         if self._beside is not None and self._frames.overlay is not None:
@@ -218,7 +215,7 @@ def _lip_colours() -> Any:
 
 
 def _own_colours() -> Array:
-    """Return white, and the colours (n, 3) of both scales, 0..255."""
+    """Return white, and the colours (n, 3) of both colour scales, 0..255."""
     import matplotlib
 
     shares = np.linspace(0.0, 1.0, OF_EACH)
@@ -226,39 +223,39 @@ def _own_colours() -> Array:
     return np.concatenate([np.full((1, 3), 255.0), *(255 * scale[:, :3] for scale in scales)])
 
 
-MOST_TRIANGLES: Final = 24_000  # most triangles of a body that are kept: of 12,000 flat sections had too few for a wave
-FINEST: Final = 32_767  # steps from 0 to the largest displacement
+MOST_TRIANGLES: Final = 24_000  # largest number stored: 12,000 were too few for waves in flat sections
+FINEST: Final = 32_767  # number of steps from 0 to the largest displacement
 UNTOLD: Final = 65_535  # stored number of an unknown value
-"""Values take the steps below it, from the lowest to the highest."""
-MOST_POINTS: Final = 100_000  # most points of a body that are read
-MOST_PLACES: Final = 10_000_000  # most coordinates in all frames that are read
-BEYOND: Final = 1e30  # limit, in SI units, of coordinates, displacements and ends of scales in a sound file
+"""Stored numbers below it are the steps from the lowest to the highest value."""
+MOST_POINTS: Final = 100_000  # largest number of points of a body that is read
+MOST_PLACES: Final = 10_000_000  # largest number of coordinates in all frames that is read
+BEYOND: Final = 1e30  # limit, in SI units, of coordinates, displacements and ends of scales in a valid file
 CONTENT: Final = "moving body"
 OF_FRAMES: Final = ("time", "frequency", "modal_mass")
-"""Fields of each frame that are kept where they are known."""
+"""Arrays with one entry per frame that are stored if they are known."""
 KEPT: Final[Mapping[str, str]] = {
     "modes.h5": "Modes in motion",
     "stress_wave.h5": "Stress wave in motion",
     "reed_stress_wave.h5": "Stress wave in the reed, in motion",
     "landing.h5": "Landing in motion",
 }
-"""Files of bodies in the folder of a run, and what they show."""
+"""Files of bodies in the folder of a run, and their content."""
 SOURCES: Final[Mapping[str, str]] = {
     "modes.h5": "seatfem modes into the same folder, or a run that reduces the seat by its modes",
     "stress_wave.h5": "frames = 24 in [stress] of the scene",
     "reed_stress_wave.h5": "frames = 24 in [stress], and a reed of plate elements",
     "landing.h5": "a reed of plate elements that lands on a lip in segments",
 }
-"""The words that tell a user how each file of `KEPT` is made."""
+"""Instructions that tell a user how each file of `KEPT` is made."""
 
 
 def save_moving(frames: Frames, path: str | os.PathLike[str]) -> None:
-    """Write a body, with `MOST_TRIANGLES` of it at most, to an HDF5 file, whole or absent.
+    """Write a body, decimated to `MOST_TRIANGLES`, to an HDF5 file, complete or not at all.
 
-    Displacements are kept to 1/32767 of the largest, values to 1/65534 of their scale: what lies beyond it is not told.
+    Displacements are stored in steps of 1/32767 of the largest, values in 1/65534 of their scale, clipped to it.
 
     Raises:
-        PictureError: parts that do not fit together; pyvista is missing, and there are too many triangles.
+        PictureError: shapes of arrays are inconsistent, or decimation is needed and pyvista is missing.
     """
     frames.check()
     frames = _decimated(frames)
@@ -277,7 +274,7 @@ def save_moving(frames: Frames, path: str | os.PathLike[str]) -> None:
 
 
 def load_moving(path: str | os.PathLike[str]) -> Frames:
-    """Read what `save_moving` wrote. Raises `StorageError` of a file that is damaged, or larger than it may be."""
+    """Return the frames in a file of `save_moving`. Raises `StorageError` if it is damaged or too large."""
     with opened(path, CONTENT) as file:
         about = json.loads(str(file.attrs["about"]))
         number, count, _ = file["displacement"].shape
@@ -333,7 +330,7 @@ def steps_of_values(frames: Frames) -> NDArray[np.uint16]:
 
 
 def _decimated(frames: Frames) -> Frames:
-    """Return the body with at most `MOST_TRIANGLES`, on some of its own points; edges stay."""
+    """Return the body with at most `MOST_TRIANGLES`, on a subset of its points; edges are unchanged."""
     count = len(frames.triangles)
     if count <= MOST_TRIANGLES:
         return replace(frames, before=count)
@@ -341,25 +338,25 @@ def _decimated(frames: Frames) -> Frames:
     body = pyvista.PolyData.from_regular_faces(frames.points, frames.triangles)
     body.point_data["number"] = np.arange(len(frames.points))
     fewer = body.decimate_pro(1 - MOST_TRIANGLES / count, feature_angle=30.0, preserve_topology=True)
-    kept = np.asarray(fewer.point_data["number"], dtype=np.int64)
+    points = np.asarray(fewer.point_data["number"], dtype=np.int64)
     return replace(
         frames,
-        points=frames.points[kept],
+        points=frames.points[points],
         triangles=np.asarray(fewer.regular_faces, dtype=np.int64),
-        displacement=frames.displacement[:, kept],
-        values=None if frames.values is None else frames.values[:, kept],
+        displacement=frames.displacement[:, points],
+        values=None if frames.values is None else frames.values[:, points],
         before=count,
     )
 
 
 def write_moving(frames: Frames, path: str | os.PathLike[str]) -> None:
-    """Write NAME.pvd and NAME/0001.vtu, ... for viewers: displacement and, where there are any, values.
+    """Write NAME.pvd and NAME/0001.vtu, ... for ParaView: displacement and, if present, values.
 
-    The body is at rest: warp it by its displacement. Frames are at their times [s], modes at their frequencies [Hz], or
-    at their numbers.
+    The body is at rest: warp it by its displacement. Frames are stored at their times [s], modes at their frequencies
+    [Hz].
 
     Raises:
-        PictureError: pyvista is missing, parts that do not fit together.
+        PictureError: pyvista is missing, or shapes of arrays are inconsistent.
     """
     frames.check()
     path, entries, count = Path(path), "", len(frames.labels)
@@ -377,7 +374,7 @@ def write_moving(frames: Frames, path: str | os.PathLike[str]) -> None:
 
 
 def write_surface(frames: Frames, fields: Mapping[str, Array], path: str | os.PathLike[str]) -> None:
-    """Write the body at rest with ``fields`` at its points as a .vtu. Raises `PictureError` without pyvista."""
+    """Write the body at rest with ``fields`` at its points as .vtu. Raises `PictureError` without pyvista."""
     pyvista = import_pyvista()
     body = pyvista.PolyData.from_regular_faces(frames.points, frames.triangles).cast_to_unstructured_grid()
     for name, values in fields.items():

@@ -1,8 +1,7 @@
-"""Worker that draws pictures of bodies, on which VTK may crash or hang. `seatfem.pictures.rendering` starts it.
+"""Worker process that draws pictures of bodies, in which VTK may crash or hang; started by `rendering`.
 
-The only argument names a folder of files written by the parent: what to draw, to be called with ``path``. Each line on
-the standard input is "FILE NAME", without a FILE for what all pictures need; the answer is in JSON why it could not be
-drawn, or "".
+The only argument names a folder of pickled drawing functions, each called with ``path``. Each line on the standard
+input is "FILE NAME", with an empty FILE to load libraries only; the answer, in JSON, is the reason for a failure or "".
 """
 
 import json
@@ -31,7 +30,7 @@ def main(folder: Path) -> None:
 
 
 def _load(_: Path) -> None:
-    """Load libraries, and open a window of OpenGL, whose first one takes longest."""
+    """Load libraries and open a window of OpenGL: the first one takes longest."""
     import matplotlib.backends.backend_agg  # noqa: F401
 
     new_plotter(load_pyvista(), (16, 16)).close()

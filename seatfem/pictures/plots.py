@@ -1,4 +1,4 @@
-"""Pictures of bodies by VTK: the seat's mesh, its modes still and moving, and files for ParaView."""
+"""Pictures by VTK of the seat's mesh and of its modes, still and moving, and files for ParaView."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def plot_modes(
     """Draw the modes side by side: deformed, coloured by the magnitude of displacement, undeformed edges in grey.
 
     Args:
-        shapes: (3, n) nodal displacements of each mode, any scale.
-        frequencies_hz: of each mode [Hz].
-        cut: take the half towards the viewer away, for hollow bodies.
-        names: what stands before each frequency [1, 2, ...].
+        shapes: nodal displacements (3, n) of each mode, any scale.
+        frequencies_hz: frequency of each mode [Hz].
+        cut: whether to omit the half towards the viewer, for hollow bodies.
+        names: text before each frequency [1, 2, ...].
 
     Raises:
-        PictureError: no modes, or what drawing needs is missing.
+        PictureError: there are no modes, or a package or driver for drawing is missing.
     """
     numbers = [str(k + 1) for k in range(len(shapes))] if names is None else names
     plot_frames(_frames(grid, shapes, frequencies_hz, numbers, cut), path, title=title)
@@ -67,7 +67,7 @@ def animate_mode(
     """Draw one mode as an endless GIF of one period in ``frames`` (even) pictures.
 
     Raises:
-        PictureError: what drawing needs is missing.
+        PictureError: a package or driver for drawing is missing.
     """
     swing_frame(_frames(grid, [shape], [frequency_hz], [""], cut), path, pictures=frames)
 
@@ -75,7 +75,7 @@ def animate_mode(
 def write_vtu(
     grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array, path: str | os.PathLike[str]
 ) -> None:
-    """Write the modes as vector fields on the mesh itself, curved cells included, for ParaView (Warp By Vector).
+    """Write the modes as vector fields on the mesh, curved cells included, for ParaView (Warp By Vector).
 
     Raises:
         PictureError: pyvista is missing.
@@ -90,12 +90,12 @@ def write_vtu(
 
 
 def plot_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:
-    """Draw the mesh from above, cut open, from below, and close to the contact patch; patch and fixed faces in colour.
+    """Draw the mesh from above, cut open, from below, and near the contact face; contact and fixed faces in colour.
 
-    ``mesh``: a scikit-fem mesh of tetrahedra or hexahedra with named boundaries, or what carries one as ``.mesh``.
+    ``mesh``: a scikit-fem mesh of tetrahedra or hexahedra with named boundaries, or an object with one as ``.mesh``.
 
     Raises:
-        PictureError: what drawing needs is missing.
+        PictureError: a package or driver for drawing is missing.
     """
     mesh = getattr(mesh, "mesh", mesh)
     pyvista = load_pyvista()
@@ -103,23 +103,23 @@ def plot_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:
 
     vertices = np.ascontiguousarray(mesh.p[:, : mesh.nvertices].T)
     colours = {"contact": ORANGE, "fixed": SKY, "surface": _BODY, "inside": _INSIDE}
-    behind = vertices[mesh.t].mean(axis=0)[:, 1] > vertices[:, 1].mean()
+    back_half = vertices[mesh.t].mean(axis=0)[:, 1] > vertices[:, 1].mean()
     images = []
     plotter = new_plotter(pyvista, (700, 580))
-    everything = np.ones_like(behind)
-    views = [("from above", ABOVE, everything, vertices), ("cut open", ABOVE, behind, vertices)]
-    views.append(("from below", BELOW, everything, vertices))
+    all_cells = np.ones_like(back_half)
+    views = [("from above", ABOVE, all_cells, vertices), ("cut open", ABOVE, back_half, vertices)]
+    views.append(("from below", BELOW, all_cells, vertices))
     patch = np.asarray(mesh.boundaries.get("contact", np.zeros(0)), dtype=np.int64)
     if patch.size:
         near, half = vertices[np.unique(mesh.facets[:, patch])], vertices[:, 2].min() + vertices[:, 2].max()
-        views.append(("contact patch", ABOVE if 2 * near[:, 2].mean() >= half else BELOW, everything, near))
-    for _, view, kept, seen in views:
+        views.append(("contact patch", ABOVE if 2 * near[:, 2].mean() >= half else BELOW, all_cells, near))
+    for _, view, shown_cells, region in views:
         plotter.clear_actors()
-        for name, facets in _visible_facets(mesh, kept, ("contact", "fixed")).items():
+        for name, facets in _visible_facets(mesh, shown_cells, ("contact", "fixed")).items():
             if facets.size:
                 faces = pyvista.PolyData.from_regular_faces(vertices, np.ascontiguousarray(mesh.facets[:, facets].T))
                 plotter.add_mesh(faces, color=colours[name], **_EDGES, **_LIGHT)
-        aim(plotter, seen, 0.0 if seen is vertices else 0.1 * float(np.ptp(seen, axis=0).max()), view)
+        aim(plotter, region, 0.0 if region is vertices else 0.1 * float(np.ptp(region, axis=0).max()), view)
         images.append(shoot(plotter))
     plotter.close()
     cells = "tetrahedra" if len(mesh.t) == 4 else "hexahedra"
@@ -133,25 +133,25 @@ def plot_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:
         )
 
 
-def _visible_facets(mesh: Any, kept: NDArray[np.bool_], groups: tuple[str, ...]) -> dict[str, NDArray[np.int64]]:
-    """Return the facets around the ``kept`` elements: each named group, the rest of the "surface", "inside" laid
-    open."""
+def _visible_facets(mesh: Any, elements: NDArray[np.bool_], groups: tuple[str, ...]) -> dict[str, NDArray[np.int64]]:
+    """Return the facets around the ``elements``: each named group, the rest of the "surface", and those "inside"
+    that the cut exposes."""
     first, second = mesh.f2t
     outer = second < 0
-    shown = np.where(outer, kept[first], kept[first] != kept[second])
+    shown = np.where(outer, elements[first], elements[first] != elements[second])
     visible = {"inside": np.flatnonzero(shown & ~outer)}
-    rest = shown & outer
+    unnamed = shown & outer
     for name in groups:
         facets = np.asarray(mesh.boundaries.get(name, np.zeros(0)), dtype=np.int64)
         visible[name] = facets[shown[facets]]
-        rest[facets] = False
-    return {**visible, "surface": np.flatnonzero(rest)}
+        unnamed[facets] = False
+    return {**visible, "surface": np.flatnonzero(unnamed)}
 
 
 def _frames(
     grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array, names: Sequence[str], cut: bool
 ) -> Frames:
-    """Return the surface of a grid, of its half away from the viewer where it is cut, with its modes scaled to 1."""
+    """Return the surface of a grid, or of its half away from the viewer if it is cut, with its modes scaled to 1."""
     _check(grid, shapes, frequencies_hz)
     pyvista = load_pyvista()
     volume = _unstructured(pyvista, grid.points, grid.linear_cells)
@@ -160,7 +160,7 @@ def _frames(
     if cut:
         low, high = np.array(volume.bounds[::2]), np.array(volume.bounds[1::2])
         volume = volume.clip(normal=(0.0, -1.0, 0.0), origin=(low + high) / 2)
-    cells = volume.extract_surface(algorithm=None)  # those that are cut have up to six corners
+    cells = volume.extract_surface(algorithm=None)  # cut cells have up to six corners
     edges = cells.extract_feature_edges(35, boundary_edges=False, manifold_edges=False, non_manifold_edges=False)
     surface = cells.triangulate()
     labels = [f"{name}:  {text(float(f), 'Hz', 4)}".lstrip(": ") for name, f in zip(names, frequencies_hz, strict=True)]
@@ -183,7 +183,7 @@ def _check(grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[flo
             raise PictureError(f"shape {k} is {np.shape(shape)}, must be finite and (3, {len(grid.points)})")
 
 
-_POINTS = 8  # points drawn on each curved edge
+_POINTS = 8  # number of points drawn on each curved edge
 
 
 def plot_section(mesh: Any, path: str | os.PathLike[str]) -> None:
@@ -236,7 +236,7 @@ def _draw(axes: Axes, groups: Iterable[tuple[NDArray[np.float64], str, float, st
 
 
 def _window(patch: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the corners of a square around the patch, twice as wide, two thirds of it on the body's side (below)."""
+    """Return the corners of a square around the patch, of twice its width, two thirds of it below, in the body."""
     low, high = patch.min(axis=(0, 1)), patch.max(axis=(0, 1))
     half = max(float(np.max(high - low)), 1e-6)
     middle = (low + high) / 2 - np.array([0.0, half / 3])
@@ -244,6 +244,6 @@ def _window(patch: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 
 def _curves(mesh: Any, facets: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return (facets, points, 2) places along edges [m], by the mesh's own map."""
+    """Return points (facets, points, 2) along edges [m], by the mapping of the mesh."""
     along = np.linspace(0.0, 1.0, _POINTS)[None, :]
     return np.asarray(mesh.mapping().G(along, find=facets)).transpose(1, 2, 0)

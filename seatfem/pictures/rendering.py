@@ -1,4 +1,4 @@
-"""Off-screen rendering with pyvista in a process of its own, guarded against what would crash VTK."""
+"""Off-screen rendering with pyvista in a separate process, which survives crashes of VTK."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ View = tuple[float, float, float]
 ABOVE: Final[View] = (0.45, -1.0, 0.62)
 BELOW: Final[View] = (0.45, -1.0, -0.62)
 """Directions from the body to the camera."""
-BORDER: Final = 6  # pixels of white around cropped images
+BORDER: Final = 6  # white border of cropped images [pixels]
 NO_DRIVER: Final = (
     "no pictures: VTK cannot draw off-screen, an OpenGL driver is missing; "
     "install it: apt-get install libegl1 libgl1-mesa-dri"
 )
 TRIED: Final = "SEATFEM_VTK_TRIED"
-"""Environment variable of the drawing process: skip the test of VTK there, a crash does no harm."""
+"""Environment variable of the drawing process, in which VTK needs no trial: a crash is harmless there."""
 
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
@@ -57,16 +57,16 @@ raise SystemExit(0 if window.SupportsOpenGL() else 1)
 
 
 def load_pyvista() -> ModuleType:
-    """Return pyvista, once it is sure that VTK can draw off-screen.
+    """Return pyvista after checking that VTK can draw off-screen.
 
     Raises:
-        PictureError: a package, system library or driver is missing; the message holds the command that installs it.
+        PictureError: a package, system library or driver is missing; the message names the command that installs it.
     """
     if gap := picture_library_gap():
         raise PictureError(gap)
     select_offscreen_window()
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
-        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # without a try at X and its warning
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # without a try at X, which warns
     if not can_draw():
         raise PictureError(NO_DRIVER)
     return import_pyvista()
@@ -74,7 +74,7 @@ def load_pyvista() -> ModuleType:
 
 @cache
 def can_draw() -> bool:
-    """Return whether VTK draws here: tried once, in a process (0.6 s), since libEGL without a driver crashes it."""
+    """Return whether VTK can draw: tried once, in a process (0.6 s), since libEGL without a driver crashes it."""
     if os.environ.get(TRIED):
         return True
     try:
@@ -85,31 +85,31 @@ def can_draw() -> bool:
 
 
 def import_pyvista() -> ModuleType:
-    """Return pyvista for files only, without a try at drawing.
+    """Return pyvista for files only, without testing whether it can draw.
 
     Raises:
         PictureError: it is missing or broken.
     """
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of third-party modules at import
+            warnings.simplefilter("ignore")  # warnings by third-party modules at import
             import pyvista
-    except Exception as missing:  # a broken one raises anything
+    except Exception as missing:  # a broken installation may raise any error
         raise PictureError(how_to_mend("pyvista", "pictures", missing)) from missing
     return pyvista
 
 
 def new_plotter(pyvista: ModuleType, size: tuple[int, int], *, shrunk: bool = False) -> Any:
-    """Return an off-screen plotter on white, in the theme of this package alone; antialiased, unless its images are
-    ``shrunk`` to half their size or less, which smooths them at a third of the time."""
+    """Return an off-screen plotter on white, with the theme of this package; antialiased, unless its images are
+    ``shrunk`` to half their size or less, which smooths them in a third of the time."""
     theme = pyvista.themes.DocumentTheme()
     plotter = pyvista.Plotter(off_screen=True, notebook=False, window_size=list(size), theme=theme)
     if shrunk:
         plotter.disable_anti_aliasing()
     else:
-        plotter.enable_anti_aliasing("msaa", multi_samples=4)  # in software SSAA takes half as long again
+        plotter.enable_anti_aliasing("msaa", multi_samples=4)  # in software, SSAA takes 1.5 times as long
     plotter.show(auto_close=False)
-    plotter.suppress_rendering = True  # every actor and every turn of the camera would render, in software
+    plotter.suppress_rendering = True  # otherwise every actor and every camera motion would render, in software
     return plotter
 
 
@@ -137,7 +137,7 @@ def aim(plotter: Any, points: NDArray[np.float64], margin: float, view: View = A
 
 
 def shoot(plotter: Any) -> Image:
-    """Return the image now in the plotter, (height, width, 3).
+    """Return the current image of the plotter (height, width, 3).
 
     Raises:
         PictureError: nothing was drawn.
@@ -152,56 +152,56 @@ def shoot(plotter: Any) -> Image:
 
 
 def halved(image: Image) -> Image:
-    """Return the image at half the size: each pixel the mean of four."""
+    """Return the image at half the size: each pixel is the mean of four."""
     from PIL import Image as Pillow
 
     return np.asarray(Pillow.fromarray(image).reduce(2))
 
 
-def in_few_colours(images: list[Image], own: NDArray[Any]) -> list[Any]:
-    """Return all images, as Pillow's, in the same 256 colours. ``own``: (n, 3) RGB of 0 ... 255 that are always kept,
-    since the quantizer drops colours of small areas."""
+def in_few_colours(images: list[Image], fixed: NDArray[Any]) -> list[Any]:
+    """Return all images, as Pillow's, in the same 256 colours. ``fixed``: RGB colours (n, 3) in 0..255 that are always
+    included, since the quantizer drops colours of small areas."""
     from PIL import Image as Pillow
 
-    kept = np.asarray(own).astype(int)
-    everything = Pillow.fromarray(
+    always = np.asarray(fixed).astype(int)
+    sample = Pillow.fromarray(
         np.concatenate([image[::2, ::2] for image in images[:: max(1, len(images) // 8)]])
-    ).quantize(256 - len(kept))
+    ).quantize(256 - len(always))
     palette = Pillow.new("P", (1, 1))
-    palette.putpalette([*kept.ravel().tolist(), *(everything.getpalette() or [])[: 3 * (256 - len(kept))]])
+    palette.putpalette([*always.ravel().tolist(), *(sample.getpalette() or [])[: 3 * (256 - len(always))]])
     return [Pillow.fromarray(image).quantize(palette=palette, dither=Pillow.Dither.NONE) for image in images]
 
 
-def write_gif(images: list[Image], own: NDArray[Any], path: str | os.PathLike[str], milliseconds: int) -> None:
-    """Write an endless GIF of the images `in_few_colours`."""
-    few = in_few_colours(images, own)
+def write_gif(images: list[Image], fixed: NDArray[Any], path: str | os.PathLike[str], milliseconds: int) -> None:
+    """Write an endless GIF of the images, quantized by `in_few_colours`."""
+    quantized = in_few_colours(images, fixed)
     with whole_file(path) as temporary:
-        few[0].save(temporary, "GIF", save_all=True, append_images=few[1:], duration=milliseconds, loop=0)
+        quantized[0].save(temporary, "GIF", save_all=True, append_images=quantized[1:], duration=milliseconds, loop=0)
 
 
 def crop(images: list[Image]) -> list[Image]:
-    """Return images of equal size without the white margin that all have in common, but for `BORDER` of it."""
+    """Return images of equal size without their common white margin, except `BORDER` pixels."""
     inked = np.any([np.any(image < 250, axis=2) for image in images], axis=0)
     (top, bottom), (left, right) = (np.flatnonzero(inked.any(axis=axis))[[0, -1]] for axis in (1, 0))
     rows, columns = (slice(max(a - BORDER, 0), b + BORDER + 1) for a, b in ((top, bottom), (left, right)))
     return [image[rows, columns] for image in images]
 
 
-TIMEOUT: Final = 900.0  # s of the clock for one picture, enough on a busy machine
+TIMEOUT: Final = 900.0  # longest wall time for one picture, sufficient on a busy machine [s]
 WORKER: Final = "seatfem.pictures.picture_worker"
 READY: Final = "libraries"
-"""Name sent in place of a picture's: only load the libraries."""
+"""Name in place of a picture's in a request to load the libraries only."""
 
 Picture = tuple[str, Callable[..., object]]
-"""A file's name, and the function that draws it, called with ``path``."""
+"""File name, and the function that draws it, called with ``path``."""
 
 
 @contextmanager
 def drawing_apart() -> Iterator[Painter]:
-    """Start another process that draws the pictures it receives; leaving the block ends it.
+    """Yield a `Painter` with a separate process, which ends with the block.
 
-    A process that crashes or hangs costs the picture it was at. What cannot be handed to another process is drawn here,
-    when it is asked for.
+    If the process crashes or hangs, only the current picture is lost. A drawing that cannot be pickled is drawn in this
+    process when it is requested.
     """
     with folders.private_folder("pictures") as private:
         painter = Painter(private)
@@ -218,11 +218,11 @@ class Painter:
         self._private, self._taken, self._cannot, self._is_ending = private, 0, "", False
         self._desk = desk.Desk(desk.Program(WORKER, (str(private),), environment={TRIED: "1"}), private / "desk")
         self._thread = ThreadPoolExecutor(1, "pictures")
-        self._drawn: dict[str, Future[str] | Callable[..., object]] = {}  # the latest of each name
+        self._drawn: dict[str, Future[str] | Callable[..., object]] = {}  # latest drawing of each name
         self._begun: Future[str] | None = None
 
     def begin(self) -> None:
-        """Start the process and load its libraries, before there is anything to draw."""
+        """Start the process and load its libraries, before the first picture is requested."""
         self._begun = self._begun or self._thread.submit(self._ask, READY, "")
 
     def take(self, pictures: Sequence[Picture]) -> None:
@@ -239,28 +239,28 @@ class Painter:
                 self._drawn[name] = draw
 
     def __contains__(self, name: str) -> bool:
-        """Return whether a picture of this name was taken."""
+        """Return whether a picture of this name was queued."""
         return name in self._drawn
 
     def wait(self, name: str, folder: Path) -> str:
-        """Copy a picture into ``folder`` when it is drawn; return why it could not be drawn, else ""."""
+        """Copy a picture into ``folder`` when it is drawn; return the reason if it could not be drawn, else ""."""
         drawn = self._drawn[name]
         if not isinstance(drawn, Future):
             return gap_of(lambda path: drawn(path=path), folder / name)
         return drawn.result() or gap_of(lambda path: _moved(self._private / name, path), folder / name)
 
     def end(self) -> None:
-        """End the worker at once, even one that is just starting."""
+        """End the worker at once, even during its start."""
         self._is_ending = True
         self._thread.shutdown(wait=False, cancel_futures=True)
-        asked = [each for each in (self._begun, *self._drawn.values()) if isinstance(each, Future)]
-        while not all(each.done() for each in asked):
+        requests = [each for each in (self._begun, *self._drawn.values()) if isinstance(each, Future)]
+        while not all(each.done() for each in requests):
             self._desk.end()
             time.sleep(0.05)
         self._desk.end()
 
     def _ask(self, name: str, drawing: str) -> str:
-        """Return why a picture was not drawn, or ""."""
+        """Return the reason why a picture was not drawn, or ""."""
         if self._cannot or self._is_ending:
             return self._cannot
         try:

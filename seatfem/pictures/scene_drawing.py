@@ -1,7 +1,7 @@
-"""The technical drawing of a scene: a section through the contact along the reed, and below it the plan.
+"""Technical drawing of a scene: a section through the contact along the reed, and below it the plan.
 
-Both views have the same scale along x and stand above each other, as in drawings. Heights of a thin reed and of small
-openings are exaggerated, zone by zone, and what by is written on the sheet.
+Both views are above each other at the same scale along x, as in technical drawings. Heights of a thin reed and of small
+openings are exaggerated, zone by zone, by factors that are written on the sheet.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ if TYPE_CHECKING:
 SMALL: Final = 7.5  # size of small letters [points]
 INK, PALE, HATCH = "#30343A", "#E4E6E9", "#9BA1A9"
 LOAD: Final = "#8C2D63"
-BESIDE: Final = 0.45  # distance [inch] from a stopper's symbol within which a spring is drawn next to it
-LEVEL: Final = 1e-6  # distance from the plane of the section, over the springs' reach, within which a spring lies in it
+BESIDE: Final = 0.45  # distance from a stopper's symbol within which a spring is drawn next to it [inch]
+LEVEL: Final = 1e-6  # distance from the section's plane, over the springs' reach, within which a spring lies in it
 COLOURS: Final = {"seat": "#D9DCE0", "reed": "#A9D3F0", "stopper": "#EBCFE0"}
 HATCHES: Final = {"seat": "////", "reed": "", "stopper": "\\\\\\\\"}
 
 
 def draw_layout(layout: Layout, path: str | os.PathLike[str]) -> None:
-    """Draw section and plan of a scene to a file, .png, .svg or .pdf.
+    """Draw section and plan of a scene to a file: .png, .svg or .pdf.
 
     Raises:
         PictureError: matplotlib is missing, or cannot write this format.
@@ -60,7 +60,7 @@ def draw_layout(layout: Layout, path: str | os.PathLike[str]) -> None:
 
 
 class _Sheet:
-    """One layout drawn on an axes of inches."""
+    """One layout drawn on axes in inches."""
 
     def __init__(self, axes: Axes, layout: Layout, frame: Frame) -> None:
         self._axes, self._layout, self._frame = axes, layout, frame
@@ -74,14 +74,14 @@ class _Sheet:
             self._lengths(view)
         self._heights()
         self._names()
-        for number, action in enumerate(self._layout.actions):  # above the section, a row each
+        for number, action in enumerate(self._layout.actions):  # one row each above the section
             self._action(action, self._frame.top + 0.28 + LOADS * number)
         self._foot()
 
-    # Strokes
+    # Primitives
 
     def _fill(self, loops: Sequence[Array], **style: Any) -> None:
-        """Fill the places that lie in an odd number of loops."""
+        """Fill the points that lie in an odd number of loops."""
         from matplotlib.patches import PathPatch
         from matplotlib.path import Path
 
@@ -125,24 +125,24 @@ class _Sheet:
         self._axes.annotate("", (end[0], end[1]), (start[0], start[1]), arrowprops=arrow)
 
     def _ground(self, line: Array, away: Array) -> None:
-        """Draw a clamped line: strokes on the side ``away`` from the body."""
+        """Draw a clamped line with hatching on the side ``away`` from the body."""
         self._line(line, BLUE, 1.8, zorder=6, solid_capstyle="butt")
-        line = line[::-1] if tuple(line[-1]) < tuple(line[0]) else line  # all strokes lean the same way
+        line = line[::-1] if tuple(line[-1]) < tuple(line[0]) else line  # so that all strokes lean the same way
         steps = np.diff(line, axis=0)
         lengths = np.hypot(*steps.T)
         total = float(lengths.sum())
         if total == 0:
             return
-        for at in np.arange(0.04, total, 0.08):
-            k = int(np.searchsorted(np.cumsum(lengths), at))
+        for distance in np.arange(0.04, total, 0.08):
+            k = int(np.searchsorted(np.cumsum(lengths), distance))
             k = min(k, len(steps) - 1)
-            share = (at - float(lengths[:k].sum())) / max(float(lengths[k]), 1e-12)
+            share = (distance - float(lengths[:k].sum())) / max(float(lengths[k]), 1e-12)
             foot = line[k] + share * steps[k]
             along = steps[k] / max(float(lengths[k]), 1e-12)
             self._line(np.array([foot, foot + 0.085 * (away - 0.7 * along)]), BLUE, 0.6)
 
     def _spring(self, low: Array, high: Array, colour: str = INK, **style: Any) -> None:
-        """Draw a zigzag between two points, upright."""
+        """Draw a vertical zigzag between two points."""
         shares = np.array([0.0, 0.15, *np.linspace(0.2, 0.8, 7), 0.85, 1.0])
         sides = np.array([0.0, 0.0, *(0.09 * (-1.0) ** np.arange(7)), 0.0, 0.0])
         self._line(
@@ -178,7 +178,7 @@ class _Sheet:
                 colour = GREEN if body.role == "reed" else ORANGE
                 self._line(frame.place("section", line, body), colour, 2.4, zorder=7, solid_capstyle="butt")
             self._root(body)
-        if layout.start is not None:  # the reed's underside as it is released
+        if layout.start is not None:  # underside of the reed at its release
             underside = frame.up(layout.top_of_reed() + layout.start[:, 1])
             line = np.column_stack([frame.x + frame.scale * layout.start[:, 0], underside])
             self._line(line, GREEN, 1.2, linestyle=(0, (5, 2)), zorder=5)
@@ -198,7 +198,7 @@ class _Sheet:
             return
         frame = self._frame
         for line in body.views.held:
-            if len(line) > 2 or np.ptp(line[:, 0]) > 0:  # jaws are those of a sheet's end
+            if len(line) > 2 or np.ptp(line[:, 0]) > 0:  # jaws are drawn at the end of a sheet only
                 continue
             (x, low), (_, high) = frame.place("section", line, body)
             ends = np.concatenate(body.views.section)[:, 0]
@@ -208,7 +208,7 @@ class _Sheet:
                 self._fill([jaw], facecolor="white", edgecolor=BLUE, linewidth=0.8, hatch="//////", zorder=4)
 
     def _symbol(self, body: Placed) -> None:
-        """Draw a spring on the ground, a mass, or a box with the body's name."""
+        """Draw the symbol of a body: a spring on the ground, a mass, or a box with the body's name."""
         frame, views = self._frame, body.views
         x, y = frame.x + frame.scale * body.at[0], float(frame.up(body.height))
         way = -1.0 if body.role == "seat" else 1.0
@@ -227,14 +227,14 @@ class _Sheet:
         self._text(x, y + SYMBOL * way / 2, words, ha="center", zorder=8)
 
     def _bed(self, points: Array) -> None:
-        """Draw springs between a face and the ground, below."""
+        """Draw the springs of an elastic foundation between a face and the ground below."""
         low, high, y = float(points[:, 0].min()), float(points[:, 0].max()), float(points[:, 1].mean())
         for x in np.linspace(low, high, 7)[1:-1:2]:
             self._spring(np.array([x, y]), np.array([x, y - 0.2]), BLUE)
         self._ground(np.array([(low, y - 0.2), (high, y - 0.2)]), np.array([0.0, -1.0]))
 
     def _valve_springs(self) -> None:
-        """Draw the valve springs in the plane of the section, or all where none is; on the ground, the guard."""
+        """Draw the valve springs in the plane of the section, or all if none is in it, each against the fixed guard."""
         frame, places = self._frame, self._layout.springs
         level = np.abs(places[:, 1]) <= LEVEL * max(float(np.abs(places).max(initial=0.0)), 1e-9)
         foot = float(frame.up(self._layout.top_of_reed())) + (SYMBOL if self._layout.reed.views.symbol else 0.0)
@@ -243,14 +243,14 @@ class _Sheet:
             x = frame.x + frame.scale * float(place)
             if stopper is not None and stopper.views.symbol and abs(x - frame.x - frame.scale * stopper.at[0]) < BESIDE:
                 x += BESIDE  # next to the symbol
-            low, high = foot + 0.02, foot + SYMBOL  # the reed's outline stays
+            low, high = foot + 0.02, foot + SYMBOL  # the reed's outline remains visible
             pocket = np.array([(x - 0.12, low), (x + 0.12, low), (x + 0.12, high), (x - 0.12, high)])
             self._fill([pocket], facecolor="white", edgecolor="none", zorder=4)
             self._spring(np.array([x, foot]), np.array([x, foot + SYMBOL]), LOAD, zorder=6)
             self._ground(np.array([(x - 0.12, foot + SYMBOL), (x + 0.12, foot + SYMBOL)]), np.array([0.0, 1.0]))
 
     def _break(self, zone: Zone) -> None:
-        """Draw a wavy band where the heights of a body are shortened."""
+        """Draw a wavy band where the height of a body is shortened."""
         frame = self._frame
         body = self._layout.seat if zone.name == "depth" else self._layout.reed
         x = frame.x + frame.scale * (np.concatenate(body.views.section)[:, 0] + body.at[0])
@@ -299,7 +299,7 @@ class _Sheet:
         self._marks()
 
     def _marks(self) -> None:
-        """Draw the contact point, the line of the section, the place of the stopper and the axis of the tilt."""
+        """Draw the contact point, the line of the section, the position of the stopper and the axis of tilt."""
         frame, layout = self._frame, self._layout
         low, high = (frame.x + frame.scale * float(end[0]) for end in extent_of(layout))
         for x, align in ((low - 0.2, "right"), (high + 0.2, "left")):
@@ -315,7 +315,7 @@ class _Sheet:
             self._tilt_axis(*layout.tilt)
 
     def _tilt_axis(self, tilt: float, axis: float) -> None:
-        """Draw the line about which the lip is tilted, and where the opening is the smallest."""
+        """Draw the axis about which the lip is tilted, and the point of the smallest gap."""
         frame, seat = self._frame, self._layout.seat
         corners = np.concatenate(seat.views.contact) if seat.views.contact else np.zeros((1, 2))
         reach = 1.35 * float(np.hypot(*corners.T).max())
@@ -355,7 +355,7 @@ class _Sheet:
         self._text(b + 0.2, y, words, ha="left", zorder=9)
 
     def _heights(self) -> None:
-        """Draw the dimensions across x, each in a column of its own, their words in one stack at the right."""
+        """Draw the dimensions across x, each in its own column, with their texts in one stack at the right."""
         frame, layout = self._frame, self._layout
         upright: list[tuple[float, float, float, str]] = []
         for body in layout.bodies:
@@ -390,7 +390,8 @@ class _Sheet:
         self._stack([(low, high, x, text) for low, high, x, text in across], end, beside=frame.plan)
 
     def _stack(self, sizes: list[tuple[float, float, float, str]], end: float, beside: float | None = None) -> None:
-        """Draw upright dimensions: from low to high, from x on, with words ``beside`` the section's line, not on it."""
+        """Draw vertical dimensions (low, high, x, text); the texts avoid ``beside``, the height of the section's
+        line."""
         sizes = sorted(sizes, key=lambda size: (size[0] + size[1]) / 2)
         places = [(size[0] + size[1]) / 2 for size in sizes]
         for k in range(1, len(places)):
@@ -400,20 +401,20 @@ class _Sheet:
             shift = -1.2 * LINE
         column = end + 0.38
         for number, ((low, high, x, words), y) in enumerate(zip(sizes, places, strict=True)):
-            at, text_at = column + 0.09 * (number % 4), column + 0.44
+            line_x, text_at = column + 0.09 * (number % 4), column + 0.44
             for level in {low, high}:
-                self._line(np.array([(x, level), (at + 0.03, level)]), GREY, 0.35, zorder=2)
+                self._line(np.array([(x, level), (line_x + 0.03, level)]), GREY, 0.35, zorder=2)
             if high - low > 0.22:
-                self._arrow((at, low), (at, high), GREY, "<|-|>")
+                self._arrow((line_x, low), (line_x, high), GREY, "<|-|>")
             elif high > low:
-                self._line(np.array([(at, low), (at, high)]), GREY, 0.8)
-                self._arrow((at, low - 0.12), (at, low), GREY)
-                self._arrow((at, high + 0.12), (at, high), GREY)
-            self._line(np.array([(at, (low + high) / 2), (text_at - 0.03, y - shift)]), GREY, 0.35)
+                self._line(np.array([(line_x, low), (line_x, high)]), GREY, 0.8)
+                self._arrow((line_x, low - 0.12), (line_x, low), GREY)
+                self._arrow((line_x, high + 0.12), (line_x, high), GREY)
+            self._line(np.array([(line_x, (low + high) / 2), (text_at - 0.03, y - shift)]), GREY, 0.35)
             self._text(text_at, y - shift, words, ha="left")
 
     def _names(self) -> None:
-        """Write the bodies' names at the left of the section, with lines to them."""
+        """Write the names of the bodies at the left of the section, with lines to them."""
         frame, places = self._frame, []
         for body in self._layout.bodies:
             loops = [frame.place("section", loop, body) for loop in body.views.section]
@@ -455,7 +456,7 @@ class _Sheet:
             self._text((low + high) / 2, y + 0.2, action.words, ha="center", color=LOAD, bbox=box, zorder=9)
 
     def _foot(self) -> None:
-        """Write what colours mean, how heights are exaggerated, and notes."""
+        """Write the key of colours, the factors of exaggerated heights, and the notes."""
         frame, layout = self._frame, self._layout
         lines = [f"{note}" for note in layout.notes]
         if factors := factors_of(frame.zones, frame.scale):
@@ -488,7 +489,7 @@ def _key(layout: Layout) -> Iterator[tuple[str, str]]:
 
 
 def _fine(loop: Array) -> Array:
-    """Return a loop with points between its corners: heights are drawn by several factors."""
+    """Return a loop with points between its corners, since heights are scaled zone by zone."""
     ahead = np.roll(loop, -1, axis=0)
     shares = np.arange(8)[None, :, None] / 8
     return np.asarray((loop[:, None] + shares * (ahead - loop)[:, None]).reshape(-1, 2))
@@ -499,7 +500,7 @@ def _closed(loops: Loops) -> Loops:
 
 
 def _outward(line: Array, middle: Array) -> Array:
-    """Return the unit vector square to a line, away from a point."""
+    """Return the unit normal of a line that points away from ``middle``."""
     along = line[-1] - line[0]
     normal = np.array([-along[1], along[0]])
     normal = normal / max(float(np.hypot(*normal)), 1e-12)

@@ -1,4 +1,4 @@
-"""Pictures of stress on a seat and over time at hot spots, and of margins of fatigue, on bodies and against a key."""
+"""Pictures of stress on a seat and over time at hot spots, and of fatigue margins on bodies and against a key."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 Curve = tuple[str, str, Array, Array | None, float]
-"""Place; name and course (n,) of its leading component, von Mises stress (n,) [Pa]; time of its largest [s]."""
+"""Place; name and history (n,) of its leading component, von Mises stress (n,) [Pa]; time of its largest value [s]."""
 MEGA: Final = 1e6
 WIDTH, HEIGHT = 9.6, 1.75
 
@@ -31,7 +31,7 @@ WIDTH, HEIGHT = 9.6, 1.75
 def plot_stress_histories(
     time: Array, curves: Sequence[Curve], path: str | os.PathLike[str], *, touch: float, title: str
 ) -> None:
-    """Draw one axis for each place, MPa over ms, the first ``touch`` dotted [s] and the largest since it ringed.
+    """Draw one axes per place, MPa over ms, the first ``touch`` [s] dotted and the largest value since it ringed.
 
     Raises:
         PictureError: matplotlib is missing.
@@ -43,7 +43,7 @@ def plot_stress_histories(
         words = "blue: the component named; grey: von Mises; dotted: first touch; ring: the largest since"
         figure.supxlabel(words, fontsize=8)
         grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
-        for axes, (place, component, leading, mises, at) in zip(grid.flat, curves, strict=False):
+        for axes, (place, component, leading, mises, peak_time) in zip(grid.flat, curves, strict=False):
             zero_line(axes)
             if mises is not None:
                 axes.plot(1e3 * time, mises / MEGA, color=GREY, linewidth=0.7)
@@ -51,10 +51,10 @@ def plot_stress_histories(
             if math.isfinite(touch):
                 axes.axvline(1e3 * touch, color=ORANGE, linestyle=":", linewidth=1.0)
             shown = leading if mises is None else mises
-            peak = float(shown[int(np.argmin(np.abs(time - at)))])
-            axes.plot(1e3 * at, peak / MEGA, "o", mfc="none", mec=ORANGE, ms=6)
+            peak = float(shown[int(np.argmin(np.abs(time - peak_time)))])
+            axes.plot(1e3 * peak_time, peak / MEGA, "o", mfc="none", mec=ORANGE, ms=6)
             axes.set_title(f"{place}: {component}")
-            axes.set_title(f"{text(abs(peak), 'Pa')} at {text(at, 's', 4)}", loc="right", color=GREY, fontsize=8)
+            axes.set_title(f"{text(abs(peak), 'Pa')} at {text(peak_time, 's', 4)}", loc="right", color=GREY, fontsize=8)
             axes.set_ylabel("stress [MPa]")
         for axes in grid.flat[len(curves) :]:
             axes.axis("off")
@@ -64,7 +64,7 @@ def plot_stress_histories(
             grid[last, column].tick_params(labelbottom=True)
 
 
-SHOWN: Final = 400  # steps shown after the largest stress; a quarter of these before it
+SHOWN: Final = 400  # number of steps shown after the largest stress; a quarter of it before
 
 
 def plot_stress(
@@ -84,12 +84,12 @@ def plot_stress(
 
     Args:
         mesh: scikit-fem mesh.
-        sites: (P, d) its surface nodes where the stress ``snapshot`` (P,) is told; grey elsewhere [m, Pa].
-        time: (n,) of the ``histories`` (Q, n) of points called ``labels`` [s, Pa].
-        unsure: from when to when the stress depends on the time step; marked, and said so [s].
+        sites: surface nodes (P, d) with known stress ``snapshot`` (P,); the rest is grey [m, Pa].
+        time: times (n,) of the ``histories`` (Q, n) of points named ``labels`` [s, Pa].
+        unsure: interval in which the stress depends on the time step; marked in the picture [s].
 
     Raises:
-        PictureError: a body in space, and what drawing one needs is missing.
+        PictureError: the body is three-dimensional, and a package or driver for drawing it is missing.
     """
     factor, unit = scaled(np.concatenate([snapshot, histories.ravel()]), "Pa")
     worst = sites[int(np.argmax(snapshot))]
@@ -129,7 +129,7 @@ def plot_stress(
 
 
 def write_stress_vtu(sites: Array, largest: Array, time: Array, path: str | os.PathLike[str]) -> None:
-    """Write the largest von Mises stress [Pa] and its time [s] of each site (P, d) [m], as points for ParaView.
+    """Write the largest von Mises stress [Pa] and its time [s] at each site (P, d) [m], as points for ParaView.
 
     Raises:
         PictureError: pyvista is missing.
@@ -145,13 +145,13 @@ def write_stress_vtu(sites: Array, largest: Array, time: Array, path: str | os.P
 
 
 def _values_at(sites: Array, values: Array, points: Array) -> Array:
-    """Return values (n,) at points (n, d) that are sites; nan at others."""
+    """Return the values (n,) at points (n, d) that are sites; nan at others."""
     away, which = scipy.spatial.cKDTree(sites).query(points)
     return np.where(away < 1e-9 * np.abs(points).max(), values[which], np.nan)
 
 
 def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) -> None:
-    """Draw the outline through the middles of its sides, thick and coloured where stress is known, in pieces."""
+    """Draw the outline, through the mid-side nodes, as short segments, thick and coloured where stress is known."""
     from matplotlib.collections import LineCollection
 
     facets = mesh.boundary_facets()
@@ -172,9 +172,9 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
     along = np.stack([pieces[:-1], pieces[1:]], axis=2).reshape(-1, 2, 2)
     between = (share[1:, :, 0] + share[:-1, :, 0]) / 2
     colours = ((1 - between) * heights[:, 0] + between * heights[:, 1]).ravel()
-    known = np.isfinite(colours)
-    lines = LineCollection(list(along[known]), array=colours[known], cmap=scale.cmap, norm=scale.norm, linewidths=4.5)
-    lines.set_antialiased(False)  # or hair lines part them
+    finite = np.isfinite(colours)
+    lines = LineCollection(list(along[finite]), array=colours[finite], cmap=scale.cmap, norm=scale.norm, linewidths=4.5)
+    lines.set_antialiased(False)  # antialiasing would leave hairlines between the segments
     place.add_collection(lines)
     place.autoscale()
 
@@ -193,7 +193,7 @@ def _image(mesh: Any, sites: Array, values: Array) -> NDArray[np.uint8]:
 
 ROUND = (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 7, 10, 20, 50, 100)
 FINER = tuple(round(0.1 * number, 1) for number in range(1, 50))
-"""Ticks that are used where fewer than three of the round ones are seen."""
+"""Ticks that are used if fewer than three of the round ones lie on the axis."""
 
 
 def plot_margins(
@@ -206,24 +206,24 @@ def plot_margins(
     allowed: float | None = None,
     title: str = "Margin on stress over the design life",
 ) -> None:
-    """Draw margins, each a ratio, with their error bars on a logarithmic scale, the limit 1, and the value allowed.
+    """Draw margins (ratios) with error bars on a logarithmic scale, the limit 1, and the allowed value.
 
     Args:
-        values, margins, bars: of `MarginCurve`; a margin without end is left out, a bar that is not known is not drawn.
-        label: of the values, with their unit.
+        values, margins, bars: fields of `MarginCurve`; infinite margins and unknown bars are omitted.
+        label: label of the values, with their unit.
 
     Raises:
         PictureError: matplotlib is missing.
     """
     spare = np.asarray(margins, dtype=float)
-    off = np.array([0.0 if bar is None else bar for bar in bars])
+    half = np.array([0.0 if bar is None else bar for bar in bars])
     shown = np.isfinite(spare) & (spare > 0)
     with sheet(path, 6.0, 3.8) as figure:
         figure.suptitle(title)
         axes = figure.add_subplot()
         where, height = np.asarray(values, dtype=float)[shown], spare[shown]
-        below = np.minimum(off[shown], 0.99 * height)  # none reaches 0, which has no place on the scale
-        axes.errorbar(where, height, np.vstack([below, off[shown]]), marker="o", markersize=4, capsize=2.5, color=BLUE)
+        below = np.minimum(half[shown], 0.99 * height)  # bars end above 0, which is not on the scale
+        axes.errorbar(where, height, np.vstack([below, half[shown]]), marker="o", markersize=4, capsize=2.5, color=BLUE)
         axes.axhline(1.0, color=ORANGE, linestyle=(0, (4, 2)))
         axes.annotate(
             "fails", (0.01, 1.0), (0, -3), axes.get_yaxis_transform(), "offset points", color=ORANGE, va="top"
