@@ -1,4 +1,4 @@
-"""Work in processes of their own: workers that end with their parent, private folders, journals."""
+"""Jobs in separate processes: workers that end with their parent, private folders, journals."""
 
 from impact.names import lazy_names
 

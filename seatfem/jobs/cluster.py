@@ -1,8 +1,7 @@
-"""Jobs carried out by a cluster of dask (distributed): the side of who asks. No file system is shared with it.
+"""Jobs on a cluster of dask (distributed) that shares no file system with the client: both sides of the exchange.
 
-The dask worker's side of a cluster: jobs are answered by processes, from files that travel with them.
-
-Loaded by workers of `distributed` and by `seatfem.jobs.cluster`; needs the extra [cluster].
+The client sends each job with its files to a dask worker, whose plugin `Desks` has the job answered by a process.
+`distributed` imports this module on both sides; it needs the extra [cluster].
 """
 
 from __future__ import annotations
@@ -33,21 +32,21 @@ from seatfem.machine.code import code_version
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-PATIENCE: Final = 10.0  # longest wait [s] for the scheduler's answer
-MOST: Final = 256 * MB  # most bytes of the files of one job
+PATIENCE: Final = 10.0  # longest wait for the scheduler's answer [s]
+MOST: Final = 256 * MB  # largest total size of the files of one job [bytes]
 
 
 class ClusterError(ValueError):
-    """A cluster that cannot be used, or that is gone; the message names its address and what to do."""
+    """Error of a cluster that cannot be used or is gone; the message names its address and a remedy."""
 
 
 @dataclass(frozen=True)
 class Parcel:
-    """A job for a computer that has no files of this one.
+    """Job for a computer without access to the client's files.
 
     Attributes:
-        line: the job; a file of it is called ``f"{FILES}/{name}"``.
-        files: by safe names, "NUMBER/NAME" of letters, digits and ``_.-``, where they are here.
+        line: text of the job, in which its files are named ``f"{FILES}/{name}"``.
+        files: paths on the client by names "NUMBER/NAME", made of letters, digits and ``_.-``.
     """
 
     line: str
@@ -55,11 +54,11 @@ class Parcel:
 
 
 Pack = Callable[[str], Parcel]
-"""Function that makes a job of this computer into one for any computer."""
+"""Function that converts a job of this computer into one for any computer."""
 
 
 def check_address(address: str) -> None:
-    """Raise `ClusterError` if the text is no address of a scheduler."""
+    """Raise `ClusterError` if the text is not the address of a scheduler."""
     try:
         parts = urlsplit(address)
         good = parts.scheme in ("tcp", "tls") and parts.hostname and parts.port and "@" not in parts.netloc
@@ -73,7 +72,7 @@ def check_address(address: str) -> None:
 
 @contextmanager
 def _client(address: str) -> Iterator[Client]:
-    """Yield a client that is connected to the scheduler; raises `ClusterError`."""
+    """Yield a client that is connected to the scheduler; raise `ClusterError` if that fails."""
     check_address(address)
     if find_spec("distributed") is None:
         raise ClusterError(f"--cluster {address}: needs dask; install with: pip install 'seatfem[cluster]'")
@@ -85,7 +84,7 @@ def _client(address: str) -> Iterator[Client]:
         keys = "DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ...__TLS__CLIENT__CERT and ...__TLS__CLIENT__KEY"
         words = f"no certificate of this client is known; set {keys} (docs/cluster.md)"
         raise ClusterError(f"--cluster {address}: {words}")
-    client = Client.__new__(Client)  # in two steps: what cannot connect is closed before it complains of that itself
+    client = Client.__new__(Client)  # built in two steps, to close a client that cannot connect before it logs that
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": MOST}):
         try:
             socket.create_connection((parts.hostname or "", parts.port or 0), PATIENCE).close()
@@ -103,8 +102,8 @@ def _client(address: str) -> Iterator[Client]:
 
 
 def threads_of(address: str) -> int:
-    """Return how many jobs the cluster does at once. Raises `ClusterError`, also without workers, or of another
-    version."""
+    """Return the number of jobs that the cluster runs at once. Raises `ClusterError` if it cannot be reached, has no
+    workers, or has workers of another version."""
     with _client(address) as client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
@@ -116,11 +115,11 @@ def threads_of(address: str) -> int:
 
 
 def _settle(client: Client, address: str) -> None:
-    """Start desks on all workers, also on those that join later."""
+    """Register the plugin `Desks` on all workers, including those that join later."""
     version = code_version()
     try:
         client.register_plugin(seatfem.jobs.cluster.Desks(version), name=seatfem.jobs.cluster.name_of(version))
-    except Exception as error:  # of a worker that has no, or another, seatfem, whatever that raises
+    except Exception as error:  # a worker without seatfem, or with another one, may raise any error
         with suppress(Exception):
             client.unregister_worker_plugin(name=seatfem.jobs.cluster.name_of(version))
         reason = f"a worker there has no seatfem, install it: {_first(error)}"
@@ -130,15 +129,16 @@ def _settle(client: Client, address: str) -> None:
 
 @contextmanager
 def cluster_crew(address: str, program: Program, pack: Pack) -> Iterator[Ask]:
-    """Start `seatfem.jobs.desk.crew` on the threads of the workers of the cluster whose scheduler is at ``address``.
+    """Yield a function like that of `desk.crew`, run on the threads of the workers of the scheduler at ``address``.
 
-    A worker that is lost costs nothing: dask gives its jobs to others, each up to three times
-    (``distributed.scheduler.allowed-failures``); then the job is `Lost`. Each job runs in a process of its own beside
-    the worker, which a job that dies or hangs does not take along.
+    If a worker is lost, dask gives its jobs to others, each job up to three times
+    (``distributed.scheduler.allowed-failures``); then the job is `Lost`. Each job runs in a separate process beside the
+    worker, which survives a job that crashes or hangs.
 
     Raises:
-        ClusterError: an address that is none, no answer, workers of another version; while jobs are done, a scheduler
-            that goes away, or files of a job that are too large.
+        ClusterError: an invalid address, no answer, workers of another version; later, a scheduler that is gone, or
+            files
+            of a job that are too large.
     """
     with _client(address) as client:
         _settle(client, address)
@@ -157,17 +157,17 @@ def _asked(
     from distributed import KilledWorker, as_completed
 
     words = "the scheduler is gone; run the same command again, it goes on where it was"
-    gone = ClusterError(f"--cluster {address}: {words}")
-    version, study, begun = code_version(), uuid4().hex, time.monotonic()
+    lost_error = ClusterError(f"--cluster {address}: {words}")
+    version, study, start = code_version(), uuid4().hex, time.monotonic()
     pending: dict[Future[Any], tuple[int, Parcel]] = {}
-    coming = as_completed(loop=client.loop)
+    completed = as_completed(loop=client.loop)
 
     def arrived(futures: Sequence[Future[Any]]) -> Iterator[tuple[int, str | Lost]]:
-        well = [future for future in futures if future.status == "finished"]
+        finished = [future for future in futures if future.status == "finished"]
         try:
-            answers = dict(zip(well, client.gather(well), strict=True))
-        except (OSError, RuntimeError, CancelledError):  # of a client that is closed, too
-            raise gone from None
+            answers = dict(zip(finished, client.gather(finished), strict=True))
+        except (OSError, RuntimeError, CancelledError):  # also raised by a client that is closed
+            raise lost_error from None
         for future in futures:
             number, parcel = pending.pop(future)
             if future in answers:
@@ -175,11 +175,11 @@ def _asked(
             elif future.status == "error" and isinstance(problem := future.exception(), KilledWorker):
                 many, last = problem.allowed_failures + 1, problem.last_worker
                 reason = f"{many} workers were lost that had this job, last {last}"
-                yield number, Lost(False, None, reason, time.monotonic() - begun)
+                yield number, Lost(False, None, reason, time.monotonic() - start)
             elif future.status == "error":
                 raise ClusterError(f"--cluster {address}: {_first(future.exception())}; run it without --cluster")
             else:
-                raise gone
+                raise lost_error
 
     try:
         for number, parcel in enumerate(parcels):
@@ -192,10 +192,10 @@ def _asked(
                 seatfem.jobs.cluster.carried_out, task, data, key=f"seatfem-{study}-{number}", pure=False
             )
             pending[future] = number, parcel
-            coming.add(future)
-            if coming.has_ready():
-                yield from arrived(coming.next_batch(block=False))
-        for batch in coming.batches():
+            completed.add(future)
+            if completed.has_ready():
+                yield from arrived(completed.next_batch(block=False))
+        for batch in completed.batches():
             yield from arrived(batch)
     finally:
         with suppress(Exception):  # the scheduler may be gone
@@ -211,7 +211,7 @@ def _check_size(parcel: Parcel) -> None:
 
 
 def _at_home(answer: str | Lost, parcel: Parcel) -> str | Lost:
-    """Return the answer with the names that the files have here."""
+    """Return the answer with the client's paths in place of the names of the files."""
     text = answer.log if isinstance(answer, Lost) else answer
     for name in sorted(parcel.files, key=len, reverse=True):
         text = text.replace(f"{FILES}/{name}", json.dumps(str(parcel.files[name]))[1:-1])
@@ -223,24 +223,24 @@ def _first(error: BaseException | None) -> str:
     return (str(error).strip().splitlines() or [type(error).__name__])[0]
 
 
-IDLE: Final = 60.0  # time [s] without a job after which a process ends
-ENDED: Final = ("cancelled", "released", "forgotten")  # states of a task whose result is not wanted any more
+IDLE: Final = 60.0  # time without a job after which a process ends [s]
+ENDED: Final = ("cancelled", "released", "forgotten")  # states of a task whose result is no longer wanted
 _NAME: Final = re.compile(r"[0-9]{1,4}/[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 
 
 class OtherVersionError(RuntimeError):
-    """A worker has other sources of the program than the client."""
+    """Error of a worker whose sources of the program differ from the client's."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """A job with all its data but its files.
+    """Job with all its data except its files.
 
     Attributes:
-        program: that answers it.
-        line: the job; `FILES` in place of the folder of its files.
-        limit: seconds of the clock.
-        version: of the client's sources.
+        program: program that answers it.
+        line: text of the job, with `FILES` in place of the folder of its files.
+        limit: longest wall time [s].
+        version: version of the client's sources.
     """
 
     program: Program
@@ -250,27 +250,27 @@ class Task:
 
 
 def check_version(wanted: str, place: str) -> None:
-    """Raise `OtherVersionError` if this computer has another version than the ``wanted`` one."""
-    if (own := code_version()) != wanted:
+    """Raise `OtherVersionError` if the version on this computer differs from the ``wanted`` one."""
+    if (ours := code_version()) != wanted:
         raise OtherVersionError(
-            f"worker {place} has version {own} of seatfem, this computer {wanted}: install the same sources on both, "
+            f"worker {place} has version {ours} of seatfem, this computer {wanted}: install the same sources on both, "
             "and start the worker again"
         )
 
 
 class Desks(WorkerPlugin):
-    """The desks of a worker of dask: one for each of its threads that has had a job.
+    """Plugin of a dask worker with one desk for each of its threads that has had a job.
 
-    A process ends with its job where that is cancelled, after `IDLE` seconds without one, and with the worker.
+    A process ends when its job is cancelled, after `IDLE` seconds without a job, and with the worker.
     """
 
-    idempotent = True  # several clients of one version share them
+    idempotent = True  # several clients of one version share it
 
     def __init__(self, version: str) -> None:
         self.version = version
 
     def setup(self, worker: Worker) -> None:
-        """Raise `OtherVersionError` where the sources differ: dask hands that to the client."""
+        """Raise `OtherVersionError` if the sources differ: dask passes it to the client."""
         check_version(self.version, worker.address)
         self.lock = threading.Lock()
         self.free: dict[Desk, threading.Timer] = {}
@@ -280,8 +280,8 @@ class Desks(WorkerPlugin):
         self.made = 0
 
     def teardown(self, worker: Worker) -> None:
-        """End all desks, and remove their files."""
-        if "lock" not in vars(self):  # refused
+        """End all desks and remove their files."""
+        if "lock" not in vars(self):  # setup raised an error
             return
         with self.lock:
             for desk, timer in self.free.items():
@@ -293,14 +293,14 @@ class Desks(WorkerPlugin):
             self.ours.close()
 
     def transition(self, key: object, start: object, finish: object, **_: object) -> None:
-        """End the desk whose task dask has ended; dask calls this as its tasks change."""
+        """End the desk of a task that dask has ended; dask calls this at each change of a task's state."""
         if finish in ENDED and "lock" in vars(self):
             with self.lock:
                 if (desk := self.busy.get(key)) is not None:
                     threading.Thread(target=desk.end, daemon=True).start()
 
     def answer(self, key: object, task: Task, files: Mapping[str, bytes]) -> str | Lost:
-        """Return the answer of a free desk of the task's program, or of a new one."""
+        """Return the answer of a free desk for the task's program, or of a new desk."""
         with self.lock:
             desk = next((each for each in self.free if each.program == task.program), None)
             if desk is not None:
@@ -332,7 +332,7 @@ class Desks(WorkerPlugin):
 
 
 def unpacked(files: Mapping[str, bytes], folder: Path) -> str:
-    """Unpack these files alone; return the folder, as JSON has it in strings. Raises `ValueError` for unsafe names."""
+    """Write only these files into ``folder``; return its path as in a JSON string. Raises `ValueError` if unsafe."""
     for name in files:
         if not _NAME.fullmatch(name):
             raise ValueError(f"{name!r} must be a number, / and a plain name")
@@ -347,14 +347,14 @@ def unpacked(files: Mapping[str, bytes], folder: Path) -> str:
 
 
 def carried_out(task: Task, files: Mapping[str, bytes]) -> str | Lost:
-    """Return the answer to a task; dask calls it, in one of the threads of a worker."""
+    """Return the answer to a task; dask calls it in one of the threads of a worker."""
     worker = get_worker()
-    check_version(task.version, worker.address)  # one that joined after the client had asked
+    check_version(task.version, worker.address)  # a worker that joined after the client's check
     desks = worker.plugins[name_of(task.version)]
     assert isinstance(desks, Desks)
     return desks.answer(worker.get_current_task(), task, files)
 
 
 def name_of(version: str) -> str:
-    """Return the name of the desks among dask's plugins."""
+    """Return the name of the plugin for this version."""
     return f"seatfem {version}"

@@ -1,4 +1,4 @@
-"""Jobs and those who do them, wherever they are: one that hangs or crashes ends as its own failure."""
+"""Desks, at which one worker process answers jobs one by one: a job that hangs or crashes fails alone."""
 
 import shutil
 import signal
@@ -17,20 +17,20 @@ NEVER: Final = 1_000_000_000
 ONE_THREAD: Final = dict.fromkeys(
     ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
-"""Variables of a process whose numbers, and times, are not to depend on how many run beside it."""
+"""Variables of a process whose results and times must not depend on the number of parallel processes."""
 FILES: Final = "@seatfem-files@"
-"""Folder of the unpacked files, in a job for another computer and in its answer."""
+"""Placeholder for the folder of the unpacked files, in a job for another computer and in its answer."""
 
 
 @dataclass(frozen=True)
 class Lost:
-    """A job without an answer.
+    """Job without an answer.
 
     Attributes:
-        hung: whether its time was over; else its worker has ended.
-        code: exit code of the worker, negative for a signal; None while it hung, or where its computer is gone with it.
-        log: what the worker wrote to its standard error.
-        seconds: of the clock.
+        hung: whether its time limit was exceeded; otherwise its worker has ended.
+        code: exit code of the worker, negative for a signal; ``None`` if it hung, or if its computer was lost.
+        log: standard error of the worker.
+        seconds: wall time [s].
     """
 
     hung: bool
@@ -39,18 +39,18 @@ class Lost:
     seconds: float
 
     def in_words(self) -> str:
-        """Return how a worker ended, and its last words."""
+        """Return how the worker ended, and the last line of its log."""
         lines = self.log.strip().splitlines() or ["no message"]
-        by = "with its computer" if self.code is None else f"exit code {self.code}"
+        cause = "with its computer" if self.code is None else f"exit code {self.code}"
         if self.code is not None and -self.code in set(signal.Signals):
-            by = f"signal {signal.Signals(-self.code).name}"
-        return f"the process died ({by}): {lines[-1]}"
+            cause = f"signal {signal.Signals(-self.code).name}"
+        return f"the process died ({cause}): {lines[-1]}"
 
 
 Ask = Callable[[Iterable[str], float], Iterator[tuple[int, str | Lost]]]
-"""Of jobs, a line each, and the limit of time for one [s]: the number and the answer of each, as they come.
+"""Function of jobs, one line each, and the time limit of one [s], that yields number and answer of each on completion.
 
-`seatfem.jobs.desk.crew` and `seatfem.jobs.cluster.cluster_crew` give one; where they end, all jobs do.
+`seatfem.jobs.desk.crew` and `seatfem.jobs.cluster.cluster_crew` yield one; at the end of the block all jobs end.
 """
 
 
@@ -59,9 +59,9 @@ class Program:
     """Program that workers run: `python -m module arguments`, which calls `answer_lines`.
 
     Attributes:
-        renew: answers after which another worker takes over.
-        own_session, environment: as of `start_worker`; with a session, what a lost job has started ends with it.
-        folder_in: variables that hold a folder of the desk's own, which is emptied with each worker.
+        renew: number of answers after which the worker is replaced.
+        own_session, environment: as in `start_worker`; with a session, processes started by a lost job end with it.
+        folder_in: variables that are set to a folder of the desk, which is emptied for each worker.
     """
 
     module: str
@@ -74,7 +74,7 @@ class Program:
 
 @dataclass(eq=False)
 class Desk:
-    """A worker, one at a time, with its log and its files in a folder that is the desk's."""
+    """One worker at a time, with its log and its files in the folder of the desk."""
 
     program: Program
     folder: Path
@@ -82,12 +82,12 @@ class Desk:
     done: int = 0
 
     def start(self) -> None:
-        """Start a worker, where there is none."""
+        """Start a worker if none is running."""
         if self.worker is None:
-            program, own = self.program, self.folder / "own"
-            shutil.rmtree(own, ignore_errors=True)
-            own.mkdir(parents=True)
-            environment = {**program.environment, **dict.fromkeys(program.folder_in, str(own))}
+            program, own_folder = self.program, self.folder / "own"
+            shutil.rmtree(own_folder, ignore_errors=True)
+            own_folder.mkdir(parents=True)
+            environment = {**program.environment, **dict.fromkeys(program.folder_in, str(own_folder))}
             self.worker = LineWorker(
                 program.module, *program.arguments, log=self.folder / "log.txt", own_session=program.own_session,
                 environment=environment,
@@ -95,9 +95,9 @@ class Desk:
             self.done = 0
 
     def answer(self, job: str, limit: float) -> str | Lost:
-        """Return the answer of the worker, which has to be running."""
+        """Return the answer of the running worker to a job."""
         assert self.worker is not None
-        worker, begun, hung = self.worker, time.monotonic(), False
+        worker, start, hung = self.worker, time.monotonic(), False
         try:
             answer = worker.ask(job, limit)
         except TimeoutError:
@@ -107,10 +107,10 @@ class Desk:
             return answer
         code = None if hung else worker.code()
         log = (self.folder / "log.txt").read_text(encoding="utf-8", errors="replace")
-        return Lost(hung, code, log, time.monotonic() - begun)
+        return Lost(hung, code, log, time.monotonic() - start)
 
     def renewed(self, answer: str | Lost) -> None:
-        """Start another worker where this one has lost its job, or has answered often enough."""
+        """End the worker, for `start` to replace it, if it has lost its job or answered as often as `Program.renew`."""
         if isinstance(answer, Lost) or self.done >= self.program.renew:
             self.end()
 
@@ -123,16 +123,16 @@ class Desk:
 
 @contextmanager
 def crew(program: Program, *, workers: int) -> Iterator[Ask]:
-    """Start several workers, which stay from one batch of jobs to the next.
+    """Yield a function `Ask` that distributes jobs to several workers, which serve one batch after the other.
 
-    The jobs of a batch are begun in their order, and their answers come as they are there. Each worker starts when it
-    is needed, by the thread that asks.
+    Jobs start in order, and answers are yielded on completion. Each worker starts when it is needed, in the caller's
+    thread.
     """
     purpose = program.module.rpartition(".")[0].rpartition(".")[2]
-    with private_folder(purpose) as folder, ThreadPoolExecutor(max(workers, 1)) as threads, ExitStack() as ours:
+    with private_folder(purpose) as folder, ThreadPoolExecutor(max(workers, 1)) as threads, ExitStack() as stack:
         desks = [Desk(program, folder / str(number)) for number in range(workers)]
         for desk in desks:
-            ours.callback(desk.end)
+            stack.callback(desk.end)
 
         def ask(jobs: Iterable[str], limit: float) -> Iterator[tuple[int, str | Lost]]:
             waiting, pending = iter(enumerate(jobs)), dict[Future[str | Lost], tuple[Desk, int]]()

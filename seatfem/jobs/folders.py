@@ -1,8 +1,7 @@
-"""Files that programs share: private folders, journals of finished work, and claims that one program at a time
-holds.
+"""Files shared by programs: private folders, journals of finished work, and claims held by one program at a time.
 
-The owner holds a lock on a file inside, which the system releases when the process ends, by whatever cause. A folder
-whose lock nobody holds is left over; the next program that starts removes it.
+The owner of a folder holds a lock on a file in it, which the system releases when the process ends for any reason. A
+folder whose lock is free has lost its owner; the next program that starts removes it.
 """
 
 import json
@@ -29,7 +28,7 @@ LOCK: Final = "owner.lock"
 
 @contextmanager
 def private_folder(purpose: str) -> Iterator[Path]:
-    """Make a folder for this user alone, removed with all it holds when the block ends; what others left is swept."""
+    """Yield a new folder for this user alone, removed at the end of the block; remove folders of ended programs."""
     sweep()
     folder = Path(tempfile.mkdtemp(prefix=f"{PREFIX}{purpose}-"))
     lock = _locked(folder)
@@ -43,24 +42,24 @@ def private_folder(purpose: str) -> Iterator[Path]:
 def sweep(among: Path | None = None) -> tuple[Path, ...]:
     """Remove the private folders whose owners have ended, and return their paths.
 
-    Only folders of this user that carry our prefix and our lock, with the lock free, directly in ``among`` (default:
-    the folder for temporary files). Links are neither followed nor removed. What cannot be read or removed is left.
+    They are folders of this user with our prefix and our lock, free, directly in ``among`` (default: the folder for
+    temporary files). Links are neither followed nor removed. Folders that cannot be read or removed remain.
     """
-    gone = []
+    removed = []
     with suppress(OSError), os.scandir(tempfile.gettempdir() if among is None else among) as entries:
         for entry in entries:
             if entry.name.startswith(PREFIX) and _is_ours(entry) and _removed(Path(entry.path)):
-                gone.append(Path(entry.path))
-    return tuple(gone)
+                removed.append(Path(entry.path))
+    return tuple(removed)
 
 
 def _locked(folder: Path) -> int:
-    """Return the descriptor of the folder's lock. It gets its name once it is locked: a free lock is a dead owner's."""
+    """Return the descriptor of the folder's lock. It is named after it is locked: a free lock has lost its owner."""
     final = folder / LOCK
     new = final if sys.platform == "win32" else folder / "new.lock"
     lock = os.open(new, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
     if sys.platform != "win32":
-        with suppress(OSError):  # a file system without locks: the folder is not swept
+        with suppress(OSError):  # on a file system without locks the folder is never removed
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             new.rename(final)
     return lock
@@ -77,11 +76,11 @@ def _owned(status: os.stat_result) -> bool:
 
 
 def _removed(folder: Path) -> bool:
-    """Remove a folder whose lock nobody holds, and return whether it is gone."""
+    """Remove a folder whose lock is free, and return whether it is gone."""
     path = folder / LOCK
     if sys.platform == "win32":
         try:
-            path.unlink()  # refused while its owner has it open
+            path.unlink()  # fails while its owner has it open
         except OSError:
             return False
         shutil.rmtree(folder, ignore_errors=True)
@@ -103,15 +102,15 @@ def _removed(folder: Path) -> bool:
         os.close(lock)
 
 
-PAUSE: Final = 0.02  # time [s] between two tries of a lock that another program holds
+PAUSE: Final = 0.02  # time between two attempts to lock a file that another program has locked [s]
 
 
 @contextmanager
 def claimed(path: Path, patience: float) -> Iterator[bool]:
-    """Within the block no other program has claimed ``path``, a file of a lock that is made for it and removed after.
+    """Yield whether this program holds the claim ``path``: a lock file that is made for the block and removed after it.
 
-    Gives whether that is so: not where another one still holds the claim after ``patience`` seconds. Where files cannot
-    be locked (Windows, folders that cannot be written to), nothing is held and every claim is granted.
+    The claim fails if another program still holds it after ``patience`` seconds. If files cannot be locked (Windows,
+    folders without write permission), nothing is locked and every claim is granted.
     """
     lock = None
     with suppress(OSError):
@@ -125,7 +124,7 @@ def claimed(path: Path, patience: float) -> Iterator[bool]:
     finally:
         if lock is not None:
             with suppress(OSError):
-                path.unlink()  # while it is held: who waits for it looks whether it is still there
+                path.unlink()  # while it is locked: a waiting program checks whether it still exists
             os.close(lock)
 
 
@@ -157,14 +156,14 @@ MOST: Final = 1024 * MB
 
 
 class JournalError(ValueError):
-    """The file in a journal's place is none."""
+    """Error of a journal's path that is not a journal file."""
 
 
 def append(path: Path, entry: Mapping[str, object]) -> None:
-    """Append one more line, by a single write, so that several programs may share a journal.
+    """Append one line by a single write, so that several programs may share a journal.
 
-    After a line that was cut short it begins on a new one. Raises `OSError` with the name of the file, also where that
-    is a link: what it leads to is another's.
+    After a truncated line it begins on a new one. Raises `OSError` with the name of the file, also for a symbolic link,
+    whose target may be another user's.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
@@ -185,9 +184,9 @@ def _no_link(path: str, flags: int) -> int:
 
 
 def entries(path: Path) -> Iterator[dict[str, Any]]:
-    """Yield the lines that are whole; those that a kill cut short, or that are no JSON objects, are passed.
+    """Yield the complete lines; lines that were truncated, or are not JSON objects, are skipped.
 
-    Raises `JournalError` of what is no regular file of up to `MOST` bytes.
+    Raises `JournalError` if the path is not a regular file of up to `MOST` bytes.
     """
     if not path.exists():
         return
@@ -198,15 +197,15 @@ def entries(path: Path) -> Iterator[dict[str, Any]]:
                 yield entry
 
 
-def outcomes(path: Path, key: str, made: Callable[..., T], **same: object) -> dict[str, T]:
-    """Return the content of a journal by the names under ``key``: ``made`` of the other fields of each line.
+def outcomes(path: Path, key: str, make: Callable[..., T], **same: object) -> dict[str, T]:
+    """Return the results in a journal by the names under ``key``: ``make`` of the other fields of each line.
 
-    Lines in which a field of ``same`` is another (the version of the code) are passed, as are those that do not fit.
+    Lines in which a field of ``same`` differs, such as the version of the code, or with other fields are skipped.
     """
     results: dict[str, T] = {}
     for entry in entries(path):
         with suppress(KeyError, TypeError):
             name = entry.pop(key)
             if isinstance(name, str) and all(entry.pop(field) == value for field, value in same.items()):
-                results[name] = made(**entry)
+                results[name] = make(**entry)
     return results

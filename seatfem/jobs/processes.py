@@ -1,4 +1,4 @@
-"""Processes: started so that they end with their parent, bounded in what they take, ended by signals."""
+"""Processes that end with their parent, within limits of memory, time and file size, and that signals can end."""
 
 from __future__ import annotations
 
@@ -25,16 +25,18 @@ def start_worker(
     environment: Mapping[str, str] | None = None,
     own_session: bool = False,
 ) -> subprocess.Popen[str]:
-    """Start ``python -P -m module arguments`` with this very package; the module calls `end_with_parent` first of all.
+    """Start ``python -P -m module arguments`` with this package; the module calls `end_with_parent` first of all.
 
-    Its modules come from where the interpreter has its own, this package's folder and PYTHONPATH: never from the
-    current folder, in which a file from elsewhere may be called gmsh.py.
-    Keep the standard input open while the worker is wanted. Its standard error goes to ``log``, its standard output
-    nowhere, or with ``answers`` to a pipe. ``environment``: variables besides the caller's. ``own_session``: it and all
-    that it starts are one process group, which `end_worker` ends.
+    Modules come from the interpreter's paths, this package's folder and PYTHONPATH, never from the current folder,
+    which may
+    hold a foreign gmsh.py. Keep the standard input open while the worker is needed. Its standard error goes to ``log``;
+    its
+    standard output is discarded, or with ``answers`` a pipe. ``environment``: additional variables. ``own_session``: it
+    and
+    its descendants form one process group, which `end_worker` ends.
     """
     paths = [str(Path(__file__).resolve().parents[2]), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
-    own = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), STARTED_BY: started_by()}  # "": the current folder
+    variables = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), STARTED_BY: started_by()}  # "": current folder
     with log.open("wb") as errors:
         return subprocess.Popen(
             [sys.executable, "-P", "-m", "seatfem.jobs.worker", module, *arguments],
@@ -42,34 +44,34 @@ def start_worker(
             stdout=subprocess.PIPE if answers else subprocess.DEVNULL,
             stderr=errors,
             text=True,
-            env=dict(os.environ) | own | dict(environment or {}),
+            env=dict(os.environ) | variables | dict(environment or {}),
             start_new_session=own_session,
         )
 
 
 def end_worker(process: subprocess.Popen[str]) -> None:
-    """End a worker and, where it has a session of its own, all that it has started."""
+    """End a worker and, if it has its own session, all processes that it started."""
     if process.poll() is None:
         with suppress(ProcessLookupError, PermissionError, AttributeError):
             if os.getpgid(process.pid) == process.pid:
                 os.killpg(process.pid, signal.SIGKILL)
         process.kill()
-    with suppress(BrokenPipeError), process:  # closes its pipes, waits
+    with suppress(BrokenPipeError), process:  # closes its pipes and waits
         pass
 
 
 def started_by() -> str:
-    """Return the id of this process, by which a worker knows its parent.
+    """Return the id of this process, by which a worker recognises its parent.
 
-    "" where another than the main thread starts it: Linux takes the end of that thread for the parent's.
+    It is "" outside the main thread, because Linux takes the end of the starting thread for the parent's end.
     """
     return str(os.getpid()) if threading.current_thread() is threading.main_thread() else ""
 
 
 class LineWorker:
-    """A worker whose module calls `answer_lines`: it answers each line with one; ``with`` ends it.
+    """Worker whose module calls `answer_lines`, so that it answers each line with one line; ``with`` ends it.
 
-    One that is not ready within ``ready_within`` seconds raises `TimeoutError`.
+    Raises `TimeoutError` if the worker is not ready within ``ready_within`` seconds.
     """
 
     def __init__(
@@ -87,7 +89,7 @@ class LineWorker:
         self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=self._listen, daemon=True).start()
         try:
-            if not self._answer(ready_within):  # ended before it was ready: so it answers whatever it is asked
+            if not self._answer(ready_within):  # it ended before it was ready: each later answer is "", too
                 self._answers.put("")
         except BaseException:
             self.end()
@@ -99,23 +101,22 @@ class LineWorker:
     def __exit__(self, *_: object) -> None:
         self.end()
 
-    def ask(self, line: str, most: float) -> str:
-        """Return the answer to a line; "" where it has ended instead. Raises `TimeoutError` after ``most`` seconds."""
+    def ask(self, line: str, timeout: float) -> str:
+        """Return the answer to a line; "" if the worker has ended. Raises `TimeoutError` after ``timeout`` seconds."""
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):
             self._process.stdin.write(line + "\n")
             self._process.stdin.flush()
-        return self._answer(most)
+        return self._answer(timeout)
 
     def code(self) -> int | None:
-        """Return the exit code, negative for a signal; None while it runs. Wait for a worker that closed its
-        answers."""
+        """Return the exit code, negative for a signal; ``None`` while it runs, after waiting 1 s for its end."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(1.0)
         return self._process.returncode
 
     def finish(self, patience: float) -> None:
-        """Close the worker's input, and let it end by itself within ``patience`` seconds."""
+        """Close the worker's input, and let it end within ``patience`` seconds."""
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):
             self._process.stdin.close()
@@ -126,11 +127,11 @@ class LineWorker:
         """End the worker at once."""
         end_worker(self._process)
 
-    def _answer(self, most: float | None) -> str:
+    def _answer(self, timeout: float | None) -> str:
         try:
-            return self._answers.get(timeout=most)
+            return self._answers.get(timeout=timeout)
         except queue.Empty:
-            raise TimeoutError(f"no answer within {most:g} s") from None
+            raise TimeoutError(f"no answer within {timeout:g} s") from None
 
     def _listen(self) -> None:
         assert self._process.stdout is not None
@@ -141,12 +142,12 @@ class LineWorker:
 
 
 def limit_process(*, memory: int | None = None, seconds: int | None = None, file_size: int | None = None) -> None:
-    """Bound what the rest of this process takes; without effect where the system has no such limits.
+    """Limit the resources of the rest of this process; without effect on systems without such limits.
 
     Args:
-        memory: bytes of address space beyond what is mapped already; more raises `MemoryError`.
-        seconds: of the processor; more ends the process (SIGXCPU).
-        file_size: bytes of any one file; a longer write raises `OSError`.
+        memory: address space beyond the present one [bytes]; more raises `MemoryError`.
+        seconds: processor time [s]; more ends the process (SIGXCPU).
+        file_size: size of any one file [bytes]; a longer write raises `OSError`.
     """
     try:
         import resource  # absent on Windows
@@ -159,12 +160,12 @@ def limit_process(*, memory: int | None = None, seconds: int | None = None, file
         (resource.RLIMIT_AS, None if memory is None else mapped + memory),
         (resource.RLIMIT_CPU, seconds),
         (resource.RLIMIT_FSIZE, file_size),
-        (resource.RLIMIT_CORE, 0),  # no picture of the memory on the disk
+        (resource.RLIMIT_CORE, 0),  # no core dumps
     )
-    for kind, most in bounds:
-        if most is not None:
+    for kind, limit in bounds:
+        if limit is not None:
             with suppress(OSError, ValueError):
-                resource.setrlimit(kind, (most, resource.RLIM_INFINITY))
+                resource.setrlimit(kind, (limit, resource.RLIM_INFINITY))
     if file_size is not None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
@@ -173,7 +174,7 @@ ASKED: Final = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if 
 
 
 class Terminated(KeyboardInterrupt):
-    """The process was asked to end by the signal ``number``."""
+    """Request by the signal ``number`` that the process should end."""
 
     def __init__(self, number: int) -> None:
         super().__init__(f"asked to end by {signal.Signals(number).name}")
@@ -182,29 +183,29 @@ class Terminated(KeyboardInterrupt):
 
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
-    """Within the block the first SIGTERM or SIGHUP raises `Terminated`; further ones do not disturb the tidying up.
+    """Within the block the first SIGTERM or SIGHUP raises `Terminated`; later ones are ignored while it cleans up.
 
-    Signals that are ignored (``nohup``) or that a caller handles are left alone, as are all outside the main thread.
+    Signals that are ignored (``nohup``) or handled by a caller are unchanged, as are all outside the main thread.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    ours = [number for number in ASKED if signal.getsignal(number) is signal.SIG_DFL]
+    numbers = [number for number in ASKED if signal.getsignal(number) is signal.SIG_DFL]
 
     def end(number: int, frame: FrameType | None) -> None:
-        for each in ours:
+        for each in numbers:
             signal.signal(each, signal.SIG_IGN)
         raise Terminated(number)
 
-    for number in ours:
+    for number in numbers:
         signal.signal(number, end)
     try:
         yield
     finally:
-        for number in ours:
+        for number in numbers:
             signal.signal(number, signal.SIG_DFL)
 
 
 def exit_code(stopped: KeyboardInterrupt) -> int:
-    """Return 128 + the number of the signal, as shells have it: 130 for Ctrl-C, 143 for SIGTERM, 129 for SIGHUP."""
+    """Return 128 + the number of the signal, as shells do: 130 for Ctrl-C, 143 for SIGTERM, 129 for SIGHUP."""
     return 128 + (stopped.number if isinstance(stopped, Terminated) else signal.SIGINT)

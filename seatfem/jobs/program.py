@@ -1,13 +1,13 @@
-"""Another program in a worker's place, which ends with the parent as the worker would.
+"""Replacement of a worker by another program, which ends with the parent as the worker would.
 
-The kernel's signal stays set from one program to the next; what the program is told of modules is what the user says.
+The kernel's signal at the parent's death stays set across exec; the program gets the user's PYTHONPATH.
 """
 
 import os
 import sys
 
 if __name__ == "__main__":
-    _, *others = os.environ.pop("PYTHONPATH").split(os.pathsep)  # the first is this package
+    _, *others = os.environ.pop("PYTHONPATH").split(os.pathsep)  # the first is this package's folder
     if others:
         os.environ["PYTHONPATH"] = os.pathsep.join(others)
     os.execvp(sys.argv[1], sys.argv[1:])

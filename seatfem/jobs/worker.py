@@ -1,8 +1,8 @@
-"""Worker: `python -m seatfem.jobs.worker MODULE ARGUMENTS` runs a module in a process that ends with its parent.
+"""Worker process: `python -m seatfem.jobs.worker MODULE ARGUMENTS` runs a module, and ends with its parent.
 
-Two mechanisms do this. The first works everywhere: only the parent holds the worker's standard input (or the pipe of
-`multiprocessing`) open, and a thread of the worker ends it when that closes. The second is the Linux kernel's signal at
-the parent's death (PR_SET_PDEATHSIG); it works even while compiled code blocks Python threads.
+Two mechanisms end it. The first works on all systems: only the parent holds the worker's standard input (or the pipe of
+`multiprocessing`) open, and a thread of the worker ends the process when that closes. The second is the Linux kernel's
+signal at the parent's death (PR_SET_PDEATHSIG), which works even while compiled code blocks Python threads.
 """
 
 import ctypes
@@ -24,24 +24,24 @@ _PR_SET_PDEATHSIG: Final = 1
 
 
 def end_with_parent(parent: str = "", take: Callable[[bytes], None] = lambda _: None) -> None:
-    """End this process, from now on, when its parent ends; called by the module that a worker runs, first of all.
+    """End this process when its parent ends; to be called first by the module that a worker runs.
 
     ``take`` receives what the parent writes to the standard input. ``parent``: the parent's process id as text
-    (`started_by`), of workers of `multiprocessing`, which have no standard input.
+    (`started_by`), for workers of `multiprocessing`, which have no standard input.
     """
     _die_with(parent)
     threading.Thread(target=_watch, args=(take,), name="end with parent", daemon=True).start()
 
 
 def lines_from_parent() -> Iterator[str]:
-    """Yield the lines that the parent writes, as they come, after `end_with_parent`. They end with the process."""
+    """Yield the lines that the parent writes, after calling `end_with_parent`. They end with the process."""
     received: queue.SimpleQueue[str] = queue.SimpleQueue()
-    begun = bytearray()
+    buffer = bytearray()
 
     def take(data: bytes) -> None:
-        begun.extend(data)
-        *lines, rest = bytes(begun).split(b"\n")
-        begun[:] = rest
+        buffer.extend(data)
+        *lines, remainder = bytes(buffer).split(b"\n")
+        buffer[:] = remainder
         for line in lines:
             received.put(line.decode("utf-8"))
 
@@ -50,9 +50,9 @@ def lines_from_parent() -> Iterator[str]:
 
 
 def answer_lines(reply: Callable[[str], str]) -> None:
-    """Serve a `LineWorker`: each line of the parent is answered by one, ``reply`` of it, until the parent ends this.
+    """Serve a `LineWorker`: answer each line of the parent with ``reply`` of it, one line, until the parent ends this.
 
-    The answers keep the standard output to themselves: what libraries print to descriptor 1 leads to the log.
+    Only answers go to the standard output: text that libraries print to descriptor 1 goes to the log.
     """
     lines = lines_from_parent()
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -81,6 +81,6 @@ def _die_with(parent: str) -> None:
 
 
 if __name__ == "__main__":
-    _die_with(os.environ.get(STARTED_BY, ""))  # before anything is loaded
+    _die_with(os.environ.get(STARTED_BY, ""))  # before other modules are imported
     del sys.argv[0]
     runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
