@@ -1,4 +1,4 @@
-"""What this machine has to offer."""
+"""Resources of this computer: rates of work, memory, libraries, versions."""
 
 from impact.names import lazy_names
 

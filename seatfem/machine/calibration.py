@@ -1,6 +1,6 @@
-"""Measure this computer's rates: small pieces of every kind of work, in less than a minute.
+"""Measurement of this computer's rates by small pieces of every kind of work, in less than a minute.
 
-Of each, the smaller of wall and processor time counts: other programs lengthen the one, several threads the other.
+Each time is the smaller of wall and processor time: other programs lengthen the one, several threads the other.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ STEEL: Final = materials.Material(young=2e11, poisson=0.3, density=7850.0)
 BODY: Final = Block(20e-3, 20e-3, 8e-3, 5e-3, 5e-3)
 COARSE, FINE = MeshSpec(size=8e-3), MeshSpec(size=1.7e-3)
 STEPS: Final = 100_000
-STEP: Final = 1e-8  # time step of the marches that are timed [s]
+STEP: Final = 1e-8  # time step of the time integrations that are measured [s]
 POLES: Final = 500
 BEYOND_IMPORTS: Final = 1.3  # time of the program's start over that of its imports
 FRAMES: Final = 3
-SAVED: Final = 11  # histories of a result
+SAVED: Final = 11  # number of histories of a result
 _IMPORTS: Final = "import seatfem.faces.cli, seatfem.study.runs.pipeline, seatfem.study.scene, matplotlib.figure"
 SIZES: Final[Any] = {"young": 2e11, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.3e-3}
 REED: Final = impact.Cantilever(**SIZES)
@@ -53,7 +53,7 @@ Made = TypeVar("Made")
 
 
 def calibrate(progress: Progress = silent) -> Machine:
-    """Return the rates of this computer. What cannot be drawn keeps its default.
+    """Return the rates of this computer. Rates of pictures keep their defaults if pictures cannot be drawn.
 
     Raises:
         MeshingError: gmsh does not run.
@@ -61,8 +61,8 @@ def calibrate(progress: Progress = silent) -> Machine:
     default = Machine()
     rates: dict[str, float] = {}
 
-    def add(stage: str, found: Rates) -> None:
-        rates.update(found)
+    def add(stage: str, new_rates: Rates) -> None:
+        rates.update(new_rates)
         progress("measuring this computer", len(rates) / len(default.rates()))
         progress(stage, 1.0)
 
@@ -83,7 +83,7 @@ def calibrate(progress: Progress = silent) -> Machine:
 
 
 def _time(work: Callable[[], object], repeats: int = 2) -> float:
-    """Return the shortest time of a few runs [s]."""
+    """Return the shortest time of several runs [s]."""
     return min(_once(work)[1] for _ in range(repeats))
 
 
@@ -95,42 +95,42 @@ def _once(work: Callable[[], Made]) -> tuple[Made, float]:
 
 
 def _processor() -> float:
-    """Return the processor time [s] of this process and of those that it waited for."""
+    """Return the processor time of this process and of the child processes for which it has waited [s]."""
     return process_time() + sum(os.times()[2:4])
 
 
 def _meshing() -> tuple[tuple[SeatMesh, SeatMesh], Rates]:
-    few, short = _once(lambda: make_mesh(BODY, COARSE))
-    many, long = _once(lambda: make_mesh(BODY, FINE))
-    element = max(long - short, 0.1 * long) / (many.quality.elements - few.quality.elements)
-    start = max(short - few.quality.elements * element, 0.1 * short)
-    return (few, many), {"meshing_start": start, "element": element}
+    coarse, short = _once(lambda: make_mesh(BODY, COARSE))
+    fine, long = _once(lambda: make_mesh(BODY, FINE))
+    element = max(long - short, 0.1 * long) / (fine.quality.elements - coarse.quality.elements)
+    start = max(short - coarse.quality.elements * element, 0.1 * short)
+    return (coarse, fine), {"meshing_start": start, "element": element}
 
 
 def _assembly(meshes: tuple[SeatMesh, SeatMesh]) -> tuple[tuple[SecondOrderModel, SecondOrderModel], Rates]:
-    few, many = (assemble(mesh, STEEL, ports={"contact": "contact"}) for mesh in meshes)
+    coarse, fine = (assemble(mesh, STEEL, ports={"contact": "contact"}) for mesh in meshes)
     seconds = _time(lambda: assemble(meshes[1], STEEL, ports={"contact": "contact"}))
-    return (few, many), {"entry": seconds / many.K.nnz}
+    return (coarse, fine), {"entry": seconds / fine.K.nnz}
 
 
 def _reduction(models: tuple[SecondOrderModel, SecondOrderModel], default: Machine) -> Rates:
-    few, many = models
-    n, start = many.size, _time(lambda: factorization.factorize(few.K))
-    factor = max(_time(lambda: factorization.factorize(many.K)) - start, 0.1 * start)
-    factored, load = factorization.factorize(many.K), np.ones(n)
+    coarse, fine = models
+    n, start = fine.size, _time(lambda: factorization.factorize(coarse.K))
+    factor = max(_time(lambda: factorization.factorize(fine.K)) - start, 0.1 * start)
+    factored, load = factorization.factorize(fine.K), np.ones(n)
     solve = _time(lambda: factored.solve(load), 5)
     band, ratio = 5e5, 0.02
-    aims, damping = method.Aims(band, 1e-4, 0.01), many.damping.plus(ratio)
+    aims, damping = method.Aims(band, 1e-4, 0.01), fine.damping.plus(ratio)
 
     def reduced() -> reducer.Reduction:
-        return krylov.Krylov().reduce(many, damping, aims)
+        return krylov.Krylov().reduce(fine, damping, aims)
 
-    greens = reduced().greens  # the first loads compiled code
+    greens = reduced().greens  # the first call loads compiled code
     whole = _time(reduced)
     vectors = int(str(greens.origin["vectors"]))
-    rest = whole - start - factor - vectors * solve
-    usual = vectors * (default.product * many.K.nnz + default.check + default.inner * n * vectors)
-    slower = max(rest / usual, 0.1)
+    remainder = whole - start - factor - vectors * solve
+    usual = vectors * (default.product * fine.K.nnz + default.check + default.inner * n * vectors)
+    slower = max(remainder / usual, 0.1)
     return {
         "factor_start": start,
         "factor": factor / n**1.47,
@@ -168,17 +168,17 @@ def _pictures(
     folder: Path,
     default: Machine,
 ) -> Rates:
-    """Return the rates of curves and of bodies, drawn as a run draws them; the defaults where this computer cannot."""
+    """Return the rates of pictures of curves and of bodies, drawn as in a run; the defaults if they cannot be drawn."""
     try:
         plot_force(result, result, folder / "force.png", filter_width=1e-6)
         sheet = _time(lambda: plot_force(result, result, folder / "force.png", filter_width=1e-6))
         _draw(models[0], folder)
-        few, many = (_time(lambda model=model: _draw(model, folder)) for model in models)  # type: ignore[misc]
+        coarse, fine = (_time(lambda model=model: _draw(model, folder)) for model in models)  # type: ignore[misc]
     except PictureError:
         return {name: getattr(default, name) for name in ("sheet", "view", "face")}
     small, large = (int(mesh.mesh.boundary_facets().size) for mesh in meshes)
-    face = max((many - few) / FRAMES, 0.02 * many / FRAMES) / (large - small)
-    view = max((few - sheet) / FRAMES - face * small, 0.1 * few / FRAMES)
+    face = max((fine - coarse) / FRAMES, 0.02 * fine / FRAMES) / (large - small)
+    view = max((coarse - sheet) / FRAMES - face * small, 0.1 * coarse / FRAMES)
     return {"sheet": sheet, "view": view, "face": face}
 
 

@@ -1,4 +1,4 @@
-"""Versions of the program, by the content of its sources: what no developer can forget to raise; where results are."""
+"""Versions of the program by hashes of its sources, which no developer can forget to raise; and the cache folder."""
 
 import os
 import sys
@@ -18,34 +18,34 @@ NOT_NUMERICS: Final = (
     "seatfem/study",
     "seatfem/verify.py",
 )
-"""What does not change the Green's function of a seat; whatever is new does, until it is named here."""
+"""Sources that do not affect the Green's function of a seat; a new one is taken to affect it until it is listed."""
 VARIABLE: Final = "SEATFEM_STORE"
 
 
 @cache
 def code_version(without: tuple[str, ...] = ()) -> str:
-    """Return a hash of the sources of both packages, but those ``without``; of the version where there are none."""
+    """Return a hash of the sources of both packages except those ``without``; of the version if there are none."""
     specs = (find_spec(package) for package in ("impact", "seatfem"))
     return hash_of([Path(spec.origin).parent for spec in specs if spec is not None and spec.origin], without)
 
 
 def numerics_version() -> str:
-    """Return a hash of all sources that Green's functions are computed with."""
+    """Return a hash of all sources that affect Green's functions."""
     return code_version(NOT_NUMERICS)
 
 
-def is_ours(made: type) -> bool:
-    """Return whether a class is of either package."""
-    return made.__module__.partition(".")[0] in ("impact", "seatfem")
+def is_ours(candidate: type) -> bool:
+    """Return whether a class belongs to either package."""
+    return candidate.__module__.partition(".")[0] in ("impact", "seatfem")
 
 
 def sources_from_elsewhere(*classes: type) -> list[str]:
-    """Return hashes of the files that classes from elsewhere are written in, with those that they derive from.
+    """Return hashes of the files that define classes of other packages, and their base classes.
 
-    What our own classes derive from counts not at all, and what a file imports counts not either.
+    Base classes of our own classes do not count, nor do the imports of a file.
     """
-    known = {base for one in classes for ours in one.__mro__ if is_ours(ours) for base in ours.__mro__}
-    modules = {base.__module__ for one in classes for base in one.__mro__ if base not in known}
+    own_bases = {base for one in classes for own in one.__mro__ if is_ours(own) for base in own.__mro__}
+    modules = {base.__module__ for one in classes for base in one.__mro__ if base not in own_bases}
     files = {getattr(sys.modules.get(name), "__file__", None) for name in modules}
     return sorted(sha256(Path(file).read_bytes()).hexdigest() for file in files if file)
 
@@ -76,5 +76,5 @@ def cache_folder() -> Path:
         return Path(cache) / "seatfem" / "greens"
     try:
         return Path.home() / ".cache" / "seatfem" / "greens"
-    except RuntimeError:  # a user without a home, as in containers: nothing can be written there
+    except RuntimeError:  # a user without a home, as in containers: the folder cannot be written to
         return Path(os.devnull) / "seatfem"

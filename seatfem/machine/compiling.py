@@ -1,4 +1,4 @@
-"""Compiled code on this machine: the time that compiling takes at first, and the threads that it may use."""
+"""Compiled code on this computer: time of the first compilation, and number of threads."""
 
 from typing import Final
 
@@ -9,15 +9,15 @@ from impact.march.loop.marches import march_many, march_one
 from seatfem.machine.resources import Machine, cores
 
 MARCHES: Final = (march_one, march_many)
-"""Compiled marches, of one and of many contacts: a run needs one, error bars the second. Other loops take little."""
-EACH: Final = 1.9  # time to compile one of them over that of the start: 10.7 s both, with a start of 2.8 s
+"""Compiled time integrations of one contact, for runs, and of many, for error bars. Other loops take little time."""
+EACH: Final = 1.9  # time to compile one of them over that of the start: both took 10.7 s with a start of 2.8 s
 
 
 def compilation(rates: Machine) -> float:
-    """Return the time to compile the marches that are not on file [s]."""
+    """Return the time to compile the time integrations that are not in the cache of compiled code [s]."""
     return EACH * rates.start * sum(not on_file(march) for march in MARCHES)
 
 
 def threads() -> int:
-    """Return the number of cores that this process may use, at most as many as `NUMBA_NUM_THREADS` allows."""
+    """Return the number of cores that this process may use, at most `NUMBA_NUM_THREADS`."""
     return max(1, int(min(cores(), numba.config.NUMBA_NUM_THREADS)))  # type: ignore[attr-defined]

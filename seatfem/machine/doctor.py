@@ -1,4 +1,4 @@
-"""Checks of what is installed and what is missing, with the exact command that mends it."""
+"""Checks of the installation, with the exact command that repairs each gap."""
 
 import os
 import platform
@@ -31,7 +31,7 @@ _NO_OTHERS = ("seatfem", "impact", "__main__")
 
 
 def broken_package(error: Exception) -> str:
-    """Return which package of others failed while this one imported it, and what mends it; "" of all other errors."""
+    """Return which third-party package failed during its import, with a remedy; "" for all other errors."""
     if not (module := _failed_module(error)):
         return ""
     for name in map(str.lower, metadata.packages_distributions().get(module, [module])):
@@ -42,7 +42,7 @@ def broken_package(error: Exception) -> str:
 
 
 def _failed_module(error: Exception) -> str:
-    """Return the package whose import raised the error, the first of a chain: its own code failed, or it is absent."""
+    """Return the first package in the traceback whose import raised the error, or the absent one; "" without any."""
     imported = (frame for frame, _ in walk_tb(error.__traceback__) if frame.f_code.co_name == "<module>")
     names = (str(frame.f_globals.get("__name__", "")).partition(".")[0] for frame in imported)
     absent = (getattr(error, "name", None) or "") if isinstance(error, ModuleNotFoundError) else ""
@@ -51,15 +51,15 @@ def _failed_module(error: Exception) -> str:
 
 
 def installed_version(name: str) -> str | None:
-    """Return the version of a distribution; ``None``: it is not installed."""
+    """Return the version of a distribution; ``None`` if it is not installed."""
     with suppress(metadata.PackageNotFoundError):
         return metadata.version(name)
     return None
 
 
 def requirements(package: str = "seatfem") -> dict[str, tuple[str, ...]]:
-    """Return the distributions that each extra needs, the smallest extras first, under "" those needed always and
-    everywhere; nothing of a package that is not installed."""
+    """Return the distributions that each extra needs, the smallest extras first, under "" the unconditional ones; empty
+    for a package that is not installed."""
     stated: dict[str, list[str]] = {}
     with suppress(metadata.PackageNotFoundError):
         for words in metadata.requires(package) or []:
@@ -94,7 +94,7 @@ PICTURE_PROBE: Final = (
 
 @dataclass(frozen=True)
 class Check:
-    """One thing looked at. A gap in something that is not `required` costs comfort or speed only."""
+    """Check of one component. A gap in one that is not `required` costs comfort or speed only."""
 
     name: str
     ok: bool
@@ -104,9 +104,9 @@ class Check:
 
 
 def doctor_report() -> tuple[Check, ...]:
-    """Look at the interpreter, libraries, extras, processors, cache, gmsh, PARDISO, off-screen rendering and PETSc.
+    """Check the interpreter, libraries, extras, processors, cache, gmsh, PARDISO, off-screen rendering and PETSc.
 
-    gmsh, PARDISO and VTK are tried in processes of their own, because a missing system library can crash them.
+    gmsh, PARDISO and VTK are tested in separate processes, because a missing system library can crash them.
     """
     with ThreadPoolExecutor(max_workers=2) as pool:
         tried = pool.map(lambda check: check(), (check_gmsh, check_pardiso, check_pictures, check_petsc))
@@ -133,7 +133,7 @@ def _extra(name: str, packages: tuple[str, ...]) -> Check:
 
 
 def _cache() -> Check:
-    """Return where Green's functions are kept."""
+    """Return the check of the folder in which Green's functions are stored."""
     folder = cache_folder()
     try:
         check_writable(folder / "seat.h5")
@@ -145,7 +145,7 @@ def _cache() -> Check:
 
 
 def check_gmsh() -> Check:
-    """Return whether gmsh runs."""
+    """Return the check whether gmsh runs."""
     if missing := missing_packages(GMSH_LIBRARIES):
         return Check("meshing", False, "system libraries are missing", apt_command(missing))
     ok, detail = _try(GMSH_PROBE)
@@ -153,7 +153,7 @@ def check_gmsh() -> Check:
 
 
 def check_pardiso() -> Check:
-    """Return whether PARDISO solves."""
+    """Return the check whether PARDISO solves."""
     name, detail = "factorization", "PARDISO not installed; METIS + SuperLU take its place, several times slower"
     if installed_version("pypardiso") is None:
         return Check(name, False, detail, "pip install pypardiso (x86-64 only)", required=False)
@@ -163,7 +163,7 @@ def check_pardiso() -> Check:
 
 
 def check_pictures() -> Check:
-    """Return whether VTK draws."""
+    """Return the check whether VTK draws."""
     if gap := picture_library_gap():
         detail, _, remedy = gap.partition("; ")
         return Check("off-screen rendering", False, detail, remedy.partition(": ")[2], required=False)
@@ -173,7 +173,7 @@ def check_pictures() -> Check:
 
 
 def check_petsc() -> Check:
-    """Return the check of PETSc, which seat.greens.backend = "slepc" alone needs."""
+    """Return the check of PETSc, which only seat.greens.backend = "slepc" needs."""
     try:
         setting = petsc_setting()
     except ValueError as problem:
@@ -183,7 +183,7 @@ def check_petsc() -> Check:
 
 
 def _try(code: str) -> tuple[bool, str]:
-    """Run code in another interpreter: (success, its output or what went wrong)."""
+    """Run code in another interpreter; return success, and its output or the reason for the failure."""
     command = [sys.executable, "-P", "-c", code]
     try:
         result = subprocess.run(command, capture_output=True, text=True, timeout=PROBE_TIMEOUT, check=False)

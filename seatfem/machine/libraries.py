@@ -1,4 +1,4 @@
-"""System libraries that wheels do not carry, and PETSc, SLEPc and MPI: missed before they crash anything."""
+"""System libraries that wheels lack, and PETSc, SLEPc and MPI: gaps are reported before they crash a process."""
 
 import ctypes
 import importlib.util
@@ -33,17 +33,17 @@ PICTURE_PACKAGES: Final = ("matplotlib", "pyvista")
 
 
 class MissingLibraryError(RuntimeError):
-    """A system library is missing; the message holds the command that installs it."""
+    """Error of a missing system library; the message names the command that installs it."""
 
 
 @cache
 def has_pardiso() -> bool:
-    """Return whether PARDISO is installed; what it needs is not loaded for that."""
+    """Return whether PARDISO is installed, without loading it."""
     return importlib.util.find_spec("pypardiso") is not None
 
 
 def missing_packages(libraries: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the packages (values) whose library (key) cannot be loaded. Empty outside Linux, where wheels differ."""
+    """Return the packages (values) whose library (key) cannot be loaded; empty outside Linux, where wheels differ."""
     if sys.platform != "linux":
         return ()
     return tuple(package for library, package in libraries.items() if not _loads(library))
@@ -55,15 +55,15 @@ def apt_command(packages: tuple[str, ...]) -> str:
 
 
 def require_gmsh_libraries() -> None:
-    """Raise `MissingLibraryError` unless gmsh's system libraries are there. Does not import gmsh."""
+    """Raise `MissingLibraryError` if a system library of gmsh is missing. Does not import gmsh."""
     if missing := missing_packages(GMSH_LIBRARIES):
         raise MissingLibraryError(f"gmsh needs system libraries that are missing; install them: {apt_command(missing)}")
 
 
 def picture_library_gap() -> str | None:
-    """Return why pictures cannot be made, and the command that mends it; None where they can.
+    """Return why pictures cannot be drawn, and the command that repairs it; ``None`` if they can.
 
-    Call it before importing vtk or pyvista: without libEGL or OSMesa, VTK ends the process instead of raising.
+    Call it before importing vtk or pyvista: without libEGL or OSMesa, VTK ends the process instead of raising an error.
     """
     absent = [name for name in PICTURE_PACKAGES if importlib.util.find_spec(name) is None]
     if absent:
@@ -74,7 +74,7 @@ def picture_library_gap() -> str | None:
 
 
 def select_offscreen_window() -> None:
-    """Make VTK draw with OSMesa where libEGL is missing. Call it before importing vtk or pyvista."""
+    """Select OSMesa for VTK if libEGL is missing. Call it before importing vtk or pyvista."""
     if missing_packages(EGL) and _osmesa():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", _OSMESA_WINDOW)
 
@@ -107,8 +107,8 @@ class PetscSetting:
     Attributes:
         python: SEATFEM_PETSC_PYTHON, an interpreter that has petsc4py and slepc4py [/usr/bin/python3].
         mpiexec: SEATFEM_MPIEXEC, a command with its options [mpiexec beside the interpreter, or in PATH].
-        ranks: SEATFEM_MPI_RANKS [as many as there are cores].
-        seconds: SEATFEM_MPI_SECONDS, the longest that one step of a reduction may take [a day].
+        ranks: SEATFEM_MPI_RANKS, number of processes [number of cores].
+        seconds: SEATFEM_MPI_SECONDS, longest time of one step of a reduction [a day].
     """
 
     python: str
@@ -118,12 +118,13 @@ class PetscSetting:
 
     @property
     def launch(self) -> tuple[str, ...]:
-        """Return the words of a command that come before the interpreter."""
+        """Return the words of the command before the interpreter."""
         return (*self.mpiexec, "-n", str(self.ranks))
 
     @property
     def environment(self) -> Mapping[str, str]:
-        """Return the environment of the ranks: one thread each; they give way, may be more than cores, and root's."""
+        """Return the environment of the ranks: one thread each, yielding when idle, more ranks than cores and root
+        allowed."""
         root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
         return {
             "OMP_NUM_THREADS": "1",
@@ -133,21 +134,21 @@ class PetscSetting:
         }
 
     def gap(self) -> tuple[str, str]:
-        """Return what is missing, "" where nothing, and how it is installed."""
+        """Return what is missing, or "", and the command that installs it."""
         if shutil.which(self.mpiexec[0]) is None:
             return f"{self.mpiexec[0]} is not there", f"{apt_command(DEBIAN)}, or set {MPIEXEC}"
-        ok, said = _tried(self.python)
-        return "" if ok else f"{self.python}: {said}", f"{apt_command(DEBIAN)}, or set {PYTHON}"
+        ok, output = _tried(self.python)
+        return "" if ok else f"{self.python}: {output}", f"{apt_command(DEBIAN)}, or set {PYTHON}"
 
     def __str__(self) -> str:
         return f"{_tried(self.python)[1]}, {self.python}, {shlex.join(self.launch)}"
 
 
 def petsc_setting() -> PetscSetting:
-    """Return the settings in the environment. Raises `ValueError` for a number of ranks or seconds that is none."""
+    """Return the settings in the environment. Raises `ValueError` for an invalid number of ranks or seconds."""
     python = os.environ.get(PYTHON) or "/usr/bin/python3"
-    beside = Path(python).with_name("mpiexec")
-    mpiexec = os.environ.get(MPIEXEC) or (shlex.quote(str(beside)) if beside.is_file() else "mpiexec")
+    neighbour = Path(python).with_name("mpiexec")
+    mpiexec = os.environ.get(MPIEXEC) or (shlex.quote(str(neighbour)) if neighbour.is_file() else "mpiexec")
     ranks, seconds = _number(RANKS, cores()), _number(SECONDS, 86_400)
     return PetscSetting(python, tuple(shlex.split(mpiexec)), ranks, float(seconds))
 
@@ -161,7 +162,7 @@ def _number(name: str, usual: int) -> int:
 
 @cache
 def _tried(python: str) -> tuple[bool, str]:
-    """Return whether the ranks' program finds its libraries there, and what it says."""
+    """Return whether the program of the ranks finds its libraries with this interpreter, and its output."""
     try:
         result = subprocess.run([python, str(SCRIPT)], capture_output=True, text=True, timeout=_PROBE, check=False)
     except (OSError, subprocess.TimeoutExpired) as problem:

@@ -1,8 +1,7 @@
-"""What this machine has to offer: its rates for every kind of work, memory that may be taken; and wall time by
-stage.
+"""Rates of this computer for every kind of work, available memory, and wall time by stage.
 
-A container's limit is that of a control group, which /proc/meminfo does not know; a batch system's or a shell's
-(``ulimit -v``) is that of the process's address space.
+The memory limit of a container is that of a control group, which /proc/meminfo does not contain; that of a batch system
+or a shell (``ulimit -v``) is that of the process's address space.
 """
 
 import json
@@ -25,38 +24,38 @@ if sys.platform != "win32":
     import resource
 
 
-SCHEMA = 1  # version of the file; raise it when the meaning of a rate changes
+SCHEMA = 1  # version of the file's format; raise it when the meaning of a rate changes
 FILE = "machine.json"
 
 
 class MachineError(ValueError):
-    """A calibration that cannot be used; the message names file, key and remedy."""
+    """Error of a calibration file that cannot be used; the message names file, key and remedy."""
 
 
 @dataclass(frozen=True)
 class Machine:
-    """Seconds for one unit of each kind of work.
+    """Time per unit of each kind of work [s].
 
     Attributes:
-        start: of the program, from the command to the first stage.
-        compiled: code fetched from the cache when it is first called.
-        meshing_start: of a gmsh process.
-        element: a tetrahedron of order 2, made, read and checked.
+        start: start of the program, from the command to the first stage.
+        compiled: loading of compiled code from the cache at its first call.
+        meshing_start: start of a gmsh process.
+        element: a tetrahedron of order 2, meshed, read and checked.
         entry: an entry of a stiffness matrix, assembled.
-        factor_start: of any factorization.
-        factor: of a factorization, over unknowns^1.47.
-        solve: with a factor, over unknowns^(4/3).
+        factor_start: fixed time of any factorization.
+        factor: a factorization, over unknowns^1.47.
+        solve: a solution with a factor, over unknowns^(4/3).
         product: an entry of the stiffness matrix, in all products that a Krylov vector takes.
         inner: an unknown in the inner product of two Krylov vectors, twice.
-        check: of the error, for each Krylov vector.
-        pole: a pole at one time step, marched and replayed.
-        step: a time step beside its poles, with its measures.
+        check: the error estimate for each Krylov vector.
+        pole: a pole in one time step, integrated and evaluated again for the energies.
+        step: a time step without its poles, with its measures.
         stress: a time step and mode of the reed, in the search for the largest stress.
         value: a number written to a compressed file.
         sheet: a picture of curves.
         view: a picture of a body, rendered.
-        face: a triangle of it.
-        origin: where the rates are from, in words.
+        face: a triangle of such a picture.
+        origin: source of the rates, in words.
     """
 
     start: float = 2.0
@@ -90,20 +89,20 @@ class Machine:
 
     @classmethod
     def known(cls) -> Self:
-        """Return the rates measured on this computer, or the default ones.
+        """Return the rates measured on this computer, or the defaults.
 
         Raises:
-            MachineError: the file is there and damaged.
+            MachineError: the calibration file is damaged.
         """
         path = calibration_file()
         return cls.load(path) if path.is_file() else cls()
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Read the file that `save` wrote.
+        """Return the rates in a file written by `save`.
 
         Raises:
-            MachineError: damaged, or of another schema.
+            MachineError: the file is damaged, or of another version of the format.
         """
         remedy = f"measure again with seatfem doctor --calibrate, or delete {path}"
         try:
@@ -119,8 +118,8 @@ class Machine:
             RecursionError,
         ) as problem:
             raise MachineError(f"{path}: no calibration can be read from it ({problem}); {remedy}") from problem
-        wanted = {field.name for field in fields(cls)} - {"origin"}
-        if schema != SCHEMA or set(rates) != wanted:
+        expected = {field.name for field in fields(cls)} - {"origin"}
+        if schema != SCHEMA or set(rates) != expected:
             raise MachineError(f"{path}: is of another version of the program; {remedy}")
         try:
             return cls(**rates, origin=f"rates measured on this computer, {path}")
@@ -128,14 +127,14 @@ class Machine:
             raise MachineError(f"{path}: {problem}; {remedy}") from problem
 
     def save(self, path: Path) -> None:
-        """Write the rates; the file is whole or absent."""
+        """Write the rates to a file, complete or not at all."""
         data = {"schema": SCHEMA, "rates": self.rates()}
         with whole_file(path) as temporary:
             temporary.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
 
 
 def calibration_file() -> Path:
-    """Return the path of the rates, beside the Green's functions that are kept."""
+    """Return the path of the calibration file, in the folder of stored Green's functions."""
     return cache_folder() / FILE
 
 
@@ -149,19 +148,19 @@ _LIMITS: Final = {
     "": (("memory.max", "memory.high"), "memory.current", "inactive_file"),  # version 2
     "memory": (("memory.limit_in_bytes",), "memory.usage_in_bytes", "total_inactive_file"),  # version 1
 }
-"""By controller: files of limits, file of the use, and the row of memory.stat for files that are only cached."""
+"""By controller: files of limits, file of the usage, and the row of memory.stat for cached files."""
 
 
 def available_memory(root: Path = ROOT) -> float:
-    """Return the bytes that can be had without swapping and within all limits; infinite where none are reported.
+    """Return the memory available without swapping and within all limits [bytes]; infinite if none is reported.
 
-    ``root``: of the files /proc and /sys in which Linux tells about control groups.
+    ``root``: folder that contains /proc and /sys, in which Linux reports control groups.
     """
     return max(0.0, min(_of_the_machine(), _of_the_address_space(), *_of_control_groups(root)))
 
 
 def peak_memory() -> float:
-    """Return the largest resident memory of this process so far [bytes]; on Linux from /proc: this program's own."""
+    """Return the largest resident memory of this process so far [bytes]; on Linux from /proc, of this program only."""
     try:
         status = Path("/proc/self/status").read_text(encoding="ascii")
         return 1024.0 * int(status.partition("VmHWM:")[2].split()[0])
@@ -180,7 +179,7 @@ def _of_the_machine() -> float:
 
 
 def _of_the_address_space() -> float:
-    """Return RLIMIT_AS less what is mapped [bytes]; infinite where there is no limit."""
+    """Return RLIMIT_AS minus the mapped memory [bytes]; infinite without a limit."""
     if sys.platform == "win32":
         return math.inf
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
@@ -190,9 +189,9 @@ def _of_the_address_space() -> float:
 
 
 def _of_control_groups(root: Path) -> Iterator[float]:
-    """Yield what each group of this process leaves [bytes]: its own, and those around it, whose limits hold too.
+    """Yield the available memory [bytes] of this process's control group and of its parents, whose limits apply, too.
 
-    A container may name its group as the host does and see it mounted as the top: groups that are not there are passed.
+    A container may name its group as the host does, but see it as the top: groups that do not exist are skipped.
     """
     yield math.inf
     with suppress(OSError, ValueError):
@@ -207,7 +206,7 @@ def _of_control_groups(root: Path) -> Iterator[float]:
 
 
 def _left(group: Path, limits: tuple[str, ...], use: str, cached: str) -> float:
-    """Return the group's limit less its use [bytes]; files that are only cached are given back when needed."""
+    """Return the group's limit minus its usage [bytes]; memory of cached files is available."""
     limit = min((_number(group / name) for name in limits), default=math.inf)
     if math.isinf(limit):
         return math.inf
@@ -216,7 +215,7 @@ def _left(group: Path, limits: tuple[str, ...], use: str, cached: str) -> float:
 
 
 def _number(file: Path) -> float:
-    """Return the bytes that a file states; infinite for "max", or where it is not there."""
+    """Return the bytes that a file states; infinite for "max", or if there is no such file."""
     with suppress(OSError, ValueError):
         return float(file.read_text(encoding="ascii").strip().replace("max", "inf"))
     return math.inf
@@ -231,7 +230,7 @@ def _row(file: Path, name: str) -> float:
 
 @dataclass(frozen=True)
 class Stopwatch:
-    """Wall time by stage [s]: ``with watch("mesh"): ...``; stages of the same name add up."""
+    """Wall time by stage [s]: ``with watch("mesh"): ...``; times of stages with the same name are added."""
 
     stages: dict[str, float] = field(default_factory=dict)
 
