@@ -1,4 +1,4 @@
-"""Files of other programs: meshes, matrices, universal files."""
+"""Files of other programs: meshes, matrices, universal files, decks, outlines."""
 
 from impact.names import lazy_names
 

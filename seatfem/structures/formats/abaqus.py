@@ -1,4 +1,4 @@
-"""Abaqus input files (.inp): keyword blocks, sets, files that they include, and their meshes."""
+"""Abaqus input files (.inp): keyword blocks, sets, included files, and their meshes."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,22 +13,22 @@ from seatfem.structures.mesh.io import Floats, Integers, MeshError, distinct
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "TRANSFORM SYSTEM")
-DEPTH = 8  # most levels of files that include files
+DEPTH = 8  # largest depth of nested *INCLUDE
 MOST_FILES = 200
-MOST_BYTES = 512 * MB  # most bytes of all files of a deck together
-MOST_MEMBERS = 5_000_000  # most members of all sets of a deck together
+MOST_BYTES = 512 * MB  # largest size of all files of a deck [bytes]
+MOST_MEMBERS = 5_000_000  # largest number of members of all sets of a deck
 _INCLUDE = re.compile(r'^\*[ \t]*INCLUDE[ \t]*,\s*INPUT[ \t]*=[ \t]*"?([^",\r\n]+)', re.IGNORECASE | re.MULTILINE)
 
 
 @dataclass
 class Budget:
-    """The amount left to be read of a deck: each file counts as often as it is included."""
+    """Remaining number and size of files of a deck; each file counts as often as it is included."""
 
     files: int = MOST_FILES
     size: int = MOST_BYTES
 
     def text(self, path: Path) -> str:
-        """Return the text of a file. Raises `MeshError` where the deck is at its end."""
+        """Return the text of a file. Raises `MeshError` if the deck exceeds its limits."""
         if self.files == 0:
             raise MeshError(f"{path}: is included after {MOST_FILES} other files, the most of a deck; write one file")
         data = read_bytes(path, self.size, MeshError)
@@ -39,7 +39,7 @@ class Budget:
 
 @dataclass(frozen=True)
 class Block:
-    """A keyword line with its options, and its data lines split at commas."""
+    """Keyword line with its options, and its data lines split at commas."""
 
     keyword: str
     options: Mapping[str, str]
@@ -50,7 +50,7 @@ class Block:
         return MeshError(f"{self.place}: *{self.keyword}: {why}")
 
     def integers(self) -> Integers:
-        """Return every number of the data lines."""
+        """Return all numbers of the data lines."""
         try:
             return np.array([int(word) for row in self.rows for word in row if word], dtype=np.int64)
         except ValueError as error:
@@ -58,7 +58,7 @@ class Block:
 
 
 def read_blocks(path: Path) -> list[Block]:
-    """Return all blocks of a file, included files in their place; `MeshError` for what would move or make nodes."""
+    """Return all blocks of a file, with included ones in place; `MeshError` for those that move or generate nodes."""
     blocks = list(_blocks(path, 0, Budget()))
     for block in blocks:
         if block.keyword in GENERATORS:
@@ -97,20 +97,20 @@ def _blocks(path: Path, depth: int, budget: Budget) -> Iterator[Block]:
 
 
 def _logical_lines(path: Path, budget: Budget) -> Iterator[tuple[str, str]]:
-    """Yield place and text of every line with content; a keyword line that ends in a comma with the next."""
-    begun: list[str] = []
+    """Yield place and text of every line with content; a keyword line that ends in a comma is joined with the next."""
+    pieces: list[str] = []
     place = ""
     for number, raw in enumerate(budget.text(path).splitlines(), start=1):
         line = raw.strip()
         if not line or line.startswith("**"):
             continue
-        place = place if begun else f"{path}:{number}"
-        begun.append(line)
-        if not (begun[0].startswith("*") and line.endswith(",")):
-            yield place, "".join(begun)
-            begun = []
-    if begun:
-        yield place, "".join(begun)
+        place = place if pieces else f"{path}:{number}"
+        pieces.append(line)
+        if not (pieces[0].startswith("*") and line.endswith(",")):
+            yield place, "".join(pieces)
+            pieces = []
+    if pieces:
+        yield place, "".join(pieces)
 
 
 def _keyword(line: str) -> tuple[str, dict[str, str]]:
@@ -126,7 +126,7 @@ def _squeezed(text: str) -> str:
 
 @dataclass(eq=False)
 class Sets:
-    """Named sets of node or element numbers; names without regard to case, as in Abaqus."""
+    """Named sets of node or element numbers; names are not case-sensitive, as in Abaqus."""
 
     kind: str
     members: dict[str, list[Integers]] = field(default_factory=dict)
@@ -134,12 +134,12 @@ class Sets:
     internal: set[str] = field(default_factory=set)
     count: float = 0
 
-    def used(self, more: float, block: Block) -> None:
-        """Count members. Raises `MeshError` where they are more than sets may have."""
-        self.count += more
+    def used(self, added: float, block: Block) -> None:
+        """Count members. Raises `MeshError` if the sets together have too many."""
+        self.count += added
         if self.count > MOST_MEMBERS:
             raise block.fail(
-                f"{more:.4g} members, {self.count:.4g} with those before; all sets of a deck may have "
+                f"{added:.4g} members, {self.count:.4g} with those before; all sets of a deck may have "
                 f"{MOST_MEMBERS:.0e} together; check first, last and step"
             )
 
@@ -157,19 +157,19 @@ class Sets:
         self.add(name, self._ranges(block) if "GENERATE" in block.options else self._listed(block))
 
     def members_of(self, word: str, block: Block) -> Integers:
-        """Return the numbers that a word names, itself or those of a set, and count them."""
-        word = word.strip('"').rpartition(".")[2]  # without the name of the instance
+        """Return the numbers that a word names, itself or the members of a set, and count them."""
+        word = word.strip('"').rpartition(".")[2]  # without the instance's name
         if _WHOLE.fullmatch(word):
             return np.array([int(word)], dtype=np.int64)
         if word.casefold() not in self.members:
-            known = ", ".join(map(repr, sorted(self.names.values()))) or "none"
-            raise block.fail(f"no {self.kind} {word!r} before this line; there are: {known}")
+            listed = ", ".join(map(repr, sorted(self.names.values()))) or "none"
+            raise block.fail(f"no {self.kind} {word!r} before this line; there are: {listed}")
         parts = self.members[word.casefold()]
         self.used(sum(map(len, parts)), block)
         return np.concatenate(parts)
 
     def named(self) -> dict[str, Integers]:
-        """Return the sets a user has named, with every number once."""
+        """Return the sets that were named by a user, without repeated numbers."""
         return {
             self.names[key]: distinct(np.concatenate(parts))
             for key, parts in self.members.items()
@@ -200,13 +200,13 @@ class Sets:
 
 
 def with_included(path: Path) -> tuple[Path, ...]:
-    """Return ``path`` and, of an Abaqus input file, every file that *INCLUDE brings in, at any depth.
+    """Return ``path`` and, for an Abaqus input file, every file that is included, at any depth.
 
-    Files that are not there are left out. Nastran's INCLUDE is refused by `read_nastran`.
+    Missing files are omitted. `read_nastran` refuses INCLUDE.
     """
     files: dict[Path, None] = {}  # in order
     waiting = [path]
-    while waiting and len(files) <= MOST_FILES:  # a deck of more is refused when it is read
+    while waiting and len(files) <= MOST_FILES:  # reading refuses a deck of more files
         file = waiting.pop().resolve()
         if file in files or not file.is_file():
             continue
@@ -223,31 +223,31 @@ SKIN = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|R3D|CPS|CPE)(3|4|6|8|9)5?[A-Z]*\d?$")
 
 
 def read_abaqus(path: Path) -> file_mesh.FileMesh:
-    """Read *NODE, *ELEMENT, *NSET, *ELSET and *SURFACE of an input file, flat or with one part and one instance.
+    """Return the mesh of *NODE, *ELEMENT, *NSET, *ELSET and *SURFACE, flat or with one part and one instance.
 
-    Solids C3D4, C3D10, C3D8, C3D20, C3D27 with any ending. Surfaces are those of *SURFACE (faces S1.. of elements, or
-    TYPE=NODE), element sets of skin elements (S3, S4R, M3D4, ...), and node sets. Element sets of solids are volumes;
-    sets that Abaqus/CAE marks internal are left out. Raises `MeshError` naming file and line.
+    Solids are C3D4, C3D10, C3D8, C3D20, C3D27 with any suffix. Surfaces are those of *SURFACE (faces S1.. of elements,
+    or TYPE=NODE), element sets of skin elements (S3, S4R, M3D4, ...), and node sets. Element sets of solids are
+    volumes; sets that Abaqus/CAE marks internal are omitted. Raises `MeshError` naming file and line.
     """
     deck, node_sets, element_sets, blocks = _collect(path)
     assembly = file_mesh.assembled(deck)
     if len(distinct(assembly.ids)) < len(assembly.ids):
         raise MeshError(f"{path}: an element number is used twice; number them anew")
-    surfaces, held = dict(assembly.mesh.surfaces), dict(assembly.mesh.node_sets)
-    file_mesh.check_group_count(len(surfaces) + len(held) + len(blocks), str(path))
+    surfaces, named_nodes = dict(assembly.mesh.surfaces), dict(assembly.mesh.node_sets)
+    file_mesh.check_group_count(len(surfaces) + len(named_nodes) + len(blocks), str(path))
     for block in blocks:
         name = block.options.get("NAME", "")
         if block.options.get("TYPE", "ELEMENT").upper() == "NODE":
-            held[name] = deck.rows(np.concatenate([node_sets.members_of(row[0], block) for row in block.rows]))
+            named_nodes[name] = deck.rows(np.concatenate([node_sets.members_of(row[0], block) for row in block.rows]))
         else:
             surfaces[name] = file_mesh.stacked(
                 list(_surface(block, assembly, element_sets)), file_mesh.face_width(assembly.mesh.cells)
             )
-    return replace(assembly.mesh, surfaces=surfaces, node_sets=held)
+    return replace(assembly.mesh, surfaces=surfaces, node_sets=named_nodes)
 
 
 def _collect(path: Path) -> tuple[file_mesh.Deck, Sets, Sets, list[Block]]:
-    """Return the deck, its sets with those that are internal, and the blocks of *SURFACE."""
+    """Return the deck, its sets including internal ones, and the blocks of *SURFACE."""
     ids: list[Integers] = [np.empty(0, dtype=np.int64)]
     points: list[Floats] = [np.empty((0, 3))]
     solids: list[file_mesh.Elements] = []
@@ -297,7 +297,7 @@ def _nodes(block: Block) -> tuple[Integers, Floats]:
 
 
 def _elements(block: Block) -> file_mesh.Elements | None:
-    """Return the elements of a block, None for those that are neither solids nor skins: beams, springs, masses."""
+    """Return the elements of a block; ``None`` for beams, springs and masses, which are neither solids nor skins."""
     kind = block.options.get("TYPE", "").upper()
     solid, skin = SOLID.match(kind), SKIN.match(kind)
     match = solid or skin
@@ -314,9 +314,9 @@ def _elements(block: Block) -> file_mesh.Elements | None:
     return file_mesh.Elements(kind, table if solid else table[:, : 4 if width in (3, 6) else 5])
 
 
-def _surface(block: Block, found: file_mesh.Assembled, element_sets: Sets) -> Iterator[Integers]:
-    """Yield the faces of the lines of *SURFACE, TYPE=ELEMENT: a set or an element, and which of its faces."""
-    cells = found.mesh.cells
+def _surface(block: Block, assembly: file_mesh.Assembled, element_sets: Sets) -> Iterator[Integers]:
+    """Yield the faces of the lines of *SURFACE, TYPE=ELEMENT: each names a set or an element, and a face of it."""
+    cells = assembly.mesh.cells
     faces = np.array(file_mesh.ABAQUS_TET_FACES if file_mesh.face_width(cells) == 3 else file_mesh.ABAQUS_HEX_FACES)
     by_side: dict[str, list[Integers]] = {}
     for row in block.rows:
@@ -327,8 +327,8 @@ def _surface(block: Block, found: file_mesh.Assembled, element_sets: Sets) -> It
     for side, parts in by_side.items():
         members = np.concatenate(parts)
         if side in ("SPOS", "SNEG", ""):
-            yield found.skin[np.isin(found.skin_ids, members)]
-        rows = np.flatnonzero(np.isin(found.ids, members))
+            yield assembly.skin[np.isin(assembly.skin_ids, members)]
+        rows = np.flatnonzero(np.isin(assembly.ids, members))
         if side == "":
             mask = file_mesh.free_face_mask(cells, faces)
             yield cells[:, faces][rows][mask[rows]]

@@ -1,23 +1,20 @@
-"""Decks for CalculiX (ccx): a model's very mesh, materials, supports and struck patch, and the steps that load them.
+"""Decks for CalculiX (ccx): a model's mesh, materials, supports and struck patch, loads, and strikers in contact.
 
-A reference node stands for the struck patch: an *EQUATION makes one of its components the patch's area-averaged normal
-displacement b'u, and so spreads a *CLOAD on it over the patch as the consistent nodal forces b F (Dhondt, The Finite
-Element Method for Three-Dimensional Thermomechanical Applications, Wiley 2004; manual of ccx 2.20).
-No deck has damping.
+A reference node represents the struck patch: an *EQUATION makes one of its components the patch's area-averaged normal
+displacement b'u, so that a *CLOAD on it acts as the consistent nodal forces b F (Dhondt, The Finite Element Method for
+Three-Dimensional Thermomechanical Applications, Wiley 2004; manual of ccx 2.20). No deck has damping.
 
-Lines of decks for CalculiX: what strikes a body's patch, by ccx's own surface contact and direct dynamics.
+In contact the patch is the dependent surface, integrated face by face: pressure per penetration (*SURFACE BEHAVIOR,
+PRESSURE-OVERCLOSURE=LINEAR). *DYNAMIC, DIRECT has the numerical damping alpha = -0.05, without which the iterations of
+ccx do not converge.
 
-The patch is the dependent surface, integrated face by face: pressure per penetration (*SURFACE BEHAVIOR,
-PRESSURE-OVERCLOSURE=LINEAR). *DYNAMIC, DIRECT has the numerical damping of alpha = -0.05 here, without which ccx does
-not find the end of a step.
+A plate is one layer of C3D20R. ccx expands S8R shells to the same elements (all printed digits of frequencies agree),
+but shells have no nodes on both faces, which initial rotations of a plate need. In-plane displacements of the corner
+nodes in the mid-surface are fixed: our plate bends and does not stretch.
 
-A plate is one layer of C3D20R. ccx makes the same of S8R shells (the frequencies agree to all digits that it prints),
-but these have no nodes on both faces, by which a plate can start with its rotations. The vertices' nodes in the
-mid-surface are held in the plane: our plate bends and does not stretch.
-
-With steps of fixed size ccx ends as soon as its own account of the energies, in which springs of surface contact are
-not all right, gains 0.25 % of the largest energy so far (checkimpacts.f of ccx 2.20), although the forces are right and
-the plate's energy is. A block that flies freely elsewhere, BALLAST, therefore has most of the energy.
+With steps of fixed size ccx stops when its energy balance, in which springs of surface contact are not all right, gains
+0.25 % of the largest energy so far (checkimpacts.f of ccx 2.20), although the forces and the energy of the plate are
+right. A block in free flight away from the bodies, BALLAST, therefore has most of the energy.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -49,7 +46,7 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Kind:
-    """An element: ``nodes``, columns of ours; ``mirror``, its nodes mirrored; ``faces``, by its own vertices."""
+    """Element type: ``nodes``: columns of our element; ``mirror``: its mirrored nodes; ``faces``: by vertices."""
 
     name: str
     ours: Any
@@ -81,7 +78,7 @@ KINDS: Final[Mapping[str, Kind]] = {
 
 
 def oriented(points: Array, cells: Integers, kind: Kind, plane: bool) -> Integers:
-    """Return cells whose volume is positive in the deck's order."""
+    """Return the cells in the deck's order, with positive volume."""
     if plane:
         first, second = (points[:2, cells[:, k]] - points[:2, cells[:, 0]] for k in (1, -1 + len(kind.faces)))
         volume = first[0] * second[1] - first[1] * second[0]
@@ -95,14 +92,14 @@ def oriented(points: Array, cells: Integers, kind: Kind, plane: bool) -> Integer
 
 
 def loads_of(mesh: Any, kind: Kind, struck: str, used: Integers, plane: bool) -> Array:
-    """Return (nodes, 3) b: consistent nodal forces of a unit load, uniform over the patch, along its outward normal."""
+    """Return b (nodes, 3): consistent nodal forces of a unit load, uniform over the patch, along its outward normal."""
     basis = FacetBasis(mesh, kind.theirs, facets=mesh.boundaries[struck], intorder=8)
     radius = basis.global_coordinates()[0] if plane else 1.0
     area = float(np.sum(radius * basis.dx))
     loads = np.zeros((len(used), 3))
-    known = Dofs(mesh, kind.ours).element_dofs[: len(kind.nodes)], Dofs(mesh, kind.theirs).element_dofs
-    place = np.full(int(known[1].max()) + 1, -1, dtype=np.int64)
-    place[known[1]] = np.searchsorted(used, known[0])
+    columns = Dofs(mesh, kind.ours).element_dofs[: len(kind.nodes)], Dofs(mesh, kind.theirs).element_dofs
+    place = np.full(int(columns[1].max()) + 1, -1, dtype=np.int64)
+    place[columns[1]] = np.searchsorted(used, columns[0])
     for axis in range(2 if plane else 3):
         form = LinearForm(lambda v, w, axis=axis: (w.x[0] if plane else 1.0) * w.n[axis] * v / area)
         loads[place, axis] = form.assemble(basis)
@@ -111,22 +108,22 @@ def loads_of(mesh: Any, kind: Kind, struck: str, used: Integers, plane: bool) ->
 
 
 def held_of(model: SecondOrderModel) -> NDArray[np.bool_]:
-    """Return (nodes, 3) which displacement components a support fixes."""
+    """Return a mask (nodes, 3) of the displacement components that a support fixes."""
     dofs = model.dofs
     assert dofs is not None
-    held = np.ones(dofs.points.size, bool)
+    fixed = np.ones(dofs.points.size, bool)
     if dofs.turned is None:
-        held[dofs.free] = False
+        fixed[dofs.free] = False
     else:
         per_row = np.diff(dofs.turned.tocsr().indptr)
         if per_row.max(initial=0) > 1 or not np.allclose(np.abs(dofs.turned.data), 1.0):
             raise ModelError("a sliding support oblique to the axes has no place in a deck for CalculiX; turn the part")
-        held[per_row > 0] = False
-    return held.reshape(-1, 3)
+        fixed[per_row > 0] = False
+    return fixed.reshape(-1, 3)
 
 
 def materials_of(mesh: Any, material: Solid | Mapping[str, Any]) -> Iterator[str]:
-    """Yield sets of elements, and the material of each."""
+    """Yield the sets of elements, and the material of each."""
     solids, region = solids_by_region(mesh, material)
     for k, solid in enumerate(solids, start=1):
         yield from as_set(f"REGION{k}", np.flatnonzero(region == k - 1) + 1, "ELSET")
@@ -144,7 +141,7 @@ def materials_of(mesh: Any, material: Solid | Mapping[str, Any]) -> Iterator[str
 
 
 def faces_of(mesh: Any, kind: Kind, facets: Integers, cells: Integers, used: Integers) -> Iterator[str]:
-    """Yield element and number of the face, of every facet of the patch."""
+    """Yield the element and the face number of every facet of the patch."""
     for facet, cell in zip(facets, mesh.f2t[0, facets], strict=True):
         corners = set(np.searchsorted(used, mesh.facets[:, facet]).tolist())
         number = next(k for k, face in enumerate(kind.faces, 1) if corners == set(cells[cell, list(face)].tolist()))
@@ -161,22 +158,22 @@ def cut(items: Sequence[Any], most: int) -> Iterator[Sequence[Any]]:
 
 
 PATCH: Final = "PATCH"  # name of the set of the reference node
-FLAT: Final = 1e-6  # largest difference in height of a flat patch's vertices, over its width
+FLAT: Final = 1e-6  # largest height difference of a flat patch's vertices over its width
 
 
 @dataclass(frozen=True, eq=False)
 class CalculixBody:
-    """The part of a deck that describes one body.
+    """Part of a deck that describes one body.
 
     Attributes:
-        element: its type.
+        element: element type.
         lines: nodes, elements, sets, materials, supports, the patch's surface (STRUCK) and its node.
         axis: component of the reference node that is the patch's mean normal displacement, 1 to 3.
         node: number of the reference node, the highest of the deck.
-        cells: number of its elements.
-        loads: (nodes, 3) b, the nodal forces of a unit load on the patch; rows are the nodes of the deck.
-        share: of the whole body's load that what is modelled bears: 1/4 of a quarter.
-        patch: (n, 3) places of the patch's vertices [m].
+        cells: number of elements.
+        loads: b (nodes, 3), nodal forces of a unit load on the patch; rows are the nodes of the deck.
+        share: share of the whole body's load on the model: 1/4 for a quarter.
+        patch: positions (n, 3) of the patch's vertices [m].
     """
 
     element: str
@@ -190,27 +187,27 @@ class CalculixBody:
 
     @property
     def plane(self) -> bool:
-        """Return whether it is the half section of a body of revolution."""
+        """Return whether the model is the half section of a body of revolution."""
         return self.element.startswith("CAX")
 
     @property
     def flat(self) -> bool:
-        """Return whether the patch is flat and faces up along z."""
+        """Return whether the patch is flat with its normal along +z."""
         width = float(np.ptp(self.patch[:, :2], axis=0).max())
         return float(np.ptp(self.patch[:, 2])) <= FLAT * width and float(self.loads[:, 2].sum()) > 1 - FLAT
 
     def step(self, words: Sequence[str], steps: int = 0) -> list[str]:
-        """Return a ``*STEP`` whose last lines print the reference node's displacement."""
+        """Return a ``*STEP`` whose last lines print the displacement of the reference node."""
         printed = [f"*NODE PRINT, NSET={PATCH}, FREQUENCY=1", "U"] if steps else []
         return [f"*STEP, INC={steps + 1}" if steps else "*STEP", *words, *printed, "*END STEP"]
 
     def frequency(self, count: int) -> list[str]:
-        """Return *FREQUENCY of the lowest ``count`` modes."""
+        """Return a step *FREQUENCY for the lowest ``count`` modes."""
         return self.step(["*FREQUENCY", f"{count}"])
 
     def transient(self, width: float, duration: float, dt: float) -> list[str]:
-        """Return the unit Hann pulse of ``width`` [s] on the patch for ``duration`` by the trapezoidal rule in steps of
-        ``dt`` (*DYNAMIC, DIRECT, ALPHA=0): the patch's U [m/(N s)]."""
+        """Return a step with a unit Hann pulse of ``width`` [s] on the patch, for ``duration`` [s], by the trapezoidal
+        rule with steps ``dt`` [s] (*DYNAMIC, DIRECT, ALPHA=0), which prints U of the patch [m/(N s)]."""
         count = int(np.ceil(duration / dt))
         times = dt * np.arange(count + 2, dtype=np.float64)
         pairs = np.stack([times, hann(times, width)], axis=1).ravel()
@@ -226,12 +223,12 @@ def calculix_body(
     """Return the deck of a model of finite elements of second order.
 
     Args:
-        model: of solids in space, or of the half section of a body of revolution (harmonic 0).
-        material: as in `assemble`.
-        struck: boundary that is the patch.
-        copies: how many of what is modelled make the whole.
+        model: model of solids in space, or of the half section of a body of revolution (harmonic 0).
+        material: material as in `assemble`.
+        struck: name of the boundary that is the patch.
+        copies: number of copies of the model in the whole body.
 
-    Hexahedra of 27 nodes become C3D20, quadrilaterals of 9 CAX8, without the nodes inside faces and elements.
+    Hexahedra of 27 nodes become C3D20, quadrilaterals of 9 CAX8, without nodes inside faces and elements.
 
     Raises:
         ModelError: a model without its mesh, elements of first order, a sliding support that is oblique to the axes.
@@ -255,15 +252,15 @@ def calculix_body(
     lines += [f"*NODE, NSET={PATCH}", f"{node},0,0,0", f"*ELEMENT, TYPE={kind.name}, ELSET=BODY"]
     lines += [",\n".join(",".join(map(str, part)) for part in cut([k, *(c + 1)], 10)) for k, c in enumerate(cells, 1)]
     lines += materials_of(mesh, material)
-    held = held_of(model)[:, [0, 2, 1] if plane else [0, 1, 2]][used]
+    fixed = held_of(model)[:, [0, 2, 1] if plane else [0, 1, 2]][used]
     for component in range(2 if plane else 3):
-        if held[:, component].any():
+        if fixed[:, component].any():
             name = f"HELD{component + 1}"
-            lines += [*as_set(name, np.flatnonzero(held[:, component]) + 1), "*BOUNDARY", f"{name},{component + 1}"]
+            lines += [*as_set(name, np.flatnonzero(fixed[:, component]) + 1), "*BOUNDARY", f"{name},{component + 1}"]
     facets = np.asarray(mesh.boundaries[struck])
     lines += [*as_set("STRUCKNODES", np.flatnonzero(loads.any(axis=1)) + 1)]
     lines += ["*SURFACE, NAME=STRUCK", *faces_of(mesh, kind, facets, cells, used)]
-    terms = [(n + 1, a + 1, loads[n, a]) for n, a in np.argwhere(loads) if not held[n, a]]
+    terms = [(n + 1, a + 1, loads[n, a]) for n, a in np.argwhere(loads) if not fixed[n, a]]
     lines += ["*EQUATION", f"{len(terms) + 1}", f"{node},{axis},-1."]
     lines += [",".join(f"{n},{a},{b:.12e}" for n, a, b in part) for part in cut(terms, 4)]
     patch = points[:, np.searchsorted(used, np.unique(mesh.facets[:, facets]))].T
@@ -271,19 +268,19 @@ def calculix_body(
 
 
 HEAVIER: Final = 1e4  # mass of the ballast over that of the plate
-AWAY: Final = 1.0  # distance of the ballast from all else [m]
+AWAY: Final = 1.0  # distance of the ballast from the bodies [m]
 ROOM: Final = 0.1  # overhang of a rigid striker beyond the patch, over the patch's width
 
 
 @dataclass(frozen=True, eq=False)
 class PlateStriker:
-    """A plate over a patch that faces up along z.
+    """Plate over a patch with its normal along +z.
 
     Attributes:
-        mesh, material, thickness: as of `assemble_plate`; the mesh where the plate stands, seen from above.
-        clamped: nodes without motion.
-        underside: (n,) heights of the nodes on the underside, undeformed [m].
-        moved, rates: (n, 3) deflection [m] and rotations a = grad w of the nodes at the start, and their rates.
+        mesh, material, thickness: as in `assemble_plate`; the mesh in the position of the plate, seen from above.
+        clamped: numbers of the clamped nodes.
+        underside: undeformed heights (n,) of the nodes on the underside [m].
+        moved, rates: initial deflection [m] and rotations a = grad w (n, 3) of the nodes, and their rates.
     """
 
     mesh: PlateMesh
@@ -295,15 +292,15 @@ class PlateStriker:
     rates: Array
 
     def lines(self, node: int, cell: int) -> Iterator[str]:
-        """Yield nodes above ``node``, elements above ``cell`` and the surface FACE below."""
+        """Yield nodes numbered from ``node`` + 1, elements from ``cell`` + 1, and the surface FACE on the underside."""
         corners, sides = np.unique(self.mesh.cells[:, :4]), np.unique(self.mesh.cells[:, 4:8])
-        used = np.zeros((len(self.mesh.points), 3), dtype=bool)  # below, in the mid-surface, above
+        used = np.zeros((len(self.mesh.points), 3), dtype=bool)  # columns: below, in the mid-surface, above
         used[corners], used[sides, 0], used[sides, 2] = True, True, True
         number = node + np.cumsum(used).reshape(used.shape)
-        at, level = np.nonzero(used)
+        place, level = np.nonzero(used)
         high = (level - 1) * self.thickness / 2
         yield "*NODE, NSET=STRIKER"
-        places = np.column_stack([self.mesh.points[at], self.underside[at] + high + self.thickness / 2])
+        places = np.column_stack([self.mesh.points[place], self.underside[place] + high + self.thickness / 2])
         yield from (f"{n}," + ",".join(f"{x:.12g}" for x in p) for n, p in zip(number[used], places, strict=True))
         yield "*ELEMENT, TYPE=C3D20R, ELSET=STRIKER"
         for k, row in enumerate(self.mesh.cells, start=cell + 1):
@@ -312,11 +309,11 @@ class PlateStriker:
             yield ",\n".join(",".join(map(str, part)) for part in cut([k, *np.concatenate(nodes)], 10))
         yield from ("*MATERIAL, NAME=PLATE", "*ELASTIC", f"{self.material.young:.12g},{self.material.poisson:.12g}")
         yield from ("*DENSITY", f"{self.material.density:.12g}", "*SOLID SECTION, ELSET=STRIKER, MATERIAL=PLATE")
-        held = np.isin(at, self.clamped)
-        for name, which, last in (("ROOT", held, 3), ("MIDDLE", ~held & (level == 1), 2)):
-            if which.any():
-                yield from (*as_set(name, number[used][which]), "*BOUNDARY", f"{name},1,{last}")
-        for name, field in (("DISPLACEMENT", self.moved[at]), ("VELOCITY", self.rates[at])):
+        clamped = np.isin(place, self.clamped)
+        for name, chosen, last in (("ROOT", clamped, 3), ("MIDDLE", ~clamped & (level == 1), 2)):
+            if chosen.any():
+                yield from (*as_set(name, number[used][chosen]), "*BOUNDARY", f"{name},1,{last}")
+        for name, field in (("DISPLACEMENT", self.moved[place]), ("VELOCITY", self.rates[place])):
             values = np.column_stack([-high[:, None] * field[:, 1:], field[:, 0]])
             yield f"*INITIAL CONDITIONS, TYPE={name}"
             for n, moved in zip(number[used], values, strict=True):
@@ -327,7 +324,7 @@ class PlateStriker:
 def plate_contact(
     deck: CalculixBody, plate: PlateStriker, stiffness: float, duration: float, dt: float
 ) -> Iterator[str]:
-    """Yield the deck of a plate that lands; the step prints the force on the patch. Else as `mass_contact`."""
+    """Yield the deck of a plate that lands; the step prints the force on the patch. Otherwise as `mass_contact`."""
     check_patch(deck)
     node, cell = deck.node + 3 * len(plate.mesh.points), deck.cells + len(plate.mesh.cells)
     side = plate.thickness
@@ -344,11 +341,11 @@ def mass_contact(
 ) -> Iterator[str]:
     """Yield the deck of a rigid, flat striker of ``mass`` [kg] that arrives with ``velocity`` [m/s] < 0.
 
-    It is one element whose nodes move alike along z; the step prints one of them, HEAVY. ``stiffness``: of the contact
-    [Pa/m]; for ``duration`` in steps of ``dt`` [s].
+    It is one element whose nodes have the same displacement along z; the step prints that of one, HEAVY. ``stiffness``:
+    contact stiffness [Pa/m]; ``duration`` [s] is integrated with steps of ``dt`` [s].
 
     Raises:
-        ModelError: a half section, a patch that is not flat or does not face up.
+        ModelError: a half section, or a patch that is not flat with its normal along +z.
     """
     check_patch(deck)
     low, high = deck.patch.min(axis=0), deck.patch.max(axis=0)
@@ -366,7 +363,7 @@ def mass_contact(
 
 
 def check_patch(deck: CalculixBody) -> None:
-    """Raise `ModelError` of a patch of an axisymmetric deck, or of one that is not flat and up along z."""
+    """Raise `ModelError` for the patch of an axisymmetric deck, or one that is not flat with its normal along +z."""
     if deck.plane:
         raise ModelError("ccx's surface contact finds no end between axisymmetric elements; state seat.model = '3d'")
     if not deck.flat:
@@ -374,7 +371,7 @@ def check_patch(deck: CalculixBody) -> None:
 
 
 def _brick(name: str, node: int, cell: int, low: Array, high: Array, density: float) -> Iterator[str]:
-    """Yield one stiff element between two corners, its lower face S1."""
+    """Yield one stiff element between two corners; its lower face is S1."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     places = [(x, y, z) for z in (z0, z1) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
     nodes = range(node + 1, node + 9)
@@ -393,6 +390,6 @@ def _pair(stiffness: float) -> tuple[str, ...]:
     )
 
 
-def _march(deck: CalculixBody, told: Sequence[str], duration: float, dt: float) -> list[str]:
+def _march(deck: CalculixBody, output: Sequence[str], duration: float, dt: float) -> list[str]:
     count = int(np.ceil(duration / dt * (1 - 1e-12)))
-    return deck.step(["*DYNAMIC, DIRECT", f"{dt:.12e},{dt * count:.12e}", *told], count)
+    return deck.step(["*DYNAMIC, DIRECT", f"{dt:.12e},{dt * count:.12e}", *output], count)

@@ -1,4 +1,4 @@
-"""Outlines in DXF files: lines, arcs, circles and polylines that close loops, read and written."""
+"""Outlines in DXF files: lines, arcs, circles and polylines that form closed loops, read and written."""
 
 import io
 import math
@@ -15,29 +15,29 @@ from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops
 
-JOINED: Final = 1e-6  # distance of ends that count as one point, over the outline's size
+JOINED: Final = 1e-6  # largest distance of end points that count as one, over the outline's size
 LARGEST: Final = 20 * MB
-MOST_CORNERS: Final = 10_000  # most corners of all curves: each is looked for at the end of each other
+MOST_CORNERS: Final = 10_000  # largest number of corners of all curves: each end is compared with all others
 MOST_LENGTH: Final = 1e3  # largest coordinate and radius [m]
 FLAT: Final = 1e-9  # bulge below which an edge is straight
-STEEP: Final = 1e4  # bulge beyond which an arc goes all the way round
+STEEP: Final = 1e4  # bulge above which an arc is a full circle
 UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 13: 1e-6}  # metres per unit, by $INSUNITS
 CURVES: Final = ("LINE", "ARC", "CIRCLE", "LWPOLYLINE")
 OTHERS: Final = ("SPLINE", "ELLIPSE", "POLYLINE", "INSERT", "REGION", "3DSOLID", "MLINE")
-"""Entities that may be part of an outline; texts, dimensions and points are not."""
+"""Entities that could be part of an outline, unlike texts, dimensions and points."""
 Group = tuple[int, str]
 Groups = list[Group]
 
 
 def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
-    """Return closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes; arcs are arcs.
+    """Return closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes; arcs stay arcs.
 
     Args:
         path: an ASCII file.
-        unit: metres per unit of the drawing; ``None``: as its header says ($INSUNITS).
+        unit: metres per unit of the drawing; ``None``: as stated in its header ($INSUNITS).
 
     Raises:
-        GeometryError: no DXF, no unit, other curves, an outline that is open.
+        GeometryError: no DXF file, no unit, curves of other types, an outline that is open.
     """
     text = read_text(path, LARGEST, GeometryError, errors="replace")
     scale = _unit(_groups(text, path), path) if unit is None else unit
@@ -89,7 +89,7 @@ def _unit(groups: Iterator[Group], path: Path) -> float:
 
 
 def _entities(groups: Iterator[Group], path: Path) -> Iterator[Groups]:
-    """Yield each entity of the section ENTITIES, its name first."""
+    """Yield the groups of each entity in the section ENTITIES, its name first."""
     section, entity = "", Groups()
     for code, value in chain(groups, [(0, "")]):
         if code == 0:
@@ -106,7 +106,7 @@ def _entities(groups: Iterator[Group], path: Path) -> Iterator[Groups]:
 
 
 def _chain(entity: Groups, path: Path, most: float) -> Array:
-    """Return (n, 3) corners and bulges of a curve, a closed one's first again at its end; (0, 3) of no curve."""
+    """Return corners and bulges (n, 3) of a curve, the first again at the end of a closed one; (0, 3) without any."""
     name = entity[0][1]
     if name in OTHERS:
         raise _wrong(path, f"a {name}; an outline may have {', '.join(CURVES)}: explode or convert it")
@@ -138,7 +138,7 @@ def _chain(entity: Groups, path: Path, most: float) -> Array:
 
 
 def _arc(centre: Array, radius: float, start: float, turn: float) -> Array:
-    """Return an arc in pieces of half a circle at most."""
+    """Return corners and bulges of an arc in pieces of at most half a circle."""
     count = max(1, math.ceil(turn / math.pi - 1e-9))
     angles = start + turn * np.arange(count + 1) / count
     points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
@@ -146,7 +146,7 @@ def _arc(centre: Array, radius: float, start: float, turn: float) -> Array:
 
 
 def _polyline(entity: Groups, *, closed: bool) -> Array:
-    """Return the vertices (10, 20), each with the bulge (42) of what follows it."""
+    """Return the vertices (10, 20), each with the bulge (42) of the edge that follows."""
     corners: list[list[float]] = []
     for code, value in entity:
         if code == 10:
@@ -165,9 +165,9 @@ HEAD: Final = ((0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1015"), (9
 
 
 def write_outline(loops: Sequence[Array], path: Path) -> None:
-    """Write closed loops (n, 3) of corners x, y [m] and bulges, `seatfem.structures.shapes.loops`; whole or absent.
+    """Write closed loops (n, 3) of corners x, y [m] and bulges, as in `loops`, to a file, complete or not at all.
 
-    Coordinates have all their digits. Source: DXF reference of AutoCAD 2000 (AC1015).
+    Coordinates are written with all digits. Source: DXF reference of AutoCAD 2000 (AC1015).
     """
     write_whole(path, "".join(f"{code:>3}\n{value}\n" for code, value in _written_groups(loops)).encode("ascii"))
 

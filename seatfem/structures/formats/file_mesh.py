@@ -1,6 +1,6 @@
-"""What a mesh file holds, before its groups are turned into surfaces; decks of other programs, under their own numbers.
+"""Content of a mesh file before its groups become surfaces; decks of other programs, with the file's own numbers.
 
-Abaqus, Nastran and VTK agree on the vertices of an element; they differ in the nodes on edges and faces.
+Abaqus, Nastran and VTK have the same order of an element's vertices, but different orders of nodes on edges and faces.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from seatfem.structures.mesh import checks, io
 
-MOST_GROUPS = 5000  # most groups of a file: sets of nodes, of elements, surfaces
+MOST_GROUPS = 5000  # largest number of groups of a file: sets of nodes, of elements, surfaces
 Groups = tuple[tuple[int, ...], ...]
 TET_RING: Groups = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 BOTTOM: Groups = ((0, 1), (1, 2), (2, 3), (3, 0))
@@ -25,7 +25,7 @@ CENTRE: Groups = (tuple(range(8)),)
 ABAQUS_HEX_FACES: Groups = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
 ABAQUS_TET_FACES: Groups = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
 VTK_HEX_FACES: Groups = ((0, 3, 7, 4), (1, 2, 6, 5), (0, 1, 5, 4), (3, 2, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7))
-# Nodes after the vertices, each by the vertices it lies between.
+# Nodes after the vertices, each by the vertices between which it lies.
 GMSH: Mapping[int, Groups] = MappingProxyType(
     {4: (), 8: (), 10: io.TET_EDGES, 20: io.HEX_EDGES, 27: io.HEX_EDGES + io.HEX_FACES + CENTRE}
 )
@@ -40,9 +40,8 @@ VTK: Mapping[int, Groups] = MappingProxyType({**ABAQUS, 27: HEX_RING + VTK_HEX_F
 class FileMesh:
     """Nodes, elements and groups of a file, in its length unit and gmsh's node order.
 
-    ``points`` (n, 3); ``cells`` (m, k) rows of ``points``, k = 20 allowed besides those of `MeshArrays`;
-    ``surfaces``: name -> (f, 3) or (f, 4) vertices; ``volumes``: name -> rows of ``cells``; ``node_sets``: name -> rows
-    of ``points``.
+    ``points`` (n, 3); ``cells`` (m, k) rows of ``points``, k = 20 or as in `MeshArrays`; ``surfaces``: name -> vertices
+    (f, 3) or (f, 4); ``volumes``: name -> rows of ``cells``; ``node_sets``: name -> rows of ``points``.
     """
 
     points: io.Floats
@@ -52,22 +51,22 @@ class FileMesh:
     node_sets: Mapping[str, io.Integers] = field(default_factory=dict)
 
 
-def one_kind(found: Mapping[str, tuple[int, io.Integers | None]], source: str) -> None:
+def one_kind(counts: Mapping[str, tuple[int, io.Integers | None]], source: str) -> None:
     """Raise `MeshError` unless the solid elements are of one kind.
 
-    ``found``: the file's name of a solid element type -> (count, its nodes or None where it cannot be used).
+    ``counts``: name of a solid element type in the file -> (count, its nodes, or ``None`` if it is not supported).
     """
-    usable = {nodes.shape[1] for _, nodes in found.values() if nodes is not None}
-    if len(usable) == 1 and all(nodes is not None for _, nodes in found.values()):
+    usable = {nodes.shape[1] for _, nodes in counts.values() if nodes is not None}
+    if len(usable) == 1 and all(nodes is not None for _, nodes in counts.values()):
         return
-    kinds = ", ".join(f"{count} {name}" for name, (count, _) in sorted(found.items())) or "none"
+    kinds = ", ".join(f"{count} {name}" for name, (count, _) in sorted(counts.items())) or "none"
     raise io.MeshError(
         f"{source}: volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {kinds}"
     )
 
 
 def check_group_count(count: int, source: str) -> None:
-    """Raise `MeshError` for more groups than `MOST_GROUPS`: each of them is looked up in the whole mesh."""
+    """Raise `MeshError` for more groups than `MOST_GROUPS`, since each is looked up in the whole mesh."""
     if count > MOST_GROUPS:
         raise io.MeshError(
             f"{source}: {count} groups and sets, must be at most {MOST_GROUPS}; export those that are used"
@@ -75,9 +74,9 @@ def check_group_count(count: int, source: str) -> None:
 
 
 def to_arrays(mesh: FileMesh, unit: float, source: str) -> io.MeshArrays:
-    """Return arrays in metres, 20-node hexahedra as 27, node sets as the free faces whose vertices they hold.
+    """Return arrays in metres, 20-node hexahedra as 27, node sets as the free faces of which they hold all vertices.
 
-    A node set of a name that a surface has already, and one that holds no whole face, makes no surface.
+    A node set with the name of a surface, and one that holds no complete face, make no surface.
     """
     points, cells = unit * mesh.points, mesh.cells
     if cells.shape[1] == 20:
@@ -87,20 +86,20 @@ def to_arrays(mesh: FileMesh, unit: float, source: str) -> io.MeshArrays:
         return arrays
     faces = np.array(arrays.kind.faces)
     free = arrays.cells[:, faces][free_face_mask(arrays.cells, faces)]
-    held = {name: free[io.facets_within(free.T, rows)] for name, rows in mesh.node_sets.items()}
-    surfaces = {name: faces for name, faces in held.items() if len(faces)} | dict(mesh.surfaces)
+    complete = {name: free[io.facets_within(free.T, rows)] for name, rows in mesh.node_sets.items()}
+    surfaces = {name: faces for name, faces in complete.items() if len(faces)} | dict(mesh.surfaces)
     return io.MeshArrays(points, cells, surfaces, mesh.volumes, source)
 
 
 def free_face_mask(cells: io.Integers, faces: io.Integers) -> NDArray[np.bool_]:
-    """Return which faces belong to one element only; (m, faces), for faces given by columns of ``cells``."""
-    every = np.sort(cells[:, faces].reshape(-1, faces.shape[1]), axis=1)
-    _, number, count = np.unique(every, axis=0, return_inverse=True, return_counts=True)
+    """Return a mask (m, faces) of the faces that belong to only one element; ``faces``: columns of ``cells``."""
+    vertices = np.sort(cells[:, faces].reshape(-1, faces.shape[1]), axis=1)
+    _, number, count = np.unique(vertices, axis=0, return_inverse=True, return_counts=True)
     return np.asarray(count[number.ravel()] == 1).reshape(len(cells), len(faces))
 
 
 def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
-    """Return the mesh with nodes nearer to each other than ``tolerance`` (the file's unit) made one."""
+    """Return the mesh with nodes that are closer than ``tolerance`` (in the file's unit) merged."""
     pairs = checks.near_pairs(mesh.points, tolerance, source)
     n = len(mesh.points)
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
@@ -117,17 +116,17 @@ def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
 
 
 def stacked(parts: Sequence[io.Integers], width: int) -> io.Integers:
-    """Return rows one under the other; (0, width) for none."""
+    """Return the parts stacked by rows; (0, width) without any."""
     return np.concatenate([np.empty((0, width), dtype=np.int64), *parts])
 
 
 def face_width(cells: io.Integers) -> int:
-    """Return the vertices of a face of such elements."""
+    """Return the number of vertices of a face of such elements."""
     return 3 if cells.shape[1] in (4, 10) else 4
 
 
 def to_gmsh(cells: io.Integers, order: Mapping[int, Groups]) -> io.Integers:
-    """Return the columns of ``cells`` (m, k) from another program's order into gmsh's."""
+    """Return ``cells`` (m, k) with columns in gmsh's order instead of another program's."""
     nodes = cells.shape[1]
     corners = 4 if nodes in (4, 10) else 8
     column_of = {frozenset(group): corners + k for k, group in enumerate(order[nodes])}
@@ -146,7 +145,7 @@ def to_vtk(rows: io.Integers, kind: io.CellKind) -> io.Integers:
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """Elements of one type, which the file calls so: rows of number and nodes (m, 1 + k); whether they can be used."""
+    """Elements of one type, by the file's name: rows of number and nodes (m, 1 + k); whether they are supported."""
 
     type: str
     table: io.Integers
@@ -163,10 +162,10 @@ class Elements:
 
 @dataclass(frozen=True, eq=False)
 class Deck:
-    """A mesh in the file's own numbers.
+    """Mesh with the node and element numbers of the file.
 
-    ``solids``: their nodes in the order ``order`` of `element_orders`; ``skins``: triangles and quadrilaterals, their
-    vertices alone; ``element_sets``, ``node_sets``: name -> numbers. ``what``: the file's word for a node.
+    ``solids``: their nodes are in the ``order`` of the program; ``skins``: triangles and quadrilaterals, vertices only;
+    ``element_sets``, ``node_sets``: name -> numbers. ``what``: the program's word for a node.
     """
 
     source: str
@@ -179,14 +178,14 @@ class Deck:
     node_sets: Mapping[str, io.Integers]
     what: str = "node"
 
-    def rows(self, wanted: io.Integers) -> io.Integers:
-        """Return rows of ``points`` of node numbers; `MeshError` for numbers that are not there."""
+    def rows(self, numbers: io.Integers) -> io.Integers:
+        """Return the rows of ``points`` with these node numbers. Raises `MeshError` if a number is not defined."""
         if len(self.node_ids) == 0:
             raise io.MeshError(f"{self.source}: no {self.what}s; export the mesh with them")
         order = np.argsort(self.node_ids, kind="stable")
-        at = np.minimum(np.searchsorted(self.node_ids, wanted, sorter=order), len(self.node_ids) - 1)
-        rows = order[at]
-        missing = io.distinct(wanted[self.node_ids[rows] != wanted])
+        position = np.minimum(np.searchsorted(self.node_ids, numbers, sorter=order), len(self.node_ids) - 1)
+        rows = order[position]
+        missing = io.distinct(numbers[self.node_ids[rows] != numbers])
         if len(missing):
             raise io.MeshError(
                 f"{self.source}: {self.what} {missing[0]} is used and not defined, export it too ({len(missing)} "
@@ -197,7 +196,7 @@ class Deck:
 
 @dataclass(frozen=True, eq=False)
 class Assembled:
-    """``mesh``; the numbers of its cells; numbers and faces (rows of its points) of the skins that fit its cells."""
+    """Mesh, numbers of its cells, and numbers and faces (rows of its points) of the skins that match its cells."""
 
     mesh: FileMesh
     ids: io.Integers
@@ -206,9 +205,9 @@ class Assembled:
 
 
 def assembled(deck: Deck) -> Assembled:
-    """Return the deck by rows: a set's solids are a volume, its skins a surface, its nodes a node set.
+    """Return the deck by rows: the solids of a set are a volume, its skins a surface, its nodes a node set.
 
-    Raises `MeshError`: solids that are not of one kind, nodes that are used and not defined.
+    Raises `MeshError`: solids of several kinds, nodes that are used and not defined.
     """
     check_group_count(len(deck.element_sets) + len(deck.node_sets), deck.source)
     counts: dict[str, tuple[int, io.Integers | None]] = {}

@@ -1,4 +1,4 @@
-"""M, K and C from another program's files: Matrix Market, scipy .npz, numpy .npy, sizes known before they are read."""
+"""M, K and C from files of other programs: Matrix Market, scipy .npz, numpy .npy; sizes are checked before reading."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from seatfem.machine.resources import available_memory
 from seatfem.structures.model import Array, ModelError, Port, SecondOrderModel
 
 LIMIT: Final = 8192 * MB
-MOST_PACKED: Final = 20  # largest compression, bytes per byte: matrices of structures have less than ten
-FREE: Final = 64 * MB  # bytes that any compressed file may unfold to
+MOST_PACKED: Final = 20  # largest compression ratio: matrices of structures have less than ten
+FREE: Final = 64 * MB  # size to which any compressed file may expand [bytes]
 LONGEST_LINE: Final = 1 << 16
-ENTRY: Final = 64.0  # bytes of memory per entry while it is read, sorted and made symmetric
-_ROWS, _SPARSEST = 1000, 10  # most rows without and per entry: matrices of structures have several entries a row
+ENTRY: Final = 64.0  # memory per entry while it is read, sorted and made symmetric [bytes]
+_ROWS, _SPARSEST = 1000, 10  # limit of rows: 1000 + 10 per entry; structures have several entries per row
 _OF_NUMBERS = b"0123456789+-.eE \t\r\n"
 _FOREIGN = re.compile(rb"(?!(?<!\S)[-+]?(?i:nan|inf|infinity)(?!\S))(?<!\S)\S*[^-+.0-9eE\s]\S*")
 _WORDS = {"real": 1, "integer": 1, "unsigned-integer": 1, "complex": 2, "pattern": 0}  # words per value of an entry
@@ -33,8 +33,8 @@ _WORDS = {"real": 1, "integer": 1, "unsigned-integer": 1, "complex": 2, "pattern
 def load_matrix(path: Path) -> Any:
     """Return the matrix in the file: an array, or a sparse matrix whose indices are within its size.
 
-    Raises `ValueError` for a file of another kind, values that are broken, and sizes that its bytes, or this machine,
-    have no room for; whatever zipfile, gzip and scipy raise for a broken one.
+    Raises `ValueError` for an unknown format, corrupt values, and sizes beyond the file's bytes or the available
+    memory; and all errors of zipfile, gzip and scipy for a corrupt file.
     """
     check_file(path, LIMIT, ValueError)
     raw = _raw(path)
@@ -49,7 +49,7 @@ def load_matrix(path: Path) -> Any:
 
 def _raw(path: Path) -> Any:
     if path.suffix == ".npz":
-        with path.open("rb") as file:  # which load_npz leaves open where the file is broken
+        with path.open("rb") as file:  # load_npz would not close a corrupt file
             _check_members(file, path.stat().st_size)
             file.seek(0)
             return sparse.load_npz(file)
@@ -64,37 +64,37 @@ def _raw(path: Path) -> Any:
     if kind == "pattern":
         raise ValueError(f"a Matrix Market file of {kind}s has no values; export them")
     if form == "coordinate":
-        wanted = (2 + _WORDS.get(kind, 1)) * entries + 3
+        expected = (2 + _WORDS.get(kind, 1)) * entries + 3
         if entries > rows * columns:
             raise ValueError(f"it has {entries} entries, must have at most {rows} x {columns}")
     else:
         lower = {"general": 0, "skew-symmetric": -rows}.get(symmetry, rows)
         stored = rows * columns if symmetry == "general" else (rows * columns + lower) // 2
-        wanted = _WORDS.get(kind, 1) * stored + 2
-    if words != wanted:
-        raise ValueError(f"it has {words} words; {entries} entries, as its first line says, take {wanted}")
+        expected = _WORDS.get(kind, 1) * stored + 2
+    if words != expected:
+        raise ValueError(f"it has {words} words; {entries} entries, as its first line says, take {expected}")
     _refuse_beyond_memory(ENTRY * entries)
     return mmread(path)
 
 
 def _check_members(file: BinaryIO, size: int) -> None:
     with zipfile.ZipFile(file) as members:
-        every = members.infolist()
-        total = sum(member.file_size for member in every)
+        listed = members.infolist()
+        total = sum(member.file_size for member in listed)
         limit = max(FREE, MOST_PACKED * size)
-        if len(every) > 16 or total > limit:
+        if len(listed) > 16 or total > limit:
             raise ValueError(
-                f"its {len(every)} arrays claim {total / MB:.4g} MB in a file of {size / MB:.3g} MB; at most "
+                f"its {len(listed)} arrays claim {total / MB:.4g} MB in a file of {size / MB:.3g} MB; at most "
                 f"{limit / MB:.4g} MB are unfolded: save it uncompressed (compressed=False)"
             )
-        for member in every:
+        for member in listed:
             with members.open(member) as array:
                 _check_array(array, member.file_size)  # type: ignore[arg-type]
     _refuse_beyond_memory(4.0 * total)
 
 
 def _check_array(file: BinaryIO, size: int) -> None:
-    """Check the shape in an array's head against the bytes there are."""
+    """Check the shape in the header of an array against the size of the file."""
     version = np.lib.format.read_magic(file)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, _, dtype = read(file)
@@ -116,9 +116,8 @@ def _refuse_beyond_memory(need: float) -> None:
 
 
 def _words(path: Path) -> int:
-    """Return words of the file without its comments. scipy's reader takes a number up to where it is broken, and can
-    crash where that is the end of the file: raises `ValueError` for words that are no numbers.
-    """
+    """Return the number of words in the file without comments. Raises `ValueError` for words that are not numbers:
+    scipy's reader accepts a number up to its first invalid character, and can crash if that is the end of the file."""
     words = 0
     for lines in _blocks(path):
         text = b"\n".join(line for line in lines.split(b"\n") if not line.startswith(b"%"))
@@ -129,10 +128,10 @@ def _words(path: Path) -> int:
 
 
 def _blocks(path: Path) -> Iterator[bytes]:
-    """Yield whole lines, about a megabyte at once."""
+    """Yield complete lines in blocks of about a megabyte."""
     packed = path.suffix == ".gz"
     limit = max(FREE, MOST_PACKED * path.stat().st_size) if packed else LIMIT
-    count, begun = 0, b""
+    count, partial = 0, b""
     with (gzip.open if packed else open)(path, "rb") as file:
         while block := file.read(MB):
             count += len(block)
@@ -140,11 +139,11 @@ def _blocks(path: Path) -> Iterator[bytes]:
                 raise ValueError(
                     f"it unfolds to more than {limit / MB:.4g} MB, {MOST_PACKED} times its size: unpack it"
                 )
-            whole, _, begun = (begun + block).rpartition(b"\n")
-            if len(begun) > LONGEST_LINE:
+            whole, _, partial = (partial + block).rpartition(b"\n")
+            if len(partial) > LONGEST_LINE:
                 raise ValueError(f"its lines must have at most {LONGEST_LINE} characters")
             yield whole
-    yield begun
+    yield partial
 
 
 System = Literal["SI", "mm-t-s", "mm-kg-ms", "inch-lbf-s"]
@@ -158,9 +157,9 @@ FACTORS: dict[str, tuple[float, float, float]] = {
     "inch-lbf-s": (_LBF_PER_INCH,) * 3,
 }
 """Factors of mass, damping and stiffness to kg, N s/m, N/m (from t, N s/mm, N/mm; lbf s^2/inch, ...)."""
-PENALTY = 1e10  # least stiffness of a constraint, over the median of the diagonal: no spring of the structure has it
+PENALTY = 1e10  # least stiffness of a constraint over the median of the diagonal: beyond all springs of structures
 _DOF = re.compile(r"[0-9]{1,15}")
-_SKEW = 1e-6  # relative asymmetry that rounding in a text file leaves
+_SKEW = 1e-6  # relative asymmetry within the rounding of a text file
 
 
 def read_matrices(
@@ -179,13 +178,13 @@ def read_matrices(
     `numpy.save` (.npy). An n x 1 matrix is a diagonal.
 
     Args:
-        mass, stiffness, damping: the files.
-        ports: by name: {dof: weight}, or the (n,) vector b itself, or a CSV file with the header ``dof,weight``. The
+        mass, stiffness, damping: files of M, K and C.
+        ports: by name: {dof: weight}, or the vector b (n,) itself, or a CSV file with the header ``dof,weight``. The
             weights of a patch sum to 1: b'u is its mean displacement along the outward normal.
         system: units of the files, one of `FACTORS`.
         first_dof: number of the first unknown in ``ports``: 0 as in Python, 1 as in Matrix Market.
-        constrained: unknowns held by a penalty (a stiffness diagonal beyond `PENALTY` times the median) or absent from
-            K and M: an error that lists them, or taken out of the model.
+        constrained: unknowns fixed by a penalty (a stiffness diagonal beyond `PENALTY` times the median) or absent from
+            K and M: "refuse" raises an error that lists them, "drop" removes them from the model.
 
     Raises:
         ModelError: a file that cannot be read, is not real, square, finite, symmetric, or of another size; constrained
@@ -206,21 +205,21 @@ def read_matrices(
                 f"{names[key]}: {key} has {matrix.shape[0]} unknowns, must have the {n} of K in {names['K']}"
             )
     vectors = {name: _vector(name, port, n, first_dof) for name, port in ports.items()}
-    held = _held(matrices["K"], matrices["M"])
-    if np.any(held):
+    fixed = _held(matrices["K"], matrices["M"])
+    if np.any(fixed):
         if constrained != "drop":
             raise ModelError(
-                f"{names['K']}: {held.sum()} unknowns are constrained (a penalty beyond {PENALTY:g} times the median "
-                f"diagonal, or no stiffness and mass at all): dof {_some(np.flatnonzero(held) + first_dof)}; "
+                f"{names['K']}: {fixed.sum()} unknowns are constrained (a penalty beyond {PENALTY:g} times the median "
+                f"diagonal, or no stiffness and mass at all): dof {_some(np.flatnonzero(fixed) + first_dof)}; "
                 'take them out, or give constrained="drop"'
             )
         for name, vector in vectors.items():
-            if np.any(vector[held]):
-                numbers = np.flatnonzero(held & (vector != 0)) + first_dof
+            if np.any(vector[fixed]):
+                numbers = np.flatnonzero(fixed & (vector != 0)) + first_dof
                 raise ModelError(f"port {name!r} must not act on the constrained dof {_some(numbers)}")
-        matrices = {key: matrix[~held][:, ~held] for key, matrix in matrices.items()}
-        vectors = {name: vector[~held] for name, vector in vectors.items()}
-    _refuse_indefinite(matrices, names, held, first_dof)
+        matrices = {key: matrix[~fixed][:, ~fixed] for key, matrix in matrices.items()}
+        vectors = {name: vector[~fixed] for name, vector in vectors.items()}
+    _refuse_indefinite(matrices, names, fixed, first_dof)
     try:
         return SecondOrderModel(
             matrices["M"], matrices.get("C"), matrices["K"], {name: Port(vector) for name, vector in vectors.items()}
@@ -231,12 +230,12 @@ def read_matrices(
 
 
 def _read(path: Path) -> sparse.csr_array:
-    """Return a real, square, finite, symmetric matrix."""
+    """Return a real, square, finite, symmetric matrix from a file."""
     if not path.exists():
         raise ModelError(f"{path}: no such file; check the path")
     try:
         raw = load_matrix(path)
-    except Exception as problem:  # a broken file makes zlib, zipfile and tokenize raise what they like
+    except Exception as problem:  # a corrupt file makes zlib, zipfile and tokenize raise any error
         raise ModelError(
             f"{path}: cannot be read as a matrix ({type(problem).__name__}: {problem}); check it, or export it again"
         ) from problem
@@ -270,7 +269,7 @@ def _symmetric(matrix: sparse.csr_array, path: Path) -> sparse.csr_array:
 
 
 def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Return the unknowns with a penalty, or in no equation at all."""
+    """Return a mask of unknowns with a penalty stiffness, or in no equation."""
     diagonal = stiffness.diagonal()
     positive = diagonal[diagonal > 0]
     limit = PENALTY * float(np.median(positive)) if positive.size else np.inf
@@ -279,11 +278,11 @@ def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any
 
 
 def _refuse_indefinite(
-    found: Mapping[str, sparse.csr_array], names: Mapping[str, Path | None], held: Any, first: int
+    matrices: Mapping[str, sparse.csr_array], names: Mapping[str, Path | None], fixed: Any, first: int
 ) -> None:
-    """Raise `ModelError` of a matrix with |a_ij|^2 > a_ii a_jj, which no positive semidefinite one has."""
-    numbers = np.flatnonzero(~held) + first
-    for key, matrix in found.items():
+    """Raise `ModelError` for a matrix with |a_ij|^2 > a_ii a_jj, which cannot be positive semidefinite."""
+    numbers = np.flatnonzero(~fixed) + first
+    for key, matrix in matrices.items():
         diagonal = matrix.diagonal()
         if key == "M" and np.any(none := diagonal <= 0):
             raise ModelError(

@@ -1,7 +1,4 @@
-"""The way from a mesh file to the mesh of a seat.
-
-Meshes in the formats that meshio knows, read in a process of its own and written.
-"""
+"""Mesh files in all formats, read and checked as the mesh of a seat; those of meshio in a separate process."""
 
 from __future__ import annotations
 
@@ -32,7 +29,7 @@ from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.cad import LARGEST, SMALLEST
 
 MESHIO_LIMIT: Final = 1024 * MB
-PATIENCE: Final = 3600.0  # seconds of the clock for a file, enough on a busy machine
+PATIENCE: Final = 3600.0  # longest wall time for a file, sufficient on a busy machine [s]
 FORMATS: Final[Mapping[str, str]] = MappingProxyType(
     {
         ".vtu": "vtu",
@@ -65,22 +62,22 @@ SURFACES_ONLY: Final = (".stl", ".ply", ".obj", ".off", ".svg", ".wkt", ".ply2")
 SOLIDS = ("tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27")
 OTHER_SOLIDS = ("tetra", "hexa", "wedge", "pyramid", "poly", "voxel", "VTK_LAGRANGE_", "VTK_BEZIER_")
 SKINS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
-MOST_GROUPS = 256  # most values of an array that groups the cells; one with more numbers them
-_BESIDE = re.compile(r">([^<>:]*):/")  # blanks are stripped after: two ways to match one of them take squares of time
+MOST_GROUPS = 256  # largest number of values in an array of cell groups; an array with more numbers the cells
+_BESIDE = re.compile(r">([^<>:]*):/")  # blanks are stripped later: two ways to match them take quadratic time
 
 
 def read_by_meshio(path: Path, form: str = "") -> file_mesh.FileMesh:
-    """Return tetrahedra and hexahedra of a file in one of `FORMATS`, with whatever groups they have.
+    """Return tetrahedra and hexahedra of a file in one of `FORMATS`, with all groups.
 
-    Named cell sets: solids are a volume, triangles or quadrilaterals a surface; named point sets are node sets. Groups
-    that travel as whole-number data: a cell array of 0 and 1 is a group of the array's name; one of up to 256 other
-    values is a group "NAME VALUE" for each value but 0. A point array of 0 and 1 is a node set. Raises `MeshError`.
+    In a named cell set, solids are a volume, triangles or quadrilaterals a surface; named point sets are node sets.
+    Groups may also be whole-number data: a cell array of 0 and 1 is a group of the array's name; one of up to 256 other
+    values is a group "NAME VALUE" for each value except 0. A point array of 0 and 1 is a node set. Raises `MeshError`.
     """
     form = form or FORMATS[path.suffix.lower()]
     with private_folder("mesh") as folder:
         copy = _alone(path, form, folder)
-        arrays, said = _convert(copy, form, folder, path)
-    blocks = [(kind, np.asarray(arrays[f"cells {k}"], dtype=np.int64)) for k, kind in enumerate(said["types"])]
+        arrays, names = _convert(copy, form, folder, path)
+    blocks = [(kind, np.asarray(arrays[f"cells {k}"], dtype=np.int64)) for k, kind in enumerate(names["types"])]
     elements: dict[str, tuple[int, Integers | None]] = {}
     for kind, rows in blocks:
         if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
@@ -97,12 +94,12 @@ def read_by_meshio(path: Path, form: str = "") -> file_mesh.FileMesh:
         raise MeshError(f"{path}: {outside} node numbers of its cells are outside 0 ... {len(points) - 1}")
     surfaces: dict[str, Integers] = {}
     volumes: dict[str, Integers] = {}
-    for name, marks in _cell_groups(said, arrays, blocks).items():
+    for name, marks in _cell_groups(names, arrays, blocks).items():
         on_solid, on_skin = (np.flatnonzero(_joined(marks, part)) for part in (solid, skin))
         volumes |= {name: on_solid} if len(on_solid) else {}
         surfaces |= {name: faces[on_skin]} if len(on_skin) else {}
-    node_sets = {name: _rows(arrays[f"point_sets {n}"], len(points)) for n, name in enumerate(said["point_sets"])}
-    for n, name in enumerate(said["point_data"]):
+    node_sets = {name: _rows(arrays[f"point_sets {n}"], len(points)) for n, name in enumerate(names["point_sets"])}
+    for n, name in enumerate(names["point_data"]):
         data = arrays[f"point_data {n}"]
         if _values(name, [data]) == [(name, 1)]:
             node_sets[name] = np.flatnonzero(data)
@@ -110,7 +107,7 @@ def read_by_meshio(path: Path, form: str = "") -> file_mesh.FileMesh:
 
 
 def _alone(path: Path, form: str, folder: Path) -> Path:
-    """Return a copy under a plain name in a private folder, with the one file beside it that the format has."""
+    """Return a copy with a plain name in a private folder, with the second file if the format has one."""
     check_file(path, MESHIO_LIMIT, MeshError)
     copy = folder / f"input{path.suffix.lower()}"
     shutil.copyfile(path, copy)
@@ -128,12 +125,12 @@ def _alone(path: Path, form: str, folder: Path) -> Path:
 
 
 def _other_half(path: Path) -> Path:
-    """Return the other one of tetgen's two files of a mesh."""
+    """Return the path of the second of tetgen's two mesh files."""
     return path.with_suffix({".ele": ".node", ".node": ".ele"}[path.suffix.lower()])
 
 
 def beside(path: Path) -> tuple[Path, ...]:
-    """Return the other files of a mesh, whether they exist or not: tetgen's other half, the HDF5 of an .xdmf."""
+    """Return the other files of a mesh, whether they exist or not: tetgen's second file, the HDF5 files of an .xdmf."""
     form = FORMATS.get(path.suffix.lower())
     if form == "tetgen":
         return (_other_half(path),)
@@ -144,13 +141,13 @@ def beside(path: Path) -> tuple[Path, ...]:
 
 
 def all_files(path: Path) -> tuple[Path, ...]:
-    """Return ``path`` and every existing file that belongs to it: includes, and the files of `beside`."""
+    """Return ``path`` and every existing file that belongs to it: included files, and the files of `beside`."""
     included = abaqus.with_included(path)
     return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
 
 
 def _copy_beside(text: str, path: Path, folder: Path) -> None:
-    """Copy the HDF5 files of an .xdmf, which must lie in its own folder."""
+    """Copy the HDF5 files of an .xdmf, which must be in the same folder."""
     if re.search(r"Format\s*=\s*[\"']Binary", text, re.IGNORECASE):
         raise MeshError(f"{path}: takes numbers from a file of raw bytes, which is not read; write them as XML or HDF")
     for name in sorted({match.strip() for match in _BESIDE.findall(text)}):
@@ -170,23 +167,23 @@ def _convert(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str,
         raise MeshError(
             f"{path}: not readable as a {path.suffix} file (its reader gave {error}); export it again"
         ) from error
-    said = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
-    if "error" in said:
-        reason = said["error"].replace(str(folder), str(path.parent))
+    names = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
+    if "error" in names:
+        reason = names["error"].replace(str(folder), str(path.parent))
         raise MeshError(f"{path}: not readable as a {path.suffix} file ({reason}); export it again")
     with np.load(result, allow_pickle=False) as arrays:
-        return dict(arrays), said
+        return dict(arrays), names
 
 
 def _cell_groups(
-    said: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], blocks: list[tuple[str, Integers]]
+    names: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], blocks: list[tuple[str, Integers]]
 ) -> dict[str, list[NDArray[np.bool_]]]:
-    """Return name -> which cells of each block."""
+    """Return group name -> mask of the cells of each block."""
     groups: dict[str, list[NDArray[np.bool_]]] = {}
-    for n, array in enumerate(said["cell_data"]):
+    for n, array in enumerate(names["cell_data"]):
         data = [arrays[f"cell_data {n} {k}"] for k in range(len(blocks))]
         groups |= {name: [part == value for part in data] for name, value in _values(array, data)}
-    for n, name in enumerate(said["cell_sets"]):
+    for n, name in enumerate(names["cell_sets"]):
         groups[name] = []
         for k, (_, rows) in enumerate(blocks):
             members = np.zeros(len(rows), dtype=bool)
@@ -205,7 +202,7 @@ def _joined(marks: list[NDArray[np.bool_]], blocks: list[int]) -> NDArray[np.boo
 
 
 def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
-    """Return names and values of the groups in an array; none for reals, vectors and numberings."""
+    """Return names and values of the groups in an array; none for real numbers, vectors and numberings."""
     joined = np.concatenate(data) if data else np.empty(0)
     if joined.dtype.kind not in "iub":
         return []
@@ -244,17 +241,17 @@ def read_mesh(
     """Read a mesh of tetrahedra or hexahedra of order 1 or 2, straight or curved.
 
     Files: gmsh .msh (2 and 4), .med; .unv (`read_unv`); Abaqus .inp (`read_abaqus`); Nastran .bdf, .nas, .dat, .fem
-    (`read_nastran`); what meshio reads (`read_by_meshio`). Every named surface becomes a boundary, every named volume a
-    subdomain; a node set is the surface of the free faces all of whose vertices it holds.
+    (`read_nastran`); formats of meshio (`read_by_meshio`). Every named surface becomes a boundary, every named volume a
+    subdomain; a node set becomes the surface of the free faces of which it holds all vertices.
 
-    ``contact``, ``fixed``: names of the file's groups, renamed "contact" and "fixed"; upper and lower case are ignored
-    if exactly one group matches; ``fixed=None``: the seat is free; ``contact=None``: nothing is struck. ``unit``:
-    metres per length unit of the file (files carry none). ``merge``: nodes nearer than this [m] become one; None:
-    coincident nodes are an error; 0: they are kept. ``parts``: how many parts that share no node the mesh has. A
-    mesh with every element mirrored is turned right side out, which the provenance notes.
+    ``contact``, ``fixed``: names of the file's groups, renamed "contact" and "fixed"; case is ignored if exactly one
+    group matches; ``fixed=None``: the seat is free; ``contact=None``: nothing is struck. ``unit``: metres per length
+    unit, which files do not state. ``merge``: distance [m] within which nodes are merged; ``None``: coincident nodes
+    are an error; 0: they are kept. ``parts``: number of parts of the mesh that share no node. A mesh with every element
+    mirrored is reflected back, which the provenance notes.
 
-    Raises `FileNotFoundError`, and `MeshError` naming the file: unreadable, elements of another or of several kinds, a
-    size outside 0.1 mm to 10 m, a missing or empty group, and what `check_mesh` finds.
+    Raises `FileNotFoundError`, and `MeshError` naming the file: unreadable, other or several kinds of elements, a size
+    outside 0.1 mm to 10 m, a missing or empty group, and the errors of `check_mesh`.
     """
     path = Path(path)
     _check_request(path, unit, merge)
@@ -278,7 +275,7 @@ def read_mesh(
 
 
 def _content_hash(arrays: MeshArrays) -> str:
-    """Return the SHA-256 of the mesh as it is used: two files of the same mesh share it."""
+    """Return the SHA-256 of the mesh's arrays, which is the same for two files of one mesh."""
     digest = hashlib.sha256()
     named = {f"{kind}:{name}": rows for kind in ("surfaces", "volumes") for name, rows in getattr(arrays, kind).items()}
     for key, values in {"points": arrays.points, "cells": arrays.cells, **dict(sorted(named.items()))}.items():
@@ -297,8 +294,8 @@ def _check_request(path: Path, unit: float, merge: float | None) -> None:
     if suffix in SURFACES_ONLY:
         raise MeshError(f"{path}: {suffix} files hold surfaces only; fill them with volume elements first")
     if suffix not in BY_GMSH and suffix not in READERS:
-        known = ", ".join((*BY_GMSH, *READERS))
-        raise MeshError(f"{path}: {suffix or 'no suffix'}: mesh files must be one of {known}")
+        suffixes = ", ".join((*BY_GMSH, *READERS))
+        raise MeshError(f"{path}: {suffix or 'no suffix'}: mesh files must be one of {suffixes}")
     if not 0.0 < unit < float("inf"):
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     if merge is not None and not 0.0 <= merge < float("inf"):
@@ -306,14 +303,14 @@ def _check_request(path: Path, unit: float, merge: float | None) -> None:
 
 
 def read_file(path: Path) -> FileMesh:
-    """Return the content of a mesh file, in its unit and under its own names. Raises `MeshError`."""
+    """Return the content of a mesh file, in its unit and with its own names. Raises `MeshError`."""
     return _read(path, silent)[0]
 
 
 def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
-    """Return the mesh in the file's unit, and the version of gmsh where that has read it."""
+    """Return the mesh in the file's unit, and the version of gmsh if that has read it."""
     reader = READERS.get(path.suffix.lower())
-    if path.suffix.lower() == ".msh":  # Fluent's meshes are called so, too, and begin with a bracket
+    if path.suffix.lower() == ".msh":  # also the suffix of Fluent's meshes, which begin with a bracket
         with path.open("rb") as file:
             reader = partial(read_by_meshio, form="ansys") if file.read(1) == b"(" else None
     if reader is None:
@@ -350,7 +347,7 @@ def _check_size(arrays: MeshArrays, unit: float) -> None:
 
 
 def _renamed(arrays: MeshArrays, names: Mapping[str, str], mesh: FileMesh) -> MeshArrays:
-    """Return surfaces under the program's names; another group called "contact" becomes "contact of the file"."""
+    """Return surfaces with the program's names; another group called "contact" becomes "contact of the file"."""
     new: dict[str, str] = {}
     missing: list[tuple[str, str]] = []
     for name, role in names.items():
@@ -366,10 +363,10 @@ def _renamed(arrays: MeshArrays, names: Mapping[str, str], mesh: FileMesh) -> Me
 
 
 def _found(name: str, arrays: MeshArrays, mesh: FileMesh) -> str:
-    """Return the name of a surface as the file spells it."""
+    """Return the name of a surface as spelled in the file."""
     if name in arrays.surfaces:
         return name
-    alike = [own for own in arrays.surfaces if own.casefold() == name.casefold()]
+    alike = [spelled for spelled in arrays.surfaces if spelled.casefold() == name.casefold()]
     if len(alike) == 1:
         return alike[0]
     listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"

@@ -1,4 +1,4 @@
-"""Meshes in files of cards: Nastran bulk data (.bdf, .nas, .dat) and universal files (.unv)."""
+"""Meshes in files of fixed-format records: Nastran bulk data (.bdf, .nas, .dat) and universal files (.unv)."""
 
 import re
 from collections import defaultdict
@@ -13,12 +13,12 @@ from impact.files.safe_files import MB, read_text
 from seatfem.structures.formats import file_mesh
 from seatfem.structures.mesh.io import MeshError
 
-SMALL, LARGE = 8, 4  # data fields on a line of small and large fields
+SMALL, LARGE = 8, 4  # data fields per line with small and large fields
 LIMIT = 512 * MB
 SOLIDS = {"CTETRA": (4, 10), "CHEXA": (8, 20)}
 OTHER_SOLIDS = ("CPENTA", "CPYRAM", "CPYRA", "CHEX8", "CHEX20")
 SKINS = {"CTRIA3": 3, "CTRIA6": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUAD8": 4, "CQUADR": 4, "CQUAD": 4}
-MOST_HELD = 5_000_000  # most nodes of all sets of SPC1 of a deck together
+MOST_HELD = 5_000_000  # largest number of nodes in all SPC1 sets of a deck
 
 
 Solids = Mapping[int, tuple[str, list[int]]]
@@ -27,7 +27,7 @@ Solids = Mapping[int, tuple[str, list[int]]]
 
 @dataclass(frozen=True)
 class Card:
-    """``fields``: after the name, blank ones as ""; continued lines one after the other without their markers."""
+    """Card with the ``fields`` after its name, blank ones as ""; continuation lines are appended without markers."""
 
     name: str
     fields: Sequence[str]
@@ -49,7 +49,7 @@ class Card:
             raise self.fail(f"field {at + 2} is {text!r}: must be a whole number") from None
 
     def real(self, at: int) -> float:
-        """Return a number as Nastran writes it: 1.5, 1.5E-3, 1.5D-3, 1.5-3; a blank is 0."""
+        """Return a number in Nastran's notation: 1.5, 1.5E-3, 1.5D-3, 1.5-3; blank is 0."""
         text = self.field(at).upper().replace("D", "E")
         try:
             return float(re.sub(r"(?<=[0-9.])([+-])", r"E\1", text) or 0.0)
@@ -57,7 +57,7 @@ class Card:
             raise self.fail(f"field {at + 2} is {self.field(at)!r}: must be a number") from None
 
     def ranges(self, start: int) -> list[range]:
-        """Return the whole numbers from a field on, each and each "a THRU b" as a range."""
+        """Return the whole numbers from a field on, each number and each "a THRU b" as a range."""
         words = [word for word in self.fields[start:] if word]
         ranges: list[range] = []
         for at, word in enumerate(words):
@@ -74,7 +74,7 @@ class Card:
 
 
 def read_cards(path: Path) -> Iterator[Card]:
-    """Yield the cards of the bulk data, to ENDDATA. Raises `MeshError` for INCLUDE."""
+    """Yield the cards of the bulk data up to ENDDATA. Raises `MeshError` for INCLUDE."""
     name, fields, place = "", [""], ""
     for number, raw in _bulk(path):
         head, data = _split(raw)
@@ -91,7 +91,7 @@ def read_cards(path: Path) -> Iterator[Card]:
 
 
 def _bulk(path: Path) -> list[tuple[int, str]]:
-    """Return numbered lines between BEGIN BULK, where there is one, and ENDDATA; without comments and blank lines."""
+    """Return numbered lines from BEGIN BULK, if present, to ENDDATA, without comments and blank lines."""
     lines: list[tuple[int, str]] = []
     for number, raw in enumerate(read_text(path, LIMIT, MeshError, errors="replace").splitlines(), start=1):
         line = raw.partition("$")[0].rstrip()
@@ -106,7 +106,7 @@ def _bulk(path: Path) -> list[tuple[int, str]]:
 
 
 def _split(line: str) -> tuple[str, list[str]]:
-    """Return the name or continuation marker, and the data fields padded to a whole line."""
+    """Return the name or continuation marker, and the data fields padded to a complete line."""
     if "," in line:
         head, *data = (word.strip() for word in line.split(","))
         width = LARGE if "*" in head else SMALL
@@ -120,27 +120,27 @@ def _split(line: str) -> tuple[str, list[str]]:
 
 
 def read_nastran(path: Path) -> file_mesh.FileMesh:
-    """Read GRID, CTETRA and CHEXA of bulk data; groups are called by their numbers, for the file has no names.
+    """Return the mesh of GRID, CTETRA and CHEXA of bulk data; groups are named by numbers, as the file has no names.
 
     Volumes: "PID 3", the solids of property 3. Surfaces: "PID 3", the shells (CTRIA3, CQUAD4, ...) of property 3;
-    "PLOAD4 5", the faces loaded by set 5; "SPC 2", the faces whose vertices are all held by set 2 of SPC and SPC1.
-    Raises `MeshError` naming file and line.
+    "PLOAD4 5", the faces loaded by set 5; "SPC 2", the faces of which set 2 of SPC and SPC1 holds all vertices. Raises
+    `MeshError` naming file and line.
     """
     deck, solids, loads = _collect(path)
     mesh = file_mesh.assembled(deck).mesh
     faces = {name: [face for card in cards for face in _loaded_faces(card, solids)] for name, cards in loads.items()}
-    more = {name: deck.rows(np.array(loaded, dtype=np.int64)) for name, loaded in faces.items() if loaded}
-    return replace(mesh, surfaces={**mesh.surfaces, **more})
+    loaded_faces = {name: deck.rows(np.array(loaded, dtype=np.int64)) for name, loaded in faces.items() if loaded}
+    return replace(mesh, surfaces={**mesh.surfaces, **loaded_faces})
 
 
 def _collect(path: Path) -> tuple[file_mesh.Deck, Solids, Mapping[str, list[Card]]]:
-    """Return the deck, its solids by number, and the cards of loads; shells, which may have the numbers of solids, are
-    -1, -2, ..."""
+    """Return the deck, its solids by number, and the PLOAD4 cards by set. Shells, whose numbers may be those of solids,
+    are numbered -1, -2, ..."""
     nodes: dict[int, tuple[float, float, float]] = {}
     solids: dict[int, tuple[str, list[int]]] = {}
     skins: list[list[int]] = []
     properties: defaultdict[str, list[int]] = defaultdict(list)
-    held: defaultdict[str, list[range]] = defaultdict(list)
+    spcs: defaultdict[str, list[range]] = defaultdict(list)
     loads: defaultdict[str, list[Card]] = defaultdict(list)
     members = 0
     for card in read_cards(path):
@@ -159,18 +159,18 @@ def _collect(path: Path) -> tuple[file_mesh.Deck, Solids, Mapping[str, list[Card
                 skins.append([-1 - len(skins), *(card.integer(2 + k) for k in range(SKINS[name]))])
                 properties[f"PID {card.integer(1)}"].append(skins[-1][0])
             case "SPC1":
-                more = card.ranges(2)
-                added = sum(max(0, each.stop - each.start) for each in more)
+                node_ranges = card.ranges(2)
+                added = sum(max(0, each.stop - each.start) for each in node_ranges)
                 members += added
                 if members > MOST_HELD:
                     raise card.fail(
                         f"{added:.4g} nodes, {members:.4g} with those before; all sets of a deck may have "
                         f"{MOST_HELD:.0e} together; check the numbers around THRU"
                     )
-                held[f"SPC {card.integer(0)}"] += more
+                spcs[f"SPC {card.integer(0)}"] += node_ranges
             case "SPC":
                 numbers = [card.integer(k) for k in (1, 4) if card.field(k)]
-                held[f"SPC {card.integer(0)}"] += [range(number, number + 1) for number in numbers]
+                spcs[f"SPC {card.integer(0)}"] += [range(number, number + 1) for number in numbers]
             case "PLOAD4":
                 loads[f"PLOAD4 {card.integer(0)}"].append(card)
             case _:
@@ -189,7 +189,7 @@ def _collect(path: Path) -> tuple[file_mesh.Deck, Solids, Mapping[str, list[Card
         ],
         skins=[file_mesh.Elements("shells", np.array(rows)) for rows in shells if rows],
         element_sets={name: np.array(properties[name]) for name in sorted(properties)},
-        node_sets={name: np.concatenate([np.arange(r.start, r.stop) for r in ranges]) for name, ranges in held.items()},
+        node_sets={name: np.concatenate([np.arange(r.start, r.stop) for r in ranges]) for name, ranges in spcs.items()},
         what="GRID",
     )
     return deck, solids, loads
@@ -204,25 +204,25 @@ def _solid_nodes(card: Card) -> list[int]:
 
 
 def _loaded_faces(card: Card, solids: Solids) -> list[list[int]]:
-    """Return the face that PLOAD4 names by a vertex and the one opposite it (CTETRA: the one off the face)."""
+    """Return the face that PLOAD4 names by a vertex and the opposite one (for CTETRA the vertex off the face)."""
     element = card.integer(1)
     if element not in solids or not card.field(6):
         return []  # loads a shell
     name, nodes = solids[element]
-    on, other = card.integer(6), card.integer(7, 0)
+    corner, other = card.integer(6), card.integer(7, 0)
     if name == "CTETRA":
         faces = [[nodes[k] for k in face] for face in file_mesh.ABAQUS_TET_FACES]
-        chosen = [face for face in faces if on in face and other not in face]
+        chosen = [face for face in faces if corner in face and other not in face]
     else:
         faces = [[nodes[k] for k in face] for face in file_mesh.ABAQUS_HEX_FACES]
-        chosen = [face for face in faces if on in face and face[(face.index(on) + 2) % 4] == other]
+        chosen = [face for face in faces if corner in face and face[(face.index(corner) + 2) % 4] == other]
     if len(chosen) != 1:
-        raise card.fail(f"nodes {on} and {other} must name a face of element {element}")
+        raise card.fail(f"nodes {corner} and {other} must name a face of element {element}")
     return chosen
 
 
-# By the format's element type: columns of the vertices, then of the nodes on edges in Abaqus' order. Parabolic elements
-# list the nodes of a contour as they come, vertices and mid-edge nodes by turns.
+# Columns of the vertices, then of the nodes on edges in Abaqus' order, by the format's element type. Parabolic elements
+# list the nodes of a contour in sequence, vertices and mid-edge nodes alternating.
 UNV_SOLIDS: Mapping[int, tuple[int, ...]] = MappingProxyType(
     {
         111: (0, 1, 2, 3),
@@ -235,23 +235,23 @@ NAMES: Mapping[int, str] = MappingProxyType(
     {111: "tetrahedra", 118: "tetrahedra of 10 nodes", 115: "bricks", 116: "bricks of 20 nodes"}
     | {101: "wedge", 102: "wedge", 112: "wedge", 113: "wedge", 117: "cubic brick", 119: "cubic brick"}
 )
-"""Names of all solids; those that are not among `UNV_SOLIDS` cannot be used."""
+"""Names of all solids; those that are not in `UNV_SOLIDS` are not supported."""
 UNV_SKINS: Mapping[int, tuple[int, ...]] = MappingProxyType(
     dict.fromkeys((41, 51, 61, 74, 81, 91), (0, 1, 2))
     | dict.fromkeys((42, 52, 62, 72, 82, 92), (0, 2, 4))
     | dict.fromkeys((44, 54, 64, 71, 84, 94), (0, 1, 2, 3))
     | dict.fromkeys((45, 55, 65, 75, 85, 95), (0, 2, 4, 6))
 )
-BEAMS = (11, 21, 22, 23, 24)  # types of beams, whose records take one line more
+BEAMS = (11, 21, 22, 23, 24)  # types of beams, whose records have one more line
 GROUPS = (2435, 2452, 2467, 2477)
 NODE, ELEMENT = 7, 8
 UNV_LIMIT = 512 * MB
 
 
 def read_unv(path: Path) -> file_mesh.FileMesh:
-    """Read datasets 2411 (nodes), 2412 (elements) and 2435, 2452, 2467, 2477 (groups) of a universal file.
+    """Return the mesh in datasets 2411 (nodes), 2412 (elements) and 2435, 2452, 2467, 2477 (groups).
 
-    A group's solids are a volume, its shells a surface, its nodes a node set. Raises `MeshError`.
+    The solids of a group are a volume, its shells a surface, its nodes a node set. Raises `MeshError`.
     """
     node_ids: list[int] = []
     points: list[list[float]] = []
@@ -288,13 +288,13 @@ def read_unv(path: Path) -> file_mesh.FileMesh:
 
 
 def _of_type(kind: int, rows: list[list[int]], columns: Mapping[int, tuple[int, ...]]) -> file_mesh.Elements:
-    taken = [0, *(1 + column for column in columns.get(kind, ()))]
-    table = np.array([[row[k] for k in taken] for row in rows], dtype=np.int64)
+    picked = [0, *(1 + column for column in columns.get(kind, ()))]
+    table = np.array([[row[k] for k in picked] for row in rows], dtype=np.int64)
     return file_mesh.Elements(f"{NAMES.get(kind, 'shells')} (type {kind})", table, usable=kind in columns)
 
 
 def _datasets(path: Path) -> Iterator[tuple[int, Iterator[str]]]:
-    """Yield number and lines of every dataset; lines of -1 stand around each."""
+    """Yield number and lines of every dataset, which is enclosed by lines of -1."""
     lines = iter(read_text(path, UNV_LIMIT, MeshError, "latin-1").splitlines())
     for line in lines:
         if line.strip() == "-1":
@@ -321,7 +321,7 @@ def _elements(lines: Iterator[str]) -> Iterator[tuple[int, list[int]]]:
 
 
 def _groups(lines: Iterator[str]) -> Iterator[tuple[str, list[tuple[int, int]]]]:
-    """Yield name and members, code and number of each, of every group."""
+    """Yield the name of every group, and the code and number of each member."""
     for head in lines:
         count, name = int(head.split()[7]), next(lines).strip()
         words = _numbers(lines, 4 * count)
@@ -329,7 +329,7 @@ def _groups(lines: Iterator[str]) -> Iterator[tuple[str, list[tuple[int, int]]]]
 
 
 def _numbers(lines: Iterator[str], count: int) -> list[int]:
-    """Return the whole numbers of the next lines, ``count`` of them or a little more."""
+    """Return the whole numbers of the next lines, at least ``count``."""
     numbers: list[int] = []
     while len(numbers) < count:
         numbers += map(int, next(lines).split())

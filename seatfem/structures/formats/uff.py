@@ -20,7 +20,7 @@ from impact.names import how_to_mend
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Place = tuple[int, Direction]
-"""Node number and direction: along the outward normal of the struck face."""
+"""Node number, and direction of the outward normal of the struck face."""
 System = Literal["SI", "mm-N-s", "inch-lbf-s"]
 UNITS: dict[str, tuple[float, float]] = {
     "SI": (1.0, 1.0),
@@ -36,7 +36,7 @@ _TIME_RESPONSE, _FRF, _NORMAL_MODE = 1, 4, 2
 
 
 class UffError(ValueError):
-    """A universal file that cannot be used; the message names file, dataset and remedy."""
+    """Error of a universal file that cannot be used; the message names file, dataset and remedy."""
 
 
 @dataclass(frozen=True)
@@ -58,17 +58,17 @@ def read_modes_uff(
     modal_mass: float | None = None,
     compliance: base.Array | float | None = None,
 ) -> modal.ModalGreens:
-    """Read normal modes of datasets 55 as a Green's function.
+    """Return normal modes of datasets 55 as a Green's function.
 
-    w = 2 pi f, zeta = viscous ratio + half the hysteretic, shapes divided by the root of the modal mass. What the modes
-    leave out is not in the file: give its static ``compliance``, or none is added.
+    w = 2 pi f, zeta = viscous ratio + half the hysteretic, shapes divided by the root of the modal mass. The file lacks
+    the response of higher modes: give its static ``compliance``, or none is added.
 
     Args:
         ports: node and direction by name; several places are averaged.
-        units: of a file without dataset 164, one of `UNITS`.
-        damping_ratio: instead of what the file holds.
-        modal_mass: instead of what the file holds, in its unit of mass (1 for mass-normalised shapes).
-        compliance: scalar or (p, p) static compliance of all modes above the last [m/N], a bare spring.
+        units: units of a file without dataset 164, one of `UNITS`.
+        damping_ratio: replaces the damping in the file.
+        modal_mass: replaces the modal mass in the file, in its unit of mass (1 for mass-normalised shapes).
+        compliance: static compliance of all modes above the last, scalar or (p, p) [m/N], a massless spring.
 
     Raises:
         UffError: pyuff missing, no such file, no normal modes, no units, a node that is missing, a modal mass that is
@@ -109,14 +109,14 @@ def read_modes_uff(
 def read_frf_uff(
     path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None
 ) -> FrequencyResponse:
-    """Read frequency responses of datasets 58 between the given ports, as receptance.
+    """Return frequency responses of datasets 58 between the given ports, as receptance.
 
-    Receptance, mobility or accelerance by the ordinate's data type (8, 11 or 12) over a force (9 or 13). Of G_ij and
-    G_ji one is enough; every G_ii is needed. Directions opposite to the port's change the sign.
+    They are receptance, mobility or accelerance by the ordinate's data type (8, 11 or 12) over a force (9 or 13). One
+    of G_ij and G_ji is enough; every G_ii is needed. A direction opposite to the port's changes the sign.
 
     Raises:
         UffError: pyuff missing, no such file, no units, a response that is missing, ambiguous or of another quantity.
-        FrequencyResponseError: what `FrequencyResponse` refuses.
+        FrequencyResponseError: errors of `FrequencyResponse`.
     """
     file = _read(Path(path), 58, units)
     names, p = tuple(ports), len(ports)
@@ -148,11 +148,11 @@ def read_frf_uff(
 def read_impulse_response_uff(
     path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None, tail: Tail = "forbid"
 ) -> SampledGreens:
-    """Read g(t) of one port from dataset 58: a time response (type 1) of displacement per unit impulse.
+    """Return g(t) of one port from dataset 58: a time response (type 1) of displacement per unit impulse.
 
     Raises:
         UffError: as `read_frf_uff`; more than one port.
-        GreensFunctionError: what `SampledGreens.from_series` refuses.
+        GreensFunctionError: errors of `SampledGreens.from_series`.
     """
     file = _read(Path(path), 58, units)
     if len(ports) != 1:
@@ -191,7 +191,7 @@ def _read(path: Path, kind: int, units: System | None) -> _File:
         _refuse_incomplete(path, sets)
     except UffError:
         raise
-    except Exception as problem:  # pyuff raises bare Exception
+    except Exception as problem:  # pyuff raises plain Exception
         raise UffError(f"{path}: cannot be read as a universal file, export it again: {problem}") from problem
     if not sets:
         raise UffError(f"{path}: no dataset {kind} in it; it holds {sorted(set(types)) or 'nothing'}")
@@ -204,7 +204,7 @@ def _read(path: Path, kind: int, units: System | None) -> _File:
 
 
 def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
-    """Raise `UffError` of values without abscissae or not finite, and shapes of fewer nodes than are numbered."""
+    """Raise `UffError` for values that are not finite or without abscissae, and for shapes with missing nodes."""
     for number, one in enumerate(sets, start=1):
         shapes = [(f"r{axis}", one.get(f"r{axis}"), one.get("node_nums")) for axis in (1, 2, 3)]
         for name, values, places in (("data", one.get("data"), one.get("x")), *shapes):
@@ -218,7 +218,7 @@ def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
 
 
 def _between(file: _File, ports: Mapping[str, Place], function: int) -> Iterator[tuple[int, int, dict[str, Any]]]:
-    """Yield datasets of a function type from port j to port i."""
+    """Yield the datasets of a function type with force at port j and response at port i, as (i, j, dataset)."""
     where = {(node, _AXES[direction[1]]): k for k, (node, direction) in enumerate(ports.values())}
     for dataset in file.sets:
         response = where.get((int(dataset["rsp_node"]), abs(int(dataset["rsp_dir"]))))
@@ -227,8 +227,8 @@ def _between(file: _File, ports: Mapping[str, Place], function: int) -> Iterator
             yield response, reference, dataset
 
 
-def _kind(path: Path, found: dict[str, Any]) -> Kind:
-    ordinate, force = int(found["ordinate_spec_data_type"]), int(found["orddenom_spec_data_type"])
+def _kind(path: Path, dataset: dict[str, Any]) -> Kind:
+    ordinate, force = int(dataset["ordinate_spec_data_type"]), int(dataset["orddenom_spec_data_type"])
     if ordinate not in _ORDINATES or force not in _FORCES:
         raise UffError(
             f"{path}: a frequency response of data type {ordinate} over {force}; displacement (8), velocity (11) or "
@@ -237,9 +237,9 @@ def _kind(path: Path, found: dict[str, Any]) -> Kind:
     return _ORDINATES[ordinate]
 
 
-def _sign(found: dict[str, Any], end: str, place: Place) -> float:
+def _sign(dataset: dict[str, Any], end: str, place: Place) -> float:
     along = 1.0 if place[1][0] == "+" else -1.0
-    return along * float(np.sign(int(found[f"{end}_dir"])))
+    return along * float(np.sign(int(dataset[f"{end}_dir"])))
 
 
 def _displacement(path: Path, mode: dict[str, Any], place: Place) -> float:
@@ -274,7 +274,7 @@ _FRF_SET: Final[dict[str, Any]] = {
     **{"ord_data_type": 6, "abscissa_spacing": 1, "z_axis_value": 0.0, "z_axis_spec_data_type": 0},
     **{"abscissa_spec_data_type": 18, "ordinate_spec_data_type": 8, "orddenom_spec_data_type": 13},
 }
-"""Settings of a response: double precision, even steps of frequency, displacement over force."""
+"""Settings of a response: double precision, even frequency steps, displacement over force."""
 _MODE_SET: Final[dict[str, Any]] = {
     **{f"id{k}": "NONE" for k in range(1, 6)},
     **{"model_type": 1, "analysis_type": 2, "data_ch": 2, "spec_data_type": 8, "data_type": 2, "n_data_per_node": 3},
@@ -287,10 +287,10 @@ def write_receptance_uff(greens: base.GreensFunction, frequency: ArrayLike, path
     """Write the receptances G_ij(2 pi i f) [m/N] of all ports in SI units; port k is node k + 1, direction +z.
 
     Args:
-        frequency: (n,) in even steps, at least two [Hz].
+        frequency: at least two evenly spaced frequencies (n,) [Hz].
 
     Raises:
-        UffError: pyuff is missing; frequencies that are not even.
+        UffError: pyuff is missing; frequencies that are not evenly spaced.
         GreensFunctionError: a representation whose transform is not known in closed form.
         OutputError: ``path`` cannot be written.
     """
@@ -309,9 +309,9 @@ def write_modes_uff(
     """Write normal modes in SI units, undamped: nodes (dataset 15) and shapes (dataset 55, analysis type 2).
 
     Args:
-        points: (n, 3) of the nodes 1 to n [m].
-        shapes: (m, n, 3).
-        frequency, modal_mass: (m,) [Hz], [kg] for these shapes.
+        points: positions (n, 3) of the nodes 1 to n [m].
+        shapes: displacements (m, n, 3).
+        frequency, modal_mass: frequencies (m,) [Hz], and modal masses (m,) for these shapes [kg].
 
     Raises:
         UffError: pyuff is missing. OutputError: ``path`` cannot be written.

@@ -23,7 +23,7 @@ from seatfem.structures.mesh.io import CELL_KINDS, Floats, Integers, MeshError
 from seatfem.structures.mesh.meshing import SeatMesh
 
 READ_ONLY: Final = (".node", ".su2", ".hmf", ".ugrid", ".f3grid")
-"""Endings that are read but not written: nodes of .ele, and formats that meshio 5.3 cannot write or not read again."""
+"""Suffixes that are read but not written: .node goes with .ele; meshio 5.3 cannot write, or not reread, the others."""
 WRITTEN: Final[Mapping[str, str]] = MappingProxyType(
     {".msh": "gmsh22", ".inp": "abaqus", ".med": "med"}
     | dict.fromkeys((".bdf", ".nas", ".dat", ".fem"), "nastran")
@@ -39,11 +39,11 @@ NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
         "nastran": "nastran:ref",
     }
 )
-"""Formats in which a group is a number: the key of its array. The first two name the numbers; Nastran's are PIDs."""
+"""Formats with numbered groups: the key of their array. The first two name the numbers; Nastran's are PIDs."""
 MARKED: Final = ("vtk", "vtu", "xdmf")
-"""Formats in which a group is an array of 0 and 1 under its name."""
+"""Formats in which a group is a named array of 0 and 1."""
 POINTS: Final = ("abaqus", "exodus")
-"""Formats with named sets of nodes; the first has sets of cells too."""
+"""Formats with named node sets; the first has element sets, too."""
 OPTIONS: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
     {"xdmf": {"data_format": "XML"}, "gmsh22": {"binary": False}}
 )
@@ -52,19 +52,19 @@ _SKINS = {3: "triangle", 4: "quad"}
 
 
 def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[str, ...]:
-    """Write a seat's mesh in the format that the file's suffix names, one of `WRITTEN`; the files are whole or absent.
+    """Write a seat's mesh in the format of the file's suffix, one of `WRITTEN`; the files are complete or absent.
 
-    ``unit``: length unit of the file [m]. Solids come first, then the faces of every boundary, by name. Groups
-    keep their names where the format has names; where it has numbers, they are numbered in the order that is returned,
-    from 1: boundaries, then subdomains.
+    ``unit``: length unit of the file [m]. Solids come first, then the faces of every boundary, by name. Groups keep
+    their names if the format has names; otherwise they are numbered from 1 in the order that is returned: boundaries,
+    then subdomains.
 
     Returns:
-        The names of the groups.
+        Names of the groups.
 
     Raises:
-        MeshError: a suffix that is not known, a unit that is not positive, elements that the format has none of.
+        MeshError: a suffix that is not known, a unit that is not positive, elements that the format does not support.
     """
-    import meshio  # here, for it brings readers of every format along
+    import meshio  # imported here, because it loads readers of all formats
 
     path = Path(path)
     form = WRITTEN.get(path.suffix.lower())
@@ -73,10 +73,10 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
     if not 0.0 < unit < float("inf"):
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     points, cells = _nodes(seat)
-    if form == "tetgen" and cells.shape[1] != 4:  # meshio leaves them out, and finds no end when it reads that
+    if form == "tetgen" and cells.shape[1] != 4:  # meshio omits them, and hangs when it reads the file
         raise MeshError(f"{path}: the format does not hold {_SOLIDS[cells.shape[1]]} elements; write .msh")
     points = points / unit
-    if form == "nastran":  # its fields have 16 characters; meshio fails where a number takes more
+    if form == "nastran":  # its fields have 16 characters, and meshio fails for longer numbers
         points = np.round(points, 10 - math.ceil(math.log10(np.ptp(points, axis=0).max())))
     names, mesh = _mesh(meshio, form, points, cells, seat)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -84,12 +84,12 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
         try:
             meshio.write(Path(folder) / path.name, mesh, file_format=form, **OPTIONS.get(form, {}))
         except (Exception, SystemExit) as error:
-            what = f"{len(cells)} {_SOLIDS[cells.shape[1]]}"
+            content = f"{len(cells)} {_SOLIDS[cells.shape[1]]}"
             raise MeshError(
-                f"{path}: cannot be written as {form} ({what}: {type(error).__name__}: {error}); try .msh"
+                f"{path}: cannot be written as {form} ({content}: {type(error).__name__}: {error}); try .msh"
             ) from error
         if form == "nastran":
-            # meshio calls its elements CTETRA_ and CHEXA_, names that no other program knows
+            # meshio names its elements CTETRA_ and CHEXA_, which no other program knows
             written = (Path(folder) / path.name).read_text(encoding="utf-8")
             text = re.sub(r"^(CTETRA|CHEXA)_", r"\1 ", written, flags=re.MULTILINE)
             comments = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
@@ -101,7 +101,7 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
 
 
 def _check(written: Path, path: Path, cells: Integers) -> None:
-    """Raise `MeshError` where elements do not come back: some writers leave out what their format does not have."""
+    """Raise `MeshError` if elements are not read back: some writers omit those that their format does not support."""
     try:
         back = mesh_files.read_file(written).cells
     except MeshError as error:
@@ -114,7 +114,7 @@ def _check(written: Path, path: Path, cells: Integers) -> None:
 
 
 def _nodes(seat: SeatMesh) -> tuple[Floats, Integers]:
-    """Return the places (n, 3), and cells (m, k) in VTK's order, which is meshio's."""
+    """Return positions (n, 3), and cells (m, k) in VTK's order, which is meshio's."""
     mesh = seat.mesh
     kind = next(kind for kind in CELL_KINDS.values() if kind.shape == seat.shape and kind.order == seat.order)
     if kind.order == 1:
@@ -125,7 +125,7 @@ def _nodes(seat: SeatMesh) -> tuple[Floats, Integers]:
 
 
 def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMesh) -> tuple[tuple[str, ...], Any]:
-    """Return the names of the groups, and a mesh of two blocks: solids, and the faces of each boundary in turn."""
+    """Return the names of the groups, and a mesh of two blocks: solids, and the faces of all boundaries in sequence."""
     mesh = seat.mesh
     surfaces = {name: mesh.facets[:, facets].T for name, facets in mesh.boundaries.items()}
     volumes = {name: rows for name, rows in mesh.subdomains.items() if name != "seat" or len(mesh.subdomains) == 1}
@@ -140,7 +140,7 @@ def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMes
     for number, parts in enumerate(members.values(), start=1):
         for array, rows in zip(numbers, parts, strict=True):
             array[rows] = -number if form == "med" else number
-    if form == "nastran":  # every element has a property
+    if form == "nastran":  # every element needs a property
         numbers = [np.where(array == 0, 1 + len(members), array) for array in numbers]
     data: dict[str, list[Any]] = {}
     if form in MARKED:
@@ -195,7 +195,7 @@ Second order:            M q'' + Cq q' + K q = phi' F,  u = phi q + what is left
 
 
 def write_reduced(greens: base.GreensFunction, folder: Path) -> Iterator[Path]:
-    """Write reduced.npz, reduced.mat and README.txt; of modal functions matrices for ``kind = "matrices"``, too.
+    """Write reduced.npz, reduced.mat and README.txt; for modal functions also matrices for ``kind = "matrices"``.
 
     Raises:
         GreensFunctionError: a function that is no finite sum of poles.
@@ -203,14 +203,14 @@ def write_reduced(greens: base.GreensFunction, folder: Path) -> Iterator[Path]:
     """
     space, modal = transforms.state_space(greens), greens.modal
     arrays: dict[str, Any] = {name: getattr(space, name) for name in "ABCD"}
-    known = greens.error_estimate
-    arrays |= {f"error_{n}": np.nan if (e := getattr(known, n)) is None else e for n in ("reduction", "mesh")}
+    estimate = greens.error_estimate
+    arrays |= {f"error_{n}": np.nan if (e := getattr(estimate, n)) is None else e for n in ("reduction", "mesh")}
     arrays |= {"valid_for": greens.valid_for, "ports": np.array(space.ports), "states": np.array(space.states)}
     second: dict[str, Any] = {}
     if modal is not None:
-        w, rest = modal.omega, modal.residual
+        w, residual = modal.omega, modal.residual
         second = {"M": np.eye(len(w)), "Cq": np.diag(2 * modal.zeta * w), "K": np.diag(w**2), "phi": modal.shapes.T}
-        arrays |= second | {f"residual_{name}": getattr(rest, name) for name in ("shapes", "rates", "compliance")}
+        arrays |= second | {f"residual_{name}": getattr(residual, name) for name in ("shapes", "rates", "compliance")}
     named = {name: np.asarray(value) for name, value in arrays.items()}
     plain = {name: value.astype(object) if value.dtype.kind == "U" else value for name, value in named.items()}
     saves = {
@@ -236,7 +236,7 @@ def write_reduced(greens: base.GreensFunction, folder: Path) -> Iterator[Path]:
 
 
 def _file_names(ports: tuple[str, ...]) -> Iterator[str]:
-    """Return file names of ports, whose names may hold what paths must not."""
+    """Return file names for ports, whose names may contain characters that paths must not."""
     plain = ["".join(c if c.isalnum() or c in "-_" else "_" for c in port) for port in ports]
     return (name if plain.count(name) == 1 else f"{name}_{k}" for k, name in enumerate(plain, start=1))
 
@@ -248,5 +248,5 @@ def _readme(
     words = "\n".join(f"    {k:5d}  {state}" for k, state in enumerate(states, start=1))
     listed = ", ".join(files[:4]) + (", ..." if p > 4 else "")
     r = len(arrays["residual_rates"]) if second else 0
-    more = SECOND.format(m=len(second["M"]), p=p, r=r, files=listed) if second else ""
-    return README.format(count=p, ports=", ".join(ports), s=s, p=p, states=words, second=more)
+    second_order = SECOND.format(m=len(second["M"]), p=p, r=r, files=listed) if second else ""
+    return README.format(count=p, ports=", ".join(ports), s=s, p=p, states=words, second=second_order)
