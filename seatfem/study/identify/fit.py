@@ -1,7 +1,4 @@
-"""Fit of a scene's keys to the records of a record file, the interval of each key, and its report as text.
-
-Picture of a fit: each record with the computed history, and the residuals over the noise below.
-"""
+"""Fit of a scene's keys to the records of a record file, with the interval of each key; its report and its picture."""
 
 from __future__ import annotations
 
@@ -44,18 +41,18 @@ SLOW: Final = 30.0  # predicted time of a fit above which it is announced [s]
 
 
 class IdentifyError(RunError):
-    """A fit that cannot be made; the message names the key and the remedy."""
+    """Error of a fit that cannot be made; the message names the key and the remedy."""
 
 
 @dataclass(frozen=True)
 class Identified:
-    """A fit as it ended: values, their intervals, and how well the records are met.
+    """Result of a fit: values, their intervals, and the misfit of each record.
 
     Attributes:
         model: fitted model.
-        shares: (P,) fitted values as positions within the bounds, 0..1.
+        shares: fitted values (P,) as positions within the bounds, 0..1.
         intervals: interval of each key.
-        correlation: (P, P) correlation matrix of the keys.
+        correlation: correlation matrix (P, P) of the keys.
         counted: weight of each record.
         spring, spring_misfit: each record with a static seat, and its misfit; nan without one.
         seconds: wall time [s].
@@ -76,7 +73,7 @@ class Identified:
         return self.model.asked
 
     def __iter__(self) -> Iterator[tuple[str, Fitted, float, Interval]]:
-        """Yield each key with its number and its interval."""
+        """Yield for each key: key, `Fitted`, number, interval."""
         pairs = zip(self.asked.fit.items(), self.shares, self.intervals, strict=True)
         for (key, fitted), share, interval in pairs:
             yield key, fitted, fitted.value(float(share)), interval
@@ -115,11 +112,11 @@ class Identified:
     def unmet(self) -> tuple[str, ...]:
         """Return the names of records with large residuals beyond the noise."""
         pairs = zip(self.model.samples, self.counted, strict=True)
-        met = ((of, one, one.misfit * of.noise <= UNMET * float(np.std(of.value))) for of, one in pairs)
-        return tuple(of.record.name for of, one, near in met if one.misfit > WORSE and not near)
+        met = ((record, one, one.misfit * record.noise <= UNMET * float(np.std(record.value))) for record, one in pairs)
+        return tuple(record.record.name for record, one, near in met if one.misfit > WORSE and not near)
 
     def as_json(self) -> dict[str, Any]:
-        """Return all numbers, those of a key in the unit of its bounds."""
+        """Return all results as JSON; numbers of a key are in the unit of its bounds."""
         keys = [
             {
                 "key": key, "name": fitted.name or key, "unit": fitted.unit, "value": value,
@@ -154,17 +151,17 @@ class Identified:
 
 
 def identify(path: Path | str, *, progress: Progress = silent, tell: Tell = ignore) -> Identified:
-    """Fit the keys of a record file to its records; ``tell`` takes a sentence beforehand, of a fit that takes long.
+    """Fit the keys of a record file to its records; ``tell`` takes a sentence in advance if the fit takes long.
 
     Raises:
-        SceneError: everything that is wrong in the record file or the scene, by key.
+        SceneError: all errors in the record file or the scene, by key.
         IdentifyError: a key without influence.
-        RunError, ContactError: a scene that cannot be run as it is.
+        RunError, ContactError: a scene that cannot be run.
     """
-    begun = time.perf_counter()
-    asked, samples = load_identification(path)
-    model = Model(asked, samples)
-    start = np.array([fitted.share(fitted.start[0]) for fitted in asked.fit.values()])
+    start_time = time.perf_counter()
+    identification, samples = load_identification(path)
+    model = Model(identification, samples)
+    start = np.array([fitted.share(fitted.start[0]) for fitted in identification.fit.values()])
     first = np.clip(start, EDGE, 1 - EDGE)
     _check_influence(model, first)
     once = time.perf_counter()
@@ -192,7 +189,7 @@ def identify(path: Path | str, *, progress: Progress = silent, tell: Tell = igno
     correlation = valley.covariance / np.outer(deviation, deviation)
     spring, misfits = _spring(model, best)
     progress("fitting", 1.0)
-    return Identified(model, best, tuple(ends), correlation, counted, spring, misfits, time.perf_counter() - begun)
+    return Identified(model, best, tuple(ends), correlation, counted, spring, misfits, time.perf_counter() - start_time)
 
 
 def write(result: Identified, folder: Path, *, pictures: bool = True) -> tuple[tuple[Path, ...], str]:
@@ -206,7 +203,7 @@ def write(result: Identified, folder: Path, *, pictures: bool = True) -> tuple[t
 
 @dataclass(frozen=True)
 class _Weighted:
-    """The residuals of a model, and their derivatives, times the weights of their records."""
+    """Residuals of a model and their derivatives, multiplied by the weights of their records."""
 
     model: Model
     counted: tuple[Counted, ...]
@@ -223,8 +220,8 @@ class _Weighted:
 
 
 def _of_the_step(weighted: _Weighted, valley: Valley) -> Array:
-    """Return by how much, at most about, the error of the step shifts each key (P,): what finer steps change, taken to
-    be of the first order, which is on the safe side of the second."""
+    """Return an estimated bound of the shift of each key (P,) by the error of the time step, from the changes with
+    finer steps; first-order convergence is assumed, which is conservative for the second order of the method."""
     shifts = [np.zeros(len(valley.best))]
     for times in FINER:
         finer = replace(weighted, model=weighted.model.at_finer_step(times))
@@ -240,7 +237,7 @@ def _counted(model: Model, shares: Array, lengths: Array) -> tuple[Counted, ...]
 
 
 def _spring(model: Model, shares: Array) -> tuple[tuple[Array, ...], tuple[float, ...]]:
-    """Return the records on the seat's static stiffness, and their misfits; nothing of a seat that has none."""
+    """Return the records on the seat's static stiffness, and their misfits; empty and nan for a seat without one."""
     try:
         courses = model.records_at(shares, spring=True)
     except RunError:
@@ -250,7 +247,7 @@ def _spring(model: Model, shares: Array) -> tuple[tuple[Array, ...], tuple[float
 
 
 def _check_influence(model: Model, shares: Array) -> None:
-    """Raise `IdentifyError` for keys that change nothing, in the words of the record file."""
+    """Raise `IdentifyError` for keys without influence, in the terms of the record file."""
     try:
         sizes = np.abs(model.jacobian(shares)).max(axis=0)
     except RunError as error:
@@ -269,7 +266,7 @@ def _filled(interval: Interval) -> float:
 
 
 def _with_ends(fitted: Fitted, value: float, interval: Interval) -> str:
-    """Return a number with its interval: "18.3 +- 0.4 um (95 %)", or its ends where these lie unevenly."""
+    """Return a number with its interval: "18.3 +- 0.4 um (95 %)", or with both ends if these are asymmetric."""
     low, high = fitted.value(interval.low), fitted.value(interval.high)
     unit = f" {fitted.unit}" if fitted.unit else ""
     half, places = (high - low) / 2, places_of(value, (high - low) / 2)
@@ -294,8 +291,8 @@ def _not_told(key: str, fitted: Fitted, value: float, interval: Interval) -> Ite
 
 
 def _met(name: str, one: Counted, spring: float) -> Iterator[str]:
-    beside = "" if math.isnan(spring) else f"; on the seat's static stiffness {in_digits(spring, 3)} times"
-    yield f"{name}: what is left is {in_digits(one.misfit, 3)} times the noise{beside}"
+    comparison = "" if math.isnan(spring) else f"; on the seat's static stiffness {in_digits(spring, 3)} times"
+    yield f"{name}: what is left is {in_digits(one.misfit, 3)} times the noise{comparison}"
     if one.misfit * math.sqrt(one.tau) > WORSE:
         yield (
             f"{name}: what is left hangs together over {in_digits(one.tau, 2)} samples: the model does not reach the "
@@ -308,7 +305,7 @@ BAND = 1.96  # standard deviations that contain 95 % of the noise
 
 
 def draw(result: Identified, path: Path) -> None:
-    """Draw all records of a fit. Raises `PictureError`."""
+    """Draw each record with the fit, and the residuals over the noise below. Raises `PictureError`."""
     samples, fitted = result.model.samples, result.model.records_at(result.shares)
     count = len(samples)
     with sheet(path, 6.4, 0.4 + 3.0 * count) as page:
@@ -318,23 +315,23 @@ def draw(result: Identified, path: Path) -> None:
             above, below = axes[2 * number], axes[2 * number + 1]
             dimension = DIMENSIONS[each.record.kind]
             rate, unit = scaled(float(np.abs(each.value).max()), units.DIMENSIONS[dimension or "length"].si)
-            if not dimension:  # a strain, told as a length over one
+            if not dimension:  # a strain, as a length over a length
                 unit = f"{unit}/m"
             window = (float(each.time[0]), float(each.time[-1]))
-            at = time_axis(below, window) * each.time
+            times = time_axis(below, window) * each.time
             above.set(xlim=below.get_xlim(), ylabel=f"{each.record.kind} [{unit}]")
             above.set_title(each.record.name.replace("_", " "))
             above.tick_params(labelbottom=False)
-            above.plot(at, rate * each.value, ".", color=GREY, markersize=2.5, label="record")
+            above.plot(times, rate * each.value, ".", color=GREY, markersize=2.5, label="record")
             if result.spring:
                 spring = rate * result.spring[number]
-                above.plot(at, spring, "--", color=ORANGE, linewidth=1.0, label="on the seat's static stiffness")
-            above.plot(at, rate * fitted[number], color=BLUE, label="fit")
+                above.plot(times, spring, "--", color=ORANGE, linewidth=1.0, label="on the seat's static stiffness")
+            above.plot(times, rate * fitted[number], color=BLUE, label="fit")
             above.legend(loc="best")
             residuals = (each.value - fitted[number]) / each.noise
             zero_line(below)
             below.axhspan(-BAND, BAND, color=GREY, alpha=0.15, linewidth=0)
-            below.plot(at, residuals, color=BLUE, linewidth=0.8)
+            below.plot(times, residuals, color=BLUE, linewidth=0.8)
             below.set(ylabel="over noise")
             below.set_title("record less fit, over the noise, 95 % of which lies in the band")
         page.align_ylabels(axes)

@@ -1,18 +1,18 @@
-"""Intervals of fitted keys: where the profile of the misfit has risen by what noise and model leave.
+"""Confidence intervals of fitted keys: where the profile of the misfit exceeds its minimum by the noise's quantile.
 
-Residuals of real records hang together, as a model is never quite right and a gauge has a band of its own. A record of
-n samples whose residuals have the variance s^2 over the noise and the autocorrelations rho_k counts as
+Residuals of real records are correlated, since a model is never exact and a gauge has a limited band. A record of n
+samples whose residuals have the variance s^2 over the noise and the autocorrelations rho_k counts as
 
     n/tau samples,   tau = 1 + 2 sum rho_k,
 
-and its part of the sum of squares is divided by s^2 tau, or by 1 where that is more: the noise that is stated. With
-that weight w of each record an end of the interval of a key is where, all others fitted anew,
+and its part of the sum of squares is divided by max(s^2 tau, 1): the stated noise is a lower bound. With that weight w
+of each record an interval of a key ends where, with all others fitted again,
 
     min sum w r^2 - sum w r^2 (fit) = t^2,
 
-t the quantile of Student's distribution for the samples that count, less the keys. tau is summed over the lags until
-rho of two neighbours together turns negative (Geyer, Statist. Sci. 7 (1992) 473); intervals by
-profiles: Venzon & Moolgavkar, Appl. Statist. 37 (1988) 87.
+t the quantile of Student's distribution for the effective number of samples minus keys. tau is summed over the lags
+until the sum of two successive rho turns negative (Geyer, Statist. Sci. 7 (1992) 473); intervals by profiles: Venzon &
+Moolgavkar, Appl. Statist. 37 (1988) 87.
 """
 
 from __future__ import annotations
@@ -34,22 +34,22 @@ from impact.quantities import in_digits
 
 LEVEL: Final = 0.95
 CLOSE: Final = 0.02  # relative accuracy of an interval's half width
-TRIES: Final = 5  # points of a profile, at most; its root is nearly a line
-INNER: Final = 12  # evaluations by which the other keys are fitted at a point of a profile, at most
-LOOSE: Final = 1e-5  # tolerance of these fits: of a sum of some thousand squares it leaves a hundredth of one
-EDGE: Final = 1e-6  # share of the bounds next to one of them at which a fit counts as at the bound
-WORSE: Final = 1.5  # misfit over the noise from which on the model is said not to reach the record
-SCANNED, MOST_SCANNED = 24, 96  # points a key, and in all, at which a search over the bounds marches
-NEARER: Final = 0.9  # of the misfit, below which another start is said to have led elsewhere
-WIDTHS: Final = (1 / 16, 1 / 64, 1 / 256)  # of the bell, over the samples of a record
-ROUGH: Final = 10  # evaluations of a fit of smoothed residuals, at most
+TRIES: Final = 5  # largest number of points of a profile; its root is nearly linear
+INNER: Final = 12  # largest number of evaluations to fit the other keys at a point of a profile
+LOOSE: Final = 1e-5  # tolerance of these fits: a hundredth of one in a sum of some thousand squares
+EDGE: Final = 1e-6  # distance from a bound, over the bounds, within which a fit counts as at the bound
+WORSE: Final = 1.5  # misfit over the noise above which the model is reported not to reach the record
+SCANNED, MOST_SCANNED = 24, 96  # points per key, and in total, of a search over the bounds
+NEARER: Final = 0.9  # fraction of the misfit below which another start is reported to have found another minimum
+WIDTHS: Final = (1 / 16, 1 / 64, 1 / 256)  # widths of the Gaussian, over the samples of a record
+ROUGH: Final = 10  # largest number of evaluations of a fit of smoothed residuals
 Vector = Callable[[Array], Array]
 Indices = Sequence[int] | NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class Counted:
-    """A record's weight: rms ``misfit`` over the noise, ``tau`` samples that hang together, its ``samples``."""
+    """Weight of a record: rms ``misfit`` over the noise, correlation time ``tau`` in samples, number of ``samples``."""
 
     misfit: float
     tau: float
@@ -57,14 +57,14 @@ class Counted:
 
     @property
     def weight(self) -> float:
-        """Return the factor of its residuals."""
+        """Return the factor on its residuals."""
         return 1 / max(1.0, self.misfit * math.sqrt(self.tau))
 
 
 @dataclass(frozen=True)
 class Interval:
-    """Ends of an interval in shares of the bounds, whether they are bounds that the record does not exclude, and how
-    much of each half is the step's."""
+    """Ends of an interval as positions within the bounds, 0..1; whether they are bounds that the record does not
+    exclude; and the part of each half that is due to the time step."""
 
     low: float
     high: float
@@ -73,23 +73,23 @@ class Interval:
     of_step: float = 0.0
 
     def widened(self, shift: float) -> Interval:
-        """Return the interval with the error of the step, a ``shift`` to either side."""
+        """Return the interval extended by a ``shift`` to either side, the error of the time step."""
         low, high = max(self.low - shift, 0.0), min(self.high + shift, 1.0)
         return Interval(low, high, self.at_low or low <= 0, self.at_high or high >= 1, shift)
 
 
 def counted(residuals: Array, keys: float) -> Counted:
-    """Return how much a record with these residuals counts; ``keys``: how many its share of the fit has used up."""
+    """Return the weight of a record by its residuals; ``keys``: its share of the number of fitted keys."""
     n = len(residuals)
     misfit = math.sqrt(float(residuals @ residuals) / max(n - keys, 1.0))
     return Counted(misfit, correlation_time(residuals), n)
 
 
 def correlation_time(residuals: Array) -> float:
-    """Return tau >= 1: how many samples count as one, at most all of them."""
+    """Return the correlation time tau >= 1 in samples, at most their number."""
     n = len(residuals)
     size = 1 << (2 * n - 1).bit_length()
-    spectrum = np.fft.rfft(residuals, size)  # about zero: what stays on one side of it hangs together
+    spectrum = np.fft.rfft(residuals, size)  # about zero, not the mean: an offset is correlated, too
     covered = np.fft.irfft(np.abs(spectrum) ** 2, size)[:n]
     if not covered[0] > 0:
         return 1.0
@@ -101,13 +101,13 @@ def correlation_time(residuals: Array) -> float:
 
 
 def quantile(records: Sequence[Counted], keys: int) -> float:
-    """Return t for the samples that count."""
+    """Return Student's t for the effective number of samples."""
     free = sum(each.samples / each.tau for each in records) - keys
     return float(scipy.stats.t.ppf((1 + LEVEL) / 2, max(free, 1.0)))
 
 
 def fit(residuals: Vector, jacobian: Vector, start: Array, most: int, tolerance: float = 1e-8) -> Any:
-    """Return the least squares within 0..1, to a relative ``tolerance`` of the shares and of the sum."""
+    """Return the least-squares fit within 0..1, with relative ``tolerance`` of positions and of the sum."""
     return scipy.optimize.least_squares(
         residuals, np.clip(start, EDGE, 1 - EDGE), jacobian, bounds=(0.0, 1.0), x_scale="jac", max_nfev=most,
         xtol=tolerance, ftol=tolerance, gtol=None,
@@ -117,8 +117,8 @@ def fit(residuals: Vector, jacobian: Vector, start: Array, most: int, tolerance:
 def search(
     residuals: Vector, jacobian: Vector, start: Array, most: int, lengths: Indices, progress: Progress = silent
 ) -> tuple[Array, str]:
-    """Return the least squares (P,) from a start; where these do not reach the records the best that `descend` comes to
-    from it, or from points all over the bounds; and in words what was done, "" of nothing."""
+    """Return the least-squares fit (P,) from a start; if it does not reach the records, the best of `descend` from this
+    start or from points throughout the bounds; and a sentence on the search, or ""."""
 
     def worst(shares: Array) -> float:
         return max(float(np.sqrt(np.mean(part**2))) for part in np.split(residuals(shares), lengths))
@@ -129,11 +129,11 @@ def search(
 
     progress("searching", 0.0)
     ends, count, scanned = [best], min(SCANNED * len(start), MOST_SCANNED), []
-    with suppress(ValueError):  # values on the way that a scene or a march does not allow
+    with suppress(ValueError):  # values on the path that a scene or a time integration does not allow
         ends.append(descend(residuals, jacobian, start, most, lengths))
     if all(worst(end) > WORSE for end in ends):
         draws = np.random.default_rng(1)
-        points = (np.array([draws.permutation(count) for _ in start]).T + 0.5) / count  # each key's values all differ
+        points = (np.array([draws.permutation(count) for _ in start]).T + 0.5) / count  # Latin hypercube
         for number, point in enumerate(points):
             progress("searching", number / count)
             with suppress(ValueError):
@@ -149,8 +149,8 @@ def search(
 
 
 def descend(residuals: Vector, jacobian: Vector, start: Array, most: int, lengths: Indices) -> Array:
-    """Return the least squares of residuals that are smoothed over less and less of each record, at last not at all:
-    short pulses that miss each other have no slope towards each other; smoothed over more than that, they do."""
+    """Return the least-squares fit of residuals that are smoothed less and less, finally not at all. Short pulses that
+    do not overlap have no gradient towards each other; smoothed over more than their distance, they have."""
 
     def roughly(first: Array, width: float) -> Array:
         smooth = partial(smoothed, lengths=lengths, width=width)
@@ -160,20 +160,20 @@ def descend(residuals: Vector, jacobian: Vector, start: Array, most: int, length
 
 
 def smoothed(values: Array, lengths: Indices, width: float) -> Array:
-    """Return values (N,) or (N, P) smoothed by a bell over a share ``width`` of the samples of each record."""
+    """Return values (N,) or (N, P) smoothed by a Gaussian; ``width``: fraction of the samples of each record."""
     bell, parts = scipy.ndimage.gaussian_filter1d, np.split(values, lengths)
     return np.concatenate([bell(part, width * len(part), axis=0, mode="constant") for part in parts])
 
 
 @dataclass(frozen=True)
 class Valley:
-    """A fit and what is around it.
+    """Neighbourhood of a fit.
 
     Attributes:
-        residuals, jacobian: weighted, by shares of the bounds.
-        best: (P,) shares of the fit.
-        slope: (N, P) the derivatives there.
-        covariance: (P, P) of the shares by them, where a profile begins.
+        residuals, jacobian: weighted functions of positions within the bounds.
+        best: positions (P,) of the fit.
+        slope: derivatives (N, P) at the fit.
+        covariance: linearised covariance (P, P) of the positions, from which a profile starts.
         t: square root of the rise of the sum of squares at the ends of an interval.
     """
 
@@ -186,7 +186,7 @@ class Valley:
 
     @staticmethod
     def around(residuals: Vector, jacobian: Vector, best: Array, t: float) -> Valley:
-        """Return the valley around a fit."""
+        """Return the neighbourhood of a fit."""
         slope = jacobian(best)
         covariance = np.asarray(np.linalg.pinv(slope.T @ slope, rcond=1e-14), dtype=np.float64)
         return Valley(residuals, jacobian, best, slope, covariance, t)
@@ -220,40 +220,40 @@ class Valley:
             distance = min(guess, room)
         return best + sign * distance, False
 
-    def _rise(self, at: Array, key: int, least: float) -> float:
-        """Return the square root of the rise of the sum of squares with one key held and all others fitted: by the
-        derivatives at the fit, and where that fails by their own."""
-        others = np.delete(np.arange(len(at)), key)
-        at = np.clip(at, 0.0, 1.0)
-        residuals = self.residuals(at)
+    def _rise(self, point: Array, key: int, least: float) -> float:
+        """Return the square root of the rise of the sum of squares with one key fixed and all others fitted: by the
+        derivatives at the fit, or if that fails, by new ones."""
+        others = np.delete(np.arange(len(point)), key)
+        point = np.clip(point, 0.0, 1.0)
+        residuals = self.residuals(point)
         total = float(residuals @ residuals)
         for _ in range(INNER if len(others) else 0):
-            nearer = at.copy()
+            nearer = point.copy()
             nearer[others] = np.clip(
-                at[others] - np.linalg.lstsq(self.slope[:, others], residuals, rcond=None)[0], 0.0, 1.0
+                point[others] - np.linalg.lstsq(self.slope[:, others], residuals, rcond=None)[0], 0.0, 1.0
             )
             residuals = self.residuals(nearer)
             gain = total - float(residuals @ residuals)
             if gain < -CLOSE * self.t**2:
-                at = self._refitted(at, others)
-                total = float(np.sum(self.residuals(at) ** 2))
+                point = self._refitted(point, others)
+                total = float(np.sum(self.residuals(point) ** 2))
                 break
-            at, total = nearer, total - gain
+            point, total = nearer, total - gain
             if gain < CLOSE * self.t**2:
                 break
         return math.sqrt(max(total - least, 0.0))
 
-    def _refitted(self, at: Array, others: NDArray[np.int64]) -> Array:
-        """Return the shares with those of ``others`` fitted anew, where they change anything at all."""
+    def _refitted(self, x0: Array, others: NDArray[np.int64]) -> Array:
+        """Return the positions with those of ``others`` fitted again, if they have any influence."""
 
         def whole(shares: Array) -> Array:
-            every = at.copy()
-            every[others] = shares
-            return every
+            positions = x0.copy()
+            positions[others] = shares
+            return positions
 
-        if not np.any(self.jacobian(at)[:, others]):
-            return at
-        held = fit(
-            lambda x: self.residuals(whole(x)), lambda x: self.jacobian(whole(x))[:, others], at[others], INNER, LOOSE
+        if not np.any(self.jacobian(x0)[:, others]):
+            return x0
+        best = fit(
+            lambda x: self.residuals(whole(x)), lambda x: self.jacobian(whole(x))[:, others], x0[others], INNER, LOOSE
         )
-        return whole(np.asarray(held.x))
+        return whole(np.asarray(best.x))

@@ -19,13 +19,13 @@ from seatfem.study.sweep.study import DOTTED, WholeKey, dotted
 from seatfem.study.sweep.variations import Quantity, Value
 from seatfem.units import UnitError, number_and_unit, parse_fraction, parse_quantity
 
-MOST_SAMPLES: Final = 20_000  # samples of a record between `from` and `to`: each is compared in each march of a fit
+MOST_SAMPLES: Final = 20_000  # largest number of compared samples of a record
 MOST_RECORDS: Final = 20
 MOST_KEYS: Final = 12
 LOG: Final = 10.0  # ratio of positive bounds above which a key is fitted by its logarithm
 NOTHING: Final = 2e-5
-"""Share of the way between bounds of which a value next to zero is zero: a scene refuses lengths below a nanometre."""
-QUIET: Final = 10  # fewest samples of a quiet part: of ten the noise is known to a quarter
+"""Fraction of the range below which a value near zero is zero: a scene refuses lengths below a nanometre."""
+QUIET: Final = 10  # fewest samples of a quiet part: ten give the noise to a quarter
 OWN: Final = ("gain", "delay")  # keys of records that may be fitted: `gain` of all of them, `gain.NAME` of one
 DIMENSIONS: Final = {"force": "force", "strain": "", "displacement": "length", "velocity": "velocity"}
 
@@ -34,7 +34,7 @@ Instant = Annotated[float, BeforeValidator(fields.ReadQuantity("time"))]
 
 
 def _no_text(value: object) -> object:
-    """Return a value that begins with a number; raises `ValueError` of a text, as a kind."""
+    """Return a value that begins with a number; raises `ValueError` for a text, such as a kind."""
     try:
         if isinstance(value, str):
             number_and_unit(value)
@@ -44,7 +44,7 @@ def _no_text(value: object) -> object:
 
 
 class Fitted(fields.Table):
-    """A key that is fitted: where the search begins, and between what."""
+    """Fitted key: start of the search, and bounds."""
 
     start: Annotated[Quantity, BeforeValidator(_no_text)] = Field(description="where the search begins")
     low: Quantity = Field(alias="from", description="least value")
@@ -87,7 +87,7 @@ class Fitted(fields.Table):
         return math.log(value / low) / math.log(high / low) if self.by_logarithm else (value - low) / (high - low)
 
     def written(self, value: float) -> Value:
-        """Return a number as text of a scene file."""
+        """Return a number as text for a scene file."""
         return f"{value!r} {self.unit}" if self.unit else value
 
 
@@ -136,7 +136,7 @@ class Record(fields.Table):
         return parse_quantity(text, dimension) if dimension else parse_fraction(text)
 
     def samples(self) -> Samples:
-        """Return the samples that are compared. Raises `KeyProblem` for a wrong key."""
+        """Return the samples that are compared. Raises `KeyProblem` for an invalid key."""
         with fields.problem_of("file", TimeSeriesError):
             columns: dict[str, str] = {self.kind: self.column} if self.column else {}
             series = read_time_series(self.file, self.kind, columns=columns)
@@ -164,7 +164,7 @@ class Record(fields.Table):
 
 @dataclass(frozen=True)
 class Samples:
-    """The samples of a ``record`` that are compared: times [s], values and the noise's standard deviation, SI."""
+    """Samples of a ``record`` that are compared: times [s], values and the noise's standard deviation [SI]."""
 
     record: Record
     time: Array
@@ -173,7 +173,7 @@ class Samples:
 
 
 class Identification(fields.Table):
-    """A record file: it asks which values of these keys explain these records."""
+    """Record file: the records, and the keys of the scene that are fitted to them."""
 
     title: str = fields.default("", "for pictures")
     scene: fields.ExistingFile = Field(description="the scene's file")
@@ -184,7 +184,7 @@ class Identification(fields.Table):
 
     @property
     def heading(self) -> str:
-        """Return the heading, for people."""
+        """Return the heading for reports."""
         return self.title or self.scene.stem.replace("_", " ")
 
     def contradictions(self) -> fields.Contradictions:
@@ -208,13 +208,13 @@ class Identification(fields.Table):
 
 
 def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples, ...]]:
-    """Read a record file (TOML, up to 1 MB) and its records. Its files are looked for from its own folder.
+    """Read a record file (TOML, up to 1 MB) and its records; paths are relative to its folder.
 
-    Raises `SceneError` with everything that is wrong.
+    Raises `SceneError` with all its errors.
     """
-    asked = load_table(path, Identification)
+    identification = load_table(path, Identification)
     read, problems = [], []
-    for number, each in enumerate(asked.record):
+    for number, each in enumerate(identification.record):
         try:
             read.append(each.samples())
         except fields.KeyProblem as problem:
@@ -222,24 +222,24 @@ def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples
             words = f"{each.name}: {problem}"
             problems.append(Problem(None, 0, f"record.{number}.{problem.key}", words, place))
     total = sum(len(each.time) for each in read)
-    if not problems and total <= len(asked.fit):
-        words = f"{len(asked.fit)} keys and {total} samples: fit fewer keys, or compare more samples"
+    if not problems and total <= len(identification.fit):
+        words = f"{len(identification.fit)} keys and {total} samples: fit fewer keys, or compare more samples"
         problems.append(Problem(None, 0, "fit", words, ("fit",)))
     if problems:
         raise located(SceneError(tuple(problems)), Path(path))
-    _check_keys(asked, Path(path))
-    return asked, tuple(read)
+    _check_keys(identification, Path(path))
+    return identification, tuple(read)
 
 
-def _check_keys(asked: Identification, path: Path) -> None:
+def _check_keys(identification: Identification, path: Path) -> None:
     """Raise `SceneError` for values that are invalid in the scene, with their lines in the record file."""
-    fit = {key: fitted.written(fitted.start[0]) for key, fitted in asked.fit.items() if not is_own(key)}
-    for record in asked.record:
+    fit = {key: fitted.written(fitted.start[0]) for key, fitted in identification.fit.items() if not is_own(key)}
+    for record in identification.record:
         try:
-            load_scene(asked.scene, {**record.set, **fit})
+            load_scene(identification.scene, {**record.set, **fit})
         except SceneError as error:
-            own = {each: scene_error(f"fit.{each.key}", each.message).problems[0] for each in error.problems}
-            problems = tuple(own[each] if each.key in fit else each for each in error.problems)
+            in_record_file = {each: scene_error(f"fit.{each.key}", each.message).problems[0] for each in error.problems}
+            problems = tuple(in_record_file[each] if each.key in fit else each for each in error.problems)
             raise located(SceneError(problems), path) from None
 
 

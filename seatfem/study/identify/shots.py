@@ -1,4 +1,4 @@
-"""The scene of a record file at some values of its keys: what it says of each record, and the derivatives by them."""
+"""The scene of a record file as a function of its fitted keys: computed records, and their derivatives."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep.variations import Value
 
 WIDTH: Final = 1e-4
-"""Half the width of central differences of data, over the bounds of a key: to its square, 1e-8, and eps over it."""
+"""Half width of central differences of data, over the bounds of a key: errors are its square, 1e-8, and eps over it."""
 OF_THE_CONTACT: Final = ("contact.law", "contact.gap")  # keys that change no body
-MOST_BODIES: Final = 64  # bodies that are kept: those of the last few evaluations
+MOST_BODIES: Final = 64  # largest number of bodies kept from the last evaluations
 Values = Mapping[str, float]  # numbers of the fitted keys, each in the unit of its bounds
-Course = tuple[Array, Array]  # times [s] and values (SI), as they are computed
+Course = tuple[Array, Array]  # computed times [s] and values [SI]
 
 
 @dataclass(frozen=True)
 class Shot:
-    """What differs in a shot, as the scene would have it, and the records of it by their numbers."""
+    """Shot: changes to the scene's keys, and the numbers of its records."""
 
     changes: Mapping[str, Value]
     records: tuple[int, ...]
@@ -42,7 +42,7 @@ class Shot:
 
 @dataclass(frozen=True)
 class Marched:
-    """A shot at some values of the keys: its scene, problem and march."""
+    """Shot at given values of the keys: its scene, problem and time integration."""
 
     scene: Scene
     problem: ContactProblem
@@ -51,15 +51,15 @@ class Marched:
 
 @dataclass
 class Model:
-    """The records as the scene has them, less what was recorded, over the noise.
+    """Residuals of the records: computed minus recorded, over the noise.
 
     Attributes:
-        asked: the record file.
-        samples: what was recorded.
-        finer: by how much the step of the marches is finer than the scene's.
-        steps: of each shot that was marched [s].
-        marches: how many were needed so far.
-        notes: what was done otherwise than by the linearised march, and why.
+        asked: record file.
+        samples: recorded samples.
+        finer: factor by which the time step is finer than the scene's.
+        steps: time step of each shot [s].
+        marches: number of time integrations so far.
+        notes: reasons for derivatives by differences of runs, and on the search.
     """
 
     asked: Identification
@@ -77,7 +77,7 @@ class Model:
         groups: dict[str, list[int]] = {}
         for number, each in enumerate(self.asked.record):
             groups.setdefault(repr(sorted(each.set.items())), []).append(number)
-        self.shots = tuple(Shot(self.asked.record[of[0]].set, tuple(of)) for of in groups.values())
+        self.shots = tuple(Shot(self.asked.record[numbers[0]].set, tuple(numbers)) for numbers in groups.values())
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -85,21 +85,21 @@ class Model:
         return tuple(self.asked.fit)
 
     def values(self, shares: Array) -> dict[str, float]:
-        """Return the numbers of the keys at shares (P,) of their bounds."""
+        """Return the numbers of the keys at positions (P,) within their bounds."""
         pairs = zip(self.asked.fit.items(), shares, strict=True)
         return {key: fitted.value(float(share)) for (key, fitted), share in pairs}
 
     def residuals(self, shares: Array) -> Array:
-        """Return (N,) computed less recorded, over the noise, at shares of the bounds."""
+        """Return the residuals (N,), computed minus recorded, over the noise, at positions within the bounds."""
         pairs = zip(self.records_at(shares), self.samples, strict=True)
         return np.concatenate([(course - each.value) / each.noise for course, each in pairs])
 
     def at_finer_step(self, times: int) -> Model:
-        """Return the model whose marches have a step so many times finer, with the same bodies."""
+        """Return the model with a time step that is ``times`` finer, and the same bodies."""
         return replace(self, finer=times * self.finer, notes=[], steps={}, _touches={}, _last=None)
 
     def predicted(self, marched: Sequence[Marched]) -> dict[int, Course]:
-        """Return the course of each record, by its number, without gain and delay."""
+        """Return the computed history of each record, by its number, without gain and delay."""
         return {
             number: course
             for shot, each in zip(self.shots, marched, strict=True)
@@ -107,14 +107,14 @@ class Model:
         }
 
     def records_at(self, shares: Array, *, spring: bool = False) -> list[Array]:
-        """Return each record as it should be at shares of the bounds; ``spring``: on the seat's static stiffness."""
+        """Return each record as computed at positions within the bounds; ``spring``: with a static seat."""
         values = self.values(shares)
         marched = [self._march(k, values, spring=True) for k in range(len(self.shots))] if spring else None
         predicted = self.predicted(marched or self._marched(shares))
         return [self._as_recorded(values, number, predicted[number]) for number in range(len(self.samples))]
 
     def jacobian(self, shares: Array) -> Array:
-        """Return (N, P) the derivatives of the residuals by the shares of the bounds."""
+        """Return the derivatives (N, P) of the residuals by the positions within the bounds."""
         values, marched = self.values(shares), self._marched(shares)
         predicted = self.predicted(marched)
         moved = [np.zeros((len(each.time), len(self.keys))) for each in self.samples]
@@ -123,17 +123,17 @@ class Model:
             for column, number, slope in self._slopes(k, shot, shares, marched[k], of_scene):
                 moved[number][:, column] = self._as_recorded(values, number, slope)
         for column, key in enumerate(self.keys):
-            own, _, of = key.partition(".")
-            if own not in OWN:
+            quantity, _, record_name = key.partition(".")
+            if quantity not in OWN:
                 continue
             per_share = self._per_share(shares, column) * number_of(self.asked.fit[key].written(1.0))
             for number, each in enumerate(self.samples):
-                if of in ("", each.record.name):
-                    moved[number][:, column] = per_share * self._by_own(values, number, predicted[number], own)
+                if record_name in ("", each.record.name):
+                    moved[number][:, column] = per_share * self._by_own(values, number, predicted[number], quantity)
         return np.concatenate([part / each.noise for part, each in zip(moved, self.samples, strict=True)])
 
     def _per_share(self, shares: Array, column: int) -> float:
-        """Return the derivative of a key's number by its share."""
+        """Return the derivative of a key's number by its position."""
         fitted = self.asked.fit[self.keys[column]]
         low, high, value = fitted.low[0], fitted.high[0], fitted.value(float(shares[column]))
         return value * float(np.log(high / low)) if fitted.by_logarithm else high - low
@@ -142,32 +142,32 @@ class Model:
         """Return gain and delay [s] of a record."""
         record = self.asked.record[number]
         own_values = {"gain": record.gain, "delay": record.delay}
-        for own in OWN:
-            for key in (own, f"{own}.{record.name}"):
+        for quantity in OWN:
+            for key in (quantity, f"{quantity}.{record.name}"):
                 if key in values:
-                    own_values[own] = number_of(self.asked.fit[key].written(values[key]))
+                    own_values[quantity] = number_of(self.asked.fit[key].written(values[key]))
         return own_values["gain"], own_values["delay"]
 
     def _as_recorded(self, values: Values, number: int, course: Course) -> Array:
-        """Return a course as its record has it: by the gain, later by the delay, at its samples, in between linear."""
+        """Return a history with the gain and delay of its record, interpolated linearly at its samples."""
         gain, delay = self._own(values, number)
         return np.asarray(gain * np.interp(self.samples[number].time - delay, *course))
 
-    def _by_own(self, values: Values, number: int, course: Course, own: str) -> Array:
-        """Return the derivative of the same by the gain, or by the delay: less the slope of the lines in between."""
+    def _by_own(self, values: Values, number: int, course: Course, quantity: str) -> Array:
+        """Return the derivative of `_as_recorded` by the gain, or by the delay: minus the interpolation's slope."""
         gain, delay = self._own(values, number)
         time, value = course
-        at = self.samples[number].time - delay
-        if own == "gain":
-            return np.asarray(np.interp(at, time, value))
-        piece = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
+        times = self.samples[number].time - delay
+        if quantity == "gain":
+            return np.asarray(np.interp(times, time, value))
+        piece = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
         slope = (value[piece + 1] - value[piece]) / (time[piece + 1] - time[piece])
-        return np.where((at < time[0]) | (at > time[-1]), 0.0, -gain * slope)
+        return np.where((times < time[0]) | (times > time[-1]), 0.0, -gain * slope)
 
     def _slopes(
         self, k: int, shot: Shot, shares: Array, marched: Marched, columns: Sequence[int]
     ) -> Iterator[tuple[int, int, Course]]:
-        """Yield the derivative of each record's course of a shot by the share of each of the ``columns``."""
+        """Yield (column, number of record, derivative of its history by the position) for each of the ``columns``."""
         stepper, force, sides = marched.stepper, marched.stepper.force, []
         for column in columns:
             low, high = (np.clip(shares[column] + sign * WIDTH, 0.0, 1.0) for sign in (-1, 1))
@@ -200,7 +200,7 @@ class Model:
                 yield column, number, (time, (both[1][number][1] - below) / (high - low))
 
     def _marched(self, shares: Array) -> list[Marched]:
-        """Return all shots at shares of the bounds; those of the last ones are kept."""
+        """Return all shots at positions within the bounds; the last ones are stored."""
         place = tuple(map(float, shares))
         if self._last is None or self._last[0] != place:
             self._last = place, [self._march(k, self.values(shares)) for k in range(len(self.shots))]
@@ -213,7 +213,7 @@ class Model:
         return posed
 
     def _posed(self, k: int, values: Values, *, spring: bool = False) -> Marched:
-        """Return a shot that is not marched yet."""
+        """Return a shot before its time integration."""
         shot = self.shots[k]
         keys = {key: self.asked.fit[key].written(value) for key, value in values.items() if not is_own(key)}
         scene = load_scene(self.asked.scene, {**shot.changes, **keys})
@@ -231,11 +231,11 @@ class Model:
         return Marched(scene, problem, impact.ContactStepper(prepared))
 
     def _bodies_of(self, scene: Scene, changes: Mapping[str, Value]) -> tuple[impact.Body, impact.Body]:
-        """Return striker and seat, those of earlier evaluations where nothing of them has changed."""
-        made = []
+        """Return striker and seat, reusing bodies of earlier evaluations whose keys are the same."""
+        bodies = []
         for role, other in (("reed", "seat."), ("seat", "reed.")):
-            own = {key: each for key, each in changes.items() if not key.startswith((*OF_THE_CONTACT, other))}
-            place = repr((role, sorted(own.items())))
+            relevant = {key: each for key, each in changes.items() if not key.startswith((*OF_THE_CONTACT, other))}
+            place = repr((role, sorted(relevant.items())))
             if place not in self._bodies:
                 while len(self._bodies) >= MOST_BODIES:
                     del self._bodies[next(iter(self._bodies))]
@@ -247,11 +247,11 @@ class Model:
                 else:
                     reed = solve_body("reed", scene.reed, method.reed, duration)
                     self._bodies[place] = striker_of(scene, greens=None if reed is None else reed.greens)
-            made.append(self._bodies[place])
-        return made[0], made[1]
+            bodies.append(self._bodies[place])
+        return bodies[0], bodies[1]
 
     def _discrete(self, body: impact.Body, dt: float, n: int) -> motion.Discrete:
-        """Return a body at a step, its kernel that of earlier evaluations where its Green's function is."""
+        """Return a discretised body, with the kernel of an earlier evaluation if its Green's function is the same."""
         place = (id(body.greens), dt, n)
         if (like := self._kernels.get(place)) is None:
             while len(self._kernels) >= MOST_BODIES:
@@ -262,13 +262,13 @@ class Model:
         return replace(like, body=body, loads=body.load_amplitudes(motion.mid_steps(dt, n)))
 
     def _check(self, scene: Scene, shot: Shot) -> None:
-        """Raise `SceneError` for records that the scene's shot cannot have."""
+        """Raise `SceneError` for records that the shot's scene cannot produce."""
         gauges = [gauge.name for gauge in scene.gauge]
         for number in shot.records:
             each = self.samples[number]
             if each.record.kind == "strain" and each.record.of not in gauges:
-                known = f"has {', '.join(gauges)}" if gauges else "has none"
-                words = f"{each.record.of!r} is no [[gauge]] of the scene, which {known}: add it there"
+                listed = f"has {', '.join(gauges)}" if gauges else "has none"
+                words = f"{each.record.of!r} is no [[gauge]] of the scene, which {listed}: add it there"
                 raise scene_error(f"record.{number}.of", f"{each.record.name}: {words}")
             if each.time[-1] - each.record.delay > scene.run.duration * (1 + 1e-9) or each.time[0] < 0:
                 words = (
@@ -278,13 +278,13 @@ class Model:
                 raise scene_error(f"record.{number}.to", f"{each.record.name}: {words}")
 
     def _courses(
-        self, shot: Shot, at: Marched, force: Array, like: Marched | None = None
+        self, shot: Shot, marched: Marched, force: Array, like: Marched | None = None
     ) -> Iterator[tuple[int, Course]]:
-        """Yield what the records of a shot record, by their numbers, under contact forces (n, p) [N].
+        """Yield (number, history) of each record of a shot under contact forces (n, p) [N].
 
-        ``like``: the march whose openings loads that follow them had; ``None``: this one.
+        ``like``: run with the openings on which loads depend; ``None``: this one.
         """
-        problem, dt = at.problem, at.stepper.prepared.dt
+        problem, dt = marched.problem, marched.stepper.prepared.dt
         n = len(force)
         ends: Array = np.asarray(dt * np.arange(n + 1), dtype=np.float64)
         middles = ends[1:] - dt / 2
@@ -294,9 +294,9 @@ class Model:
         kinds = {self.asked.record[number].kind for number in shot.records}
         strains: Mapping[str, Array] = {}
         if "strain" in kinds:
-            opening = (like or at).stepper.opening
+            opening = (like or marched).stepper.opening
             stopper = None if seats.all() else others
-            strains = gauge_strains(at.scene.gauged, problem.striker, on_seat, stopper, dt, opening)
+            strains = gauge_strains(marched.scene.gauged, problem.striker, on_seat, stopper, dt, opening)
         for number in shot.records:
             record = self.asked.record[number]
             if record.kind == "force":
@@ -311,12 +311,12 @@ class Model:
                 )
 
 
-def _displacement(problem: ContactProblem, of: str, dt: float, force: Array, times: Array) -> Array:
-    """Return (n + 1,) the displacement of a body at the contact with the seat, the mean of its parts [m]."""
+def _displacement(problem: ContactProblem, role: str, dt: float, force: Array, times: Array) -> Array:
+    """Return the displacement (n + 1,) of a body at the contact with the seat, averaged over its ports [m]."""
     first = next((contact for contact in problem.contacts if contact.side > 0), problem.contacts[0])
-    body = first.target if of == "seat" else problem.striker
+    body = first.target if role == "seat" else problem.striker
     parts = [contact for contact in problem.contacts if contact.target is first.target]
-    ports = sorted({body.greens.port_index(each.port if of == "seat" else each.striker_port) for each in parts})
+    ports = sorted({body.greens.port_index(each.port if role == "seat" else each.striker_port) for each in parts})
     discrete = motion.Discrete.from_body(body, dt, len(force))
     moved = discrete.motion(problem.directions(body) @ force.T).displacement
     return np.asarray(moved[ports].mean(axis=0) + body.carried(times))
