@@ -26,12 +26,12 @@ from seatfem.study.sweep.runner import Outcome
 from seatfem.study.sweep.study import LOOSE, Optimise, Study
 from seatfem.study.sweep.table import StudyTable, table_of
 
-DIGITS: Final = 6  # decimals of a share: round-off of a linear algebra library then changes no scene
+DIGITS: Final = 6  # decimals of a position, so that round-off of linear algebra changes no scene
 NEAREST: Final = 1e-3  # radius of the trust region, over the ranges, at which a search ends
 Point = tuple[float, ...]
 """Positions (0..1) in the ranges of the keys, in their order."""
 Shift = Mapping[str, float]
-"""Correction of measures: value at the scene's own target less that at the accuracy of the search; initially empty."""
+"""Correction of measures: value at the scene's own target minus that at the accuracy of the search; initially empty."""
 
 
 @dataclass(frozen=True)
@@ -45,20 +45,20 @@ class Found:
     def value(self, measure: str) -> float:
         """Return a measure; nan if it is not known, or if it needs a landing and the scene has none."""
         counting = self.outcome.has_numbers and counts(self.outcome.summary, measure)
-        known = self.outcome.summary.get(measure) if counting else None
-        return float(known) if isinstance(known, int | float) else math.nan
+        number = self.outcome.summary.get(measure) if counting else None
+        return float(number) if isinstance(number, int | float) else math.nan
 
 
 @dataclass
 class SearchStage:
-    """The points that a search has run at one accuracy.
+    """Points that a search has run at one accuracy.
 
     Attributes:
         study: the study whose keys are varied.
-        cases: makes the cases of this stage; they share a seat that does not vary.
+        cases: builder of the cases of this stage, which share a seat that does not vary.
         accuracy: changes of scene keys that set the accuracy of this stage.
-        carry_out: runs cases and returns their outcomes by key.
-        found: all points run, in their order.
+        carry_out: function that runs cases and returns their outcomes by key.
+        found: results at all points so far, in their order.
     """
 
     study: Study
@@ -100,13 +100,13 @@ def first_points(keys: int, count: int, seed: int) -> list[Point]:
     return [(0.5,) * keys, *map(_rounded, drawn)]
 
 
-def rank(found: Found, goal: Optimise, shift: Shift) -> tuple[float, float]:
+def rank(point: Found, goal: Optimise, shift: Shift) -> tuple[float, float]:
     """Return the rank, lower is better: relative violation of the limits, then the measure. Infinite if unknown."""
     violation = 0.0
     for each in goal.subject_to:
-        margin, slack = each.margin(found.value(each.measure) + shift.get(each.measure, 0.0)), LOOSE * abs(each.limit)
+        margin, slack = each.margin(point.value(each.measure) + shift.get(each.measure, 0.0)), LOOSE * abs(each.limit)
         violation += math.inf if math.isnan(margin) else max(0.0, -margin - slack) / (abs(each.limit) or 1.0)
-    value = goal.sign * (found.value(goal.measure) + shift.get(goal.measure, 0.0))
+    value = goal.sign * (point.value(goal.measure) + shift.get(goal.measure, 0.0))
     return (math.inf, math.inf) if math.isnan(value) else (violation, value)
 
 
@@ -119,7 +119,7 @@ def improve(stage: SearchStage, goal: Optimise, shift: Shift, radius: float, mos
     start = min(stage.found.values(), key=lambda each: rank(each, goal, shift))
 
     def raw(found: Found) -> NDArray[np.float64]:
-        """Return the measure, less is better, then the margins."""
+        """Return the measure with the sign for minimisation, then the negative margins."""
         margins = [each.margin(found.value(each.measure) + shift.get(each.measure, 0.0)) for each in goal.subject_to]
         return np.array([goal.sign * found.value(goal.measure), *(-margin for margin in margins)])
 
@@ -203,14 +203,14 @@ class Optimum:
             return ""
         return left_out_in_words(each.outcome.summary.get(STATUS, LANDED) for each in self.searched)
 
-    def table(self, of: Sequence[Found]) -> StudyTable:
+    def table(self, points: Sequence[Found]) -> StudyTable:
         """Return a table with a row for each point: values, measures, error bars, margins to limits, and state."""
         measures = tuple(dict.fromkeys((*self.goal.measures, *self.study.outputs.asked())))
-        outcomes = {each.case.key: each.outcome for each in of}
-        results = table_of(self.study, [each.case for each in of], outcomes, measures)
+        outcomes = {each.case.key: each.outcome for each in points}
+        results = table_of(self.study, [each.case for each in points], outcomes, measures)
         margins = {
             f"margin of {limit}": [
-                None if math.isnan(m := limit.margin(each.value(limit.measure))) else m for each in of
+                None if math.isnan(m := limit.margin(each.value(limit.measure))) else m for each in points
             ]
             for limit in self.goal.subject_to
         }
@@ -265,13 +265,13 @@ class Optimum:
         return words
 
 
-def draw_search(found: Optimum, path: Path) -> str:
+def draw_search(result: Optimum, path: Path) -> str:
     """Draw the best value so far over the evaluations; return the reason if it could not be drawn, else ""."""
-    goal = found.goal
-    numbers = {each.point: each.case.number for each in found.searched}
-    confirmed = [(numbers[each.point], each.value(goal.measure), _bar(each, goal.measure)) for each in found.confirmed]
-    within = [rank(each, goal, {})[0] == 0 for each in found.searched]
-    return gap_of(partial(charts.draw_history, found.table(found.searched), goal, within, confirmed), path)
+    goal = result.goal
+    numbers = {each.point: each.case.number for each in result.searched}
+    confirmed = [(numbers[each.point], each.value(goal.measure), _bar(each, goal.measure)) for each in result.confirmed]
+    within = [rank(each, goal, {})[0] == 0 for each in result.searched]
+    return gap_of(partial(charts.draw_history, result.table(result.searched), goal, within, confirmed), path)
 
 
 def goal_of(study: Study) -> Optimise:
@@ -282,23 +282,23 @@ def goal_of(study: Study) -> Optimise:
     return study.optimise
 
 
-def violation(found: Found, goal: Optimise) -> float:
+def violation(point: Found, goal: Optimise) -> float:
     """Return the sum of relative violations of limits beyond error bars; infinite without results."""
     total = 0.0
     for each in goal.subject_to:
-        margin = each.margin(found.value(each.measure))
-        if not each.holds(margin, _bar(found, each.measure)):
+        margin = each.margin(point.value(each.measure))
+        if not each.holds(margin, _bar(point, each.measure)):
             total += math.inf if math.isnan(margin) else -margin / (abs(each.limit) or 1.0)
-    return total if math.isfinite(found.value(goal.measure)) else math.inf
+    return total if math.isfinite(point.value(goal.measure)) else math.inf
 
 
-def _bar(found: Found, measure: str) -> float:
-    return found.value(BAR + measure)
+def _bar(point: Found, measure: str) -> float:
+    return point.value(BAR + measure)
 
 
-def _with_bar(found: Found, measure: str) -> str:
-    bar = _bar(found, measure)
-    return f"{found.value(measure):.5g}" + (f" ± {bar:.2g}" if math.isfinite(bar) else "")
+def _with_bar(point: Found, measure: str) -> str:
+    bar = _bar(point, measure)
+    return f"{point.value(measure):.5g}" + (f" ± {bar:.2g}" if math.isfinite(bar) else "")
 
 
 def _short(value: object) -> str:

@@ -1,4 +1,4 @@
-"""The reports of a study: tables as CSV and pictures, those that are meaningful for its design."""
+"""Reports of a study: tables as CSV and pictures, as far as they are meaningful for its design."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-MOST: Final = 6  # most rows or columns of panels: the first ones are shown
-LABELS: Final = 8  # most scenes on a front that are named
-FOOT: Final = 0.03  # height, over the panel's, at which scenes that do not count are marked
+MOST: Final = 6  # largest number of rows or columns of panels: the first ones are shown
+LABELS: Final = 8  # largest number of scenes on a front that are labelled
+FOOT: Final = 0.03  # height of the marks of scenes without a value, over that of the panel
 HOLLOW: Final = " (hollow)"
 PER_ROW: Final = 3
-FEW: Final = 60  # most scenes that are drawn with error bars
+FEW: Final = 60  # largest number of scenes that are drawn with error bars
 
 
 def _titled(figure: Figure, table: StudyTable, what: str, mark: str = "") -> None:
-    """Write above what a picture shows, and below how many scenes it leaves out; ``mark``: how these are drawn."""
+    """Write the title, and below the number of omitted scenes; ``mark``: how these are drawn."""
     figure.suptitle(f"{table.study.heading}: {what}")
     if out := table.left_out_in_words():
         figure.supxlabel(f"{out}{mark}", fontsize=7.5)
 
 
 def grid_of(figure: Figure, count: int, **sharing: Any) -> list[Axes]:
-    """Return so many panels in rows of `PER_ROW`, row by row; what is left of the last row stays empty."""
+    """Return ``count`` panels in rows of `PER_ROW`; the rest of the last row stays empty."""
     columns = min(count, PER_ROW)
     panels = list(figure.subplots(math.ceil(count / columns), columns, squeeze=False, **sharing).flat)
     for axes in panels[count:]:
@@ -48,14 +48,14 @@ def grid_of(figure: Figure, count: int, **sharing: Any) -> list[Axes]:
 
 
 def size_of(count: int) -> tuple[int, int]:
-    """Return the columns and rows of so many panels."""
+    """Return the numbers of columns and rows of ``count`` panels."""
     return min(count, PER_ROW), math.ceil(count / PER_ROW)
 
 
 def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> None:
     """Draw a panel for each parameter (columns) and measure (rows): every scene, and the mean with its standard error.
 
-    Raises `PictureError`: matplotlib is missing; as all functions here.
+    Raises `PictureError` if matplotlib is missing, as do all functions of this module.
     """
     parameters = list(dict.fromkeys(each.parameter for each in effects))[:MOST]
     measures = list(dict.fromkeys(each.measure for each in effects))[:MOST]
@@ -82,7 +82,7 @@ def _effect(axes: Axes, table: StudyTable, effect: Effect) -> None:
         x, at = table.numbers(effect.parameter), np.array(effect.at, dtype=float)
         axes.locator_params(axis="x", nbins=5)
     _scenes(axes, table, x, effect.measure)
-    if len(table) > len(at):  # else every mean is of one scene
+    if len(table) > len(at):  # otherwise every mean is of one scene
         error = np.where(np.isfinite(effect.error), effect.error, 0.0)
         axes.errorbar(at, effect.mean, error, color=BLUE, marker="o", markersize=3.5, capsize=2, zorder=3)
     elif not names:
@@ -90,7 +90,7 @@ def _effect(axes: Axes, table: StudyTable, effect: Effect) -> None:
 
 
 def _scenes(axes: Axes, table: StudyTable, x: np.ndarray, measure: str) -> None:
-    """Draw every scene, with its error bar where there are few; one that does not count hollow, at the bottom."""
+    """Draw every scene, with its error bar if there are few; scenes that do not count are hollow, at the bottom."""
     y, bars = table.values(measure), table.values(BAR + measure)
     size = 3.0 if len(table) <= FEW else 1.8
     if len(table) <= FEW and np.isfinite(bars).any():
@@ -100,7 +100,7 @@ def _scenes(axes: Axes, table: StudyTable, x: np.ndarray, measure: str) -> None:
 
 
 def _left_out(axes: Axes, x: np.ndarray) -> None:
-    """Mark scenes that do not count, by where they stand across: they have no height."""
+    """Mark scenes that do not count at their abscissa, as they have no value."""
     if not len(x):
         return
     axes.plot(x, np.full(len(x), FOOT), "o", color=ORANGE, markersize=4, markerfacecolor="none", zorder=2,
@@ -108,7 +108,7 @@ def _left_out(axes: Axes, x: np.ndarray) -> None:
 
 
 def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> None:
-    """Draw the first-order and total index of each key with its confidence interval, a panel for each measure."""
+    """Draw the first-order and total index of each key with its confidence interval, one panel per measure."""
     shown = found[:MOST]
     places = np.arange(len(table.parameters), dtype=float)
     columns, rows = size_of(len(shown))
@@ -116,12 +116,12 @@ def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> Non
         _titled(figure, table, f"Sobol indices, {100 * CONFIDENCE:g} % confidence")
         panels = grid_of(figure, len(shown), sharex=True, sharey=True)
         for axes, each in zip(panels, shown, strict=True):
-            for off, colour, label, value, interval in (
+            for shift, colour, label, value, interval in (
                 (-0.19, BLUE, "first order", each.first, each.first_interval),
                 (0.19, ORANGE, "total", each.total, each.total_interval),
             ):
-                axes.barh(places + off, value, 0.36, color=colour, label=label, zorder=2)
-                axes.errorbar(value, places + off, xerr=np.abs(interval - value), linestyle="", color="black",
+                axes.barh(places + shift, value, 0.36, color=colour, label=label, zorder=2)
+                axes.errorbar(value, places + shift, xerr=np.abs(interval - value), linestyle="", color="black",
                               capsize=2, elinewidth=0.8, zorder=3)  # fmt: skip
             axes.set_title(label_of(each.measure))
             axes.set_yticks(places, table.parameters)
@@ -132,7 +132,7 @@ def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> Non
 
 
 def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
-    """Draw the share of scenes below each value, with the percentiles, a panel for each measure."""
+    """Draw the cumulative distribution of the scenes, with the percentiles, one panel per measure."""
     shown = bands[:MOST]
     columns, rows = size_of(len(shown))
     with sheet(path, 0.7 + 2.9 * columns, 0.7 + 2.5 * rows) as figure:
@@ -160,7 +160,7 @@ def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
 
 
 def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
-    """Draw every column against every other, their histograms in the diagonal."""
+    """Draw every column against every other, with histograms in the diagonal."""
     rows = (drawn_rows(table) | (not table.study.is_drawn)) & table.has_numbers & ~table.left_out
     data, n = {name: table.numbers(name)[rows] for name in names}, len(names)
     with sheet(path, 0.8 + 1.6 * n, 0.8 + 1.5 * n) as figure:
@@ -188,7 +188,7 @@ def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
 
 
 def draw_front(table: StudyTable, path: Path) -> None:
-    """Draw every scene by the two measures, those that none beats in both joined by a line and numbered."""
+    """Draw every scene by the two measures; those on the Pareto front are joined by a line and numbered."""
     (across, more_across), (up, more_up) = objectives(table)
     x, y, best = table.values(across), table.values(up), front(table)
     with sheet(path, 5.2, 4.0) as figure:
@@ -226,11 +226,11 @@ def draw_history(
         axes.legend()
 
 
-SCATTERED: Final = 8  # most columns of a matrix of points
-LEAST: Final = 5  # fewest scenes of a matrix of points
+SCATTERED: Final = 8  # largest number of columns of a scatter matrix
+LEAST: Final = 5  # fewest scenes of a scatter matrix
 
 Report = tuple[str, Columns | None, Callable[[Path], None]]
-"""Name of a chart, its table where it has one of its own, and the function that draws it."""
+"""Name of a chart, its table or ``None``, and the function that draws it."""
 
 
 def reports_of(table: StudyTable) -> Iterator[Report]:
@@ -251,7 +251,7 @@ def reports_of(table: StudyTable) -> Iterator[Report]:
 
 
 def write_reports(table: StudyTable, folder: Path, *, pictures: bool = True) -> tuple[list[Path], list[str]]:
-    """Write the reports; return the files, and in words what was not drawn. Raises `OSError` if a CSV fails."""
+    """Write the reports; return the files, and why pictures were not drawn. Raises `OSError` if a CSV fails."""
     files, gaps = [], []
     for name, columns, draw in reports_of(table):
         if columns is not None:

@@ -53,9 +53,9 @@ class Effect:
 def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
     """Return the effect for each value of the parameter, or, for many values, for groups of neighbouring values."""
     y = table.values(measure)
-    known = np.isfinite(y)
-    y = y[known]
-    column = [value for value, counts in zip(table.columns[parameter], known, strict=True) if counts]
+    finite = np.isfinite(y)
+    y = y[finite]
+    column = [value for value, counts in zip(table.columns[parameter], finite, strict=True) if counts]
     text = table.is_text(parameter)
     values = np.array(column, dtype=object if text else float)
     levels = list(dict.fromkeys(column)) if text else sorted(set(column))  # type: ignore[type-var]
@@ -128,7 +128,7 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
 
         S_i = mean(f_B (f_ABi - f_A))/V,  ST_i = mean((f_A - f_ABi)^2)/(2 V),
 
-    f less its mean, V the variance over both samples (Saltelli and others, Computer Physics Communications 181, 2010);
+    f minus its mean, V the variance over both samples (Saltelli and others, Computer Physics Communications 181, 2010);
     intervals by bootstrap of the blocks (percentiles, `CONFIDENCE`).
     """
     samples = np.array([first, second, *mixed]) - np.mean([first, second])
@@ -137,18 +137,18 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
         """Return the indices (2 keys, ...) of resampled blocks (..., n)."""
         a, b, *others = samples[:, blocks]
         variance = np.var(np.concatenate([a, b], axis=-1), axis=-1)
-        one = [np.mean(b * (ab - a), axis=-1) / variance for ab in others]
-        every = [0.5 * np.mean((a - ab) ** 2, axis=-1) / variance for ab in others]
-        return np.array([*one, *every])
+        first_order = [np.mean(b * (ab - a), axis=-1) / variance for ab in others]
+        total = [0.5 * np.mean((a - ab) ** 2, axis=-1) / variance for ab in others]
+        return np.array([*first_order, *total])
 
     numbers, keys = np.arange(samples.shape[1]), len(mixed)
-    own = indices(numbers)
+    values = indices(numbers)
     spread = scipy.stats.bootstrap(
         (numbers,), indices, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile",
         rng=np.random.default_rng(seed), vectorized=True,
     ).confidence_interval  # fmt: skip
     ends = np.array([spread.low, spread.high])
-    return Indices(measure, own[:keys], own[keys:], ends[:, :keys], ends[:, keys:], len(numbers))
+    return Indices(measure, values[:keys], values[keys:], ends[:, :keys], ends[:, keys:], len(numbers))
 
 
 def indices_columns(table: StudyTable, indices: Sequence[Indices]) -> Columns:

@@ -1,10 +1,8 @@
 """Runs of the scenes of a study in workers, with a journal of outcomes from which a stopped study continues.
 
-One scene of a study, run in a process of its own: `python -m seatfem.study.sweep.runner` answers each job, a line
-of JSON, with its outcome.
-
-Results depend on the scene and its start only: neither stored results, nor the speed of the computer, nor measured
-times affect its plan.
+As a program, `python -m seatfem.study.sweep.runner` is such a worker, and answers each job, a line of JSON, with its
+outcome. Results depend on the scene and its start only: neither stored results, nor the speed of the computer, nor
+measured times affect its plan.
 """
 
 from __future__ import annotations
@@ -101,7 +99,7 @@ def carry_out(
         once: whether to run once with the settings of ``start``, without refinement.
         stress: whether to compute the reed's largest stresses if the scene does not need them.
     """
-    begun = time.perf_counter()
+    clock = time.perf_counter()
 
     def tried(rounds: int, start: Mapping[str, Any]) -> Outcome:
         limits = runs.next_round.Limits(rounds, steady=True, stress=stress)
@@ -113,7 +111,7 @@ def carry_out(
     outcome = tried(1 if once and start else rounds, start)
     if start and outcome.state != "done" and not once:
         outcome = tried(rounds, {})
-    return replace(outcome, wall=time.perf_counter() - begun)
+    return replace(outcome, wall=time.perf_counter() - clock)
 
 
 def _carried_out(
@@ -163,7 +161,7 @@ if __name__ == "__main__":
 JOURNAL: Final = "study.jsonl"
 STAGE: Final = "scenes"
 TRIES: Final = 2  # runs of a scene whose process dies, as one that the system has killed for its memory
-SIDE_BY_SIDE: Final = 64  # most scenes of a job that are marched side by side: four times the lanes of the march
+SIDE_BY_SIDE: Final = 64  # largest number of scenes per job integrated in parallel: four times the lanes
 RENEW: Final = 500  # scenes after which a worker is replaced, for memory that libraries leak
 WORKER: Final = "seatfem.study.sweep.runner"
 
@@ -200,8 +198,8 @@ def folder_of_ours(folder: Path) -> Iterator[Path]:
     """
     journal = folder / JOURNAL
     check_writable(journal)
-    with claimed(folder / f".{JOURNAL}.lock", 0.0) as ours:
-        if not ours:
+    with claimed(folder / f".{JOURNAL}.lock", 0.0) as is_free:
+        if not is_free:
             raise StudyError(f"{folder}: another sweep is at work there; wait for it, or choose another --output")
         if journal.is_symlink():
             raise StudyError(f"{journal}: is a link; remove it, or choose another --output")
@@ -300,13 +298,13 @@ def _turn(case: Case) -> tuple[bool, int]:
 
 
 def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[Ask]:
-    """Start so many workers for `Runner.carry_out`, one call or several; or take those of the cluster at an address."""
+    """Start ``workers`` for calls of `Runner.carry_out`; or use those of the cluster at an address."""
     program = Program(WORKER, renew=RENEW, own_session=True, environment=ONE_THREAD)
     return crew(program, workers=workers) if cluster is None else cluster_crew(cluster, program, packed_job)
 
 
 def packed_job(line: str) -> Parcel:
-    """Return a job with all files of its scene; clocks of other computers tell nothing of when it was ``begun``."""
+    """Return a job with all files of its scene, without the time when it was ``begun`` by this computer's clock."""
     job = json.loads(line)
     place, changed, files = packed(Path(job["path"]), job["changed"])
     clock = {"begun": math.nan} if "begun" in job else {}
@@ -314,10 +312,10 @@ def packed_job(line: str) -> Parcel:
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
-    """Return outcomes by key. A line cut short by a kill, or not written by a study, is skipped."""
+    """Return outcomes by key. A line that is truncated, or not of a study, is skipped."""
     return lines.outcomes(path, "key", lambda outcome, **_: Outcome(**outcome))
 
 
 def append(path: Path, key: str, outcome: Outcome, **about: object) -> None:
-    """Append one more line, on file at once; ``about``: what was carried out, for people."""
+    """Append one line at once; ``about``: description of the scene for readers."""
     lines.append(path, {"key": key, **about, "outcome": asdict(outcome)})

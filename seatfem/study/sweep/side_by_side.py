@@ -64,8 +64,8 @@ def side_by_side(
     wall = (time.perf_counter() - begin) / len(others)
 
     def alone(other: Changes) -> Outcome:
-        own = carry_out(path, {**changed, **other}, rounds, start, stress="stress" in needs)
-        return replace(own, message=own.message or f"run by itself: {why}")
+        outcome = carry_out(path, {**changed, **other}, rounds, start, stress="stress" in needs)
+        return replace(outcome, message=outcome.message or f"run by itself: {why}")
 
     return [
         alone(other) if summary is None else Outcome("done", "", wall, summary)
@@ -87,25 +87,25 @@ def _marched(
         seat = cache.build(base.seat, plan.method.seat, base.run.duration, cache.Cache(folder / SEAT_FILE))
     problem = _problem(base, plan, impact.Body(seat.greens))
     dt = plan.method.time_step or fallback_step(base.run, base.gas, problem.striker.greens, seat.greens)
-    known = list[_Scene | None]()
+    parallel = list[_Scene | None]()
     for other in others:
         scene = load_scene(path, {**changed, **other})
-        own = _problem(scene, plan, problem.target)
-        release = _release_over(problem, own)
-        known.append(None if release is None else _Scene(scene, own, release))
-    chosen = [each for each in known if each is not None]
+        other_problem = _problem(scene, plan, problem.target)
+        release = _release_over(problem, other_problem)
+        parallel.append(None if release is None else _Scene(scene, other_problem, release))
+    chosen = [each for each in parallel if each is not None]
     if not chosen:
         return [None] * len(others)
     gaps = [each.problem.contacts[0].gap for each in chosen]
     velocities, releases = ([each.problem.striker.velocity for each in chosen], [each.release for each in chosen])
-    held = np.isinf(problem.striker.mass)
+    is_fixed = np.isinf(problem.striker.mass)
     batch = impact.solve_many(
-        problem, dt=dt, duration=base.run.duration, gaps=gaps, velocities=None if held else velocities,
+        problem, dt=dt, duration=base.run.duration, gaps=gaps, velocities=None if is_fixed else velocities,
         release_scales=None if problem.striker.state is None else releases, record="force",
         filter_width=base.run.filter_width, workers=1,
     )  # fmt: skip
     summaries = iter(_summary(each, batch, place, dt, needs) for place, each in enumerate(chosen))
-    return [None if each is None else next(summaries) for each in known]
+    return [None if each is None else next(summaries) for each in parallel]
 
 
 def _problem(scene: Scene, plan: Plan, target: Body) -> ContactProblem:
@@ -136,7 +136,7 @@ def _alike(one: Body, other: Body) -> bool:
 
 
 def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Collection[str]) -> dict[str, Any]:
-    """Return the keys of summary.json that such a march has."""
+    """Return the keys of summary.json that a parallel integration provides."""
     assert batch.force is not None
     assert batch.gap is not None
     force, problem, width = batch.force[place], each.problem, each.scene.run.filter_width

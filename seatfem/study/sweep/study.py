@@ -15,7 +15,7 @@ from seatfem.study.scene.load import load_table
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
 
 LEAST: Final = 5  # fewest evaluations: three for a quadratic model of one key, one to start and one to use it
-CONFIRMED: Final = 3  # most points that are run at the scene's own target
+CONFIRMED: Final = 3  # largest number of points that are run at the scene's own target
 LOOSE: Final = 1e-3  # relative violation of a limit that is allowed for a measure without error bar
 _CONSTRAINT: Final = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")
 
@@ -93,12 +93,12 @@ POWERS: Final = ("sobol", "sobol_indices")
 CONTACT_DATA: Final = ("contact.gap", "reed.velocity", "reed.release.tip_deflection", "reed.release.deflection")
 """Keys that may differ between scenes integrated in parallel: gap, speed and deflection of the striker."""
 MOST_KEYS: Final = 100
-DEEPEST: Final = 8  # most parts of a dotted key
-LONGEST: Final = 200  # most characters of a key
+DEEPEST: Final = 8  # largest number of parts of a dotted key
+LONGEST: Final = 200  # largest number of characters of a key
 OF_VARIATIONS: Final = {
     field.alias or name for kind in kinds_below(Variation) for name, field in kind.model_fields.items()
 } - {"number"}  # of which a scene may have tables
-MOST_SCENES: Final = 100_000  # most scenes of a study; each takes some 3 ms to check
+MOST_SCENES: Final = 100_000  # largest number of scenes of a study; each takes some 3 ms to check
 
 
 def _whole_key(key: str) -> str:

@@ -1,6 +1,6 @@
-"""Run of a study: prediction, checks, runs in workers, and the table of results.
+"""Runs of a study with prediction, checks and a table of results, and optimisation over its scenes.
 
-Optimisation over the scenes of a study: search at a loose accuracy, confirmation at the scene's own.
+An optimisation searches at a loose accuracy, and confirms the best points at the scene's own.
 """
 
 from __future__ import annotations
@@ -134,8 +134,8 @@ def _search(search: SearchStage, target: SearchStage, goal: Optimise) -> None:
             words = f"none of {len(ranked)} scenes has the numbers that are asked for; the first: {message}"
             raise StudyError(f"optimise: {words}")
         others = [np.array(other.point) for other in target.found.values()]
-        apart = (each for each in ranked if all(np.abs(other - each.point).max() >= NEAREST for other in others))
-        if (best := next(apart, None)) is not None and math.isfinite(rank(best, goal, shift)[0]):
+        distinct = (each for each in ranked if all(np.abs(other - each.point).max() >= NEAREST for other in others))
+        if (best := next(distinct, None)) is not None and math.isfinite(rank(best, goal, shift)[0]):
             [fine] = target.evaluate([best.point])
             moved = {name: fine.value(name) - best.value(name) for name in goal.measures}
             shift = moved if all(map(math.isfinite, moved.values())) else shift
@@ -156,8 +156,8 @@ def optimise(
     ``folder``: folder of the journal, from which a stopped search continues, and of the tables; by default temporary.
     ``cluster``: address of a dask scheduler (docs/cluster.md), in place of ``workers``. Raises like `run_optimum`.
     """
-    with ExitStack() as ours:
-        place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
+    with ExitStack() as stack:
+        place = stack.enter_context(private_folder("study")) if folder is None else Path(folder)
         effort = Effort(None if cluster else workers, rounds, cluster=cluster)
         return run_optimum(load_study(study), place, effort, file=Path(study))
 
@@ -433,8 +433,8 @@ def sweep(
         raise SceneError(explain(error, Study, content, Path(scene), {})) from None
     for package in ("pyarrow", "pandas"):  # pandas imports pyarrow
         is_usable(package)
-    with ExitStack() as ours:
-        place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
+    with ExitStack() as stack:
+        place = stack.enter_context(private_folder("study")) if folder is None else Path(folder)
         effort = Effort(None if cluster else workers, rounds, cluster=cluster)
         table = run_study(study, place, effort, progress=progress)
         return as_frame(table.columns)

@@ -77,7 +77,7 @@ class StudyTable:
         return np.where(self.counted(name), self.numbers(name), np.nan)
 
     def is_text(self, name: str) -> bool:
-        """Return whether a column holds names."""
+        """Return whether a column contains names."""
         return any(isinstance(value, str) for value in self.columns[name])
 
     @cached_property
@@ -187,7 +187,7 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
 
 
 def write_columns(path: Path, columns: Columns) -> None:
-    """Write all digits of every number, nothing where there is none; whole or absent."""
+    """Write all digits of every number, and empty fields for ``None``; the file is complete or absent."""
     csv_table.write_csv(path, columns, zip(*columns.values(), strict=True))
 
 
@@ -228,9 +228,9 @@ def as_frame(columns: Columns) -> Any:
 
 
 SAFETY: Final = 1.25
-TIGHTER: Final = 0.6  # target of the sample over accuracy.target: bars of the others, with their factor, keep that
-LEAST: Final = 24  # scenes of the sample that are spread evenly through the design
-CORNERS: Final = 32  # most scenes of the sample that are nearest to corners
+TIGHTER: Final = 0.6  # target of the sample over accuracy.target, so that the other bars, with their factor, meet that
+LEAST: Final = 24  # number of scenes of the sample that are evenly spaced in the design
+CORNERS: Final = 32  # largest number of scenes of the sample that are nearest to corners
 STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
 STRESS: Final = (
     *(f"{name}_{what}" for name in STRESSES for what in ("Pa", "at_m", "time_s")),
@@ -265,9 +265,9 @@ def divided(study: Study, cases: list[Case], measures: Sequence[str]) -> list[Ca
 
 def _needs(measures: Sequence[str]) -> tuple[str, ...]:
     """Return the histories that these keys of summary.json need in addition to the force."""
-    every = all_measures().values()
-    moved = [key for each in every if each.needs_displacement for key in _keys(each)]
-    stressed = [key for each in every if each.needs_stress for key in _keys(each)]
+    known_measures = all_measures().values()
+    moved = [key for each in known_measures if each.needs_displacement for key in _keys(each)]
+    stressed = [key for each in known_measures if each.needs_stress for key in _keys(each)]
     needs = {"displacement": moved, "stress": {*stressed, *STRESS}}
     return tuple(name for name, keys in needs.items() if set(keys) & set(measures))
 
@@ -306,7 +306,7 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
     target = float(first.get("accuracy_target") or math.inf) / TIGHTER
     shares = {name: [_share(each, name) for each in sample if each.get(name)] for name in {*measures, *keys}}
     lost = [case.number for case in cases if case.way == "sample" and not outcomes[case.key].has_numbers]
-    largest = {name: SAFETY * max(of) for name, of in shares.items() if not lost and of and max(of) < math.inf}
+    largest = {name: SAFETY * max(r) for name, r in shares.items() if not lost and r and max(r) < math.inf}
 
     def one(outcome: Outcome) -> Outcome:
         summary = dict(outcome.summary)
@@ -353,7 +353,7 @@ def check_sampled(scene: Scene, measures: Sequence[str]) -> None:
         text = f"'sampled' marches scenes side by side, which {name} forbids; leave the key out"
         raise scene_error("error_bars", text)
     keys = {key for each in all_measures().values() if not each.needs_line for key in _keys(each)}
-    keys = (keys | {*STRESS, *OTHERS, *OF_LANDINGS, *PRESSED_ON}) - {Restitution.key}  # of all energies of a run
+    keys = (keys | {*STRESS, *OTHERS, *OF_LANDINGS, *PRESSED_ON}) - {Restitution.key}  # needs all energies
     for name in [name for name in measures if name not in keys][:1]:
-        known = ", ".join(sorted(keys))
-        raise scene_error("outputs.measures", f"{name!r} takes a run in full: leave error_bars out, or ask for {known}")
+        names = ", ".join(sorted(keys))
+        raise scene_error("outputs.measures", f"{name!r} takes a run in full: leave error_bars out, or ask for {names}")

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from seatfem.fields import Contradictions, KeyProblem, Table, absent, kinds_below, one_of
 from seatfem.units import number_and_unit
 
-MOST: Final = 10_000  # most values of a key
+MOST: Final = 10_000  # largest number of values of a key
 EDGE: Final = 2.0**-53  # smallest probability p, or 1 - p, at which unbounded distributions are evaluated
 Value = Any
 """A value as it is written in a scene file: "0.3 mm", 5, "signorini"."""
@@ -214,15 +214,15 @@ def _normal(share: float) -> float:
     return float(scipy.special.ndtri(min(max(share, EDGE), 1 - EDGE)))
 
 
-def _as_table(given: object) -> object:
+def _as_table(value: object) -> object:
     """Return the value as a table: a list or a single value as kind "list", one with ``from`` as kind "range"."""
-    if isinstance(given, str | int | float):
-        return {"kind": "list", "values": [given]}
-    if isinstance(given, list | tuple):
-        return {"kind": "list", "values": given}
-    if isinstance(given, Mapping) and "kind" not in given and "from" in given:
-        return {**given, "kind": "range"}
-    return given
+    if isinstance(value, str | int | float):
+        return {"kind": "list", "values": [value]}
+    if isinstance(value, list | tuple):
+        return {"kind": "list", "values": value}
+    if isinstance(value, Mapping) and "kind" not in value and "from" in value:
+        return {**value, "kind": "range"}
+    return value
 
 
 if TYPE_CHECKING:
