@@ -1,7 +1,7 @@
-"""Amplitudes for given poles: least squares on the lines of a measured response, free or passive by the least
-change.
+"""Residues of given poles on the lines of a measured response, and the choice of number and initial positions of poles.
 
-Number and initial positions of the poles of a noisy response, by an information criterion, all within the band.
+Residues are least-squares solutions, or the nearest passive ones. Poles are chosen by an information criterion, all
+within the band.
 
 Sources: Schwarz, Ann. Statist. 6 (1978) 461 (the information criterion); Ewins, Modal Testing, 2nd ed., 4.4 (residual
 terms in place of modes below and above the band).
@@ -25,7 +25,7 @@ from impact.measured.passivity import positive_part
 from impact.measured.vector_fitting import Lines, Poles, fitted_poles, left_over, refined, starting_poles
 
 _ROUNDS = 12
-_MARGIN = 1e-4  # eigenvalue to which each violation is lifted, over the sum of the sizes of the terms
+_MARGIN = 1e-4  # eigenvalue to which each violation is raised, over the sum of the sizes of the terms
 
 
 @dataclass(frozen=True)
@@ -64,22 +64,23 @@ def takagi(matrix: ComplexArray) -> list[ComplexArray]:
     """
     p = len(matrix)
     values, vectors = np.linalg.eigh(np.block([[matrix.real, matrix.imag], [matrix.imag, -matrix.real]]))
-    kept = np.flatnonzero(values > 1e-9 * max(values[-1], 0.0))
-    return [np.sqrt(values[k]) * (vectors[:p, k] + 1j * vectors[p:, k]) for k in kept[::-1][:p]]
+    significant = np.flatnonzero(values > 1e-9 * max(values[-1], 0.0))
+    return [np.sqrt(values[k]) * (vectors[:p, k] + 1j * vectors[p:, k]) for k in significant[::-1][:p]]
 
 
 def signed_terms(matrix: Array, smallest: float = 1e-9) -> list[tuple[float, Array]]:
-    """Return sign and a with sum sign a a' = ``matrix``, real symmetric."""
+    """Return pairs (sign, a) with sum sign a a' = ``matrix``, real symmetric, without eigenvalues below
+    ``smallest``."""
     values, vectors = np.linalg.eigh(matrix)
     limit = smallest * np.abs(values).max(initial=0.0)
     return [(float(np.sign(v)), np.sqrt(abs(v)) * x) for v, x in zip(values, vectors.T, strict=True) if abs(v) > limit]
 
 
 def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArray, weights: Array) -> Residues | None:
-    """Return the nearest passive function with the same poles, or ``None`` if twelve rounds do not find one.
+    """Return the nearest passive function with the same poles, or ``None`` if it is not found in `_ROUNDS` rounds.
 
     Minimises the weighted squares of the change of G on the lines ``s`` under v' Re[iw G(iw)] v >= 0 for the
-    eigenvectors v at all violations met so far: a quadratic programme, solved through its dual.
+    eigenvectors v of all violations so far: a quadratic programme, solved through its dual.
 
     Source: Gustavsen and Semlyen, IEEE Trans. Power Systems 16 (2001) 97.
     """
@@ -97,8 +98,8 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
             return residues
         grid = vector_fitting.passivity_grid(greens)
         margins = vector_fitting.passivity_margins(greens, grid)
-        beside = np.concatenate([[np.inf], margins, [np.inf]])
-        for w in grid[(margins < 0) & (margins <= beside[:-2]) & (margins <= beside[2:])]:  # local minima
+        padded = np.concatenate([[np.inf], margins, [np.inf]])
+        for w in grid[(margins < 0) & (margins <= padded[:-2]) & (margins <= padded[2:])]:  # local minima
             mobility, size = vector_fitting.real_mobility(greens, np.array([w]))
             values, vectors = np.linalg.eigh(mobility[0])
             for value, v in zip(values, vectors.T, strict=True):
@@ -107,7 +108,7 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
                         np.array([(1 + (i != j)) * v[i] * v[j] for i, j in pairs_of_ports])[:, None] * _row(poles, w)
                     )
                     goals.append(_MARGIN * float(size[0]) - float(value))
-        if not rows:  # a violation narrower than the grid
+        if not rows:  # a violation is narrower than the grid
             return None
         a, b = np.array(rows), np.array(goals)
         weight = np.array([1.0 + (i != j) for i, j in pairs_of_ports])
@@ -125,7 +126,7 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
 
 
 def _row(poles: vector_fitting.Poles, w: float) -> Array:
-    """Return the (2K + R,) derivatives of Re[iw G] with respect to Re R_k, Im R_k (interleaved) and A_m."""
+    """Return the derivatives (2K + R,) of Re[iw G] with respect to Re R_k, Im R_k (interleaved) and A_m."""
     s = poles.pairs
     away = np.abs(s) ** 2 - w**2
     common = w**2 / (away**2 + 4 * w**2 * s.real**2)
@@ -144,14 +145,14 @@ def _moved(residues: Residues, change: Array, ports: list[tuple[int, int]]) -> R
 
 
 _ITERATIONS = 3000
-_NOTHING = 1e-12  # compliance that is round-off, over the largest response
+_NOTHING = 1e-12  # compliance below which it is round-off, over the largest response
 
 
 @dataclass(frozen=True)
 class FitData:
     """Lines s (n,), responses (n, p, p), weights (n,) one over the noise, whether the body is free, names of its ports;
-    ``above``: poles beyond the band that stand for what lies there; ``alike``: neighbouring lines that share their
-    noise."""
+    ``above``: poles above the band that represent its modes there; ``alike``: number of neighbouring lines with
+    correlated noise."""
 
     s: ComplexArray
     g: ComplexArray
@@ -163,13 +164,13 @@ class FitData:
 
     @property
     def elements(self) -> ComplexArray:
-        """Return the (n, q) responses of the upper triangle."""
+        """Return the responses (n, q) of the upper triangle."""
         p = len(self.port_names)
         return np.stack([self.g[:, i, j] for i in range(p) for j in range(i, p)], axis=1)
 
     @property
     def fixed(self) -> ComplexArray:
-        """Return the (n, e) columns beside the poles in the band: `extra`, and oscillators at the poles ``above``."""
+        """Return the columns (n, e) beside the poles in the band: `extra`, and oscillators at the poles ``above``."""
         return np.concatenate([self.extra, oscillators(self.s, np.array(self.above, dtype=complex))], axis=1)
 
     def lines(self, terms: ComplexArray) -> vector_fitting.Lines:
@@ -177,7 +178,7 @@ class FitData:
         return vector_fitting.Lines(self.s, self.elements, self.weights, terms)
 
     def with_beyond(self, poles: vector_fitting.Poles) -> vector_fitting.Poles:
-        """Return the poles, those ``above`` among them."""
+        """Return the poles together with those ``above``."""
         return vector_fitting.Poles(np.concatenate([poles.pairs, np.array(self.above, dtype=complex)]), poles.rates)
 
     @property
@@ -190,28 +191,28 @@ class FitData:
 
 
 def oscillators(s: ComplexArray, pairs: ComplexArray) -> ComplexArray:
-    """Return the columns 1/((s - p)(s - p*)) of pairs of poles (n, K)."""
+    """Return the columns 1/((s - p)(s - p*)) (n, K) of pairs of poles."""
     return np.asarray(1 / ((s[:, None] - pairs) * (s[:, None] - pairs.conj())))
 
 
 def free_residues(data: FitData, poles: vector_fitting.Poles) -> Residues:
-    """Return residues by least squares, passive or not, but c and the rigid-body term positive semidefinite."""
+    """Return least-squares residues, passive or not, with positive semidefinite c and rigid-body term."""
     phi, extra, p = vector_fitting.basis(data.s, poles), data.extra, len(data.port_names)
     coefficients = least_squares(np.concatenate([phi, extra], axis=1), data.g, data.weights)
-    beside = np.array([positive_part(matrix) for matrix in coefficients[phi.shape[1] :]])
-    if np.abs(beside[0]).max() < _NOTHING * np.abs(data.g).max():
-        beside[0] = 0.0
-    if np.any(beside != coefficients[phi.shape[1] :]):
-        coefficients = least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
+    extras = np.array([positive_part(matrix) for matrix in coefficients[phi.shape[1] :]])
+    if np.abs(extras[0]).max() < _NOTHING * np.abs(data.g).max():
+        extras[0] = 0.0
+    if np.any(extras != coefficients[phi.shape[1] :]):
+        coefficients = least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, extras), data.weights)
     k = 2 * len(poles.pairs)
-    rigid = beside[1] if data.free else np.zeros((p, p))
+    rigid = extras[1] if data.free else np.zeros((p, p))
     return Residues(
-        poles, coefficients[0:k:2] + 1j * coefficients[1:k:2], coefficients[k : phi.shape[1]], beside[0], rigid
+        poles, coefficients[0:k:2] + 1j * coefficients[1:k:2], coefficients[k : phi.shape[1]], extras[0], rigid
     )
 
 
 def least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Array:
-    """Return the (m, p, p) real amplitudes of complex columns."""
+    """Return the real amplitudes (m, p, p) of complex columns by weighted least squares."""
     a = columns * weights[:, None]
     b = (g * weights[:, None, None]).reshape(len(g), -1)
     a, b = np.concatenate([a.real, a.imag]), np.concatenate([b.real, b.imag])
@@ -221,19 +222,20 @@ def least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Arr
 
 
 def response_of(residues: Residues, s: ComplexArray) -> ComplexArray:
-    """Return the (n, p, p) values that residues answer at the lines ``s``."""
+    """Return the response (n, p, p) of residues at the lines ``s``."""
     r, real = residues.pairs, residues.real
     amplitudes = np.concatenate([np.stack([r.real, r.imag], axis=1).reshape(-1, *real.shape[1:]), real])
-    rest = residues.compliance + residues.rigid / (s**2)[:, None, None]
+    constant = residues.compliance + residues.rigid / (s**2)[:, None, None]
     return np.asarray(
-        np.einsum("nk,kij->nij", vector_fitting.basis(s, residues.poles), amplitudes) + rest, dtype=complex
+        np.einsum("nk,kij->nij", vector_fitting.basis(s, residues.poles), amplitudes) + constant, dtype=complex
     )
 
 
 def modal_fit(data: FitData, poles: vector_fitting.Poles, smallest: float) -> ModalGreens:
-    """Return positive amplitudes of oscillators, those beyond the band too, of relaxations, compliance and rigid body.
+    """Return positive semidefinite amplitudes of oscillators, in and above the band, relaxations, compliance, rigid
+    body.
 
-    ``smallest``: part of a mode's amplitude matrix below which its further ranks are left out.
+    ``smallest``: relative eigenvalue of a mode's amplitude matrix below which it is omitted.
     """
     pairs, p = data.with_beyond(poles).pairs, len(data.port_names)
     omega = np.abs(pairs)
@@ -259,7 +261,8 @@ def modal_fit(data: FitData, poles: vector_fitting.Poles, smallest: float) -> Mo
 
 
 def _positive_least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Array:
-    """Return the (m, p, p) positive semidefinite amplitudes: NNLS for one port, else an accelerated projected gradient.
+    """Return positive semidefinite amplitudes (m, p, p): by NNLS for one port, else by an accelerated projected
+    gradient.
 
     Source: Lawson and Hanson, Solving Least Squares Problems (1974), ch. 23; Beck and Teboulle, SIAM J. Imaging Sci. 2
     (2009) 183.
@@ -290,8 +293,8 @@ def _positive_least_squares(columns: ComplexArray, g: ComplexArray, weights: Arr
 ABOVE_NOISE: Final = 5.0  # least ratio of a resonance to the noise of its line
 BEYOND: Final = (1.03, 1.08, 1.16, 1.3, 1.6, 2.5)  # frequencies of residual terms above the band, over the highest line
 _PATIENCE: Final = 3  # number of rounds without improvement after which the search ends
-_MOST_ROUNDS: Final = 20  # most rounds with more poles; limits the time for a record that no number of poles fits
-_MOST_IDLE: Final = 12  # most poles that are removed again
+_MOST_ROUNDS: Final = 20  # largest number of rounds with more poles, for records that no number of poles fits
+_MOST_IDLE: Final = 12  # largest number of poles that are removed again
 _PROMINENCE: Final = 0.5  # least prominence of a resonance, in the logarithm of the mobility
 
 
@@ -311,25 +314,25 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
     """
     lines, most = data.lines(residual_terms(data.s)), min(most, len(data.s) // 3)
     poles = starting_poles(data.s, *_peaks(data, most))
-    best, least, vain = Poles(np.zeros(0, dtype=complex), np.zeros(0)), np.inf, 0
+    best, least, idle_rounds = Poles(np.zeros(0, dtype=complex), np.zeros(0)), np.inf, 0
     tried = list[Candidate]()
     for _ in range(_MOST_ROUNDS):
         poles = within(data.s, fitted_poles(lines, poles))
         poles = within(data.s, refined(lines, poles))
         cost = criterion(data, left_over(lines, poles), poles)
         tried.append(Candidate(poles, cost))
-        vain = 0 if cost < least else vain + 1
+        idle_rounds = 0 if cost < least else idle_rounds + 1
         best, least = (poles, cost) if cost < least else (best, least)
         a, b = lines.posed(poles)
         size = np.linalg.norm(a, axis=0)
-        rest = b - (a / size) @ np.linalg.lstsq(a / size, b, rcond=1e-13)[0]  # misfit with the best residues
-        apart = (rest[: len(data.s)] + 1j * rest[len(data.s) :]) / data.weights[:, None]
-        if np.mean(np.abs(apart) ** 2 / floor[:, None] ** 2) <= 1:
+        residuals = b - (a / size) @ np.linalg.lstsq(a / size, b, rcond=1e-13)[0]  # misfit with the best residues
+        misfit = (residuals[: len(data.s)] + 1j * residuals[len(data.s) :]) / data.weights[:, None]
+        if np.mean(np.abs(misfit) ** 2 / floor[:, None] ** 2) <= 1:
             return poles, tuple(tried)
-        if vain >= _PATIENCE or len(poles.pairs) >= most:
+        if idle_rounds >= _PATIENCE or len(poles.pairs) >= most:
             break
         # more pairs at the highest peaks of the misfit, smoothed over five lines
-        smooth = np.convolve(data.weights * np.linalg.norm(apart, axis=1), np.ones(5) / 5, mode="same")
+        smooth = np.convolve(data.weights * np.linalg.norm(misfit, axis=1), np.ones(5) / 5, mode="same")
         peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
         worst = data.s.imag[peaks[np.argsort(-smooth[peaks])[: max(1, len(poles.pairs) // 6)]]]
         pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])

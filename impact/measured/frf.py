@@ -1,4 +1,4 @@
-"""Measured frequency responses: as data, from CSV files and from impulse responses; their causality."""
+"""Measured frequency responses: data, CSV files, transforms of impulse responses, and causality."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SUFFIX = {
     "mobility": ("{}/(N s)", "{}/s/N", "({}/s)/N"),
     "accelerance": ("{}/(N s^2)", "{}/s^2/N", "({}/s^2)/N"),
 }
-_MASSES = {"1/kg": 1.0, "1/g": 1e3, "g/N": 9.80665}  # accelerance is one over a mass; g/N: of gravity per force
+_MASSES = {"1/kg": 1.0, "1/g": 1e3, "g/N": 9.80665}  # accelerance is 1/mass; g/N: standard gravity per force
 _ROLES: dict[str, tuple[str, ...]] = {
     "frequency": ("frequency", "freq", "f"),
     "real": ("real", "re"),
@@ -48,7 +48,7 @@ RECIPROCITY_LIMIT = 0.2
 
 
 class FrequencyResponseError(ValueError):
-    """A frequency response that cannot be used; the message names file, line, number and remedy."""
+    """Error of a frequency response that cannot be used; the message names file, line, number and remedy."""
 
 
 @dataclass(frozen=True)
@@ -56,15 +56,14 @@ class FrequencyResponse:
     """G_ij(s) at s = shift + 2 pi i f: displacement of port i per force on port j, time factor exp(s t).
 
     Attributes:
-        frequency: (n,) strictly increasing, > 0 [Hz].
-        receptance: (n, p, p) or, for one port, (n,) [m/N]; made symmetric, ``reciprocity`` says by how much.
+        frequency: frequencies (n,), positive and strictly increasing [Hz].
+        receptance: G (n, p, p) or, for one port, (n,) [m/N]; symmetrised, ``origin`` has the reciprocity defect.
         port_names: p names.
-        shift: decay rate of an exponential window laid over an impulse response [1/s]; 0 for measured FRFs.
+        shift: decay rate of an exponential window on an impulse response [1/s]; 0 for measured FRFs.
         origin: provenance, plain JSON values.
-        measured_as: the quantity that was measured, in which its noise is looked for.
-        deviation: (n, p, p) or, for one port, (n,) standard deviation of the noise, its square E|error|^2 [m/N];
-        ``None``:
-            not known, to be estimated from the lines.
+        measured_as: measured quantity, in which the noise is estimated.
+        deviation: standard deviation of the noise, (n, p, p) or (n,), with square E|error|^2 [m/N]; ``None``: it is
+            estimated from the lines.
 
     Raises:
         FrequencyResponseError: shapes that do not match, fewer than 8 lines, values not finite, frequencies that do not
@@ -104,8 +103,8 @@ class FrequencyResponse:
                 raise FrequencyResponseError(f"noise of {least:g} m/N: must be finite and not negative at every line")
         turned = g.transpose(0, 2, 1)
         as_measured = ((self.shift + 2j * np.pi * f) ** _ORDER[self.measured_as])[:, None, None]
-        apart, size = (float(np.linalg.norm(as_measured * each)) for each in (g - turned, g))
-        skew = apart / max(2 * size, 1e-300)
+        asymmetry, size = (float(np.linalg.norm(as_measured * each)) for each in (g - turned, g))
+        skew = asymmetry / max(2 * size, 1e-300)
         if skew > RECIPROCITY_LIMIT:
             raise FrequencyResponseError(
                 f"G_ij and G_ji differ by {skew:.0%} (rms): check places, directions and signs of hammer and sensor"
@@ -117,18 +116,18 @@ class FrequencyResponse:
 
     @property
     def lines(self) -> ComplexArray:
-        """Return the (n,) s [1/s]."""
+        """Return the values s (n,) of the lines [1/s]."""
         return np.asarray(self.shift + 2j * np.pi * self.frequency, dtype=complex)
 
     def within(self, lowest: float, highest: float) -> FrequencyResponse:
-        """Return the lines from ``lowest`` to ``highest`` [Hz]."""
-        kept = (self.frequency >= lowest) & (self.frequency <= highest)
-        deviation = None if self.deviation is None else self.deviation[kept]
-        return replace(self, frequency=self.frequency[kept], receptance=self.receptance[kept], deviation=deviation)
+        """Return the response at the lines from ``lowest`` to ``highest`` [Hz]."""
+        inside = (self.frequency >= lowest) & (self.frequency <= highest)
+        deviation = None if self.deviation is None else self.deviation[inside]
+        return replace(self, frequency=self.frequency[inside], receptance=self.receptance[inside], deviation=deviation)
 
     @property
     def per_receptance(self) -> ComplexArray:
-        """Return the (n,) s^k: the measured quantity over the receptance, k = 0, 1, 2 of receptance, mobility,
+        """Return s^k (n,), the ratio of the measured quantity to the receptance; k = 0, 1, 2 for receptance, mobility,
         accelerance."""
         return np.asarray(self.lines ** _ORDER[self.measured_as])
 
@@ -142,19 +141,18 @@ def receptance(
     origin: Mapping[str, object] | None = None,
     deviation: ArrayLike | None = None,
 ) -> FrequencyResponse:
-    """Return the receptance from mobility [m/(N s)] or accelerance [1/kg]: divided by (i w) or (i w)^2; a line at 0 Hz
-    is left out.
+    """Return the receptance from mobility [m/(N s)] or accelerance [1/kg], divided by (i w) or (i w)^2, without 0 Hz.
 
-    ``deviation``: standard deviation of the noise of ``values``, in their unit; ``None``: not known.
+    ``deviation``: standard deviation of the noise of ``values``, in their unit; ``None``: unknown.
     """
     if kind not in get_args(Kind):
         raise FrequencyResponseError(f"kind {kind!r} is unknown; choose from {', '.join(get_args(Kind))}")
     f, h = np.asarray(frequency, dtype=float), np.asarray(values, dtype=complex)
-    kept = f > 0
-    f, h = f[kept], h[kept]
+    positive = f > 0
+    f, h = f[positive], h[positive]
     divisor = ((2j * np.pi * f) ** _ORDER[kind]).reshape(-1, *[1] * (h.ndim - 1))
     provenance = {"kind": "measured", "measured_as": kind} | dict(origin or {})
-    noise = None if deviation is None else np.asarray(deviation, dtype=float)[kept] / np.abs(divisor)
+    noise = None if deviation is None else np.asarray(deviation, dtype=float)[positive] / np.abs(divisor)
     return FrequencyResponse(f, h / divisor, port_names, origin=provenance, measured_as=kind, deviation=noise)
 
 
@@ -170,18 +168,17 @@ def read_frf(
 ) -> FrequencyResponse:
     """Read an FRF under a header such as ``frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]``.
 
-    Frequency in Hz, kHz, MHz; receptance, mobility or accelerance in {m, mm, um, nm} per N, (N s), (N s^2), accelerance
-    also in 1/kg or g/N (g = 9.80665 m/s^2); real and imag, or magnitude, also in dB re one of these, and phase [deg,
-    rad].
-    The noise by a column of coherence (with ``averages``, the number of blows) or of variance, in the square of the
-    response's unit, real and imaginary part together; otherwise it is estimated from the lines when poles are fitted.
-    Separators, decimals and other columns as in `impact.read_time_series`.
+    The frequency may be in Hz, kHz, MHz; receptance, mobility or accelerance in {m, mm, um, nm} per N, (N s), (N s^2),
+    accelerance also in 1/kg or g/N (g = 9.80665 m/s^2); parts are real and imag, or magnitude (also in dB re one of
+    these) and phase [deg, rad]. The noise follows from a column of coherence (with ``averages``) or of variance, in the
+    square of the response's unit, real and imaginary part together; otherwise it is estimated from the lines by the
+    pole fit. Separators, decimals and other columns as in `impact.read_time_series`.
 
     Args:
-        columns: heads by role (frequency, real, imag, magnitude, phase, coherence, variance), where these do not say.
-        units: likewise of frequency, response and phase.
-        quantity: what was measured, where neither heads nor units say.
-        averages: blows that were averaged.
+        columns: column names by role (frequency, real, imag, magnitude, phase, coherence, variance), if not evident.
+        units: units of frequency, response and phase, if the header lacks them.
+        quantity: measured quantity, if neither header nor units state it.
+        averages: number of averaged hammer blows.
 
     Raises:
         FrequencyResponseError: no such file, a header without quantities and units, values `FrequencyResponse` refuses.
@@ -212,7 +209,7 @@ def read_frf(
 
 @dataclass(frozen=True)
 class _Columns:
-    """The columns of a response by role, their factors to SI, its kind, and whether magnitudes are in decibels."""
+    """Columns of a response by role, their factors to SI, its kind, and whether magnitudes are in decibels."""
 
     places: Mapping[str, int]
     factors: Mapping[str, float]
@@ -227,10 +224,10 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
             f"{table.path}: {unknown[0]!r} is no role: columns has {', '.join(_ROLES)}, units has frequency, "
             "response and phase: remove it"
         )
-    said = {k: _said(head.name) for k, head in enumerate(table.heads)}
-    names = {role: [table.heads[k].name.lower() for k, (_, part) in said.items() if part == role] for role in _ROLES}
-    every = {role: table.column_of(role, names[role], columns) for role in _ROLES}
-    places = {role: place for role, place in every.items() if place is not None}
+    read = {k: _said(head.name) for k, head in enumerate(table.heads)}
+    names = {role: [table.heads[k].name.lower() for k, (_, part) in read.items() if part == role] for role in _ROLES}
+    numbers = {role: table.column_of(role, names[role], columns) for role in _ROLES}
+    places = {role: place for role, place in numbers.items() if place is not None}
     pairs = [pair for pair in (("real", "imag"), ("magnitude", "phase")) if set(pair) <= set(places)]
     if "frequency" not in places or not pairs:
         raise TimeSeriesError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")
@@ -239,7 +236,7 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
     texts = [normal_unit(units.get("response", head.unit)) for head in heads[: 2 if parts[0] == "real" else 1]]
     match = re.fullmatch(r"dB(?:\s+re\.?\s+(?:1\s+)?(.+))?", texts[0])  # "dB re 1 m/N"
     unit, decibel = (texts[0], False) if match is None else (normal_unit(match[1] or ""), True)
-    stated_kinds = {kind for k in (places[part] for part in parts) if (kind := said[k][0])}
+    stated_kinds = {kind for k in (places[part] for part in parts) if (kind := read[k][0])}
     kinds = [kind for kind in get_args(Kind) if unit in _scales(kind)]
     if quantity is not None:
         stated_kinds |= {quantity}
@@ -255,7 +252,7 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
 
 
 def _said(name: str) -> tuple[str, str]:
-    """Return the quantity and the role that the name of a column says, "" where it does not."""
+    """Return the quantity and the role in the name of a column, "" for each that it does not state."""
     words = re.split(r"[\s_.:|]+", name.lower())
     roles = [role for role, synonyms in _ROLES.items() if any(word in synonyms for word in words)]
     return next((word for word in words if word in _ORDER), ""), roles[0] if len(roles) == 1 else ""
@@ -264,7 +261,8 @@ def _said(name: str) -> tuple[str, str]:
 def _deviation(
     name: Path, values: Mapping[str, Array], response: ComplexArray, scale: float, averages: int | None
 ) -> Array | None:
-    """Return the standard deviation of the response that the file states, in its SI unit."""
+    """Return the standard deviation of the response (SI) from the file's variance or coherence; ``None`` without
+    either."""
     if (variance := values.get("variance")) is not None:
         if np.any(variance < 0):
             raise FrequencyResponseError(f"a variance of {variance.min():g} must be 0 or more")
@@ -288,9 +286,9 @@ def _scales(kind: str) -> dict[str, float]:
 def of_impulse_response(greens: SampledGreens, *, highest: float | None = None) -> FrequencyResponse:
     """Return the Laplace transform of the samples, linear in between, at s = shift + 2 pi i f.
 
-    The shift lets the record end, and the poles found from these lines need no correction: what is left at the end (rms
-    of the last tenth over the largest |g|) is brought to 1e-3; no window for a record that has come to rest. Lines 1/T
-    apart up to ``highest`` (default 0.25/dt) [Hz].
+    The shift lets the record decay to 1e-3 at its end (rms of the last tenth over the largest |g|), so that poles
+    fitted to these lines need no correction; it is 0 for a record that is at rest there. Lines are 1/T apart up to
+    ``highest`` (default 0.25/dt) [Hz].
     """
     dt, n = greens.dt, greens.values.shape[2]
     remainder = np.sqrt(np.mean(greens.values[:, :, -max(n // 10, 1) :] ** 2)) / np.abs(greens.values).max()
@@ -303,8 +301,8 @@ def of_impulse_response(greens: SampledGreens, *, highest: float | None = None) 
     first = windowed[:, :, 0].copy()
     windowed[:, :, 0] = 0.0
     g = np.fft.rfft(windowed, n, axis=2) * hat + first[:, :, None] * start
-    kept = (f > 0) & (f <= (0.25 / dt if highest is None else highest))
-    return FrequencyResponse(f[kept], g[:, :, kept].transpose(2, 0, 1), greens.port_names, shift, dict(greens.origin))
+    used = (f > 0) & (f <= (0.25 / dt if highest is None else highest))
+    return FrequencyResponse(f[used], g[:, :, used].transpose(2, 0, 1), greens.port_names, shift, dict(greens.origin))
 
 
 def moves_away(response: FrequencyResponse) -> bool:
@@ -315,12 +313,12 @@ def moves_away(response: FrequencyResponse) -> bool:
 
 
 def causality_defect(response: FrequencyResponse) -> float | None:
-    """Return the share of the energy of the velocity response that comes before the blow, 0 ... 1.
+    """Return the fraction, 0 ... 1, of the energy of the velocity response before the impact.
 
-    The mobility (of a free body the accelerance, for its velocity stays) under a Hann window to the highest line is
-    transformed to time; t < -2/f_max counts as before, since the window smears the blow over 2/f_max. 0.5 is a response
-    without order in time, near 1 a phase of the wrong sign. A body that still rings after T = 1/df leaks
-    exp(-2 zeta w T) round the circle into it. ``None`` if the lines begin above a tenth of the band.
+    The mobility (for a free body, whose velocity remains, the accelerance) with a Hann window up to the highest line is
+    transformed to time; "before" is t < -2/f_max, since the window spreads the impact over 2/f_max. 0.5 is a response
+    random in time, near 1 a phase of the wrong sign. A body that still rings after T = 1/df leaks exp(-2 zeta w T) into
+    it by periodicity. ``None`` if the lines begin above a tenth of the band.
     """
     f, spacing = response.frequency, float(np.median(np.diff(response.frequency)))
     if f[0] > 0.1 * f[-1]:

@@ -1,4 +1,4 @@
-"""Whether a body can give back more work than it received, and the nearest passive response to a measured one."""
+"""Passivity: whether a body can return more work than it received, and the nearest passive samples of a response."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _LANCZOS = 80
 
 @dataclass(frozen=True)
 class PassivityReport:
-    """The gain of the most dangerous force of ``steps`` steps from a body.
+    """Largest energy gain by any force of ``steps`` steps on a body.
 
     Attributes:
         smallest: smallest eigenvalue of the work form [m/N]: work per (unit force)^2 and step; < 0 is a gain.
-        frequency: of the harmonic force that gets the least work done [Hz].
-        tolerance: the verdict is passive where ``smallest`` >= -``tolerance`` [m/N].
-        largest: largest eigenvalue met [m/N], the scale of ``tolerance``.
+        frequency: frequency of the harmonic force with the least work [Hz].
+        tolerance: the body counts as passive if ``smallest`` >= -``tolerance`` [m/N].
+        largest: largest eigenvalue, the scale of ``tolerance`` [m/N].
         dt: step [s].
         steps: number of steps.
     """
@@ -43,7 +43,7 @@ class PassivityReport:
 
     @property
     def gain_per_cycle(self) -> float:
-        """Return the most that a force as strong as a harmonic one of amplitude 1 N draws in a cycle [J]; 0 if
+        """Return the largest energy per cycle that a force as strong as a harmonic one of 1 N amplitude gains [J]; 0 if
         passive."""
         per_step = 0.5 * max(-self.smallest, 0.0)
         return 0.0 if self.passive else per_step * min(1 / (max(self.frequency, 1e-300) * self.dt), self.steps)
@@ -64,25 +64,26 @@ def passivity(
     """Report whether a force of ``n`` steps of ``dt`` [s], constant over each, can draw work from the body.
 
     The force N_k of step k does the work N_k (u_{k+1} - u_k), u_{k+1} = sum_m W_m N_{k-m}. With z the delay by a step,
-    (1 - z) W(z) takes the force to the displacement's increments, so the whole work is the quadratic form of
+    (1 - z) W(z) maps the force to the displacement's increments, so the total work is the quadratic form of
 
         T = (L + L^T)/2,   L the lower triangular Toeplitz matrix of D_m = W_m - W_{m-1},   symbol Re[(1 - z) W(z)].
 
     No force of n steps gains energy if and only if T is positive semidefinite; for every n, if and only if the symbol
-    is so on |z| = 1 (matrix-valued for several ports): the positive real lemma, for discrete work. A record cut
-    off after n steps has a symbol with ripples below zero even if the body is passive, so T itself decides: passive
-    at once where the symbol is >= 0, else by the smaller of two upper bounds of its smallest eigenvalue: the Fejer mean
+    is so on |z| = 1 (matrix-valued for several ports): the positive real lemma, for discrete work. A record truncated
+    after n steps has a symbol with ripples below zero even if the body is passive, so T itself decides: the body is
+    passive if the symbol is >= 0; otherwise by the smaller of two upper bounds of T's smallest eigenvalue: the Fejer
+    mean
 
         sum_m (1 - m/n) D_m cos(m theta) = (work of the force exp(i m theta), m < n) / n,
 
-    on a grid of 4 n frequencies, and a Lanczos iteration started at its minimum. Both are the work of forces that
-    exist: a passive body is never refused.
+    on a grid of 4 n frequencies, and a Lanczos iteration started at its minimum. Both are the work of actual forces: a
+    passive body is never refused.
 
     Args:
-        greens: the body, or its step weights (n,) or (p, p, n) [m/N].
+        greens: body, or its step weights (n,) or (p, p, n) [m/N].
         dt: step of the run [s].
-        n: number of steps; default for weights and bodies with sampled parts: all there are, else required.
-        tolerance: relative to the largest eigenvalue; the round-off of summed weights is allowed for in addition.
+        n: number of steps; default for weights and bodies with sampled parts: all known ones; otherwise required.
+        tolerance: tolerance relative to the largest eigenvalue; the round-off of summed weights is added.
 
     Raises:
         GreensFunctionError: n missing or < 1, weights of a wrong shape or not finite.
@@ -97,7 +98,7 @@ def passivity(
     largest = float(max(mean.max(), increments[:, :, 0].trace(), 1e-300))
     worst = int(np.argmin(mean[:, 0]))
     least = float(min(mean[worst, 0], largest))
-    if eigenvalues(symbol).min() < -tolerance * largest:  # else proven passive for any number of steps
+    if eigenvalues(symbol).min() < -tolerance * largest:  # otherwise passive for any number of steps
         harmonic = np.linalg.eigh(fejer[worst])[1][:, 0]
         start = np.cos(np.pi * worst / (len(mean) - 1) * np.arange(n)) * harmonic[:, None]
         least = min(least, _smallest_ritz_value(symbol, start))
@@ -108,10 +109,10 @@ def passivity(
 
 
 def require_passive(greens: GreensFunction, dt: float, n: int | None = None, *, tolerance: float = TOLERANCE) -> None:
-    """Refuse a body from which a contact of ``n`` steps of ``dt`` could draw energy; arguments as `passivity`.
+    """Raise an error if a contact of ``n`` steps of ``dt`` could draw energy; arguments as `passivity`.
 
     Raises:
-        GreensFunctionError: not passive; the message says how much is gained, where, and what mends it.
+        GreensFunctionError: not passive; the message states the gain, its frequency, and a remedy.
     """
     report = passivity(greens, dt, n, tolerance=tolerance)
     if not report.passive:
@@ -145,8 +146,7 @@ def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None
 
 
 def work_spectrum(increments: Array, size: int | None = None) -> Array:
-    """Return Re sum_m D_m exp(-i m theta), (k, p, p) on theta = 0 ... pi; the grid is 4 to 8 times as fine as 2
-    pi/n."""
+    """Return Re sum_m D_m exp(-i m theta) (k, p, p) on theta = 0 ... pi; the grid is 4 to 8 times finer than 2 pi/n."""
     size = size or grid_size(increments.shape[2])
     transformed = np.fft.rfft(increments, size, axis=2).real
     both = (transformed + transformed.transpose(1, 0, 2)) / 2
@@ -154,12 +154,12 @@ def work_spectrum(increments: Array, size: int | None = None) -> Array:
 
 
 def grid_size(n: int) -> int:
-    """Return the points of the full circle: a power of two, at least 4 n."""
+    """Return the number of points on the full circle: a power of two, at least 4 n."""
     return int(4 << max(n - 1, 1).bit_length())
 
 
 def eigenvalues(symbol: Array) -> Array:
-    """Return the (k, p) eigenvalues, ascending, of (k, p, p) symmetric matrices."""
+    """Return the ascending eigenvalues (k, p) of symmetric matrices (k, p, p)."""
     return symbol[:, :, 0] if symbol.shape[1] == 1 else np.asarray(np.linalg.eigvalsh(symbol))
 
 
@@ -174,8 +174,8 @@ def positive_part(matrices: Array) -> Array:
 
 
 def _smallest_ritz_value(symbol: Array, start: Array) -> float:
-    """Return the smallest eigenvalue of the block Toeplitz form by Lanczos from ``start`` (p, n): an upper bound, soon
-    sharp."""
+    """Return an upper bound of the smallest eigenvalue of the block Toeplitz form, which converges fast: by Lanczos
+    from ``start`` (p, n)."""
     size, n = 2 * (len(symbol) - 1), start.shape[1]
 
     def apply(x: Array) -> Array:
@@ -187,7 +187,7 @@ def _smallest_ritz_value(symbol: Array, start: Array) -> float:
     vector /= np.linalg.norm(vector)
     before, beta = np.zeros_like(vector), 0.0
     diagonal: list[float] = []
-    beside: list[float] = []
+    off_diagonal: list[float] = []
     for _ in range(min(_LANCZOS, start.size)):
         image = apply(vector) - beta * before
         diagonal.append(float(np.sum(image * vector)))
@@ -195,17 +195,17 @@ def _smallest_ritz_value(symbol: Array, start: Array) -> float:
         beta = float(np.linalg.norm(image))
         if beta <= 1e-13 * abs(symbol).max():
             break
-        beside.append(beta)
+        off_diagonal.append(beta)
         before, vector = vector, image / beta
-    off = np.diag(beside[: len(diagonal) - 1], 1)
-    return float(np.linalg.eigvalsh(np.diag(diagonal) + off + off.T)[0])
+    coupling = np.diag(off_diagonal[: len(diagonal) - 1], 1)
+    return float(np.linalg.eigvalsh(np.diag(diagonal) + coupling + coupling.T)[0])
 
 
 _ITERATIONS = 2000
-_ACCURACY = 1e-3  # accuracy of the iteration, over the peak of g; the lift removes the rest
-_MARGIN = 1.000001  # factor on the lift, for round-off
-_FREEDOM = 100.0  # 1/weight of a change beyond the record, where nothing is known, over that of one within
-_ROUNDS = 8  # rounds in which the continuation found becomes the one to stay near to
+_ACCURACY = 1e-3  # accuracy of the iteration, over the peak of g; the ramp removes the remaining violation
+_MARGIN = 1.000001  # factor on the ramp, for round-off
+_FREEDOM = 100.0  # weight of a change within the record over that of one beyond it, where nothing is known
+_ROUNDS = 8  # rounds of the proximal iteration, each relative to the last continuation
 
 
 def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
@@ -213,28 +213,28 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
 
     Minimises sum_ij,k (g'_ij - g_ij)^2 at the sample times under Re[(1 - z) W(z)] >= 0 on |z| = 1, W the step weights
     of g' at its own step (`impact.measured.passivity.passivity`). The dual of this quadratic programme is solved by an
-    accelerated projected gradient; the small violation it leaves is lifted by the least multiple of a falling ramp:
-    any g that never rises and ends at zero is passive, for
+    accelerated projected gradient; the remaining small violation is removed by the least multiple of a falling ramp,
+    since any g that never rises and ends at zero is passive:
 
         Re[(1 - z) W(z)] of it = sum_m |D_m| (1 - cos m theta) >= 0.
 
-    The record may have been cut off, so it is continued to four to eight times its length, where a change costs next to
-    nothing (proximal iteration). Under tail "zero" and "hold" the continuation is part of the result, passive for
-    runs of up to four records; under "forbid" it is not, and the result is passive up to its end. A grid of points z
-    is enough for that: the work form of n steps is a part of the circulant matrix whose eigenvalues stand on the grid.
-    All this for steps of ``dt`` and whole multiples; ask `passivity` about others: linear interpolation within the
-    spacing is not passive in general.
+    The record may be truncated, so it is continued to four to eight times its length, where a change has hardly any
+    weight (proximal iteration). With tail "zero" and "hold" the continuation is part of the result, which is passive
+    for runs of up to four records; with "forbid" it is not, and the result is passive up to its end. A grid of points z
+    is enough: the work form of n steps is a part of the circulant matrix whose eigenvalues are on the grid. All this
+    holds for steps of ``dt`` and whole multiples; `passivity` checks others, as linear interpolation between samples is
+    not passive in general.
 
     Args:
-        greens: tail "zero", "hold" or "forbid".
-        dt: step of the run [s], if it is to be other than ``greens.dt`` or a multiple: g is sampled anew at it.
+        greens: samples with tail "zero", "hold" or "forbid".
+        dt: step of the run [s], if it is not ``greens.dt`` or a multiple: g is resampled at it.
 
     Returns:
-        Samples with ``origin["repair"]``: the report before, what was added, and the largest change over the largest
-        |g|, also in ``error.reduction`` if none is known.
+        Samples with ``origin["repair"]``: the report before, the multiple of the ramp, and the largest change over the
+        largest |g|, also in ``error.reduction`` if none is known.
 
     Raises:
-        GreensFunctionError: tail "rigid": take the rigid-body part t/M off first, it is passive by itself.
+        GreensFunctionError: tail "rigid": subtract the rigid-body part t/M first, which is passive.
 
     Sources: Beck and Teboulle, SIAM J. Imaging Sci. 2 (2009) 183 (the iteration); Grivet-Talocia and Gustavsen, Passive
     Macromodeling (2016), ch. 10 (least perturbation).
@@ -258,8 +258,8 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
         return start
     samples, iterations = x[:, :, :n], 0
     for _ in range(_ROUNDS):
-        x, more = _nearest(form, np.concatenate([samples, x[:, :, n:]], axis=2))
-        iterations += more
+        x, count = _nearest(form, np.concatenate([samples, x[:, :, n:]], axis=2))
+        iterations += count
     lift = _MARGIN * form.missing(x)
     values = x + lift * form.falling + form.held[:, :, None]
     values = values[:, :, :n] if start.tail == "forbid" else values
@@ -272,12 +272,12 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
 
 @dataclass(frozen=True)
 class _WorkForm:
-    """The linear map from samples x (p, p, n), zero afterwards, to the spectrum of the work form over dt.
+    """Linear map from samples x (p, p, n), followed by zeros, to the spectrum of the work form over dt.
 
     Attributes:
-        freedom: (n,) 1/weight of each sample; 0 is fixed.
-        held: (p, p) value that g keeps beside x for ever; raises the whole spectrum by as much.
-        size: of the grid on the full circle.
+        freedom: 1/weight (n,) of each sample; 0 means fixed.
+        held: constant value (p, p) that g has in addition to x; it raises the whole spectrum by as much.
+        size: number of grid points on the full circle.
     """
 
     freedom: Array
@@ -286,12 +286,12 @@ class _WorkForm:
 
     @cached_property
     def scale(self) -> Array:
-        """Return |1 - z|, (k, 1, 1): ``apply`` over it has a norm <= 1, for Re[(1 - z)/|1 - z| W(z)] has."""
+        """Return |1 - z| (k, 1, 1): ``apply`` divided by it has a norm <= 1, since Re[(1 - z)/|1 - z| W(z)] has."""
         return np.asarray(2 * np.sin(np.pi * np.arange(self.size // 2 + 1) / self.size))[:, None, None]
 
     @cached_property
     def falling(self) -> Array:
-        """Return a passive g from 1 to 0 at every port."""
+        """Return a passive g that falls from 1 to 0 at every port."""
         n = len(self.freedom)
         return np.asarray(np.eye(len(self.held))[:, :, None] * (1 - np.arange(n) / (n - 1)))
 
@@ -325,19 +325,19 @@ def _spectrum(x: Array, size: int) -> Array:
 
 
 def _posed(greens: SampledGreens) -> tuple[_WorkForm, Array]:
-    """Return the form, and the samples it works on: continued by zeros, less the value they hold at the end."""
+    """Return the form and its samples: continued by zeros, minus the constant value that they have at the end."""
     values, n = greens.values, greens.values.shape[2]
     size = grid_size(2 * n)
-    beyond = size // 2 - n
-    # a body held on the move towards the force would give work without end
-    held = positive_part(values[None, :, :, -1])[0] if greens.tail == "hold" else np.zeros(values.shape[:2])
-    freedom = np.repeat([1.0, _FREEDOM], [n, beyond])
+    padding = size // 2 - n
+    # a constant final velocity towards the force would give unlimited work
+    constant = positive_part(values[None, :, :, -1])[0] if greens.tail == "hold" else np.zeros(values.shape[:2])
+    freedom = np.repeat([1.0, _FREEDOM], [n, padding])
     freedom[-1] = 0.0 if greens.tail == "hold" else _FREEDOM
-    return _WorkForm(freedom, held, size), np.pad(values - held[:, :, None], ((0, 0), (0, 0), (0, beyond)))
+    return _WorkForm(freedom, constant, size), np.pad(values - constant[:, :, None], ((0, 0), (0, 0), (0, padding)))
 
 
 def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:
-    """Return samples nearest to ``x`` with a spectrum positive but for a small lift, and the iterations it took."""
+    """Return the samples nearest to ``x`` with a spectrum positive except for a small lift, and the iterations."""
     inverse = np.append(0.0, 1 / form.scale[1:, 0, 0])[:, None, None]
     step, enough = 1 / form.freedom.max(), _ACCURACY * float(np.abs(x).max())
     multipliers = momentum = np.zeros_like(form.apply(x))
@@ -349,7 +349,7 @@ def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:
             break
         new = positive_part(momentum - step * inverse * form.apply(nearest))
         if np.sum((momentum - new) * (new - multipliers)) > 0:
-            inertia = 1.0  # restart: the momentum points uphill
+            inertia = 1.0  # restart, as the momentum increases the objective
         following = (1 + np.sqrt(1 + 4 * inertia**2)) / 2
         momentum = new + (inertia - 1) / following * (new - multipliers)
         multipliers, inertia = new, following

@@ -184,9 +184,9 @@ def noise_of(response: frf.FrequencyResponse) -> Array:
     unit = response.per_receptance
     p = len(response.port_names)
     elements = [unit * response.receptance[:, i, j] for i in range(p) for j in range(i, p)]
-    f, every = response.frequency, _lines_alike(response)
-    largest = np.max([reading.estimate_deviation(values[::every], f[::every]) for values in elements], axis=0)
-    return np.asarray(np.interp(f, f[::every], largest) / np.abs(unit))
+    f, stride = response.frequency, _lines_alike(response)
+    largest = np.max([reading.estimate_deviation(values[::stride], f[::stride]) for values in elements], axis=0)
+    return np.asarray(np.interp(f, f[::stride], largest) / np.abs(unit))
 
 
 def _lines_alike(response: frf.FrequencyResponse) -> int:
@@ -225,8 +225,8 @@ def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> list
     data = replace(data, free=True)
     if not (_is_free(data, poles) if free is None else free):
         data = replace(data, free=False)
-    every = data.lines(amplitudes.residual_terms(data.s))
-    if 2 * left_over(data.lines(data.fixed), poles) - 2 * left_over(every, poles) > _SURE:
+    all_terms = data.lines(amplitudes.residual_terms(data.s))
+    if 2 * left_over(data.lines(data.fixed), poles) - 2 * left_over(all_terms, poles) > _SURE:
         zeta = np.median(-poles.pairs.real / np.abs(poles.pairs)) if len(poles.pairs) else 0.02
         return _with_modes_beyond(data, poles, float(np.clip(zeta, 0.002, 0.05)))
     return [_moved_together(data, poles)]
@@ -252,8 +252,8 @@ def _is_free(data: FitData, poles: Poles) -> bool:
     columns = np.concatenate([basis(s, poles), terms], axis=1)
     shares = least_squares(columns, data.elements[:, :, None], data.weights)[:, :, 0]
     mass_line = np.abs(columns[:, -1:] * shares[-1]).max(axis=1)
-    rest = np.abs(columns[:, :-1] @ shares[:-1]).max(axis=1)
-    return bool(np.sum((data.weights * mass_line)[mass_line > rest] ** 2) > _SURE)
+    others = np.abs(columns[:, :-1] @ shares[:-1]).max(axis=1)
+    return bool(np.sum((data.weights * mass_line)[mass_line > others] ** 2) > _SURE)
 
 
 def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[FitData, Poles]]:
@@ -266,8 +266,8 @@ def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[F
     candidates = [_moved_together(data, poles)]
     for _ in range(_MOST_BEYOND):
         last, _ = candidates[-1]  # its poles may be distorted by missing modes above
-        more = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
-        place = min(more, key=lambda each: left_over(data.lines(each.fixed), poles))
+        trials = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
+        place = min(trials, key=lambda each: left_over(data.lines(each.fixed), poles))
         candidates.append(_moved_together(place, poles))
 
     everywhere = [moved.with_beyond(inside) for moved, inside in candidates]
@@ -329,30 +329,30 @@ def _noise_of_draws(data: FitData, deviation: Array, residual: ComplexArray) -> 
     width = min(51, len(squares) | 1)
     around = np.convolve(np.pad(squares, width // 2, mode="reflect"), np.ones(width) / width, mode="valid")
     missed = np.sqrt(around[: len(squares)]) / data.weights
-    known = deviation * min(1.0, float(np.sqrt(np.mean(squares))))  # an estimate of the noise may be too large
-    return np.asarray(np.maximum(missed, known))
+    noise = deviation * min(1.0, float(np.sqrt(np.mean(squares))))  # an estimate of the noise may be too large
+    return np.asarray(np.maximum(missed, noise))
 
 
 def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, noise: Array, count: int) -> list[Fitted]:
     """Return fits of the same order to the fit's own response with other noise."""
     rng = np.random.default_rng(_SEED)
-    own, fits = fitted.transfer(data.s), list[Fitted]()
+    response, fits = fitted.transfer(data.s), list[Fitted]()
     for _ in range(count):
-        error = rng.normal(size=own.shape) + 1j * rng.normal(size=own.shape)
-        error = (error + error.transpose(0, 2, 1)) / 2 if own.shape[1] > 1 else error
-        drawn = replace(data, g=own + noise[:, None, None] * error / np.sqrt(2))
+        error = rng.normal(size=response.shape) + 1j * rng.normal(size=response.shape)
+        error = (error + error.transpose(0, 2, 1)) / 2 if response.shape[1] > 1 else error
+        drawn = replace(data, g=response + noise[:, None, None] * error / np.sqrt(2))
         drawn, moved = _moved_together(drawn, poles, 3)
         passive = None
         if complex_form:
             together = free_residues(drawn, drawn.with_beyond(moved))
             passive = made_passive(together, data.port_names, data.s, data.weights)
-        modal = _LEAN if own.shape[1] > 1 else 1e-9
+        modal = _LEAN if response.shape[1] > 1 else 1e-9
         fits.append(modal_fit(drawn, moved, modal) if passive is None else passive.greens(data.port_names))
     return fits
 
 
 def _report(greens: Fitted, data: FitData, response: frf.FrequencyResponse, defect: float | None) -> dict[str, object]:
-    apart = np.abs(greens.transfer(data.s) - data.g)
+    misfit = np.abs(greens.transfer(data.s) - data.g)
     unit = np.abs(response.per_receptance)[:, None, None]
     complex_poles, highest = greens.pole_sum, float(response.frequency[-1])
     return {
@@ -361,9 +361,9 @@ def _report(greens: Fitted, data: FitData, response: frf.FrequencyResponse, defe
         "pole_pairs": int(np.sum((greens.frequencies_hz > 0) & (greens.frequencies_hz <= highest))),
         "free": data.free,
         "band_hz": [float(response.frequency[0]), highest],
-        "misfit_weighted_rms": float(np.linalg.norm(data.weights[:, None, None] * apart) / data.scale),
-        "misfit_rms": float(np.linalg.norm(unit * apart) / np.linalg.norm(unit * data.g)),
-        "misfit_worst_of_peak": float((unit * apart).max() / np.abs(unit * data.g).max()),
+        "misfit_weighted_rms": float(np.linalg.norm(data.weights[:, None, None] * misfit) / data.scale),
+        "misfit_rms": float(np.linalg.norm(unit * misfit) / np.linalg.norm(unit * data.g)),
+        "misfit_worst_of_peak": float((unit * misfit).max() / np.abs(unit * data.g).max()),
         "causality_defect": defect,
         "passivity": "by construction" if complex_poles is None else str(pole_passivity(complex_poles)),
     }
@@ -375,8 +375,8 @@ def _pulse_error(greens: Fitted, draws: tuple[Fitted, ...], data: FitData, unexp
     w = data.s.imag
     width, end = float(4 * np.pi / w[-1]), float(2 * np.pi / np.median(np.diff(w)))
     t = np.linspace(0.0, min(end, 200 * width), int(min(4 * end * w[-1] / (2 * np.pi), 2000)) + 2)
-    own = greens.filtered_matrix(t, width)
-    peak = float(np.abs(own).max())
-    changes = [float(np.abs(draw.filtered_matrix(t, width) - own).max()) for draw in draws]
-    beyond = greens.above(float(w[-1])).filtered_matrix(width * np.linspace(1, 6, 200), width)
-    return (_MARGIN * max(changes, default=0.0) + float(np.abs(beyond).max(initial=0.0))) / peak + unexplained
+    response = greens.filtered_matrix(t, width)
+    peak = float(np.abs(response).max())
+    changes = [float(np.abs(draw.filtered_matrix(t, width) - response).max()) for draw in draws]
+    above_band = greens.above(float(w[-1])).filtered_matrix(width * np.linspace(1, 6, 200), width)
+    return (_MARGIN * max(changes, default=0.0) + float(np.abs(above_band).max(initial=0.0))) / peak + unexplained

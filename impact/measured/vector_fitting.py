@@ -1,4 +1,4 @@
-"""Common poles of measured responses by relaxed vector fitting, and whether a sum of poles is passive.
+"""Common poles of measured responses by relaxed vector fitting, and the passivity of a sum of poles.
 
 Sources: Gustavsen and Semlyen, IEEE Trans. Power Delivery 14 (1999) 1052; Gustavsen, ibid. 21 (2006) 1587 (relaxed
 non-triviality); Deschrijver et al., IEEE Microw. Wirel. Compon. Lett. 18 (2008) 383 (one QR per response); Golub and
@@ -15,7 +15,7 @@ from impact.greens.poles import PoleGreens
 
 @dataclass(frozen=True)
 class Poles:
-    """``pairs`` (K,) with Im > 0 and Re < 0, and ``rates`` (R,) > 0 of the real poles [1/s]."""
+    """Complex poles ``pairs`` (K,) with Im > 0 and Re < 0, and ``rates`` (R,) > 0 of real poles [1/s]."""
 
     pairs: ComplexArray
     rates: Array
@@ -28,7 +28,7 @@ class Poles:
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines s (n,), responses (n, q), weights (n,) one over the noise, and terms (n, e) beside the poles."""
+    """Lines s (n,), responses (n, q), weights (n,) one over the noise, and terms (n, e) besides the poles."""
 
     s: ComplexArray
     responses: ComplexArray
@@ -36,14 +36,16 @@ class Lines:
     terms: ComplexArray
 
     def posed(self, poles: Poles) -> tuple[Array, Array]:
-        """Return the weighted real equations of all amplitudes: columns (2n, 2K + R + e) and right sides (2n, q)."""
+        """Return the weighted real equations of all amplitudes: matrix (2n, 2K + R + e) and right-hand sides (2n,
+        q)."""
         columns = np.concatenate([basis(self.s, poles), self.terms], axis=1) * self.weights[:, None]
         goal = self.responses * self.weights[:, None]
         return np.concatenate([columns.real, columns.imag]), np.concatenate([goal.real, goal.imag])
 
 
 def starting_poles(s: ComplexArray, pairs: int, peaks: Array) -> Poles:
-    """Return starting poles at the given peaks [rad/s], then spread over the lines, lightly damped."""
+    """Return initial poles at the given peaks [rad/s], and if there are fewer, others spread over the lines, lightly
+    damped."""
     w = s.imag
     spread = np.linspace(w[0], w[-1], max(pairs - len(peaks), 0) + 2)[1:-1]
     start = np.sort(np.concatenate([peaks[:pairs], spread]))
@@ -51,7 +53,7 @@ def starting_poles(s: ComplexArray, pairs: int, peaks: Array) -> Poles:
 
 
 def basis(s: ComplexArray, poles: Poles) -> ComplexArray:
-    """Return the (n, 2K + R) basis: 1/(s - p) + 1/(s - p*), i/(s - p) - i/(s - p*) for each pair; 1/(s + rate)."""
+    """Return the basis (n, 2K + R): 1/(s - p) + 1/(s - p*), i/(s - p) - i/(s - p*) for each pair; 1/(s + rate)."""
     one, two = 1 / (s[:, None] - poles.pairs), 1 / (s[:, None] - poles.pairs.conj())
     pairs = np.stack([one + two, 1j * (one - two)], axis=2).reshape(len(s), -1)
     return np.concatenate([pairs, 1 / (s[:, None] + poles.rates)], axis=1)
@@ -61,7 +63,7 @@ def relocate(lines: Lines, poles: Poles) -> Poles:
     """Return the poles of the next iteration: zeros of sigma(s) = d + sum c_k phi_k(s) in sigma H ~ sum r_k phi_k +
     terms.
 
-    Unstable zeros are mirrored.
+    Unstable zeros are reflected about the imaginary axis.
     """
     scale, w = float(np.abs(lines.s).max()), lines.weights
     poles = Poles(poles.pairs / scale, poles.rates / scale)
@@ -90,7 +92,7 @@ def relocate(lines: Lines, poles: Poles) -> Poles:
 
 
 def fitted_poles(lines: Lines, poles: Poles) -> Poles:
-    """Return the poles relocated until they are constant to 1e-8, twelve times at most."""
+    """Return the poles relocated until they are constant to 1e-8, in at most twelve iterations."""
     for _ in range(12):
         new = relocate(lines, poles)
         same = len(new.pairs) == len(poles.pairs) and len(new.rates) == len(poles.rates)
@@ -102,27 +104,26 @@ def fitted_poles(lines: Lines, poles: Poles) -> Poles:
 
 
 def left_over(lines: Lines, poles: Poles) -> float:
-    """Return the weighted sum of squares that the best residues of these poles leave."""
+    """Return the weighted sum of squared residuals with the best residues for these poles."""
     return float(np.sum(_projected(lines, poles)[2] ** 2))
 
 
 def refined(lines: Lines, poles: Poles, iterations: int = 6) -> Poles:
-    """Return the poles of the least weighted sum of squares near ``poles``: Gauss-Newton steps, each of which lowers
-    it.
+    """Return the poles of the least weighted sum of squares near ``poles``, by Gauss-Newton steps that decrease it.
 
-    Vector fitting weighs its equations by the poles themselves and is off where the noise is large; this is not.
+    The poles of vector fitting, which weights its equations by the poles, are biased by large noise; these are not.
     """
     if poles.order == 0:
         return poles
     scale = float(np.abs(lines.s).max())
     lines, poles = replace(lines, s=lines.s / scale), Poles(poles.pairs / scale, poles.rates / scale)
-    q, amplitudes, apart = _projected(lines, poles)
-    least = float(np.sum(apart**2))
+    q, amplitudes, residuals = _projected(lines, poles)
+    least = float(np.sum(residuals**2))
     for _ in range(iterations):
         slopes = np.concatenate([_slopes(lines, poles, column) for column in amplitudes.T])
         blocks = slopes.reshape(amplitudes.shape[1], len(q), -1)
         blocks = blocks - q @ (q.T @ blocks)
-        matrix, goal = blocks.reshape(len(slopes), -1), apart.T.ravel()
+        matrix, goal = blocks.reshape(len(slopes), -1), residuals.T.ravel()
         size = np.linalg.norm(matrix, axis=0)
         size = np.where(size > 0, size, 1.0)
         step = np.linalg.lstsq(matrix / size, goal, rcond=1e-10)[0] / size
@@ -133,7 +134,7 @@ def refined(lines: Lines, poles: Poles, iterations: int = 6) -> Poles:
             moved = Poles(pairs, np.maximum(np.abs(poles.rates + turned[k:]), 1e-12))
             projection = _projected(lines, moved)
             if (total := float(np.sum(projection[2] ** 2))) < least:
-                poles, least, (q, amplitudes, apart) = moved, total, projection
+                poles, least, (q, amplitudes, residuals) = moved, total, projection
                 break
         if before - least <= 1e-7 * before:
             break
@@ -141,7 +142,7 @@ def refined(lines: Lines, poles: Poles, iterations: int = 6) -> Poles:
 
 
 def _projected(lines: Lines, poles: Poles) -> tuple[Array, Array, Array]:
-    """Return an orthonormal basis (2n, m) of the columns, their amplitudes (m, q) and what is left (2n, q)."""
+    """Return an orthonormal basis (2n, m) of the columns, their amplitudes (m, q) and the residuals (2n, q)."""
     a, b = lines.posed(poles)
     size = np.linalg.norm(a, axis=0)
     size = np.where(size > 0, size, 1.0)
@@ -152,7 +153,7 @@ def _projected(lines: Lines, poles: Poles) -> tuple[Array, Array, Array]:
 
 
 def _slopes(lines: Lines, poles: Poles, amplitudes: Array) -> Array:
-    """Return (2n, 2K + R) derivatives of one response with respect to real and imaginary parts of pairs, and rates."""
+    """Return derivatives (2n, 2K + R) of one response with respect to real and imaginary parts of pairs, and rates."""
     s, k = lines.s, len(poles.pairs)
     residues = amplitudes[0 : 2 * k : 2] + 1j * amplitudes[1 : 2 * k : 2]
     one, two = residues / (s[:, None] - poles.pairs) ** 2, residues.conj() / (s[:, None] - poles.pairs.conj()) ** 2
@@ -178,19 +179,19 @@ def _stable(pairs: ComplexArray) -> ComplexArray:
 
 
 TOLERANCE = 1e-9  # largest negative eigenvalue that counts as round-off, over the sum of the sizes of the terms
-_AROUND = np.concatenate([-np.geomspace(30, 0.03, 10), [0.0], np.geomspace(0.03, 30, 10)])  # half widths from a pole
-_CHUNK = 2_000_000  # numbers evaluated at once
+_AROUND = np.concatenate([-np.geomspace(30, 0.03, 10), [0.0], np.geomspace(0.03, 30, 10)])  # in half widths from a pole
+_CHUNK = 2_000_000  # number of values evaluated at once
 
 
 @dataclass(frozen=True)
 class PolePassivity:
-    """The frequency at which the mobility of a body is nearest to giving energy.
+    """Frequency at which the real part of a body's mobility is smallest.
 
     Attributes:
-        margin: least over w of the smallest eigenvalue of Re[iw G(iw)] over the sum of the sizes of its terms at that
-            frequency, -1 ... 1; < 0 is a gain.
-        frequency: where [Hz].
-        tolerance: the verdict is passive where ``margin`` >= -``tolerance``.
+        margin: smallest eigenvalue of Re[iw G(iw)] over the sum of the sizes of its terms at that frequency, least over
+            w, -1 ... 1; < 0 is an energy gain.
+        frequency: the frequency [Hz].
+        tolerance: the body counts as passive if ``margin`` >= -``tolerance``.
     """
 
     margin: float
@@ -199,7 +200,7 @@ class PolePassivity:
 
     @property
     def passive(self) -> bool:
-        """Return the verdict."""
+        """Return whether the body is passive within the tolerance."""
         return self.margin >= -self.tolerance
 
     def __str__(self) -> str:
@@ -208,21 +209,21 @@ class PolePassivity:
 
 
 def pole_passivity(greens: PoleGreens, *, tolerance: float = TOLERANCE) -> PolePassivity:
-    """Report whether a force, of whatever course, can draw energy from the body.
+    """Report whether any force history can draw energy from the body.
 
-    A force N takes the work integral of N u' = (1/pi) integral over w > 0 of N^ Re[iw G(iw)] N: never negative if and
-    only if Re[iw G(iw)] (symmetric, p x p) is positive semidefinite at all w, its limits at 0 and infinity included. A
-    pole on the imaginary axis needs r r' = -i times a positive matrix in addition.
+    A force N does the work integral of N u' = (1/pi) integral over w > 0 of N^ Re[iw G(iw)] N: never negative if and
+    only if Re[iw G(iw)] (symmetric, p x p) is positive semidefinite at all w, including its limits at 0 and infinity. A
+    pole on the imaginary axis also needs r r' = -i times a positive matrix.
 
-    The terms are summed in a form free of cancellation (`real_mobility`); the frequencies are refined around each
-    pole, and the least value by two rounds of subdivision. A violation narrower than that grid is not seen.
+    The terms are summed in a form free of cancellation (`real_mobility`); frequencies are refined around each pole, and
+    around the least values by two rounds of subdivision. A violation narrower than that grid is not detected.
 
-    ``tolerance``: of the margin, which is relative. Source: Anderson and Vongpanitlerd, Network Analysis and
-    Synthesis (1973), ch. 2.
+    ``tolerance``: relative tolerance of the margin. Source: Anderson and Vongpanitlerd, Network Analysis and Synthesis
+    (1973), ch. 2.
     """
     w = passivity_grid(greens)
     margins = passivity_margins(greens, w)
-    for _ in range(2):  # the neighbourhood of the eight least values
+    for _ in range(2):  # neighbourhood of the eight least values
         least = np.argsort(margins)[:8]
         fine = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, len(w) - 1)], 33)[1:-1] for k in least]
         w = np.concatenate([w, *fine])
@@ -244,8 +245,8 @@ def pole_passivity(greens: PoleGreens, *, tolerance: float = TOLERANCE) -> PoleP
 def real_mobility(greens: PoleGreens, omega: Array) -> tuple[Array, Array]:
     """Return Re[iw G(iw)] (n, p, p), and the sum of the sizes (traces) of its terms (n,) [m/(N s)].
 
-    A pair R = r r' at s gives w^2 (2 sigma B - A (|s|^2 - w^2))/((|s|^2 - w^2)^2 + 4 w^2 sigma^2), sigma = -Re s,
-    A = 2 Re R, B = -2 Re(R s*); a real pole sign a a' w^2/(w^2 + rate^2); rigid bodies and compliance nothing.
+    A pair R = r r' at s gives w^2 (2 sigma B - A (|s|^2 - w^2))/((|s|^2 - w^2)^2 + 4 w^2 sigma^2), sigma = -Re s, A = 2
+    Re R, B = -2 Re(R s*); a real pole sign a a' w^2/(w^2 + rate^2); rigid bodies and compliance contribute nothing.
     """
     n, p = len(omega), len(greens.port_names)
     total, size = np.zeros((n, p, p)), np.zeros(n)
@@ -271,15 +272,15 @@ def real_mobility(greens: PoleGreens, omega: Array) -> tuple[Array, Array]:
 
 
 def passivity_margins(greens: PoleGreens, omega: Array) -> Array:
-    """Return the (n,) smallest eigenvalue of Re[iw G(iw)] over the sum of the sizes of its terms."""
+    """Return the smallest eigenvalue (n,) of Re[iw G(iw)] over the sum of the sizes of its terms."""
     total, size = real_mobility(greens, omega)
     least = total[:, 0, 0] if total.shape[1] == 1 else np.linalg.eigvalsh(total)[:, 0]
     return np.asarray(least / np.where(size > 0, size, 1.0))
 
 
 def passivity_grid(greens: PoleGreens) -> Array:
-    """Return the angular frequencies around each pole in half widths, each real pole in octaves, far below and above
-    all."""
+    """Return angular frequencies around each pole in multiples of its half width, around each real pole in octaves, and
+    far below and above all."""
     s, width = greens.poles, np.maximum(-greens.poles.real, 1e-6 * np.abs(greens.poles))
     near = (s.imag[:, None] + width[:, None] * _AROUND).ravel()
     rates = greens.rates[greens.rates > 0]
