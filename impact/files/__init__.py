@@ -1,4 +1,4 @@
-"""Files that are whole or absent when written, and bounded and checked when read."""
+"""Files that are complete or absent when written, and limited in size and checked when read."""
 
 from impact.names import lazy_names
 

@@ -1,7 +1,7 @@
-"""Tables in CSV files as programs and analysers write them, and as they are written here.
+"""CSV tables of other programs and analysers, read, and CSV tables of this program, written and read.
 
-Columns are divided by tabs, semicolons or commas; numbers have a decimal point or comma; a head is ``name [unit]``,
-``name (unit)`` or ``name``. What is not known for sure is refused in words.
+Columns are separated by tabs, semicolons or commas; numbers have a decimal point or comma; a header is ``name [unit]``,
+``name (unit)`` or ``name``. An ambiguous file is refused with a reason.
 """
 
 import csv
@@ -25,14 +25,14 @@ Array = NDArray[np.float64]
 MOST_COLUMNS: Final = 64
 MOST_LINES: Final = 2_000_000
 SEPARATORS: Final[Mapping[str, str]] = {"\t": "tabs", ";": "semicolons", ",": "commas"}
-_LOOKED_AT: Final = 200  # lines that separator and decimal mark are read from
+_LOOKED_AT: Final = 200  # number of lines that determine separator and decimal mark
 _NUMBER: Final = re.compile(r"\s*[+-]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][+-]?\d+)?\s*")
 _SAME: Final = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": " ", "*": " ", "⋅": " ", "°": "deg"})
 
 
 @dataclass(frozen=True)
 class Head:
-    """The head of one column: what stands there, and name and unit in it ("" of none)."""
+    """Header of one column: its text, and the name and unit in it ("" without a unit)."""
 
     text: str
     name: str
@@ -41,10 +41,10 @@ class Head:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A table as text: heads, and rows of cells with the numbers of their lines.
+    """Table as text: headers, and rows of cells with their line numbers.
 
-    ``error`` is raised of what is wrong in the file at ``path``; ``heads`` and ``head_line`` are of the first line that
-    holds something, ``lines`` and ``rows`` of the others, with ``separator`` and ``decimal`` mark.
+    ``error`` is raised for errors in the file at ``path``; ``heads`` and ``head_line`` belong to the first line with
+    content, ``lines`` and ``rows`` to the others; ``separator`` and ``decimal`` mark.
     """
 
     path: Path
@@ -58,18 +58,19 @@ class CsvTable:
 
     @property
     def dialect(self) -> str:
-        """Return how its columns and numbers are written, in words."""
+        """Return separator and decimal mark in words."""
         return f"divided by {SEPARATORS.get(self.separator, repr(self.separator))}, decimal " + (
             "comma" if self.decimal == "," else "point"
         )
 
     @property
     def header(self) -> str:
-        """Return its first line, to be quoted."""
+        """Return the header line, for quotation."""
         return self.separator.join(head.text for head in self.heads)
 
     def numbers(self, columns: Sequence[int] | None = None) -> Array:
-        """Return the columns (n, k), all if ``None``. Raises ``error``: other rows, a cell that is no finite number."""
+        """Return the columns (n, k), all for ``None``. Raises ``error`` for rows of other lengths and cells that are no
+        finite number."""
         chosen, count = range(len(self.heads)) if columns is None else columns, len(self.heads)
         values = np.empty((len(self.rows), len(chosen)))
         for row, line, cells in zip(values, self.lines, self.rows, strict=True):
@@ -94,13 +95,14 @@ class CsvTable:
         return value
 
     def column_of(self, role: str, names: Sequence[str], stated: Mapping[str, str]) -> int | None:
-        """Return the number of the column that ``stated`` names for a role, else that of one of the ``names``, if any.
+        """Return the number of the column that ``stated`` names for a role, otherwise one of the ``names``; ``None`` if
+        absent.
 
-        Raises ``error`` of a stated name that no head has, and of several.
+        Raises ``error`` for a stated name that is no header, and for several columns.
         """
         if role in stated:
-            wanted = stated[role].strip().lower()
-            numbers = [k for k, head in enumerate(self.heads) if wanted in (head.text.lower(), head.name.lower())]
+            name = stated[role].strip().lower()
+            numbers = [k for k, head in enumerate(self.heads) if name in (head.text.lower(), head.name.lower())]
             words = f"columns.{role} = {stated[role]!r}"
         else:
             numbers = [k for k, head in enumerate(self.heads) if head.name.lower() in names]
@@ -114,10 +116,10 @@ class CsvTable:
         return numbers[0] if numbers else None
 
     def factor_of(self, column: int, role: str, units: Mapping[str, float], stated: Mapping[str, str]) -> float:
-        """Return the factor of a column to SI, by its head or by the unit ``stated`` in place of an unknown one, as "p
-        [Bar]".
+        """Return the factor of a column to SI, by its header, or by the unit ``stated`` if that of the header is
+        unknown, as in "p [Bar]".
 
-        Raises ``error``: no unit, one that is unknown, another known one in the head than stated.
+        Raises ``error`` for a missing or unknown unit, and for a stated unit that contradicts a known one.
         """
         head = self.heads[column]
         unit = normal_unit(stated.get(role, head.unit))
@@ -141,11 +143,11 @@ class CsvTable:
         units: Mapping[str, str],
         hint: Callable[[str], str] = lambda name: "",
     ) -> tuple[Array, Array]:
-        """Return a column of each role in ``known``, which has its units, (n, k), and their factors to SI (k,).
+        """Return the columns (n, k) of the roles in ``known``, each with its units, and their factors to SI (k,).
 
-        ``columns`` and ``units``: what the heads do not state, by role; ``hint``: of the name that stands in the place
-        of a column that is not there. Raises ``error``: other roles, a column that is not there, and what `column_of`,
-        `factor_of` and `numbers` raise.
+        ``columns`` and ``units``: names and units by role that the headers do not state; ``hint``: function of the
+        header at the position of a missing column, for the message. Raises ``error`` for other roles, a missing column,
+        and as `column_of`, `factor_of` and `numbers`.
         """
         if unknown := sorted({*columns, *units} - {*known}):
             raise self.error(f"{self.path}: columns and units know {enumeration(known)}, not {unknown[0]}: remove it")
@@ -172,17 +174,17 @@ class CsvTable:
 def read_csv(
     path: Path, error: type[Exception], *, delimiter: str | None = None, most: int = CSV_LIMIT
 ) -> CsvTable | None:
-    """Return the table in a file, but for lines that begin with #; ``None`` of one without a line that holds something.
+    """Return the table in a file without lines that begin with #; ``None`` if no line has content.
 
-    ``delimiter``: between the columns; ``None``: as the lines show. Raises ``error``: no regular file, larger than
-    ``most`` bytes, no text, too many columns or lines, numbers whose commas or points say two things at once.
+    ``delimiter``: separator of columns; ``None``: determined from the lines. Raises ``error``: no regular file, larger
+    than ``most`` bytes, no text, too many columns or lines, ambiguous commas or points in numbers.
     """
     with opened_file(path, most, error) as file:
         first = file.read(1 << 20)
     encoding = "utf-8-sig"
     try:
         first.decode(encoding)
-    except UnicodeDecodeError as problem:  # the code page of Western Windows, if nothing is a control character
+    except UnicodeDecodeError as problem:  # code page of Western Windows, if there are no control characters
         if problem.start < len(first) - 3 and min(first) >= 9:
             encoding = "cp1252"
     separator = _separator_of(first.decode(encoding, errors="replace")) if delimiter is None else delimiter
@@ -205,7 +207,7 @@ def read_csv(
     if not rows:
         return None
     if len(rows[0]) > 1 and all(len(row) == len(rows[0]) and not row[-1].strip() for row in rows):
-        rows = [row[:-1] for row in rows]  # a last column that is empty, as a separator at the end of lines leaves
+        rows = [row[:-1] for row in rows]  # an empty last column, left by separators at line ends
     heads = tuple(head_of(cell) for cell in rows[0])
     table = CsvTable(path, error, heads, lines[0], tuple(lines[1:]), rows[1:], separator)
     return _with_decimal(table)
@@ -214,7 +216,7 @@ def read_csv(
 def needed_csv(
     path: str | os.PathLike[str], error: type[Exception], of_file: type[Exception], like: str, delimiter: str | None
 ) -> CsvTable:
-    """Return the table in a file as `read_csv` does; raises ``of_file`` where there is none, or nothing in it."""
+    """Return the table in a file as `read_csv`; raises ``of_file`` if the file is missing or empty."""
     name = Path(path)
     if not name.exists():
         raise of_file(f"{name}: no such file; check the path")
@@ -224,7 +226,7 @@ def needed_csv(
 
 
 def head_of(cell: str) -> Head:
-    """Return name and unit of a head, the unit in the last pair of brackets of either kind."""
+    """Return text, name and unit of a header; the unit is in the last pair of brackets or parentheses."""
     text, pairs = cell.strip(), {"]": "[", ")": "("}
     if text and (opening := pairs.get(closing := text[-1])):
         depth = 0
@@ -236,19 +238,19 @@ def head_of(cell: str) -> Head:
 
 
 def normal_unit(unit: str) -> str:
-    """Return a unit as tables of units have it: u for micro, ^2 for a raised 2, one space for a product."""
+    """Return a unit in the notation of tables of units: u for micro, ^2 for a superscript, one space for a product."""
     return " ".join(unit.translate(_SAME).split())
 
 
 def _separator_of(first: str) -> str:
-    """Return the first of tab, semicolon and comma that stands in each of the first lines; the comma of none."""
+    """Return the first of tab, semicolon and comma that occurs in each of the first lines; a comma if there is none."""
     lines = [line for line in first.splitlines() if line.strip() and line.lstrip()[:1] != "#"][:_LOOKED_AT]
-    whole = lines[:-1] if len(lines) > 2 else lines  # the last one may be cut off
+    whole = lines[:-1] if len(lines) > 2 else lines  # the last line may be truncated
     return next((mark for mark in SEPARATORS if whole and all(mark in line for line in whole)), ",")
 
 
 def _with_decimal(table: CsvTable) -> CsvTable:
-    """Return the table with the decimal mark that its cells show."""
+    """Return the table with the decimal mark of its cells. Raises its ``error`` for inconsistent or ambiguous marks."""
     count = len(table.heads)
     wide = table.rows and count > 1 and all(len(row) > count for row in table.rows[:_LOOKED_AT])
     if table.separator == "," and wide and len(table.rows) > 1:
@@ -274,7 +276,7 @@ def _with_decimal(table: CsvTable) -> CsvTable:
 
 
 def _cells(table: CsvTable) -> Iterator[tuple[int, str]]:
-    """Yield the lines and cells that show the decimal mark: all of them, so that none is read by the wrong one."""
+    """Yield lines and cells that contain a decimal mark: all of them, to read none with the wrong one."""
     for line, row in zip(table.lines, table.rows, strict=True):
         for cell in row:
             if "," in cell or "." in cell:
@@ -285,10 +287,9 @@ Row = Mapping[str, float]
 
 
 def csv_text(heads: Iterable[object], rows: Iterable[Iterable[object]], digits: int | None = None) -> str:
-    """Return heads and rows as comma-separated values: true and false as in JSON, an empty field for
-    what is not known.
+    """Return headers and rows as comma-separated values: true and false as in JSON, an empty field for unknown values.
 
-    ``digits``: of numbers with a point; ``None``: as many as bring them back as they were.
+    ``digits``: significant digits of floats; ``None``: as many as restore the value.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -308,13 +309,13 @@ def _cell(value: object, digits: int | None) -> str:
 def write_csv(
     path: str | os.PathLike[str], heads: Iterable[object], rows: Iterable[Iterable[object]], digits: int | None = None
 ) -> Path:
-    """Write what `csv_text` returns, whole or not at all, and return the path."""
+    """Write the text of `csv_text` to a file, complete or not at all, and return the path."""
     write_whole(path, csv_text(heads, rows, digits).encode("utf-8"))
     return Path(path)
 
 
 def read_rows(path: str | os.PathLike[str]) -> list[Row]:
-    """Read rows of numbers only. Raises `ValueError` that names file and line."""
+    """Return rows of numbers by header. Raises `ValueError` that names file and line."""
     table = read_csv(Path(path), ValueError)
     if table is None:
         return []
@@ -323,8 +324,7 @@ def read_rows(path: str | os.PathLike[str]) -> list[Row]:
 
 
 def without_nan(value: object) -> object:
-    """Return mappings, lists and tuples within each other, every number that is not finite as ``None``: JSON has
-    none."""
+    """Return nested mappings, lists and tuples with ``None`` in place of every number that is not finite, for JSON."""
     if isinstance(value, Mapping):
         return {key: without_nan(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,10 +1,10 @@
-"""What an HDF5 file may be made of: datasets in the file itself, of sizes that the file can hold.
+"""Structure check of HDF5 files, and a seal: only datasets in the file itself, of sizes that the file can contain.
 
-HDF5 lets a file name others, whose bytes then stand for numbers (external storage, external links, virtual datasets),
-point at itself (soft links), and claim a thousand times its size (compression). Checked before a number is read.
+HDF5 lets a file refer to others whose bytes are read as numbers (external storage, external links, virtual datasets),
+refer to itself (soft links), and claim a thousand times its size (compression). This is checked before reading.
 
-A checksum stands in front: the library that reads HDF5 can crash on damaged bytes, so they are found first. This seal
-is in HDF5's user block, 512 bytes that the format leaves to the application: other programs read the file as before.
+A checksum precedes the data, because the HDF5 library can crash on damaged bytes. This seal is in HDF5's user block,
+512 bytes that the format leaves to the application: other programs still read the file.
 """
 
 import hashlib
@@ -23,18 +23,17 @@ MB: Final = 1 << 20
 MOST_OBJECTS: Final = 20_000
 MOST_ATTRIBUTES: Final = 200_000
 DEEPEST: Final = 32
-OWN_FILTERS: Final = (*range(1, 7), 32000)  # numbers of HDF5's own filters, and of LZF, which h5py brings along
-FREE: Final = 64 * MB  # bytes that the datasets of any file may claim, however small it is
+OWN_FILTERS: Final = (*range(1, 7), 32000)  # numbers of HDF5's own filters, and of LZF, which h5py contains
+FREE: Final = 64 * MB  # total size that datasets of any file may claim, however small the file is [bytes]
 
 
 def check_structure(path: Path, error: type[Exception], most_packed: float = 100.0) -> None:
     """Raise ``error``, naming file, key, value and limit, for an HDF5 file that is not plain.
 
-    Refused: links that are soft, external or of a user's class, external storage, virtual datasets, filters that load
-    a plug-in, groups with two names, more than `MOST_OBJECTS` objects, `MOST_ATTRIBUTES` attributes or `DEEPEST`
-    levels, datasets, chunks and attributes that claim together more than ``most_packed`` times the file's size and more
-    than `FREE` bytes. Entries of variable length may lie at one place of the file: each claims the whole file before it
-    is read.
+    Refused are: soft, external or user-defined links, external storage, virtual datasets, filters that load a plug-in,
+    groups with two names, more than `MOST_OBJECTS` objects, `MOST_ATTRIBUTES` attributes or `DEEPEST` levels, and
+    datasets, chunks and attributes that together claim more than ``most_packed`` times the file's size and more than
+    `FREE` bytes. Entries of variable length may share one place in the file: each counts as the whole file.
     """
     size = path.stat().st_size
     limit = max(FREE, int(most_packed * size))
@@ -67,8 +66,8 @@ def check_structure(path: Path, error: type[Exception], most_packed: float = 100
 
 
 def _objects(file: Any, path: Path, error: type[Exception]) -> Iterator[tuple[str, Any]]:
-    """Yield the file, then name and object of every hard link. A group of two names would be read once for each."""
-    seen = {_address(file)}
+    """Yield the file, then name and object of every hard link. Groups with two names are refused, not read twice."""
+    addresses = {_address(file)}
     waiting = [("", file, 0)]
     objects = 0
     yield "", file
@@ -90,42 +89,42 @@ def _objects(file: Any, path: Path, error: type[Exception]) -> Iterator[tuple[st
             member = group[name]
             if isinstance(member, h5py.Group):
                 address = _address(member)
-                if address in seen:
+                if address in addresses:
                     raise error(f"{path}: {key} is a group with another name, too: refused; write each group once")
-                seen.add(address)
+                addresses.add(address)
                 waiting.append((key, member, depth + 1))
             if isinstance(member, h5py.Dataset | h5py.Group):
                 yield key, member
 
 
 def _address(group: Any) -> tuple[int, int]:
-    """Return the place of the group in the file."""
+    """Return the address of the group in the file."""
     place = h5py.h5o.get_info(group.id)
     return place.fileno, place.addr
 
 
-def _bytes_of_attribute(found: Any, name: str, size: int, most: int) -> int:
-    """Return the bytes of an attribute's value, read to be sure; its claim alone where that is larger than ``most``."""
-    attribute = found.attrs.get_id(name)
+def _bytes_of_attribute(member: Any, name: str, size: int, most: int) -> int:
+    """Return the size of an attribute's value after reading it [bytes]; only its claim if that exceeds ``most``."""
+    attribute = member.attrs.get_id(name)
     count = math.prod(attribute.shape or ())
     claim = count * (size if attribute.dtype.hasobject else int(attribute.dtype.itemsize))
     if claim > most:
         return claim
     value: object = None
-    with suppress(TypeError, ValueError, OSError):  # of a type that is not known here, and asked for by nobody
-        value = found.attrs[name]
+    with suppress(TypeError, ValueError, OSError):  # of a type that is unknown here and that no caller needs
+        value = member.attrs[name]
     return _taken(value)
 
 
 def _taken(value: Any) -> int:
-    """Return the bytes that a text, a number or an array takes, entries of variable length with it."""
+    """Return the memory of a text, a number or an array, including entries of variable length [bytes]."""
     if isinstance(value, np.ndarray) and value.dtype == object:
         return value.nbytes + sum(map(_taken, value.flat))
     return int(value.nbytes) if hasattr(value, "nbytes") else len(value) if isinstance(value, str | bytes) else 8
 
 
 def _not_plain(dataset: Any) -> str:
-    """Return what a dataset has that may not be; "" for none."""
+    """Return the property that makes a dataset not plain; "" if it is plain."""
     if dataset.external:
         return f"has its bytes in another file, {dataset.external[0][0]!r}"
     if dataset.is_virtual:
@@ -139,17 +138,17 @@ def _not_plain(dataset: Any) -> str:
 
 USER_BLOCK = 512
 _MAGIC = b"impact file, sha256 of all after byte 512: "
-_PROBE_MEMORY: Final = 1024 * MB  # bytes of address space of the process that probes a file, beside the file's size
-_PROBE_SECONDS: Final = 20  # seconds of processor time of that process
+_PROBE_MEMORY: Final = 1024 * MB  # address space of the process that probes a file, besides the file's size [bytes]
+_PROBE_SECONDS: Final = 20  # processor time of that process [s]
 
 
 def seal_of(image: bytes) -> bytes:
-    """Return the user block to put in front of the bytes of an HDF5 file."""
+    """Return the user block that precedes the bytes of an HDF5 file."""
     return (_MAGIC + hashlib.sha256(image).hexdigest().encode() + b"\n").ljust(USER_BLOCK, b"\0")
 
 
 def seal_holds(path: Path) -> bool | None:
-    """Return whether the file is as it was sealed; ``None`` for a file without a seal."""
+    """Return whether the file matches its seal; ``None`` for a file without a seal."""
     with path.open("rb") as file:
         head = file.read(USER_BLOCK)
         if not head.startswith(_MAGIC):
@@ -159,7 +158,7 @@ def seal_holds(path: Path) -> bool | None:
 
 
 def can_be_opened(path: Path) -> bool:
-    """Return whether HDF5 reads the file's structure without crashing, tried in a process of its own."""
+    """Return whether HDF5 reads the file's structure without crashing, tested in a separate process."""
     try:
         probe = subprocess.run(
             [sys.executable, "-P", __file__, str(path)], capture_output=True, timeout=60, check=False
@@ -170,7 +169,7 @@ def can_be_opened(path: Path) -> bool:
 
 
 def _probe(path: Path) -> None:
-    """Walk through a file within bounds of memory and time; what is wrong with it is reported by who reads it."""
+    """Walk through a file within limits of memory and time; its errors are reported by the reader."""
     with suppress(ImportError, OSError, ValueError):  # absent on Windows
         import resource
 

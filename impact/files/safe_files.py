@@ -1,4 +1,4 @@
-"""Files that are whole or absent when they are written, and bounded and checked when they are read."""
+"""Files that are complete or absent when they are written, and limited in size and checked when they are read."""
 
 import errno
 import os
@@ -10,19 +10,19 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 FULL = (errno.ENOSPC, errno.EFBIG, *(getattr(errno, name) for name in ("EDQUOT",) if hasattr(errno, name)))
-"""Errors of the system where a disk, a quota or the largest size of a file is exhausted."""
+"""Error numbers for an exhausted disk, quota or file size."""
 
 
 class OutputError(ValueError):
-    """A place that cannot be written to; the message names it, the reason and a remedy."""
+    """Error of a path that cannot be written to; the message names it, the reason and a remedy."""
 
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield a temporary path beside ``path``, renamed to it when the block ends well and removed when it does not.
+    """Yield a temporary path beside ``path``, renamed to it if the block succeeds, and removed otherwise.
 
     The temporary name keeps the suffix, for writers that choose the format by it. The folder is made if missing. The
-    content is on the disk before it gets its name. An `OSError` names ``path``.
+    content is flushed to the disk before it is renamed. An `OSError` names ``path``.
     """
     final = Path(path)
     temporary, prefix = final, f".{final.stem}-"
@@ -36,11 +36,11 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
             os.fsync(file.fileno())
         mask = os.umask(0)
         os.umask(mask)
-        temporary.chmod(0o666 & ~mask)  # mkstemp makes it private; give it what open() would have given
+        temporary.chmod(0o666 & ~mask)  # mkstemp makes it private; these are the permissions of open()
         temporary.replace(final)
     except OSError as problem:
-        own = problem.filename is None or Path(str(problem.filename)).name.startswith(prefix)
-        if problem.errno is None or not own:
+        is_temporary = problem.filename is None or Path(str(problem.filename)).name.startswith(prefix)
+        if problem.errno is None or not is_temporary:
             raise
         raise OSError(problem.errno, problem.strerror, str(final)) from problem
     finally:
@@ -50,17 +50,16 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def write_whole(path: str | os.PathLike[str], *parts: bytes) -> None:
-    """Write a file from its parts; whole or absent. Raises `OSError` that names ``path``."""
+    """Write a file from its parts, complete or not at all. Raises `OSError` that names ``path``."""
     with whole_file(path) as temporary, temporary.open("wb") as file:
         for part in parts:
             file.write(part)
 
 
 def check_writable(*paths: str | os.PathLike[str]) -> None:
-    """Try, before anything expensive, whether files could be written at ``paths``; nothing is left behind.
+    """Test, before expensive work, whether files could be written at ``paths``; no file remains.
 
-    A few kilobytes are written to the folder of each, or to the nearest one above it that is there. Raises
-    `OutputError`.
+    A few kilobytes are written to the folder of each path, or to the nearest existing one above. Raises `OutputError`.
     """
     for path in map(Path, paths):
         folder = path.absolute().parent
@@ -82,7 +81,7 @@ def check_writable(*paths: str | os.PathLike[str]) -> None:
 
 MB: Final = 1 << 20
 CSV_LIMIT: Final = 128 * MB
-"""Most bytes of a table of numbers: some five million lines."""
+"""Largest size of a table of numbers [bytes]: some five million lines."""
 
 _KINDS = (
     (stat.S_ISDIR, "a folder"),
@@ -94,12 +93,12 @@ _KINDS = (
 
 
 def opened_file(path: Path, most: int, error: type[Exception]) -> BinaryIO:
-    """Return the open file, to be read in bytes, at its beginning.
+    """Return the file, opened for reading bytes.
 
     Raises:
-        FileNotFoundError: there is none.
-        error: what is there is no regular file, may not be read, or is larger than ``most`` bytes; the message names
-            the file, its size, the limit and a remedy.
+        FileNotFoundError: there is no such file.
+        error: the path is not a regular file, cannot be read, or is larger than ``most`` bytes; the message names the
+            file, its size, the limit and a remedy.
     """
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -108,13 +107,13 @@ def opened_file(path: Path, most: int, error: type[Exception]) -> BinaryIO:
     except (OSError, ValueError) as problem:
         raise error(f"{path}: cannot be read: {getattr(problem, 'strerror', None) or problem}") from None
     try:
-        found = os.fstat(handle)
-        if not stat.S_ISREG(found.st_mode):
-            kind = next((name for test, name in _KINDS if test(found.st_mode)), "something else")
+        status = os.fstat(handle)
+        if not stat.S_ISREG(status.st_mode):
+            kind = next((name for test, name in _KINDS if test(status.st_mode)), "something else")
             raise error(f"{path}: is {kind}; a regular file is needed")
-        if found.st_size > most:
+        if status.st_size > most:
             raise error(
-                f"{path}: has {found.st_size / MB:.7g} MB; such a file is read up to {most / MB:g} MB. "
+                f"{path}: has {status.st_size / MB:.7g} MB; such a file is read up to {most / MB:g} MB. "
                 "Is it the right file? If so, make it coarser, or leave out what is not needed"
             )
         return os.fdopen(handle, "rb")
@@ -124,22 +123,22 @@ def opened_file(path: Path, most: int, error: type[Exception]) -> BinaryIO:
 
 
 def check_file(path: Path, most: int, error: type[Exception]) -> None:
-    """Raise what `opened_file` raises."""
+    """Raise the errors of `opened_file`."""
     opened_file(path, most, error).close()
 
 
 def read_bytes(path: Path, most: int, error: type[Exception]) -> bytes:
-    """Return all bytes of a file; raises as `opened_file`, also where it grows beyond ``most`` while it is read."""
+    """Return all bytes of a file; raises as `opened_file`, also if it grows beyond ``most`` during reading."""
     with opened_file(path, most, error) as file:
         data = file.read(os.fstat(file.fileno()).st_size)
-        while more := file.read(MB):
-            data += more
+        while block := file.read(MB):
+            data += block
             if len(data) > most:
                 raise error(f"{path}: goes on after {most / MB:g} MB, the most that is read of such a file")
     return data
 
 
 def read_text(path: Path, most: int, error: type[Exception], encoding: str = "utf-8", errors: str = "strict") -> str:
-    """Return the text of a file, line ends as ``\\n``; raises as `read_bytes`, and `UnicodeDecodeError`."""
+    r"""Return the text of a file, line ends as ``\\n``; raises as `read_bytes`, and `UnicodeDecodeError`."""
     text = read_bytes(path, most, error).decode(encoding, errors)
     return text.replace("\r\n", "\n").replace("\r", "\n")
