@@ -1,4 +1,4 @@
-"""Green's functions: what every one answers for itself, and the representations."""
+"""Green's functions: the interface of all, and their representations."""
 
 from impact.names import lazy_names
 

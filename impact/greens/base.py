@@ -1,4 +1,4 @@
-"""`GreensFunction`, the base of all representations, and bases of computed, measured and closed-form ones."""
+"""`GreensFunction`, the base class of all representations, and bases of computed, measured and closed-form ones."""
 
 from __future__ import annotations
 
@@ -70,11 +70,11 @@ class GreensFunction(ABC):
 
     def check_length(self, dt: float, n_steps: int) -> None:
         """Raise `GreensFunctionError` if ``n_steps`` of ``dt`` [s] last longer than g is known."""
-        lasts, known = n_steps * dt, self.valid_for
-        if lasts - known > self.overhang * dt * (1 - 1e-6) + 1e-9 * known:
+        lasts, limit = n_steps * dt, self.valid_for
+        if lasts - limit > self.overhang * dt * (1 - 1e-6) + 1e-9 * limit:
             raise GreensFunctionError(
-                f"the run lasts {lasts:.6g} s but g is known up to {known:.6g} s only: shorten the run "
-                f"to {int(known / dt * (1 + 1e-9))} steps, or {self.remedy_too_short}"
+                f"the run lasts {lasts:.6g} s but g is known up to {limit:.6g} s only: shorten the run "
+                f"to {int(limit / dt * (1 + 1e-9))} steps, or {self.remedy_too_short}"
             )
 
     @property
@@ -108,7 +108,7 @@ class GreensFunction(ABC):
         return ()
 
     def inverse_mass(self) -> Array:
-        """Return the (p, p) lim g_ij(t)/t, t -> inf: final velocity of port i per impulse on port j; 0 if held [1/kg].
+        """Return lim g_ij(t)/t, t -> inf (p, p): final velocity of port i per impulse on port j; 0 if supported [1/kg].
 
         Raises `GreensFunctionError` for a representation that moves without limit and does not override this method.
         """
@@ -119,7 +119,7 @@ class GreensFunction(ABC):
         )
 
     def mass(self, port: str | int = 0) -> float:
-        """Return the effective mass of rigid motion at a port [kg]; ``inf`` if the body is held, or endless."""
+        """Return the effective mass of rigid motion at a port [kg]; ``inf`` if the body is supported or infinite."""
         i = self.port_index(port)
         inverse = float(self.inverse_mass()[i, i])
         return 1.0 / inverse if inverse > 0 else math.inf
@@ -230,16 +230,16 @@ class GreensFunction(ABC):
     _repr_html_ = as_html
 
     def _in_words(self) -> tuple[str, ...]:
-        """Return descriptions of the representation, a line each."""
+        """Return descriptions of the representation, one per line."""
         return ()
 
 
 def is_greens(thing: object) -> TypeGuard[GreensFunction]:
-    """Return whether ``thing`` is a Green's function, and not a body or step weights."""
+    """Return whether ``thing`` is a Green's function."""
     return isinstance(thing, GreensFunction)
 
 
-_BLOCK = 256  # instants evaluated at once: memory is this times the number of poles
+_BLOCK = 256  # number of times evaluated at once: memory is this times the number of poles
 
 
 class StatedGreens(GreensFunction):
@@ -286,10 +286,10 @@ class PoleSums(StatedGreens):
 
     @abstractmethod
     def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
-        """Return the (rows, columns, n) g after a unit Hann pulse of ``width`` [s]."""
+        """Return g (rows, columns, n) after a unit Hann pulse of ``width`` [s]."""
 
     def _terms(self, counts: Mapping[str, int], noun: str, hertz: Array, ratios: Array, spring: Array) -> tuple[str]:
-        """Return the terms in words: ``counts`` of rigid motions and of real poles, and the oscillations between."""
+        """Return the terms in words: ``counts`` of rigid motions and of real poles, and the oscillations."""
         (rigid, real), span = (f"{n} {name}" if n else "" for name, n in counts.items()), ""
         if hertz.size:
             span = f"{hertz.size} {noun}, {hertz.min():.5g} ... {hertz.max():.5g} Hz, damping ratio "
@@ -329,7 +329,7 @@ def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
 
 
 class ExactPort(GreensFunction):
-    """One port of a body in closed form; a frozen dataclass whose fields are its parameters."""
+    """One port of a body in closed form: a frozen dataclass whose fields are its parameters."""
 
     kind: ClassVar[str]
     closed_form = True
@@ -342,7 +342,7 @@ class ExactPort(GreensFunction):
 
     @property
     def error_estimate(self) -> ErrorEstimate:
-        """Return 0: it is exact."""
+        """Return an error of 0, as the function is exact."""
         return ErrorEstimate(0.0, 0.0)
 
     @property

@@ -20,14 +20,14 @@ ALL: Final = slice(None)
 
 @dataclass(frozen=True)
 class Residual:
-    """The residual flexibility of truncated modes, in a passive form.
+    """Residual flexibility of truncated modes, in a passive form.
 
     g_res(t) = sum_r a_r a_r' exp(-rates_r t) + compliance * delta(t)
 
     Attributes:
-        shapes: (R, p) amplitudes a_r [sqrt(m/(N s))].
-        rates: (R,) decay rates 1/tau >= 0 [1/s]; 0 is a dashpot or a semi-infinite rod.
-        compliance: (p, p) symmetric positive semidefinite bare compliance [m/N].
+        shapes: amplitudes a_r (R, p) [sqrt(m/(N s))].
+        rates: decay rates 1/tau >= 0 (R,) [1/s]; 0 is a dashpot or a semi-infinite rod.
+        compliance: symmetric positive semidefinite bare compliance (p, p) [m/N].
     """
 
     shapes: answers.Array
@@ -51,15 +51,15 @@ class Residual:
     def relaxing(compliance: ArrayLike, rate: float) -> Residual:
         """Return the exponential with integral R0 = ``compliance`` (scalar or (p, p)) [m/N] and a given ``rate`` [1/s].
 
-        g_res(t) = R0 rate exp(-rate t): springs R0, each beside a dashpot.
+        g_res(t) = R0 rate exp(-rate t): springs R0, each parallel to a dashpot.
         """
         r0 = _symmetric_psd(compliance, "residual compliance")
         if not (rate > 0 and np.isfinite(rate)):
             raise answers.GreensFunctionError(f"rate = {rate:g} 1/s must be positive and finite")
         values, vectors = np.linalg.eigh(r0)
-        kept = values > 1e-14 * max(values[-1], 0.0)
-        shapes = (vectors[:, kept] * np.sqrt(values[kept] * rate)).T.copy()
-        return Residual(shapes, np.full(int(kept.sum()), rate), np.zeros_like(r0))
+        positive = values > 1e-14 * max(values[-1], 0.0)
+        shapes = (vectors[:, positive] * np.sqrt(values[positive] * rate)).T.copy()
+        return Residual(shapes, np.full(int(positive.sum()), rate), np.zeros_like(r0))
 
     @staticmethod
     def exponential(compliance: ArrayLike, initial_value: ArrayLike) -> Residual:
@@ -80,8 +80,8 @@ class Residual:
         root = vectors * np.sqrt(scale) @ vectors.T
         inverse_root = vectors / np.sqrt(scale) @ vectors.T
         taus, modes = np.linalg.eigh(inverse_root @ r0 @ inverse_root)
-        kept = taus > 1e-14 * max(taus[-1], 0.0)
-        return Residual((root @ modes[:, kept]).T.copy(), 1.0 / taus[kept], np.zeros_like(r0))
+        positive = taus > 1e-14 * max(taus[-1], 0.0)
+        return Residual((root @ modes[:, positive]).T.copy(), 1.0 / taus[positive], np.zeros_like(r0))
 
     @staticmethod
     def together(residuals: Sequence[Residual]) -> Residual:
@@ -94,13 +94,13 @@ class Residual:
         return Residual(math.sqrt(factor) * self.shapes, self.rates, factor * self.compliance)
 
     def static(self) -> answers.Array:
-        """Return the (p, p) static compliance [m/N]; ``inf`` for a dashpot (rate 0)."""
-        loose = self.rates == 0
-        bent = self.shapes[~loose] / np.sqrt(self.rates[~loose])[:, None]
-        return np.asarray(bent.T @ bent + endless(self.shapes[loose]) + self.compliance)
+        """Return the static compliance (p, p) [m/N]; ``inf`` for a dashpot (rate 0)."""
+        free = self.rates == 0
+        bent = self.shapes[~free] / np.sqrt(self.rates[~free])[:, None]
+        return np.asarray(bent.T @ bent + endless(self.shapes[free]) + self.compliance)
 
     def filtered(self, t: answers.Array, width: float, rows: Ports = ALL, columns: Ports = ALL) -> answers.Array:
-        """Return the (p, p, nt) residual part of g after a unit Hann pulse of ``width`` [s], for the ports ``rows``
+        """Return the residual part of g (p, p, nt) after a unit Hann pulse of ``width`` [s], for the ports ``rows``
         under impulses on ``columns`` [m/(N s)]."""
         decays = combine(self.shapes[:, rows], decay_responses(self.rates, t, width), self.shapes[:, columns])
         return decays + self.compliance[rows][:, columns, None] * hann(t, width)
@@ -111,9 +111,9 @@ class ModalGreens(base.PoleSums):
     """g_ij(t) = sum_k phi_ki phi_kj exp(-zeta_k w_k t) sin(wd_k t)/wd_k + residual, wd = w sqrt(1 - zeta^2).
 
     Attributes:
-        omega: (M,) angular frequencies w_k >= 0 [rad/s]; 0 is a rigid-body mode (t).
-        zeta: (M,) damping ratios >= 0; 1 and above are allowed.
-        shapes: (M, p) mass-normalised mode shapes at the ports [1/sqrt(kg)].
+        omega: angular frequencies w_k >= 0 (M,) [rad/s]; 0 is a rigid-body mode (t).
+        zeta: damping ratios >= 0 (M,); 1 and above are allowed.
+        shapes: mass-normalised mode shapes at the ports (M, p) [1/sqrt(kg)].
         residual: residual flexibility of truncated modes.
         port_names: p names.
         error: estimated error of g.
@@ -133,9 +133,9 @@ class ModalGreens(base.PoleSums):
     __repr__ = base.PoleSums.__str__
 
     def __post_init__(self) -> None:
-        rest, m, p = self.residual, self.omega.size, len(self.port_names)
-        r = rest.rates.size
-        relaxations = (rest.shapes.shape, rest.rates.shape, rest.compliance.shape)
+        residual, m, p = self.residual, self.omega.size, len(self.port_names)
+        r = residual.rates.size
+        relaxations = (residual.shapes.shape, residual.rates.shape, residual.compliance.shape)
         modes = (self.omega.shape, self.zeta.shape, self.shapes.shape)
         if modes != ((m,), (m,), (m, p)) or relaxations != ((r, p), (r,), (p, p)):
             raise answers.GreensFunctionError(
@@ -196,13 +196,13 @@ class ModalGreens(base.PoleSums):
         return float(self.omega.max(initial=0.0))
 
     def combined(self, weights: answers.Array, port_names: tuple[str, ...]) -> ModalGreens:
-        rest = self.residual
-        seen = Residual(rest.shapes @ weights, rest.rates, weights.T @ rest.compliance @ weights)
-        return replace(self, shapes=self.shapes @ weights, residual=seen, port_names=port_names)
+        residual = self.residual
+        at_ports = Residual(residual.shapes @ weights, residual.rates, weights.T @ residual.compliance @ weights)
+        return replace(self, shapes=self.shapes @ weights, residual=at_ports, port_names=port_names)
 
     @property
     def frequencies_hz(self) -> answers.Array:
-        """Return the (M,) undamped natural frequencies [Hz]."""
+        """Return the undamped natural frequencies (M,) [Hz]."""
         return self.omega / (2 * np.pi)
 
     def _in_words(self) -> tuple[str, ...]:
@@ -222,14 +222,14 @@ class ModalGreens(base.PoleSums):
         return float(self.residual.compliance[i, j])
 
     def transfer(self, s: answers.ComplexArray) -> answers.ComplexArray:
-        """Return the (n, p, p) sum of phi phi'/(s^2 + 2 zeta w s + w^2) + a a'/(s + rate) + c [m/N]."""
-        rest, w, column = self.residual, self.omega, s[:, None]
+        """Return the sum of phi phi'/(s^2 + 2 zeta w s + w^2) + a a'/(s + rate) + c (n, p, p) [m/N]."""
+        residual, w, column = self.residual, self.omega, s[:, None]
         parts = (
             (1 / (column**2 + 2 * self.zeta * w * column + w**2), self.shapes),
-            (1 / (column + rest.rates), rest.shapes),
+            (1 / (column + residual.rates), residual.shapes),
         )
         sums = [np.einsum("nk,ki,kj->nij", f, phi, phi, optimize=True) for f, phi in parts]
-        return np.asarray(sums[0] + sums[1] + rest.compliance, dtype=complex)
+        return np.asarray(sums[0] + sums[1] + residual.compliance, dtype=complex)
 
     def of_modes(self, kept: NDArray[np.bool_], residual: Residual | None = None) -> ModalGreens:
         """Return the function with the modes in the mask ``kept`` (M,), and another ``residual`` if one is given."""
@@ -246,7 +246,7 @@ class ModalGreens(base.PoleSums):
         return answers.Stored("modal", arrays=arrays)
 
     def static_compliance(self) -> answers.Array:
-        """Return (p, p) sum of phi phi'/w^2 plus the residual's; ``inf`` with a rigid-body mode at the port [m/N]."""
+        """Return sum of phi phi'/w^2 plus the residual's (p, p); ``inf`` with a rigid-body mode at the port [m/N]."""
         rigid = self.omega == 0
         bent = self.shapes[~rigid] / self.omega[~rigid, None]
         return np.asarray(bent.T @ bent + endless(self.shapes[rigid]) + self.residual.static())
@@ -256,23 +256,23 @@ class ModalGreens(base.PoleSums):
         return np.asarray(start + np.where(self.residual.compliance != 0, np.inf, 0.0))
 
     def _filtered(self, t: answers.Array, width: float, rows: list[int], columns: list[int]) -> answers.Array:
-        rest = self.residual.filtered(t, width, rows, columns)
-        for start in range(0, t.size, 1024):  # blocks bound the memory
+        response = self.residual.filtered(t, width, rows, columns)
+        for start in range(0, t.size, 1024):  # blocks limit the memory
             block = slice(start, start + 1024)
             each = mode_responses(self.omega, self.zeta, t[block], width)
-            rest[:, :, block] += combine(self.shapes[:, rows], each, self.shapes[:, columns])
-        return rest
+            response[:, :, block] += combine(self.shapes[:, rows], each, self.shapes[:, columns])
+        return response
 
     def step_matrix(self, dt: float) -> answers.Array:
         """Return W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N]."""
         gains = oscillator.step_response(np.full(self.omega.shape, dt), self.omega, self.zeta)
-        rest = self.residual
-        eased = dt * oscillator.expm1_over(-rest.rates * dt)
-        whole = (self.shapes.T * gains) @ self.shapes + (rest.shapes.T * eased) @ rest.shapes + rest.compliance
+        res = self.residual
+        eased = dt * oscillator.expm1_over(-res.rates * dt)
+        whole = (self.shapes.T * gains) @ self.shapes + (res.shapes.T * eased) @ res.shapes + res.compliance
         return np.asarray((whole + whole.T) / 2)
 
     def step_kernel(self, dt: float, n_steps: int) -> answers.StepKernel:
-        """Return itself: the recursion is exact for forces constant over a step."""
+        """Return the function as a recursion, which is exact for forces constant over a step."""
         return answers.StepKernel(self, None, f"pole recursion, {self.marched_poles(dt, n_steps)} poles")
 
     def marched_poles(self, dt: float, n_steps: float) -> int:
@@ -288,7 +288,7 @@ class ModalGreens(base.PoleSums):
 
 
 def _symmetric_psd(values: ArrayLike, name: str) -> answers.Array:
-    """Return a (p, p) matrix without the negative eigenvalues of round-off; raises for those beyond 1e-10."""
+    """Return a symmetric matrix (p, p) without negative eigenvalues of round-off; raises for those beyond 1e-10."""
     matrix = np.atleast_2d(np.asarray(values, dtype=float))
     if matrix.shape[0] != matrix.shape[1] or not np.all(np.isfinite(matrix)):
         raise answers.GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
@@ -303,6 +303,6 @@ def _symmetric_psd(values: ArrayLike, name: str) -> answers.Array:
 
 
 def endless(shapes: answers.Array) -> answers.Array:
-    """Return the (p, p) compliance of unrestrained motions (r, p): infinite where both ports take part in one."""
+    """Return the compliance (p, p) of unrestrained motions (r, p): infinite if both ports take part in one."""
     shared = shapes.T @ shapes
     return np.where(shared != 0, np.copysign(np.inf, shared), 0.0)

@@ -1,11 +1,11 @@
 """The damped oscillator q'' + 2 zeta w q' + w^2 q = f, exact for any w >= 0 and zeta >= 0, and the Hann pulse that
-states a bandwidth.
+defines a bandwidth.
 
-One set of formulas serves rigid bodies (w = 0), light, critical and heavy damping without loss of digits; all
-functions broadcast. Source: Duhamel's integral, e.g. Clough & Penzien, Dynamics of Structures, ch. 6.
+One set of formulas covers rigid bodies (w = 0), light, critical and heavy damping without loss of digits; all functions
+broadcast. Source: Duhamel's integral, e.g. Clough & Penzien, Dynamics of Structures, ch. 6.
 
-p(s) = (1 - cos(2 pi s/T))/T on [0, T], T = 1/bandwidth: unit area, -6 dB at the bandwidth, zero at twice it, falling
-like 1/f^3 beyond. Reduction errors are measured on g convolved with p, since g itself jumps.
+p(s) = (1 - cos(2 pi s/T))/T on [0, T], T = 1/bandwidth: unit area, -6 dB at the bandwidth, zero at twice it, decaying
+like 1/f^3 above. Reduction errors are measured on g convolved with p, since g itself has jumps.
 """
 
 from typing import TypeVar
@@ -19,7 +19,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def expm1_over(x: _Numbers) -> _Numbers:
-    """Return (exp(x) - 1)/x, 1 at x = 0."""
+    """Return (exp(x) - 1)/x, and 1 at x = 0."""
     safe = np.where(x == 0, 1.0, x)
     return np.where(x == 0, 1.0, np.expm1(safe) / safe)
 
@@ -80,7 +80,7 @@ def transition(dt: float, omega: Array, zeta: Array) -> tuple[Array, Array]:
 
 
 def free_transition(t: Array, omega: Array, zeta: Array) -> Array:
-    """Return A (2, 2, ...) over times ``t`` without a force: [q, q'] <- A [q, q']; a rigid motion has w = 0."""
+    """Return A (2, 2, ...) over times ``t`` without force: [q, q'] <- A [q, q']; a rigid motion has w = 0."""
     cosine, sine = decaying_pair(t, omega, zeta)
     return np.array([[cosine + zeta * omega * sine, sine], [-(omega**2) * sine, cosine - zeta * omega * sine]])
 
@@ -88,16 +88,16 @@ def free_transition(t: Array, omega: Array, zeta: Array) -> Array:
 def dissipation_form(dt: float, omega: Array, zeta: Array) -> Array:
     """Return D (3, 3, M) with 2 zeta w * integral of q'^2 over one step = x' D x, x = (q, q', f) at its start.
 
-    The integral of products of exponentials in closed form where that keeps its digits, else Gauss quadrature on
-    panels that resolve both the oscillation and the decay.
+    The integral of products of exponentials is in closed form if that keeps its digits, otherwise by Gauss quadrature
+    on panels that resolve both the oscillation and the decay.
     """
     out = np.zeros((3, 3, len(omega)))
     closed = (omega * dt > 0.5) & (zeta > 0) & (zeta < 0.5)
     out[:, :, closed] = _closed_gram(dt, omega[closed], zeta[closed])
-    rest = ~closed & (omega > 0) & (zeta > 0)
-    slow = rest & (omega * dt * np.maximum(1.0, 2 * zeta) <= 0.5)  # one panel each, all at once
+    others = ~closed & (omega > 0) & (zeta > 0)
+    slow = others & (omega * dt * np.maximum(1.0, 2 * zeta) <= 0.5)  # one panel each, all at once
     out[:, :, slow] = _panel_gram(np.zeros((1, 1)), np.full((1, 1), dt), omega[slow, None], zeta[slow, None])
-    for k in np.flatnonzero(rest & ~slow):
+    for k in np.flatnonzero(others & ~slow):
         edges = _panels(dt, float(omega[k]), float(zeta[k]))
         panels = _panel_gram(edges[:-1, None], edges[1:, None], omega[k], zeta[k])
         out[:, :, k] = panels.sum(axis=-1)
@@ -105,7 +105,7 @@ def dissipation_form(dt: float, omega: Array, zeta: Array) -> Array:
 
 
 def _closed_gram(dt: float, w: Array, z: Array) -> Array:
-    """Return the integral over [0, dt] of v v' with v = Re(c exp(lambda t)), for light damping; (3, 3, M)."""
+    """Return the integral (3, 3, M) over [0, dt] of v v' with v = Re(c exp(lambda t)), for light damping."""
     wd = w * np.sqrt((1 - z) * (1 + z))
     rate = -z * w + 1j * wd
     twice = np.expm1(2 * rate * dt) / (2 * rate)
@@ -115,7 +115,7 @@ def _closed_gram(dt: float, w: Array, z: Array) -> Array:
 
 
 def _panel_gram(start: Array, end: Array, w: Array, z: Array) -> Array:
-    """Return the (3, 3, m) integrals of v v' over [start, end] (m, 1) each, where q'(t) = v(t) . (q0, q'0, f)."""
+    """Return the integrals (3, 3, m) of v v' over each [start, end] (m, 1), where q'(t) = v(t) . (q0, q'0, f)."""
     half = (end - start) / 2
     t = (end + start) / 2 + half * _NODES
     cosine, sine = decaying_pair(t, w, z)
@@ -124,7 +124,7 @@ def _panel_gram(start: Array, end: Array, w: Array, z: Array) -> Array:
 
 
 def _panels(dt: float, w: float, z: float) -> Array:
-    """Return panel edges: half a radian (or a decay time) wide at first, geometric once the fast part has decayed."""
+    """Return panel edges: half a radian (or a decay time) wide at first, geometric after the fast part has decayed."""
     width = 0.5 / (w * max(1.0, 2 * z))
     slow = z * w if z < 1 else w / (2 * z)
     end = 40.0 / slow if slow * dt > 40.0 else dt
@@ -140,18 +140,18 @@ def _panels(dt: float, w: float, z: float) -> Array:
 
 
 def hann(t: Array, width: float) -> Array:
-    """Return the Hann pulse p(t) of unit area [1/s]."""
+    """Return the Hann pulse p(t) of unit area and total ``width`` [s], in 1/s."""
     return np.where((t >= 0) & (t <= width), 1 - np.cos(2 * np.pi * t / width), 0.0) / width
 
 
 def error_times(duration: float, width: float) -> Array:
-    """Return times at which errors are measured: ten per pulse width (forty in the first two), 4000 at most."""
+    """Return the times of error measurements: ten per pulse width (forty in the first two), at most 4000."""
     n = int(np.clip(np.ceil(10 * duration / width), 16, 4000))
     return np.unique(np.concatenate([np.linspace(0, min(2 * width, duration), 81), np.linspace(0, duration, n + 1)]))
 
 
 def mode_responses(omega: Array, zeta: Array, t: Array, width: float) -> Array:
-    """Return the (M, nt) displacement of each oscillator of unit mass after the pulse [s]."""
+    """Return the displacement (M, nt) of each oscillator of unit mass after the pulse [s]."""
     rigid, late = omega == 0, np.maximum(t, 0.0)
     out = np.zeros((len(omega), len(t)))
     early = late**2 / 2 - (1 - np.cos(2 * np.pi * late / width)) * (width / (2 * np.pi)) ** 2
@@ -161,21 +161,21 @@ def mode_responses(omega: Array, zeta: Array, t: Array, width: float) -> Array:
 
 
 def combine(rows: Array, responses: Array, columns: Array | None = None) -> Array:
-    """Return the (p, q, nt) sum over modes of rows_ki columns_kj responses_kt; ``columns`` as ``rows`` by default."""
+    """Return the sum over modes of rows_ki columns_kj responses_kt (p, q, nt); ``columns`` as ``rows`` by default."""
     columns = rows if columns is None else columns
     return np.stack([(columns * row[:, None]).T @ responses for row in rows.T])
 
 
 def _oscillators(t: Array, width: float, omega: Array, zeta: Array) -> Array:
-    """Return the difference of the responses of the two poles, divided by their distance."""
-    apart = np.where(np.abs(zeta - 1) < 1e-7, 1 - 1e-7, zeta)  # the double pole, to 1e-7
-    wd = omega * np.sqrt((1 - apart**2).astype(complex))
+    """Return the responses (M, nt) of oscillators with w > 0, by the difference of those of their two poles."""
+    ratio = np.where(np.abs(zeta - 1) < 1e-7, 1 - 1e-7, zeta)  # a double pole is changed by 1e-7
+    wd = omega * np.sqrt((1 - ratio**2).astype(complex))
     out = np.empty((len(omega), len(t)))
-    under = apart < 1
-    out[under] = exponentials((-apart * omega + 1j * wd)[under], t, width).imag / wd[under].real[:, None]
+    under = ratio < 1
+    out[under] = exponentials((-ratio * omega + 1j * wd)[under], t, width).imag / wd[under].real[:, None]
     if np.any(~under):
         gap = wd[~under].imag
-        fast = (apart * omega)[~under] + gap
+        fast = (ratio * omega)[~under] + gap
         slow = omega[~under] ** 2 / fast
         pair = [decay_responses(rate, t, width) for rate in (slow, fast)]
         out[~under] = (pair[0] - pair[1]) / (2 * gap[:, None])
@@ -183,12 +183,12 @@ def _oscillators(t: Array, width: float, omega: Array, zeta: Array) -> Array:
 
 
 def decay_responses(rates: Array, t: Array, width: float) -> Array:
-    """Return the (R, nt) responses, each exp(-rate t) after the pulse."""
+    """Return the responses (R, nt), each exp(-rate t) after the pulse."""
     return exponentials(-rates.astype(complex), t, width).real
 
 
 def exponentials(poles: ComplexArray, t: Array, width: float) -> ComplexArray:
-    """Return the (poles, nt) integral of p(s) exp(pole (t - s)) over 0 < s < min(t, T); 0 for t < 0."""
+    """Return the integral (poles, nt) of p(s) exp(pole (t - s)) over 0 < s < min(t, T); 0 for t < 0."""
     t = np.maximum(t, 0.0)
     out = np.empty((len(poles), len(t)), dtype=complex)
     early = t < width

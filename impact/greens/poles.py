@@ -1,4 +1,4 @@
-"""A Green's function as a sum over poles: modes coupled by damping, or a fitted measurement."""
+"""Green's function as a sum over poles: modes coupled by damping, or a fitted measurement."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ import numpy as np
 from impact.greens import answers, base, oscillator
 from impact.greens.modal import ModalGreens, Residual, endless
 
-_BLOCK = 4096  # poles evaluated at once
+_BLOCK = 4096  # number of poles evaluated at once
 
 
 @dataclass(frozen=True)
 class PoleGreens(base.PoleSums):
-    """A symmetric sum of simple poles, of rigid bodies and of a bare compliance:
+    """Symmetric sum of simple poles, of rigid-body motions and of a bare compliance:
 
         g_ij(t) = 2 Re sum_k r_ki r_kj exp(s_k t) + sum_m sign_m a_mi a_mj exp(-rate_m t)
                   + sum_n b_ni b_nj t + c_ij delta(t)
 
     With M u'' + C u' + K u = B f and (s^2 M + s C + K) x = 0, x normalised by x'(2 s M + C) x = 1, r = B'x. Unlike
-    `ModalGreens` it need not be passive: see `measured.pole_passivity`. It is convolved by step weights;
-    its energy in a ledger is the work done on it.
+    `ModalGreens` it need not be passive: see `measured.pole_passivity`. It is convolved by step weights; its energy in
+    a ledger is the work done on it.
 
     Attributes:
-        poles: (K,) s_k with Im > 0 and Re <= 0, one of each conjugate pair [1/s].
-        shapes: (K, p) complex r_k [sqrt(m/(N s))].
-        rates: (R,) of the real poles, >= 0 [1/s].
-        real_shapes: (R, p) a_m [sqrt(m/(N s))].
-        signs: (R,) +1 or -1; an overdamped pair has one of each.
-        rigid: (N, p) rigid-body shapes b_n [1/sqrt(kg)]: the double pole at 0.
-        compliance: (p, p) symmetric positive semidefinite c [m/N].
+        poles: s_k (K,) with Im > 0 and Re <= 0, one of each conjugate pair [1/s].
+        shapes: complex r_k (K, p) [sqrt(m/(N s))].
+        rates: decay rates (R,) of the real poles, >= 0 [1/s].
+        real_shapes: a_m (R, p) [sqrt(m/(N s))].
+        signs: +1 or -1 (R,); an overdamped pair has one of each.
+        rigid: rigid-body shapes b_n (N, p) [1/sqrt(kg)]: the double pole at 0.
+        compliance: symmetric positive semidefinite c (p, p) [m/N].
         port_names: p names.
         error: estimated error of g.
         origin: provenance, plain JSON values.
-        valid_for: until when g is known [s].
+        valid_for: time up to which g is known [s].
 
     Raises:
-        GreensFunctionError: shapes that do not match, values not finite, a growing pole, Im <= 0, signs other than
-            +-1, a negative real pole at rate 0, an indefinite compliance.
+        GreensFunctionError: shapes that do not match, values not finite, a growing pole, Im <= 0, signs other than +-1,
+            a negative real pole at rate 0, an indefinite compliance.
 
     Source: Tisseur and Meerbergen, SIAM Review 43 (2001) 235 (the quadratic eigenvalue problem).
     """
@@ -101,19 +101,19 @@ class PoleGreens(base.PoleSums):
 
     @property
     def frequencies_hz(self) -> answers.Array:
-        """Return the (K,) |s_k|/(2 pi) [Hz]: undamped natural frequencies where the modes are uncoupled."""
+        """Return |s_k|/(2 pi) (K,) [Hz]: undamped natural frequencies if the modes are uncoupled."""
         return np.asarray(np.abs(self.poles) / (2 * np.pi))
 
     @property
     def damping_ratios(self) -> answers.Array:
-        """Return the (K,) ratios -Re s_k/|s_k|."""
+        """Return the damping ratios -Re s_k/|s_k| (K,)."""
         return np.asarray(-self.poles.real / np.abs(self.poles))
 
     @staticmethod
     def from_modal(modal: ModalGreens) -> PoleGreens:
         """Return the same function by its poles; raises `GreensFunctionError` for a critically damped mode (double
         pole)."""
-        omega, zeta, phi, rest = modal.omega, modal.zeta, modal.shapes, modal.residual
+        omega, zeta, phi, residual = modal.omega, modal.zeta, modal.shapes, modal.residual
         free = omega == 0
         under, over = ~free & (zeta < 1), ~free & (zeta > 1)
         if np.any(~(free | under | over)):
@@ -126,11 +126,11 @@ class PoleGreens(base.PoleSums):
         return PoleGreens(
             (-zeta * omega + 1j * wd)[under],
             phi[under] / np.sqrt(2j * wd[under])[:, None],
-            np.concatenate([slow, fast, rest.rates]),
-            np.concatenate([pair, pair, rest.shapes]),
-            np.repeat([1.0, -1.0, 1.0], [count, count, len(rest.rates)]),
+            np.concatenate([slow, fast, residual.rates]),
+            np.concatenate([pair, pair, residual.shapes]),
+            np.repeat([1.0, -1.0, 1.0], [count, count, len(residual.rates)]),
             phi[free],
-            rest.compliance,
+            residual.compliance,
             modal.port_names,
             modal.error,
             modal.origin,
@@ -155,7 +155,7 @@ class PoleGreens(base.PoleSums):
         return self
 
     def transfer(self, s: answers.ComplexArray) -> answers.ComplexArray:
-        """Return the (n, p, p) residues over the distances from the poles, b b'/s^2 and c [m/N]."""
+        """Return the sum (n, p, p) of residues over distances from the poles, b b'/s^2 and c [m/N]."""
         column = s[:, None]
         parts = (
             (1 / (column - self.poles), self.shapes),
@@ -167,7 +167,7 @@ class PoleGreens(base.PoleSums):
         return np.asarray(sum(sums) + rigid + self.compliance, dtype=complex)
 
     def above(self, omega: float) -> PoleGreens:
-        """Return the oscillations above ``omega`` [rad/s] alone."""
+        """Return only the oscillations above ``omega`` [rad/s]."""
         high = self.poles.imag > omega
         return PoleGreens(self.poles[high], self.shapes[high], port_names=self.port_names)
 
@@ -194,10 +194,10 @@ class PoleGreens(base.PoleSums):
         )
 
     def step_weights(self, dt: float, n_steps: int) -> answers.Array:
-        """Return the (p, p, n) W_m = 2 Re sum_k r_ki r_kj exp(s_k m dt) (exp(s_k dt) - 1)/s_k + ... [m/N].
+        """Return W_m = 2 Re sum_k r_ki r_kj exp(s_k m dt) (exp(s_k dt) - 1)/s_k + ... (p, p, n) [m/N].
 
         exp(s (a J + b) dt) = exp(s a J dt) exp(s b dt), J = sqrt(n): one product of an (n/J, 2K) and a (2K, J) matrix
-        for each pair of ports; no array larger than that or the result.
+        for each pair of ports; no array is larger than these or the result.
         """
         p, inner = len(self.port_names), max(1, math.isqrt(n_steps))
         outer = -(-n_steps // inner)
@@ -242,16 +242,16 @@ class PoleGreens(base.PoleSums):
 
 def _check(g: PoleGreens) -> None:
     p, k, m = len(g.port_names), g.poles.size, g.rates.size
-    wanted = {"poles": (k,), "shapes": (k, p), "rates": (m,), "real_shapes": (m, p), "signs": (m,)}
-    wanted |= {"rigid": (len(g.rigid), p), "compliance": (p, p)}
+    expected = {"poles": (k,), "shapes": (k, p), "rates": (m,), "real_shapes": (m, p), "signs": (m,)}
+    expected |= {"rigid": (len(g.rigid), p), "compliance": (p, p)}
     wrong = [
         f"{name} {getattr(g, name).shape}, not {shape}"
-        for name, shape in wanted.items()
+        for name, shape in expected.items()
         if getattr(g, name).shape != shape
     ]
     if wrong:
         raise answers.GreensFunctionError(f"shapes must match {p} ports: {'; '.join(wrong)}")
-    for name in wanted:
+    for name in expected:
         if bad := int(np.sum(~np.isfinite(getattr(g, name)))):
             raise answers.GreensFunctionError(f"{name} must be finite, {bad} values are not")
     if k and g.poles.imag.min() <= 0:

@@ -1,4 +1,4 @@
-"""A Green's function known at equally spaced times: measured, or computed by a time integrator."""
+"""Green's function known at equally spaced times: measured, or computed by time integration."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from impact.quantities import percent
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]
 Pretrigger = Literal["refuse", "drop"]
-_GRID = 0.01  # largest deviation of a time from an even grid, over the spacing: times in files are rounded
+_GRID = 0.01  # largest deviation of a time from an even grid, over the spacing, as times in files are rounded
 
 
 @dataclass(frozen=True)
 class SampledGreens(StatedGreens):
-    """g_ij at t = 0, dt, 2 dt, ..., linear in between; a stated rule beyond the last sample.
+    """g_ij at t = 0, dt, 2 dt, ..., linear in between, with a stated rule beyond the last sample.
 
     Attributes:
-        values: (p, p, n) or, for one port, (n,) samples [m/(N s)], n >= 2; the first is g(0+).
+        values: samples (p, p, n) or, for one port, (n,) [m/(N s)], n >= 2; the first is g(0+).
         dt: spacing [s].
-        tail: beyond the last sample, g is "zero" (a fixed body that has come to rest), "hold" (keeps the last value: a
-            body that slides away at constant speed), "rigid" (goes on along the last slope: a free body), or
-            "forbid": asking is an error.
+        tail: rule for g beyond the last sample: "zero" (a supported body that has come to rest), "hold" (last value: a
+            body that moves away at constant displacement), "rigid" (continued with the last slope: a free body), or
+            "forbid": evaluation raises an error.
         port_names: p names; default "contact" for one port, "1", "2", ... for several.
-        static: (p, p) static compliance if known from elsewhere [m/N].
+        static: static compliance (p, p) if known independently [m/N].
         error: estimated error of g.
         origin: provenance, plain JSON values.
 
@@ -95,11 +95,11 @@ class SampledGreens(StatedGreens):
         origin: Mapping[str, object] | None = None,
     ) -> SampledGreens:
         """Return a measured function: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s], the
-        blow at 0.
+        impact at 0.
 
         The times must be equally spaced to 1 % of the spacing, the same for all records, with a sample at t = 0.
-        Samples before it must be zero, or are dropped under ``pretrigger="drop"``; ``origin["pretrigger"]`` then says
-        how many, and their share of the sum of g^2. Raises `GreensFunctionError` for all else, and as the class itself.
+        Earlier samples must be zero, or are dropped with ``pretrigger="drop"``; ``origin["pretrigger"]`` then has their
+        number, and their share of the sum of g^2. Raises `GreensFunctionError` otherwise, and as the class itself.
         """
         g = np.asarray(values, dtype=float)
         t, dt = _uniform(_common_time(np.asarray(time, dtype=float), g.shape))
@@ -113,7 +113,7 @@ class SampledGreens(StatedGreens):
             raise GreensFunctionError(
                 f"no sample at t = 0, the nearest is at {nearest:.6g} s: shift or resample the time"
             )
-        early, kept = g[..., :zero], g[..., zero:]
+        early, later = g[..., :zero], g[..., zero:]
         provenance = dict(origin or {})
         if np.any(early != 0):
             share = float(np.sum(early**2) / np.sum(g**2))
@@ -125,7 +125,7 @@ class SampledGreens(StatedGreens):
                     'pretrigger="drop"'
                 )
             provenance["pretrigger"] = {"samples": zero, "share_of_squares": share}
-        return cls(kept, dt, tail, port_names, static, origin=provenance)
+        return cls(later, dt, tail, port_names, static, origin=provenance)
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> SampledGreens:
         values = np.einsum("ia,ijn,jb->abn", weights, self.values, weights, optimize=True)
@@ -140,7 +140,8 @@ class SampledGreens(StatedGreens):
 
     @property
     def valid_for(self) -> float:
-        """Return the last sample under tail "forbid", else without limit: the tail rule says how g goes on [s]."""
+        """Return the time of the last sample with tail "forbid", otherwise ``inf``, as the tail rule continues g
+        [s]."""
         return self.end if self.tail == "forbid" else math.inf
 
     def known_for(self, time: float) -> Self:
@@ -151,7 +152,7 @@ class SampledGreens(StatedGreens):
         return (self,)
 
     def inverse_mass(self) -> Array:
-        """Return (p, p) last slope under tail "rigid" [1/kg], else 0: what is not said to move away counts as held."""
+        """Return the last slope (p, p) with tail "rigid" [1/kg], otherwise 0, as other bodies count as supported."""
         if self.tail != "rigid":
             return np.zeros(self.values.shape[:2])
         return np.asarray((self.values[:, :, -1] - self.values[:, :, -2]) / self.dt)
@@ -161,8 +162,8 @@ class SampledGreens(StatedGreens):
         return replace(self, values=check_factor(factor) * self.values, static=static)
 
     def stored(self) -> Stored:
-        known = {"values": self.values} | ({} if self.static is None else {"static": self.static})
-        return Stored("sampled", {"dt": self.dt, "tail": self.tail}, known)
+        arrays = {"values": self.values} | ({} if self.static is None else {"static": self.static})
+        return Stored("sampled", {"dt": self.dt, "tail": self.tail}, arrays)
 
     def _in_words(self) -> tuple[str, ...]:
         count = self.values.shape[2]
@@ -170,12 +171,12 @@ class SampledGreens(StatedGreens):
 
     @cached_property
     def _integral(self) -> Array:
-        """Return the (p, p, n) exact integral of the piecewise-linear g up to each sample."""
+        """Return the exact integral (p, p, n) of the piecewise-linear g up to each sample."""
         steps = (self.values[:, :, 1:] + self.values[:, :, :-1]) * (self.dt / 2)
         return np.concatenate([np.zeros((*steps.shape[:2], 1)), np.cumsum(steps, axis=2)], axis=2)
 
     def _pieces(self, t: ArrayLike, i: int, j: int) -> tuple[Array, Array, Array, Array, Array]:
-        """Return (t, index of the sample before, time since, value there, slope there); the tail is the last piece."""
+        """Return (t, index of the sample before, time since, its value, slope after it); the tail is the last piece."""
         t = np.asarray(t, dtype=float)
         last = self.values.shape[2] - 1
         if self.tail == "forbid" and t.size and t.max() > self.end * (1 + 1e-9):
@@ -198,7 +199,7 @@ class SampledGreens(StatedGreens):
         return np.asarray(np.where(t < 0, 0.0, self._integral[i, j][index] + since * (start + slope * since / 2)))
 
     def static_compliance(self) -> Array:
-        """Return the (p, p) ``static`` if given, else what the tail rule implies; raises under "forbid" [m/N]."""
+        """Return ``static`` (p, p) if given, otherwise by the tail rule; raises for "forbid" [m/N]."""
         if self.static is not None:
             return self.static
         if self.tail == "forbid":
@@ -222,7 +223,7 @@ class SampledGreens(StatedGreens):
 
 
 def _common_time(time: Array, shape: tuple[int, ...]) -> Array:
-    """Return the (n,) one time axis of all records."""
+    """Return the common time axis (n,) of all records."""
     if len(shape) not in (1, 3) or time.shape not in (shape, shape[-1:]) or shape[-1] < 2:
         raise GreensFunctionError(
             f"time {time.shape} and values {shape} do not match: (n,) each, or values (p, p, n); n >= 2"
@@ -240,7 +241,7 @@ def _common_time(time: Array, shape: tuple[int, ...]) -> Array:
 
 
 def _uniform(time: Array) -> tuple[Array, float]:
-    """Return the times and their spacing."""
+    """Return the times and their spacing; raises `GreensFunctionError` if they are not equally spaced."""
     steps = np.diff(time)
     usual = float(np.median(steps))
     irregular = np.flatnonzero(~(np.abs(steps - usual) <= _GRID * abs(usual)))

@@ -17,9 +17,9 @@ from impact.quantities import cut
 
 
 class Combination(base.GreensFunction):
-    """A factor times the sum of Green's functions on the same ports: every answer is that of the parts, put together.
+    """Positive factor times a sum of Green's functions on the same ports; each property combines those of the parts.
 
-    Passive if every part is: the factor is positive.
+    The combination is passive if every part is.
     """
 
     factor: float
@@ -27,7 +27,7 @@ class Combination(base.GreensFunction):
 
     @abstractmethod
     def _with(self, parts: tuple[base.GreensFunction, ...]) -> Self:
-        """Return the same factor of the sum of other parts."""
+        """Return the same factor times the sum of other parts."""
 
     def _sum(self, values: list[answers.Array]) -> answers.Array:
         return np.asarray(self.factor * sum(values))
@@ -38,7 +38,7 @@ class Combination(base.GreensFunction):
 
     @property
     def error_estimate(self) -> answers.ErrorEstimate:
-        """Return the largest of the parts', each relative to its own largest value; unknown if one of them is."""
+        """Return the largest error of the parts, each relative to its own largest value; unknown if one is."""
         errors = [part.error_estimate for part in self.parts]
         return answers.ErrorEstimate(_largest([e.reduction for e in errors]), _largest([e.mesh for e in errors]))
 
@@ -65,8 +65,8 @@ class Combination(base.GreensFunction):
 
     def marched_poles(self, dt: float, n_steps: float) -> int | None:
         counts = [part.marched_poles(dt, n_steps) for part in self.parts]
-        known = [count for count in counts if count is not None]
-        return sum(known) if len(known) == len(counts) else None
+        numbers = [count for count in counts if count is not None]
+        return sum(numbers) if len(numbers) == len(counts) else None
 
     def forces_only(self) -> Self:
         return self._with(tuple(part.forces_only() for part in self.parts))
@@ -103,7 +103,7 @@ class Combination(base.GreensFunction):
 
 @dataclass(frozen=True)
 class SumGreens(Combination):
-    """g_ij = sum of the parts' g_ij: the displacements add, as of springs in series. Passive if every part is.
+    """g_ij = sum of the parts' g_ij: displacements add, as for springs in series. Passive if every part is.
 
     Attributes:
         parts: at least one, all with the same ports.
@@ -156,11 +156,11 @@ class SumGreens(Combination):
 
 @dataclass(frozen=True)
 class ScaledGreens(Combination):
-    """factor times g_ij, of any Green's function; those of this package scale into their own kind by ``scaled``.
+    """Positive factor times any Green's function; those of this package scale into their own kind by ``scaled``.
 
     Attributes:
         part: the function.
-        factor: > 0, so that a passive body stays passive.
+        factor: factor > 0, so that a passive body stays passive.
 
     Raises:
         GreensFunctionError: a factor that is not positive and finite.
@@ -205,7 +205,7 @@ class ScaledGreens(Combination):
 
 
 def merged(parts: tuple[ModalGreens, ...], factor: float = 1.0) -> ModalGreens:
-    """Return ``factor`` times the sum of modal functions as one: their poles side by side."""
+    """Return ``factor`` times the sum of modal functions as one function with all their poles."""
     together = SumGreens(parts)
     whole = ModalGreens(
         np.concatenate([part.omega for part in parts]),
