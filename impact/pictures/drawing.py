@@ -1,4 +1,4 @@
-"""Common ground of all figures: one style, one way to a file, powers of ten at axes."""
+"""Common style of all figures, their output to files, and powers of ten at axes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 DPI, SCREEN_DPI = 180, 100
-# Okabe & Ito (2008), told apart with every common colour blindness
+# Okabe & Ito (2008), distinguishable with every common colour blindness
 BLUE, ORANGE, GREEN, PURPLE, SKY, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#7F7F7F"
 
 _STYLE: dict[Any, Any] = {
@@ -58,11 +58,11 @@ _STYLE: dict[Any, Any] = {
 
 
 class PictureError(RuntimeError):
-    """A picture that cannot be made; the message names what is missing and the command that mends it."""
+    """Error of a picture that cannot be drawn; the message names what is missing and the command that repairs it."""
 
 
 def gap_of(draw: Callable[[Path], object], path: Path) -> str:
-    """Draw ``path``; return what kept it from being drawn, whatever its libraries raise, or ""."""
+    """Draw ``path``; return the reason if it cannot be drawn, by any error of its libraries, or ""."""
     try:
         draw(path)
     except PictureError as gap:
@@ -74,11 +74,10 @@ def gap_of(draw: Callable[[Path], object], path: Path) -> str:
 
 @contextmanager
 def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> Iterator[Figure]:
-    """Yield a matplotlib figure of ``width`` x ``height`` [inch] in the common style, written whole when the block ends
-    well.
+    """Yield a matplotlib figure of ``width`` x ``height`` [inch] in the common style, written if the block succeeds.
 
-    The suffix of ``path`` decides the format (.png, .pdf, .svg); without one nothing is written, and the figure is for
-    the caller to show. No global state: neither pyplot nor rcParams. Raises `PictureError`: matplotlib is missing, or
+    The suffix of ``path`` determines the format (.png, .pdf, .svg); without a path nothing is written, and the caller
+    shows the figure. No global state, pyplot or rcParams, is changed. Raises `PictureError`: matplotlib is missing, or
     cannot write this format.
     """
     try:
@@ -86,12 +85,12 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-    except Exception as missing:  # a broken one raises anything
-        what = "a figure" if path is None else Path(path).name
-        raise PictureError(f"{what} needs matplotlib: {how_to_mend('matplotlib', 'pictures', missing)}") from missing
+    except Exception as missing:  # a broken installation may raise any error
+        name = "a figure" if path is None else Path(path).name
+        raise PictureError(f"{name} needs matplotlib: {how_to_mend('matplotlib', 'pictures', missing)}") from missing
 
     class Shown(Figure):
-        """One that notebooks show, which know figures of pyplot alone."""
+        """Figure that notebooks display, as they display figures of pyplot."""
 
         def _repr_png_(self) -> bytes:
             page = io.BytesIO()
@@ -107,10 +106,10 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         yield figure
         label_in_unicode(figure)
         if path is None:
-            figure.canvas.draw()  # here, where the style is the common one
+            figure.canvas.draw()  # within the common style
             return
         with whole_file(path) as temporary:
-            if Path(path).suffix.lower() == ".png":  # savefig would draw all of it once more, for its layout
+            if Path(path).suffix.lower() == ".png":  # savefig would draw everything a second time, for its layout
                 figure.dpi, usual = DPI, figure.dpi
                 FigureCanvasAgg(figure).print_png(temporary, pil_kwargs={"compress_level": 4})  # type: ignore[no-untyped-call]
                 figure.dpi = usual
@@ -119,7 +118,7 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
 
 
 def time_axis(axes: Axes, window: tuple[float, float]) -> float:
-    """Show a time window [s] along x, in a unit that fits; return its factor."""
+    """Show a time window [s] along x, in a readable unit; return its factor."""
     rate, unit = scaled(window[1], "s")
     axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{unit}]")
     return rate
@@ -134,23 +133,23 @@ _RAISED: Final = str.maketrans("0123456789-−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻
 
 
 def label_in_unicode(figure: Figure) -> None:
-    """Make what matplotlib itself has chosen to label axes by write powers of ten in Unicode from now on."""
-    ours = _formatters()
+    """Replace the formatters that matplotlib has chosen for axes by ones that write powers of ten in Unicode."""
+    formatters = _formatters()
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
             for formatter in (axis.get_major_formatter(), axis.get_minor_formatter()):
-                formatter.__class__ = ours.get(type(formatter), type(formatter))  # keeps its settings
+                formatter.__class__ = formatters.get(type(formatter), type(formatter))  # keeps its settings
 
 
-def without_tex(told: str) -> str:
-    """Return ``"2×10⁻³"`` of ``"$\\mathdefault{2\\times10^{-3}}$"``."""
-    raised = re.sub(r"\^\{([-−\d]+)\}", lambda found: found[1].translate(_RAISED), told)
+def without_tex(label: str) -> str:
+    r"""Return ``"2×10⁻³"`` for ``"$\\mathdefault{2\\times10^{-3}}$"``."""
+    raised = re.sub(r"\^\{([-−\d]+)\}", lambda power: power[1].translate(_RAISED), label)
     return re.sub(r"\\mathdefault|[${}]", "", raised.replace(r"\times", "×"))
 
 
 @cache
 def _formatters() -> dict[type, Any]:
-    """Return our formatters by matplotlib's: labels of logarithmic axes, and the factor beside linear ones."""
+    """Return our formatters by matplotlib's classes: for logarithmic axes, and for the factor beside linear ones."""
     from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
 
     class Linear(ScalarFormatter):

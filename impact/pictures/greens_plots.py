@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_PER_PULSE = 48  # samples per pulse: the sampled convolution is then exact to about 1e-4
-EXCITED = 1e-3  # least compliance of a pole that is named as a mode, over the port's whole compliance
-_UNSEEN = 1e-9  # shape at a port that is round-off, over the largest
-_WINDOW = math.log(100.0)  # exponential window of a sampled receptance: 1 % is left at its end
-_LEGEND = 0.45  # room above the curves for the legend, over their height
+_PER_PULSE = 48  # samples per pulse, with which the sampled convolution is exact to about 1e-4
+EXCITED = 1e-3  # least compliance of a pole that counts as a mode, over the port's total compliance
+_UNSEEN = 1e-9  # shape at a port below which it is round-off, over the largest
+_WINDOW = math.log(100.0)  # exponent of the window of a sampled receptance at its end: 1 %
+_LEGEND = 0.45  # space above the curves for the legend, over their height
 
 
 def plot_greens(
@@ -37,11 +37,11 @@ def plot_greens(
 ) -> Figure:
     """Draw g(t) just after the impulse and over ``duration`` [s], the step response and the receptance.
 
-    Thick: g after a Hann pulse of total ``width`` [s] (see `GreensFunction.filtered`). ``reference``: another Green's
-    function of the same body, dashed. The receptance of a modal function is in closed form; that of one known by its
-    response only is the transform under an exponential window over ``duration``. Returns the figure; with a ``path`` it
-    is written there, by its suffix. Raises `PictureError` without matplotlib, `GreensFunctionError` for no such port,
-    `ValueError` unless 0 < ``width`` <= ``duration``.
+    The thick line is g after a Hann pulse of total ``width`` [s] (see `GreensFunction.filtered`). ``reference``:
+    another Green's function of the same body, dashed. The receptance of a modal function is in closed form; otherwise
+    it is the transform under an exponential window over ``duration``. Returns the figure, written to a ``path`` if one
+    is given. Raises `PictureError` without matplotlib, `GreensFunctionError` for no such port, `ValueError` unless 0 <
+    ``width`` <= ``duration``.
     """
     if not 0 < width <= duration < math.inf:
         raise ValueError(f"width = {width:g} s and duration = {duration:g} s must be finite with 0 < width <= duration")
@@ -65,13 +65,13 @@ def plot_greens(
 
 
 def _at_port(greens: GreensFunction, port: int) -> tuple[GreensFunction, int]:
-    """Return modes alone and without the oscillators that the port does not see: most of those of a ring as a whole."""
+    """Return modes at one port, without those of no amplitude there: most of those of a complete ring."""
     if (modal := greens.modal) is None:
         return greens, port
     alone = modal.combined(np.eye(len(modal.ports))[:, [port]], (modal.ports[port],))
     size = np.abs(alone.shapes[:, 0])
-    seen = size > _UNSEEN * size.max(initial=0.0)
-    return alone.of_modes(seen), 0
+    visible = size > _UNSEEN * size.max(initial=0.0)
+    return alone.of_modes(visible), 0
 
 
 def error_text(error: ErrorEstimate, width: float) -> str:
@@ -91,13 +91,13 @@ def sampled_filter(greens: GreensFunction, times: int, width: float, i: int = 0)
     """Return (t, g after a unit Hann pulse), t = 0 ... ``times`` * width/48, by one convolution of the sampled step
     response.
 
-    As `GreensFunction.filtered`, much cheaper on a uniform grid: integral of p'(s) S(t - s) ds by the trapezoidal
-    rule, which p' (a full period of a sine) makes second order across the start of S.
+    As `GreensFunction.filtered`, much cheaper on a uniform grid: integral of p'(s) S(t - s) ds by the trapezoidal rule,
+    which is of second order across the start of S, because p' is a full period of a sine.
     """
     h = width / _PER_PULSE
     t = np.asarray(h * np.arange(times + 1), dtype=np.float64)
     step = greens.step_response(t, i, i)
-    step[0] *= 0.5  # the mean across the jump of a bare compliance
+    step[0] *= 0.5  # mean across the jump of a bare compliance
     phase = 2 * np.pi * np.arange(_PER_PULSE) / _PER_PULSE
     slope = 2 * np.pi / width**2 * np.sin(phase)
     return t, np.asarray(h * np.convolve(step, slope)[: len(t)])
@@ -162,7 +162,7 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
             curves.append(_windowed(g, i, low, high, duration))
             continue
         peaks = modal.frequencies_hz[(modal.frequencies_hz > low) & (modal.frequencies_hz < high)]
-        f = np.unique(np.concatenate([np.geomspace(low, high, 1200), peaks]))  # no peak is missed
+        f = np.unique(np.concatenate([np.geomspace(low, high, 1200), peaks]))  # includes every peak
         with np.errstate(divide="ignore", invalid="ignore"):
             h = np.abs(receptance(modal, f, i, i))
         curves.append((f[np.isfinite(h)], h[np.isfinite(h)]))
@@ -177,9 +177,9 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
     static = float(greens.static_compliance()[port, port])
     if math.isfinite(static):
         axes.axhline(factor * static, color=GREEN, linewidth=1.0, linestyle=(0, (5, 2)))
-    seen = modes[(modes >= low) & (modes <= high)]
+    used = modes[(modes >= low) & (modes <= high)]
     axes.vlines(
-        rate * seen, 0.0, 0.04, transform=axes.get_xaxis_transform(), color=GREY, linewidth=0.6, zorder=3, label="poles"
+        rate * used, 0.0, 0.04, transform=axes.get_xaxis_transform(), color=GREY, linewidth=0.6, zorder=3, label="poles"
     )
     axes.axvline(rate / width, color=GREY, linewidth=0.8, linestyle=":")
     axes.text(rate / width, 0.98, " 1/width", transform=axes.get_xaxis_transform(), va="top", color=GREY, fontsize=7)
@@ -187,15 +187,15 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
         axis.set_major_formatter("{x:g}")
     axes.set(xlabel=f"frequency [{frequency_unit}]", ylabel=f"|receptance| [{unit}]")
     axes.set_title("Receptance" + (", windowed" if modal_forms[0] is None else ""))
-    if modal_forms[0] is not None and seen.size:
+    if modal_forms[0] is not None and used.size:
         first = lowest_excited(modal_forms[0], port)
         lowest = "" if first is None else f", lowest excited {text(first, 'Hz')}"
-        axes.set_title(f"{seen.size} poles{lowest}", loc="right", color=GREY, fontsize=8)
+        axes.set_title(f"{used.size} poles{lowest}", loc="right", color=GREY, fontsize=8)
 
 
 def lowest_excited(greens: ModalGreens, port: int = 0) -> float | None:
-    """Return the frequency [Hz] of the lowest oscillator with `EXCITED` of the port's compliance: weaker ones need be
-    no modes."""
+    """Return the frequency [Hz] of the lowest oscillator with at least `EXCITED` of the port's compliance, since weaker
+    ones may not be modes."""
     elastic = greens.omega > 0
     compliance = (greens.shapes[elastic, port] / greens.omega[elastic]) ** 2
     whole = float(np.sum(compliance)) + float(greens.residual.static()[port, port])
@@ -204,7 +204,7 @@ def lowest_excited(greens: ModalGreens, port: int = 0) -> float | None:
 
 
 def _modal(greens: GreensFunction, duration: float, high: float) -> ModalGreens | None:
-    """Return the function as modes, if it is one or has all modes that matter up to ``high`` [Hz]."""
+    """Return the function as modes, if it is modal or has all relevant modes up to ``high`` [Hz]; else ``None``."""
     if greens.modal is not None:
         return greens.modal
     dt = 1 / (8 * high)
@@ -219,5 +219,5 @@ def _windowed(greens: GreensFunction, port: int, low: float, high: float, durati
     t = h * np.arange(n + 1)
     weights = np.diff(greens.step_response(t, port, port), prepend=0.0) * np.exp(-_WINDOW * t / duration)
     f = np.asarray(np.fft.rfftfreq(4 * n, h), dtype=np.float64)
-    kept = (f >= low) & (f <= high)
-    return f[kept], np.abs(np.fft.rfft(weights, 4 * n))[kept]
+    inside = (f >= low) & (f <= high)
+    return f[inside], np.abs(np.fft.rfft(weights, 4 * n))[inside]

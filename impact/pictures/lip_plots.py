@@ -1,4 +1,4 @@
-"""Figures of a contact along a line, and marks of landings along time."""
+"""Figures of a contact along a line, and marks of landings on a time axis."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-MOST: Final = 10  # most landings that are marked, the hardest
+MOST: Final = 10  # largest number of landings that are marked, the hardest
 FEW: Final = 20  # least width of the view of an enlarged landing, in filter widths
 COLOUR: Final = PURPLE
-APART: Final = 0.02  # least distance of numbered marks, over the width of axes; of nearer ones the hardest is numbered
-ROOM: Final = 0.12  # room for numbers above the curves, over their height
+APART: Final = 0.02  # least distance of numbered marks over the width of axes; of closer ones the hardest is numbered
+ROOM: Final = 0.12  # space for numbers above the curves, over their height
 Body = Literal["seat", "stopper"]
 BODIES: Final[tuple[Body, ...]] = ("seat", "stopper")
 SHAPES: Final[Mapping[Body, str]] = {"seat": "v", "stopper": "^"}
@@ -34,10 +34,10 @@ SHAPES: Final[Mapping[Body, str]] = {"seat": "v", "stopper": "^"}
 
 @dataclass(frozen=True)
 class LandingMark:
-    """One landing in a figure, with its ``number`` among those on that body, from 1 on, and times [s].
+    """Landing in a figure, with its ``number`` among those on that body, from 1, and times [s].
 
-    ``peak``: its largest averaged force [N]; ``hardest``: whether that exceeds the static load most, of all on this
-    body.
+    ``peak``: its largest averaged force [N]; ``hardest``: whether it exceeds the static load most, of all landings on
+    this body.
     """
 
     body: Body
@@ -50,24 +50,24 @@ class LandingMark:
 
 
 def landing_marks(records: Sequence[Mapping[str, object]], body: Body = "seat") -> tuple[LandingMark, ...]:
-    """Return the marks of the hardest landings on a body, the hardest first, by complete records as in summary.json."""
+    """Return the marks of the hardest landings on a body, the hardest first, from complete records of summary.json."""
     keys = ("excess_peak_force_N", "number", "time_s", "duration_s", "peak_time_s", "filtered_peak_force_N")
     rows = [[each.get(key) for key in keys] for each in records if each.get("body") == body]
-    known = [[float(v) for v in row if isinstance(v, int | float) and not math.isnan(v)] for row in rows]
-    complete = sorted((row for row in known if len(row) == len(keys)), key=lambda row: -row[0])
+    numbers = [[float(v) for v in row if isinstance(v, int | float) and not math.isnan(v)] for row in rows]
+    complete = sorted((row for row in numbers if len(row) == len(keys)), key=lambda row: -row[0])
     return tuple(
-        LandingMark(body, int(number), start, start + lasting, peak_time, peak, rank == 0)
-        for rank, (_, number, start, lasting, peak_time, peak) in enumerate(complete[:MOST])
+        LandingMark(body, int(number), start, start + duration, peak_time, peak, rank == 0)
+        for rank, (_, number, start, duration, peak_time, peak) in enumerate(complete[:MOST])
     )
 
 
 def shown_contact(
     runs: Sequence[ImpactResult], width: float, margin: float, landings: Sequence[Mapping[str, object]] = ()
 ) -> tuple[tuple[float, float], str]:
-    """Return time window [s] and name of what is enlarged: the hardest of the ``landings`` on the seat.
+    """Return time window [s] and name of the enlarged contact: the hardest of the ``landings`` on the seat.
 
-    Without any, the group of contacts of the first run in which the mean force over ``width`` [s] is largest, and
-    groups of the others at that time, ``margin`` of it on either side; or the whole run.
+    Without landings it is the group of contacts of the first run with the largest mean force over ``width`` [s],
+    together with simultaneous groups of the other runs, ``margin`` of it on either side; or the whole run.
     """
     last, marks = float(runs[0].time[-1]), landing_marks(landings)
     if (window := _landing_window(marks, margin, width)) is not None:
@@ -79,8 +79,8 @@ def shown_contact(
     for run in runs[1:]:
         solid = run.solid[1:].reshape(len(run.solid) - 1, -1).sum(axis=1)
         groups = measures.merged(run.dt * measures.closed_steps(solid))
-        beside = groups[(groups[:, 0] <= end) & (groups[:, 1] >= begin)]
-        begin, end = min([begin, *beside[:, 0]]), max([end, *beside[:, 1]])
+        simultaneous = groups[(groups[:, 0] <= end) & (groups[:, 1] >= begin)]
+        begin, end = min([begin, *simultaneous[:, 0]]), max([end, *simultaneous[:, 1]])
     extra = margin * (end - begin) + 2 * runs[0].dt
     window = max(float(begin - extra), 0.0), min(float(end + extra), last)
     return window, "first contact" if number == 0 else f"contact {number + 1}, the hardest"
@@ -92,12 +92,12 @@ def _landing_window(marks: Sequence[LandingMark], margin: float, width: float) -
     mark = next((mark for mark in marks if mark.hardest), None)
     if mark is None:
         return None
-    beside = max(margin * (mark.end - mark.start), (FEW * width - (mark.end - mark.start)) / 2, 2 * width)
-    return max(mark.start - beside, 0.0), mark.end + beside
+    extra = max(margin * (mark.end - mark.start), (FEW * width - (mark.end - mark.start)) / 2, 2 * width)
+    return max(mark.start - extra, 0.0), mark.end + extra
 
 
 def draw_marks(axes: Axes, marks: Sequence[LandingMark], place: Callable[[LandingMark], tuple[float, float]]) -> None:
-    """Draw the ``marks`` of one body, numbered, at their ``place`` in the units of the axes; one is in the legend."""
+    """Draw the ``marks`` of one body, numbered, at their ``place`` in the units of the axes, with one legend entry."""
     label = {"seat": "landing (filled: the hardest)", "stopper": "landing on the stopper"}
     numbered: list[float] = []
     least = APART * abs(axes.get_xlim()[1] - axes.get_xlim()[0])
@@ -124,7 +124,7 @@ def value_at(run: ImpactResult, values: Array, time: float) -> float:
 
 NAMES = ("elastic seat", "bed of springs")
 COLOURS = "viridis"
-COLUMNS = 900  # columns of the map: instants
+COLUMNS = 900  # number of columns of the map: times
 SHOWN = 1e-3  # least force per length that is coloured, over the largest; the map is white below it
 QUARTERS = (0.0, 0.25, 0.5, 0.75)
 _STYLES: tuple[tuple[str, Any], ...] = ((BLUE, "solid"), (ORANGE, (0, (4, 2))))
@@ -145,18 +145,18 @@ def plot_lip(
 ) -> Figure:
     """Draw force per length over place and time, impulse per length, total force, gap at four places, tilt of the gap.
 
-    Places are angles, or lengths along a line whose places angles do not give. A local force is that of a moving front,
-    which grows with ever more arcs: all that is drawn is a mean, and each panel says over what.
+    Places are angles, or lengths along a line without angles. A local force is that of a moving front, which grows with
+    the number of arcs: all curves are averages, and each panel states the interval.
 
     Args:
-        result: of N >= 3 arcs of the line: histories (n + 1, N).
-        baseline: the same impact on springs that do not know of each other; ``None``: there is none.
-        radius: of a circle in equal arcs [m]; or another line.
-        share: of the line over which the impulse is averaged.
-        filter_width: of the average in time [s].
-        landings: records as in summary.json, of which the hardest is shown; none: the hardest contact.
+        result: impact with histories (n + 1, N) of N >= 3 arcs of the line.
+        baseline: the same impact on springs without coupling, or ``None``.
+        radius: radius of a circle in equal arcs [m]; or another line.
+        share: fraction of the line over which the impulse is averaged.
+        filter_width: width of the average in time [s].
+        landings: records of summary.json, of which the hardest is shown; without any, the hardest contact.
 
-    Returns the figure; with a ``path`` it is written there, by its suffix. Raises `PictureError` without matplotlib.
+    Returns the figure, written to a ``path`` by its suffix if one is given. Raises `PictureError` without matplotlib.
     """
     runs = [result] if baseline is None else [result, baseline]
     window, contact = shown_contact(runs, filter_width, 0.1, landings)
@@ -188,10 +188,10 @@ def _map(
     width: float,
     contact: str,
 ) -> None:
-    seen, arcs = _within(result, window, COLUMNS), result.force.shape[1]
-    values = per_length(result.force, result.dt, width, line.lengths)[seen]
+    part, arcs = _within(result, window, COLUMNS), result.force.shape[1]
+    values = per_length(result.force, result.dt, width, line.lengths)[part]
     (factor, unit), rate = scaled(values, "N/m"), time_axis(axes, window)
-    times = rate * result.time[seen]
+    times = rate * result.time[part]
     edges = np.append(times, 2 * times[-1] - times[-2]) - (times[1] - times[0]) / 2
     shown = np.ma.masked_less(factor * values.T, SHOWN * factor * float(values.max()))
     borders, words = _borders(line)
@@ -209,7 +209,7 @@ def _map(
 
 
 def _borders(line: ClosedLine) -> tuple[Array, str]:
-    """Return the (N + 1,) places where arcs begin and end, in degrees or mm, and what that is."""
+    """Return the borders (N + 1,) between arcs, in degrees or mm, and their label."""
     if line.edges is None:
         return 1e3 * line.borders, "length along the lip [mm]"
     return np.degrees(line.edges), "angle from the x axis, anticlockwise [°]"
@@ -222,12 +222,12 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     impulses = [line_impulse(run.force[1:], run.dt, line.lengths, share, line.pieces) for run in runs]
     factor, unit = scaled(np.concatenate([values for values, _ in impulses]), "N s/m")
     for (values, places), name, (colour, style) in zip(impulses, names, _STYLES, strict=False):
-        at, around = length * places, values
+        x, around = length * places, values
         if line.edges is None:
-            at = 1e3 * at
+            x = 1e3 * x
         else:
-            at, around = np.interp(np.append(at, at[0]), line.borders, line.edges), np.append(values, values[0])
-        axes.plot(at, factor * around, color=colour, linestyle=style, label=name)
+            x, around = np.interp(np.append(x, x[0]), line.borders, line.edges), np.append(values, values[0])
+        axes.plot(x, factor * around, color=colour, linestyle=style, label=name)
     axes.set_ylim(bottom=0.0)
     if line.edges is None:
         axes.set(xlabel=_borders(line)[1], xlim=(0.0, 1e3 * length))
@@ -244,8 +244,8 @@ def _force(
     averages = [averaged(run.force[1:].sum(axis=1), run.dt, width, MOVING_AVERAGE) for run in runs]
     (factor, unit), rate = scaled(np.concatenate(averages), "N"), time_axis(axes, window)
     for run, values, name, (colour, style) in zip(runs, averages, names, _STYLES, strict=False):
-        seen = _within(run, window, 4000)
-        axes.plot(rate * run.time[seen], factor * values[seen], color=colour, linestyle=style, label=name)
+        part = _within(run, window, 4000)
+        axes.plot(rate * run.time[part], factor * values[part], color=colour, linestyle=style, label=name)
     axes.set_ylabel(f"force [{unit}]")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper right")
@@ -253,14 +253,14 @@ def _force(
 
 
 def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:
-    seen, arcs = _within(result, window, 4000), result.force.shape[1]
-    rate, (factor, unit) = time_axis(axes, window), scaled(result.gap[seen], "m")
+    part, arcs = _within(result, window, 4000), result.force.shape[1]
+    rate, (factor, unit) = time_axis(axes, window), scaled(result.gap[part], "m")
     borders, _ = _borders(line)
     for share, colour in zip(QUARTERS, _OF_QUARTERS, strict=True):
         place = share * borders[-1]
         arc = min(int(np.searchsorted(borders, place + 1e-9 * borders[-1], side="right")) - 1, arcs - 1)
         name = f"{place:.3g} mm" if line.edges is None else f"{place:.0f}°"
-        axes.plot(rate * result.time[seen], factor * result.gap[seen, arc], color=colour, label=name)
+        axes.plot(rate * result.time[part], factor * result.gap[part, arc], color=colour, label=name)
     zero_line(axes)
     axes.set_ylabel(f"gap [{unit}]")
     axes.legend(loc="best", ncols=2)
@@ -269,10 +269,10 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
 
 
 def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:
-    seen, rate = _within(result, window, 4000), time_axis(axes, window)
-    slopes = np.degrees(np.arctan(best_plane(result.gap[seen], line)[:, 1:]))
+    part, rate = _within(result, window, 4000), time_axis(axes, window)
+    slopes = np.degrees(np.arctan(best_plane(result.gap[part], line)[:, 1:]))
     for values, name, colour in ((slopes[:, 1], "roll, about x", BLUE), (-slopes[:, 0], "pitch, about y", ORANGE)):
-        axes.plot(rate * result.time[seen], values, color=colour, label=name)
+        axes.plot(rate * result.time[part], values, color=colour, label=name)
     zero_line(axes)
     axes.set_ylabel("angle [°]")
     axes.legend(loc="best")

@@ -1,4 +1,4 @@
-"""Figures of an impact by matplotlib: force, motion, energy, Green's function, and the gas of a reed valve."""
+"""Figures of an impact by matplotlib: force, motion, energy, strain, and the gas of a reed valve."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 
 NAMES = ("elastic seat", "spring of equal static stiffness")
-_Curve = tuple[ImpactResult, Array, str, str, Any]  # of a run: values, name, colour and line style
-SPIKES = 2.5  # top of the axis, over the largest mean force; forces of single steps may exceed it
+_Curve = tuple[ImpactResult, Array, str, str, Any]  # run, values, name, colour and line style
+SPIKES = 2.5  # top of the axis over the largest mean force; forces of single steps may exceed it
 _COLOURS = (BLUE, ORANGE)
-_STYLES = ("solid", (0, (4, 2)))  # dashes above the solid curve: both stay visible where they coincide
+_STYLES = ("solid", (0, (4, 2)))  # dashes above the solid curve, so that both are visible if they coincide
 
 
 def plot_force(
@@ -42,18 +42,18 @@ def plot_force(
 ) -> Figure:
     """Draw contact force against time: the whole run, the hardest contact, its highest pulse, a table of the numbers.
 
-    Thin: force of each step; thick: centred moving average over ``filter_width`` [s]. ``baseline``: the same impact on
-    a spring, or ``None``. ``landings``: records as in summary.json; those on the seat are marked, and the hardest of
-    them is enlarged in place of the hardest contact. Returns the figure; with a ``path`` it is written there, by its
-    suffix. Raises `PictureError` without matplotlib, `MeasureError` where the steps do not resolve the filter.
+    Thin lines are forces of single steps, thick ones centred moving averages over ``filter_width`` [s]. ``baseline``:
+    the same impact on a spring, or ``None``. ``landings``: records of summary.json; those on the seat are marked, and
+    the hardest is enlarged in place of the hardest contact. Returns the figure, written to a ``path`` if one is given.
+    Raises `PictureError` without matplotlib, `MeasureError` if the steps do not resolve the filter.
     """
     runs = _runs(result, baseline)
     filtered = [measures.filtered_force(run, filter_width) for run in runs]
     factor, unit = scaled([measures.peak_force(run) for run in runs], "N")
     marks = landing_marks(landings)
     group, contact = shown_contact(runs, filter_width, 0.05, landings)
-    seen, last = _within(result, *group), float(result.time[-1])
-    peak = float(result.time[seen][int(np.argmax(filtered[0][seen]))])
+    part, last = _within(result, *group), float(result.time[-1])
+    peak = float(result.time[part][int(np.argmax(filtered[0][part]))])
     highest = max(peak - 5 * filter_width, 0.0), min(peak + 11 * filter_width, last)
     with sheet(path, 7.2, 6.6) as figure:
         figure.suptitle(title)
@@ -93,10 +93,10 @@ def plot_motion(
 ) -> Figure:
     """Draw displacements of striker and target against time, and both with the gap during the hardest contact.
 
-    That is the one with the largest mean force over ``filter_width`` [s]; with ``landings``, records as in
-    summary.json, the hardest landing on the seat. All are marked, those on a stopper, too. With ``crank``, the speed
-    of a crank [1/min] and its angle at t = 0 [rad], a second axis shows its angle. Returns the figure; with a ``path``
-    it is written there, by its suffix. Raises `PictureError` without matplotlib.
+    That is the contact with the largest mean force over ``filter_width`` [s]; with ``landings``, records of
+    summary.json, the hardest landing on the seat. All landings are marked, also those on a stopper. With ``crank``, its
+    speed [1/min] and its angle at t = 0 [rad], a second axis shows the angle. Returns the figure, written to a ``path``
+    if one is given. Raises `PictureError` without matplotlib.
     """
     runs, end = _runs(result, baseline), float(result.time[-1])
 
@@ -118,13 +118,13 @@ def plot_motion(
             turns = (lambda time: first + per_unit * time, lambda angle: (angle - first) / per_unit)
             reed.secondary_xaxis("top", functions=turns).set_xlabel("crank angle [deg]")
         _mark_motion(reed, seat, runs, landings)
-        little = 0.01 if not landings else 0.05  # of the approach: it would dwarf the openings
+        little = 0.01 if not landings else 0.05  # of the approach, which would dwarf the gaps
         window, contact = shown_contact(runs, filter_width, little, landings)
         for axes in (reed, seat):
             _mark(axes, window, end)
         _curves(gap, of_runs("gap"), window, "gap")
         gap.set_title(f"Gap, {contact}")
-        both = [(result, result.striker_displacement, "reed", GREEN, "solid")]  # they coincide while they touch
+        both = [(result, result.striker_displacement, "reed", GREEN, "solid")]  # they coincide during contact
         _curves(close, [*both, (result, result.target_displacement, "seat", BLUE, (0, (4, 1.5)))], window)
         close.legend(loc="best")
         close.set_title(f"Both bodies, {contact} ({names[0]})")
@@ -138,11 +138,11 @@ def plot_energy(
     title: str = "Energy",
     targets: str = "seat",
 ) -> Figure:
-    """Draw the ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is missing
+    """Draw the energy balance: terms stacked up to the energy input, the same on a logarithmic scale, and its error
     [J].
 
-    ``targets``: what the struck bodies are called, whose energies are one term. Returns the figure; with a ``path`` it
-    is written there, by its suffix. Raises `PictureError` without matplotlib.
+    ``targets``: name of the struck bodies, whose energies are one term. Returns the figure, written to a ``path`` if
+    one is given. Raises `PictureError` without matplotlib.
     """
     energy = result.energy
     received = ["work on " if name in energy.by_work else "" for name in ("striker", "target")]
@@ -154,26 +154,26 @@ def plot_energy(
         "lost in the contact": (energy.contact_loss, ORANGE),
     }
     terms = {name: (values, colour) for name, (values, colour) in terms.items() if np.any(values != 0.0)}
-    rest = np.abs(energy.input - energy.stored - energy.dissipated)
+    imbalance = np.abs(energy.input - energy.stored - energy.dissipated)
     largest = float(np.max(energy.input))
     factor, unit = scaled(largest, "J")
     rate, time_unit = scaled(float(result.time[-1]), "s")
-    every = max(len(result.time) // 6000, 1)
-    time = rate * result.time[::every]
+    stride = max(len(result.time) // 6000, 1)
+    time = rate * result.time[::stride]
     with sheet(path, 7.2, 6.2) as figure:
         figure.suptitle(title)
         stack, log = figure.subplots(2, 1, sharex=True)
-        layers = [factor * np.maximum(values[::every], 0.0) for values, _ in terms.values()]
+        layers = [factor * np.maximum(values[::stride], 0.0) for values, _ in terms.values()]
         colours = [colour for _, colour in terms.values()]
         stack.stackplot(time, layers, colors=colours, labels=list(terms), linewidth=0, alpha=0.85)
-        stack.plot(time, factor * energy.input[::every], color="black", linewidth=1.0, label="energy input")
+        stack.plot(time, factor * energy.input[::stride], color="black", linewidth=1.0, label="energy input")
         stack.set(ylabel=f"energy [{unit}]", ylim=(0.0, 1.08 * factor * largest))
         stack.set_title("Stacked terms")
         stack.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        for name, (values, colour) in {**terms, "balance error": (rest, GREY)}.items():
-            shown, thick = values[::every], 0.7 if name == "balance error" else 0.9
+        for name, (values, colour) in {**terms, "balance error": (imbalance, GREY)}.items():
+            shown, thick = values[::stride], 0.7 if name == "balance error" else 0.9
             log.plot(time, np.where(shown > 0, shown, np.nan), color=colour, linewidth=thick, label=name)
-        lowest = min(1e-9 * largest, max(0.1 * float(rest.max()), 1e-18 * largest))
+        lowest = min(1e-9 * largest, max(0.1 * float(imbalance.max()), 1e-18 * largest))
         log.set(yscale="log", ylim=(lowest, 3 * largest), xlim=(0.0, time[-1]))
         log.set(xlabel=f"time [{time_unit}]", ylabel="energy [J]")
         log.set_title(f"Each term; energy balance error {percent(energy.residual)}")
@@ -186,13 +186,13 @@ def _runs(result: ImpactResult, baseline: ImpactResult | None) -> list[ImpactRes
 
 
 def _within(run: ImpactResult, first: float, last: float) -> slice:
-    """Return the recorded times in first..last, one more on either side."""
+    """Return the recorded times in first..last, with one more on either side."""
     a, b = np.searchsorted(run.time, [first, last])
     return slice(max(int(a) - 1, 0), int(b) + 2)
 
 
 def _mark_motion(reed: Axes, seat: Axes, runs: list[ImpactResult], landings: Sequence[Mapping[str, object]]) -> None:
-    """Mark the landings on the course of the reed, where it is drawn, and name them over that of the seat."""
+    """Mark the landings on the reed's displacement, and name them above that of the seat."""
     rate, moved = scaled(float(runs[0].time[-1]), "s")[0], runs[0].striker_displacement
     factor = scaled(np.concatenate([run.striker_displacement for run in runs]), "m")[0]
     for body in BODIES:
@@ -217,19 +217,19 @@ def _forces(
     names: tuple[str, str],
     width: float,
 ) -> bool:
-    """Draw the forces of each step and their means over ``width`` [s], where the run holds all of these.
+    """Draw the forces of each step and their means over ``width`` [s] where the run contains the whole interval.
 
-    Return whether forces of single steps leave the figure.
+    Return whether forces of single steps exceed the axis.
     """
     rate, raw, means = time_axis(axes, window), 0.0, 0.0
     for k, run in enumerate(runs):
-        seen = _within(run, *window)
-        raw = max(raw, float(run.force[seen].max(initial=0.0)))
-        means = max(means, float(filtered[k][seen].max(initial=0.0)))
-        time, order = rate * run.time[seen], 3 + 0.1 * k
-        axes.plot(time, run.force[seen], color=_COLOURS[k], linewidth=0.5, alpha=0.55, zorder=2.9 - 0.1 * k)
-        known = (run.time[seen] >= width / 2) & (run.time[seen] <= run.time[-1] - width / 2)  # whole means
-        mean = np.where(known, filtered[k][seen], np.nan)
+        part = _within(run, *window)
+        raw = max(raw, float(run.force[part].max(initial=0.0)))
+        means = max(means, float(filtered[k][part].max(initial=0.0)))
+        time, order = rate * run.time[part], 3 + 0.1 * k
+        axes.plot(time, run.force[part], color=_COLOURS[k], linewidth=0.5, alpha=0.55, zorder=2.9 - 0.1 * k)
+        complete = (run.time[part] >= width / 2) & (run.time[part] <= run.time[-1] - width / 2)  # complete means
+        mean = np.where(complete, filtered[k][part], np.nan)
         axes.plot(time, mean, color=_COLOURS[k], linestyle=_STYLES[k], label=names[k], zorder=order)
     top = SPIKES * means
     leave = raw > top > 0
@@ -272,10 +272,10 @@ def _table(
 
 
 def _curves(axes: Axes, curves: Sequence[_Curve], window: tuple[float, float], quantity: str = "displacement") -> None:
-    seen = [_within(run, *window) for run, *_ in curves]
-    factor, unit = scaled(np.concatenate([curve[1][part] for curve, part in zip(curves, seen, strict=True)]), "m")
+    parts = [_within(run, *window) for run, *_ in curves]
+    factor, unit = scaled(np.concatenate([curve[1][part] for curve, part in zip(curves, parts, strict=True)]), "m")
     rate = time_axis(axes, window)
-    for (run, values, name, colour, style), part in zip(curves, seen, strict=True):
+    for (run, values, name, colour, style), part in zip(curves, parts, strict=True):
         axes.plot(rate * run.time[part], factor * values[part], color=colour, linestyle=style, label=name)
     zero_line(axes)
     axes.set_ylabel(f"{quantity} [{unit}]")
@@ -284,8 +284,8 @@ def _curves(axes: Axes, curves: Sequence[_Curve], window: tuple[float, float], q
 def plot_strains(
     strains: Mapping[str, Array], dt: float, path: str | os.PathLike[str] | None = None, *, title: str = "Strain"
 ) -> Figure:
-    """Plot the strain (n + 1,) at each gauge, by its name, against time: that at ``dt`` m [s] is of the middle of the
-    step that ends there. Returns the figure, written to a ``path``. Raises `PictureError` without matplotlib."""
+    """Plot the strain (n + 1,) at each gauge, by name, against time; the value at ``dt`` m [s] belongs to the middle of
+    the step that ends there. Returns the figure, written to a ``path``. Raises `PictureError` without matplotlib."""
     colours = (BLUE, ORANGE, GREEN, PURPLE, SKY)
     with sheet(path, 7.2, 3.6) as figure:
         axes = figure.add_subplot()
@@ -309,10 +309,10 @@ def plot_gas(
     stop: float | None = None,
     title: str = "Reed valve in its compressor",
 ) -> None:
-    """Plot cylinder pressure, mean lift and mass flow against the crank angle; p over V where the volume is known.
+    """Plot cylinder pressure, mean lift and mass flow against the crank angle; p over V if the volume is known.
 
     ``angle`` (n + 1,) [deg] and ``volume`` (n + 1,) [m^3] of the cylinder at the times of the gas's ``history``;
-    ``stop``: lift at which the stopper stands [m]. Raises `PictureError` without matplotlib.
+    ``stop``: lift at which the reed meets the stopper [m]. Raises `PictureError` without matplotlib.
     """
     other = "discharge" if drive.side == "suction" else "suction"
     with sheet(path, 7.2, 8.4 if volume is not None else 6.0) as figure:
