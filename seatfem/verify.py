@@ -1,11 +1,9 @@
-"""The verification table: problems with a known answer, our answer, the error, the verdict.
+"""Verification against known answers, and comparison with published measurements.
 
-The cases are no part of the program: they lie among its tests, in tests/known_answers, and travel in the wheel.
-
-Measured sets: numbers that others measured and published, ours beside them with their bars, whether both overlap.
-
-A set is a file NAME.toml (source, geometry, what is fitted, what is predicted) with a module NAME.py beside it, whose
-`predict` computes our numbers by the public functions. They lie in tests/measured and travel in the wheel.
+A case has a known answer, our answer, the error and the verdict; the cases are in tests/known_answers and in the wheel.
+A measured set is a file NAME.toml (source, geometry, fitted and predicted numbers) with a module NAME.py, whose
+`predict` computes our numbers by public functions, to be compared within error bars; the sets are in tests/measured and
+in the wheel.
 """
 
 from __future__ import annotations
@@ -31,16 +29,16 @@ KNOWN_ANSWERS: Final = (
     Path(__file__).with_name("known_answers"),
     Path(__file__).parents[1] / "tests" / "known_answers",
 )
-"""Where the cases lie in an installed program, and in its source tree."""
+"""Folders of the cases, in an installed program and in its source tree."""
 
 
 class VerificationError(ValueError):
-    """Known answers that are not there; the message names the remedy."""
+    """Error of missing or invalid cases or sets; the message names the remedy."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A computed number, its absolute numerical uncertainty, observed and theoretical order of convergence if any."""
+    """Computed number, its absolute numerical uncertainty, observed and theoretical order of convergence if any."""
 
     value: float
     uncertainty: float = 0.0
@@ -50,15 +48,15 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Case:
-    """A problem with a known answer.
+    """Problem with a known answer.
 
     Attributes:
-        case, quantity: what is solved, what is compared (with its unit; none: dimensionless).
-        exact: the known value.
-        rtol: relative accuracy claimed beyond the numerical uncertainty: of the known value, or of a fixed model.
-        source: of the known value.
-        compute: our value when one physical input is multiplied by the given coefficient; 1 is the case itself. A
-            plain number has no numerical uncertainty.
+        case, quantity: the problem, and the compared quantity with its unit (none: dimensionless).
+        exact: known value.
+        rtol: relative accuracy beyond the numerical uncertainty: of the known value, or of a fixed model.
+        source: source of the known value.
+        compute: function of a coefficient on one physical input that returns our value; 1 is the case itself. A plain
+            number has no numerical uncertainty.
     """
 
     case: str
@@ -71,10 +69,8 @@ class Case:
 
 @dataclass(frozen=True)
 class Row:
-    """A case, carried out. ``error`` and ``tolerance`` are relative to ``exact``; ``order`` is the observed one.
-
-    ``theory`` is the order that it tends to.
-    """
+    """Result of a case. ``error`` and ``tolerance`` are relative to ``exact``; ``order`` is the observed order of
+    convergence, ``theory`` the theoretical one."""
 
     case: str
     quantity: str
@@ -89,7 +85,7 @@ class Row:
 
 
 def carry_out(case: Case, coefficient: float = 1.0) -> Row:
-    """Compute the case; ``verdict``: |error| <= tolerance = rtol + numerical uncertainty."""
+    """Return the result of a case; ``verdict``: |error| <= tolerance = rtol + numerical uncertainty."""
     computed = case.compute(coefficient)
     ours = computed if isinstance(computed, Estimate) else Estimate(computed)
     scale = abs(case.exact)
@@ -104,10 +100,10 @@ def known_answers() -> ModuleType:
 
 
 def load_cases(name: str, places: Sequence[Path]) -> ModuleType:
-    """Return a package that lies among the tests, or in the wheel, under a name of the program.
+    """Return a package from the tests, or from the wheel, imported under a name of the program.
 
     Raises:
-        VerificationError: it is in none of the places.
+        VerificationError: it is in none of the folders.
     """
     if name in sys.modules:
         return sys.modules[name]
@@ -129,7 +125,7 @@ def verification_cases() -> tuple[Case, ...]:
 
 
 def verification_table(progress: Progress = silent, cases: Sequence[Case] | None = None) -> tuple[Row, ...]:
-    """Carry out every case, or those given."""
+    """Return the results of all cases, or of the given ones."""
     cases = verification_cases() if cases is None else cases
     rows = []
     for number, case in enumerate(cases):
@@ -140,7 +136,7 @@ def verification_table(progress: Progress = silent, cases: Sequence[Case] | None
 
 
 def verification_table_view(rows: Sequence[Row]) -> Table:
-    """Return case, exact value, ours, error and verdict of each row. Errors are relative."""
+    """Return a table of case, exact value, ours, relative error and verdict of each row."""
     table = Table("case", "quantity", "exact", "ours", "error", "allowed", "verdict")
     for row in rows:
         verdict = Text("pass") if row.verdict else Text("FAIL", style="red")
@@ -151,22 +147,22 @@ def verification_table_view(rows: Sequence[Row]) -> Table:
 
 PACKAGE: Final = "seatfem.measured_sets"
 MEASURED_SETS: Final = (Path(__file__).with_name("measured_sets"), Path(__file__).parents[1] / "tests" / "measured")
-"""Where the sets lie in an installed program, and in its source tree."""
+"""Folders of the sets, in an installed program and in its source tree."""
 LARGEST_SET: Final = 200_000
-"""Bytes of a set's file: a larger one is no set of typed numbers."""
+"""Largest size of a set's file [bytes]: larger ones are no typed numbers."""
 NEEDED: Final = {"source": ("title", "address", "licence"), "predicted": ("name", "value", "uncertainty", "unit")}
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """A measured number that we predict.
+    """Measured number that we predict.
 
     Attributes:
-        name: of the quantity.
-        value, uncertainty: as measured [unit].
-        unit: in which both are, and ours.
-        note: whose uncertainty it is, or why we do not agree.
-        agrees: whether ours and the measured number are known to overlap.
+        name: name of the quantity.
+        value, uncertainty: measured value and its uncertainty [unit].
+        unit: unit of both, and of our number.
+        note: source of the uncertainty, or reason for a disagreement.
+        agrees: whether our number and the measured one are known to overlap.
     """
 
     name: str
@@ -179,16 +175,16 @@ class Prediction:
 
 @dataclass(frozen=True)
 class MeasuredSet:
-    """A record of others: where it is from, what was measured on what, what is fitted and what predicted.
+    """Published measurement: its source, what was measured, what is fitted and what is predicted.
 
     Attributes:
-        name: of its file.
-        about, finding: what is compared, and what came of it.
-        source: title, address and licence, and what was read.
-        geometry: of the rig, as its module reads it.
+        name: name of its file.
+        about, finding: what is compared, and the conclusion.
+        source: title, address and licence, and the parts that were read.
+        geometry: geometry of the rig, as its module reads it.
         fitted: what each fitted number is fitted to.
-        predicted: the measured numbers that are compared.
-        data: the whole file.
+        predicted: measured numbers that are compared.
+        data: content of the file.
     """
 
     name: str
@@ -202,32 +198,32 @@ class MeasuredSet:
 
     @property
     def counts(self) -> bool:
-        """Return whether more is predicted than fitted: otherwise agreement says nothing."""
+        """Return whether more is predicted than fitted: otherwise agreement proves nothing."""
         return len(self.fitted) < len(self.predicted)
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A measured number and ours; ``overlap``: |measured - ours| <= uncertainty + bar."""
+    """Measured number and ours; ``overlap``: |measured - ours| <= uncertainty + bar."""
 
     measured: Prediction
     ours: Estimate
 
     @property
     def overlap(self) -> bool:
-        """Return whether both intervals have a point in common."""
+        """Return whether both intervals have a common point."""
         distance = abs(self.measured.value - self.ours.value)
         return distance <= self.measured.uncertainty + self.ours.uncertainty
 
     @property
     def as_stated(self) -> bool:
-        """Return whether they overlap as the set says that they do."""
+        """Return whether they overlap, or not, as the set states."""
         return self.overlap == self.measured.agrees
 
 
 @dataclass(frozen=True)
 class ComparedSet:
-    """A measured set with our numbers, those of its fits included."""
+    """Measured set with our numbers, including those of its fits."""
 
     record: MeasuredSet
     rows: tuple[Comparison, ...]
@@ -235,10 +231,10 @@ class ComparedSet:
 
 
 def read_measured_set(path: Path) -> MeasuredSet:
-    """Return the set of a file.
+    """Return the set in a file.
 
     Raises:
-        VerificationError: a file that is too large or no TOML, a table or key that is missing, a number that is none.
+        VerificationError: a file that is too large or no TOML, a missing table or key, an invalid number.
     """
     if path.stat().st_size > LARGEST_SET:
         raise VerificationError(
@@ -285,16 +281,16 @@ def _prediction(path: Path, data: Mapping[str, Any]) -> Prediction:
 
 
 def measured_sets() -> tuple[MeasuredSet, ...]:
-    """Return all sets by name. Raises as `read_measured_set`, and where there are none."""
+    """Return all sets by name. Raises as `read_measured_set`, and if there are none."""
     folder = Path(str(load_cases(PACKAGE, MEASURED_SETS).__file__)).parent
     return tuple(read_measured_set(path) for path in sorted(folder.glob("*.toml")))
 
 
 def compare(record: MeasuredSet) -> ComparedSet:
-    """Compute our numbers of a set by the `predict` of its module.
+    """Return a set with our numbers, from the `predict` of its module.
 
     Raises:
-        VerificationError: the module leaves a predicted number out.
+        VerificationError: the module lacks a predicted number.
     """
     load_cases(PACKAGE, MEASURED_SETS)
     predict: Callable[[MeasuredSet], Mapping[str, Estimate]] = importlib.import_module(
@@ -311,7 +307,7 @@ def compare(record: MeasuredSet) -> ComparedSet:
 def measured_table(
     progress: Progress = silent, records: Sequence[MeasuredSet] | None = None
 ) -> tuple[ComparedSet, ...]:
-    """Compare every set, or those given."""
+    """Return all sets, or the given ones, with our numbers."""
     records = measured_sets() if records is None else records
     compared = []
     for number, record in enumerate(records):
@@ -322,8 +318,8 @@ def measured_table(
 
 
 def with_uncertainty(value: float, uncertainty: float, unit: str) -> str:
-    """Return "62.2 ± 1.2 Hz": the uncertainty in two digits, the value in as many places; the value alone where it is
-    nothing."""
+    """Return "62.2 ± 1.2 Hz": the uncertainty to two digits, the value to the same place; only the value if the
+    uncertainty is zero."""
     if not 1e-5 * abs(value) < uncertainty < math.inf:
         return f"{value:.6g} {unit}".rstrip()
     places = max(0, 1 - math.floor(math.log10(uncertainty)))
@@ -331,7 +327,7 @@ def with_uncertainty(value: float, uncertainty: float, unit: str) -> str:
 
 
 def counted(compared: Sequence[ComparedSet]) -> str:
-    """Return how many sets count, how many numbers are fitted and predicted in them, and how many of these overlap."""
+    """Return the numbers of sets that count, of fitted and predicted numbers in them, and of those that overlap."""
     sets = [each for each in compared if each.record.counts]
     rows = [row for each in sets for row in each.rows]
     fitted = sum(len(each.record.fitted) for each in sets)
@@ -343,7 +339,7 @@ def counted(compared: Sequence[ComparedSet]) -> str:
 
 
 def measured_table_view(compared: Sequence[ComparedSet]) -> Table:
-    """Return set, quantity, measured number, ours and whether they overlap, with the counts of each set."""
+    """Return a table of set, quantity, measured number, ours and whether they overlap, with the counts of each set."""
     table = Table("set", "quantity", "measured", "ours", "overlap", caption=counted(compared))
     for each in compared:
         record = each.record
