@@ -1,7 +1,5 @@
-"""A body: a Green's function and the motion it would have without contact.
-
-A strain wave that arrives through a semi-infinite rod at its struck end.
-"""
+"""Bodies of an impact: a Green's function, the motion without contact by initial state and loads, and an incoming
+wave."""
 
 from __future__ import annotations
 

@@ -1,16 +1,15 @@
-"""Elastic half-space under a uniformly loaded disk: static compliances and the exact Green's function.
+"""Elastic half-space: static compliances, Rayleigh speed, and the exact responses to a point load and a loaded disk.
 
-Lamb's problem at the surface of an elastic half-space, without dimensions: Rayleigh speed, the motion after a
-vertical point load that stays, and its average over a uniformly loaded disk.
-
-With tau = c_s t/r, kappa = c_s/c_p, gamma = c_s/c_R and the Rayleigh cubic, x = (slowness c_s)^2,
+The response of the surface to a vertical point load that remains (Lamb's problem) is dimensionless; that of a uniformly
+loaded disk is its average. With tau = c_s t/r, kappa = c_s/c_p, gamma = c_s/c_R and the Rayleigh cubic, x = (slowness
+c_s)^2,
 
     P(x) = (1 - 2x)^4 + 16 x^2 (x - kappa^2)(1 - x) = 16 (kappa^2 - 1) x^3 + 8 (3 - 2 kappa^2) x^2 - 8 x + 1,
 
 the Cagniard integral over slownesses splits into partial fractions over the roots of P, each in closed form.
 
-Sources: Pekeris, PNAS 41 (1955) 469 (nu = 1/4); Mooney, Bull. Seism. Soc. Am. 64 (1974) 473 and Kausel, Proc. R. Soc.
-A 469 (2013) 20120462 (any nu).
+Sources: Pekeris, PNAS 41 (1955) 469 (nu = 1/4); Mooney, Bull. Seism. Soc. Am. 64 (1974) 473 and Kausel, Proc. R. Soc. A
+469 (2013) 20120462 (any nu).
 """
 
 from __future__ import annotations

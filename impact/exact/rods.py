@@ -1,7 +1,5 @@
-"""Uniform rods in closed form: what holds along them, undamped by reflections, and with uniform modal damping.
-
-Green's function of a free rod that is struck at both ends, as in the middle of a chain of rods.
-"""
+"""Uniform rods in closed form: undamped ones by their reflections, struck at one or both ends, and uniformly damped
+ones."""
 
 from __future__ import annotations
 

@@ -3,11 +3,10 @@
 Stress histories are (n, 6) of one block, in Voigt order xx, yy, zz, yz, xz, xy with tensor shear stresses [Pa]. Every
 criterion compares an equivalent shear amplitude with t-1. The amplitude is homogeneous of degree one in stress, so that
 t-1 over it is the factor on all stresses at which the limit is met. The constant of each criterion follows from
-amplitudes of t-1 for both pure bending with f-1 and pure torsion with t-1.
+amplitudes of t-1 for both pure bending with f-1 and pure torsion with t-1. The amplitudes are the mean square shear
+over all planes, and the radius of the smallest sphere around a stress path.
 
 To add a criterion: a frozen dataclass that is a `Multiaxial`, with its ``name`` and ``within``.
-
-Amplitudes of stress paths: mean square shear over all planes, and the smallest sphere around a path.
 """
 
 from __future__ import annotations

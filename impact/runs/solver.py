@@ -1,12 +1,11 @@
-"""Solve a contact problem, and the error budget of an impact between any two bodies in one call.
+"""Solution of a contact problem, its predictability horizon, and the error budget of an impact between any two bodies.
 
-The predictability horizon of a run: how a small difference between two runs grows from landing to landing.
-
-Each contact converts a difference of position into one of time and velocity, and each flight that into one of position:
-after n contacts two runs with almost equal initial states may have nothing in common. The growth is measured by a twin
-run, whose gaps are wider by `PERTURBATION` of the largest opening. Unlike a derivative, it includes contacts that
-appear or vanish; it starts in one direction, but the direction of fastest growth soon dominates. The perturbation is
-far above round-off and far below differences that matter.
+The horizon is the growth of a small difference from landing to landing. Each contact converts a difference of position
+into one of time and velocity, and each flight that into one of position: after n contacts two runs with almost equal
+initial states may have nothing in common. The growth is measured by a twin run, whose gaps are wider by `PERTURBATION`
+of the largest opening. Unlike a derivative, it includes contacts that appear or vanish; it starts in one direction, but
+the direction of fastest growth soon dominates. The perturbation is far above round-off and far below differences that
+matter.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""The way from a structure and a method to its Green's function: computed, or found where it was computed before.
+"""Path from a structure and a method to its Green's function: computed, or loaded from the run's file or the cache
+folder.
 
-It lies in a file of the run, or in the cache folder, by the hash of all that it depends on.
-
-A folder of Green's functions found by the hash of what they were computed from.
+The cache folder is addressed by the hash of all on which the Green's function depends.
 """
 
 from __future__ import annotations

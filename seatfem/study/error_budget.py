@@ -1,6 +1,4 @@
-"""The error budget of a run: changes by coarser or finer keys, floors, jumps of measures and the end of the record.
-
-Errors by the end of the record.
+"""Error budget of a run: changes by coarser or finer keys, floors, jumps of measures and the end of the record.
 
 Numerical errors of one bounce shift the time of the next. A record that ends in a contact, or shortly before or after
 one, then contains too much or too little of it, and coarser runs, whose contact may lie beyond the end altogether, do

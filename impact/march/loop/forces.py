@@ -1,10 +1,8 @@
-"""The force of one contact over one step, by its law, its film and the rule of the step (see
-`impact.march.laws`).
+"""Steps of the time integration: the effect of earlier forces on the gap, and the contact force over a step.
 
-What earlier forces do to the gap: poles, oscillators and weighted sums over many steps.
-
-Over a loop of steps with few oscillators each, what they are is loaded, and what they have come to stored and loaded
-again, at every step; here both stay in registers over all steps.
+Earlier forces act through poles, oscillators and weighted sums over many steps; the force of one contact follows from
+its law, its film and the step rule (see `impact.march.laws`). A loop over steps with few oscillators would load their
+coefficients, and store and reload their states, at every step; here both remain in registers over all steps.
 """
 
 from __future__ import annotations

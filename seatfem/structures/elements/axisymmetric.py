@@ -1,8 +1,6 @@
-"""The second-order model of a solid of revolution from a mesh of its meridian, one Fourier harmonic at a time.
+"""Second-order model of a solid of revolution from a mesh of its meridian, one Fourier harmonic at a time.
 
-Element matrices of a solid of revolution whose displacements vary in the angle like one Fourier harmonic.
-
-With u_r = U cos(n th), u_th = V sin(n th), u_z = W cos(n th) the strains are, row by row,
+With u_r = U cos(n th), u_th = V sin(n th), u_z = W cos(n th) the strains of its elements are, row by row,
 
     rr: U,r    tt: (U + n V)/r    zz: W,z    tz: V,z - n W/r    rz: U,z + W,r    rt: V,r - (n U + V)/r
 

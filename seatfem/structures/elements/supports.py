@@ -1,15 +1,14 @@
-"""Supports of a body, and the second-order model by its matrices, damping and supports, for all solid models.
+"""Supports and ports of a body, and its second-order model by matrices, damping and supports, for all solid models.
 
 At each node the forbidden directions span a space; the unknowns are the displacements along an orthonormal basis of its
-complement, so that K -> T'KT keeps symmetry and T'MT keeps a nodal mass diagonal. With the traction
-t = -(k_n n n' + k_t (I - n n')) u - (d_n n n' + d_t (I - n n')) u' on a boundary, K and C gain
+complement, so that K -> T'KT keeps symmetry and T'MT keeps a nodal mass diagonal. With the traction t = -(k_n n n' +
+k_t (I - n n')) u - (d_n n n' + d_t (I - n n')) u' on a boundary, K and C gain
 
     integral of N' (k_n n n' + k_t (I - n n')) N dA,        integral of N' (d_n n n' + d_t (I - n n')) N dA
 
-Ports on a contact patch, for all solid models: load and observation vectors, area and impedance.
-
-Rings divide a disk, or a ring with inner and outer edge, by the distance from its axis, a cylinder by the position
-along the axis, and every other patch by the distance from its rim, however many faces it has.
+A port is the load and observation vector of a contact patch, with its area and impedance. Rings divide a disk, or a
+ring with inner and outer edge, by the distance from its axis, a cylinder by the position along the axis, and every
+other patch by the distance from its rim, however many faces it has.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

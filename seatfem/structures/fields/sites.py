@@ -1,9 +1,9 @@
-"""Points of a mesh at which stress is evaluated, and the stress there in terms of the unknowns of a Mindlin plate.
+"""Points of a mesh at which stress is evaluated, maxima and singular points of stress, and the stress of Mindlin
+plates.
 
-Gradients of the plate's rotations are evaluated at the 2 x 2 Gauss points of an element, where they are accurate to one
-order more than elsewhere (Barlow, IJNME 10 (1976) 243), and extrapolated linearly to the point.
-
-Local maxima of stress, singular points (reentrant corners, ends of clamped faces), and mesh error of the maxima.
+Singular points are reentrant corners and ends of clamped faces; a maximum elsewhere has a mesh error. Gradients of the
+plate's rotations are evaluated at the 2 x 2 Gauss points of an element, where they are accurate to one order more than
+elsewhere (Barlow, IJNME 10 (1976) 243), and extrapolated linearly to the point.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Bodies from files: Green's functions, measured frequency responses, modes, and matrices of other programs.
-
-Columns of CSV files with units in their headers, and interpolation between scattered points.
-"""
+"""Bodies from files: Green's functions, measured frequency responses, modes, matrices, and columns of CSV files."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Interface of every kind of structure in the role of a reed, seat or stopper.
+"""Interface of every kind of structure in the role of a reed, seat or stopper, and as a striker.
 
-Interface of a body as a striker: initial deflection, contact face, response to loads, strain and stress.
+As a striker it has an initial deflection, a contact face, and responses to loads, strain and stress.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""The gmsh process, started by `seatfem.structures.mesh.gmsh_process` only.
+"""The gmsh process, started by `seatfem.structures.mesh.gmsh_process` only, and its plane meshes of sections and plans.
 
 Jobs come as JSON lines on standard input; the process ends when that is closed. Progress and failure are reported as
 JSON lines on standard output. Lengths inside gmsh are in the unit of the geometry (millimetres), those exchanged with
 the parent in metres.
-
-Plane meshes of triangles or quadrilaterals: half sections and plans; used in the gmsh process only.
 
 If both edges of an element at a vertex lie on a smooth boundary, curving them opens the corner to 180 degrees and det J
 vanishes. Such an element is merged with neighbours until the union can be divided into triangles that all meet in one

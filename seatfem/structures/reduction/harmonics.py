@@ -1,18 +1,16 @@
-"""The Green's function of contacts on a body of revolution that are off the axis or several, by Fourier harmonics.
+"""Green's function of contacts on a body of revolution that are off the axis or several, by Fourier harmonics.
 
 G_ij(t) = sum over n of s_ni s_nj cos n(th_i - th_j) g_n(t)
 
-with g_n the ring's response in harmonic n. Harmonics with natural frequencies in the band are reduced like any model.
-The others are quasi-static: a few of their static compliances, close to C/n, are computed, the rest interpolated, and a
-passive exponential has their sum and the part of g(0+) that the patches still lack.
-
-Patches on a ring, and the Fourier series of a uniform pressure on them.
-
-The pressure of a force F on an arc of width w about th_i of a ring of area A is F/A times
+with g_n the ring's response in harmonic n. A uniform pressure of a force F on an arc of width w about th_i of a ring of
+area A is F/A times
 
     1 + 2 sum_n s_n cos n(th - th_i),      s_n = sin(n w/2)/(n w/2)
 
-and the mean of cos n(th - th_i) over the same arc is s_n, too: each harmonic is reciprocal.
+and the mean of cos n(th - th_i) over the same arc is s_n, too: each harmonic is reciprocal. Harmonics with natural
+frequencies in the band are reduced like any model. The others are quasi-static: a few of their static compliances,
+close to C/n, are computed, the rest interpolated, and a passive exponential has their sum and the part of g(0+) that
+the patches still lack.
 """
 
 from __future__ import annotations

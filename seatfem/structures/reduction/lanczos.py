@@ -1,21 +1,19 @@
-"""Reduction without a factorization: Gauss quadrature of g by Lanczos' recursion.
+"""Reduction without a factorization: Gauss quadrature of g by block Lanczos recursion on M^-1 K.
 
 With A = M^-1/2 K M^-1/2 and q = M^-1/2 B,
 
     g(t) = q' sin(sqrt(A) t)/sqrt(A) q  ~  R' [sin(sqrt(T) t)/sqrt(T)]_11 R,      q = Q_1 R
 
 T the block tridiagonal matrix of k block Lanczos steps: the Gauss quadrature of the spectral measure, nodes theta_j
-(eigenvalues of T), weights from the first rows of its eigenvectors. Only two blocks of vectors are stored, and no
-vector is reorthogonalised: spurious copies of converged nodes share their weight. sin(sqrt(x) t)/sqrt(x) is
-approximated to any accuracy by a polynomial of degree t sqrt(theta_max)/2 in x, and a k-point Gauss rule is exact to
-degree 2 k - 1, so the quadrature is exact to round-off for t < 4 k/sqrt(theta_max), and useless beyond. A mass that is
-not diagonal takes ten times as long.
+(eigenvalues of T), weights from the first rows of its eigenvectors. The recursion has three terms; only two blocks of
+vectors are stored, and none is reorthogonalised: spurious copies of converged nodes share their weight. sin(sqrt(x)
+t)/sqrt(x) is approximated to any accuracy by a polynomial of degree t sqrt(theta_max)/2 in x, and a k-point Gauss rule
+is exact to degree 2 k - 1, so the quadrature is exact to round-off for t < 4 k/sqrt(theta_max), and useless beyond. A
+mass that is not diagonal takes ten times as long.
 
 Sources: Golub and Meurant, Matrices, Moments and Quadrature with Applications (2010); Druskin and Knizhnerman, Numer.
 Linear Algebra Appl. 2 (1995) 205 (without orthogonalisation); Zimmerling, Druskin and Simoncini, J. Sci. Comput. 103
 (2025) (block Gauss-Radau).
-
-Block Lanczos on M^-1 K without a factorization: three terms and two blocks of vectors; its Gauss rule.
 """
 
 import math

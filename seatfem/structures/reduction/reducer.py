@@ -1,6 +1,6 @@
-"""The base class of all reductions, `Reducer`, and Krylov spaces: growth, Ritz pairs, error estimates.
+"""Base class of all reductions, Krylov spaces with Ritz pairs and error estimates, and the residual of truncated modes.
 
-The passive residual that replaces truncated modes, and checks of Green's functions: reciprocity, passivity.
+The residual is passive; further checks are of reciprocity and passivity of a Green's function.
 """
 
 from __future__ import annotations

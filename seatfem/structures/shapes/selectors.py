@@ -1,6 +1,7 @@
-"""Selectors of faces in gmsh; a new one is added here and to ``SELECTORS``. Lengths in m, angles in rad.
+"""Selectors of faces of a solid in gmsh, by planes and other properties; a new one is a class and a row in
+``SELECTORS``.
 
-Faces of a solid with the properties by which they are selected, and planes in space.
+Lengths are in m, angles in rad.
 """
 
 from __future__ import annotations

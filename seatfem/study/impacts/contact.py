@@ -1,7 +1,5 @@
-"""Runs of a contact problem: limits of the time step, time integration, and records for the measures.
-
-Strain at the gauges of a scene and the force of its valve springs, from the contact forces of a run.
-"""
+"""Runs of a contact problem: limits of the time step, time integration, and records for the measures, gauges and
+springs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Ladders of the meshes: element sizes in the bulk and at the contact, and the order of the elements.
-
-Ladders of the reductions: bands, tolerances, the modes of a plate that strikes, the record of a measured seat.
-"""
+"""Ladders of mesh and reduction: element sizes and order, bands, tolerances, and the record of a measured seat."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping

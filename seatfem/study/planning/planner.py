@@ -1,7 +1,5 @@
-"""The planner, from a scene to a plan: the cheapest model that meets the accuracy asked for.
-
-Refinement of a plan whose run missed the target, and the number of rounds that a plan expects.
-"""
+"""Planner: the cheapest model of a scene that meets the required accuracy, its refinement after a run that missed the
+target, and the number of rounds to expect."""
 
 import math
 import time

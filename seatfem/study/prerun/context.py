@@ -1,6 +1,6 @@
-"""All that the planner knows about a scene before it chooses keys: a coarse seat, pre-runs, and errors by key.
+"""Knowledge of the planner about a scene before it chooses keys: a coarse seat, pre-runs, and errors by key.
 
-The seat on a coarse mesh of its real geometry, assembled and reduced, for the pre-runs of a plan.
+The coarse seat is assembled and reduced on a coarse mesh of the real geometry.
 """
 
 from __future__ import annotations

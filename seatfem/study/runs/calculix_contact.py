@@ -1,7 +1,5 @@
-"""The contact deck of a scene for CalculiX, and our own run with the same contact stiffness to compare it with.
-
-The seat of a scene as decks for CalculiX, with our own answers on the same mesh beside them.
-"""
+"""Decks of a scene for CalculiX, of its seat and of its contact, with our own results on the same mesh for
+comparison."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
-"""Stress of a run in both bodies, with error bars that include the errors of the contact force.
+"""Stress of a run in the seat and in a plate that strikes, with error bars that include the errors of the contact
+force.
 
 The forces of each run of the error budget are applied to the same stress fields, at the points of the largest stress.
-
-Largest stress in the faces of a plate that strikes, before and after the first touch, with an error bar.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""[[base]], [[load]] and [[spring]] of a scene: moving bases, known loads, valve springs.
-
-[[wave]] and [[gauge]] of a scene: incoming strain waves in endless rods, and strain gauges.
-"""
+"""Excitations and gauges of a scene: [[base]], [[load]], [[spring]], [[wave]] in endless rods, and [[gauge]]."""
 
 from __future__ import annotations
 

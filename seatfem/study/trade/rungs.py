@@ -1,14 +1,12 @@
-"""Points of a scene in the measured trade: every model of its seat, from coarse to fine.
+"""Points of a scene in the measured trade, every model of its seat from coarse to fine, and the run of one point.
 
-They are not the full product of all choices, but
+The points are not the full product of all choices, but
 - the diagonal: mesh and band refined together by `RATIO`, for every level of modelling that applies;
 - around one centre, each key of `seatfem.study.ladders.table` varied by itself, and reduction and convolution engine,
   which change only times;
 - the column under the contact as a spring and as a rod, as used without finite elements, if there is no lip.
 
-One point of the trade: a scene at one fidelity, carried out and measured in a process of its own.
-
-`python -m seatfem.study.trade.rungs` answers each job, a line of JSON, with its outcome.
+As a program, `python -m seatfem.study.trade.rungs` answers each job, a line of JSON, with the outcome of its point.
 """
 
 import json
