@@ -1,5 +1,4 @@
-"""Path from a structure and a method to its Green's function: computed, or loaded from the run's file or the cache
-folder.
+"""Green's function of a structure by a method: computed, or loaded from the run's file or from the cache folder.
 
 The cache folder is addressed by the hash of all on which the Green's function depends.
 """
@@ -39,18 +38,18 @@ T = TypeVar("T")
 
 
 class StoreError(ValueError):
-    """A store that cannot be used; the message names folder and remedy."""
+    """Error of a store that cannot be used; the message names folder and remedy."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A stored Green's function.
+    """Stored Green's function.
 
     Attributes:
-        key: the content hash.
-        path: its file.
-        size: of the file and of what lies beside it [bytes].
-        used: when it was last read or written [s since 1970].
+        key: content hash.
+        path: file of the function.
+        size: total size of this file and of the files beside it [bytes].
+        used: time of the last reading or writing [s since 1970].
     """
 
     key: str
@@ -60,7 +59,7 @@ class Entry:
 
 
 def content_key(parts: Mapping[str, object]) -> str:
-    """Return the hash (64 hex digits) of everything a Green's function depends on, the code that computes it included.
+    """Return the hash (64 hex digits) of all on which a Green's function depends, including the code that computes it.
 
     ``parts``: JSON values, bytes, paths (their content counts, not their name) and arrays (dtype, shape and values), in
     mappings and sequences of any depth; the order of keys does not count. Raises `TypeError` for anything else.
@@ -79,12 +78,12 @@ def content_hash(path: Path) -> str:
 class Store:
     """Green's functions by content hash, one file each; safe for several programs at once.
 
-    A file is written whole under a temporary name and renamed, so a reader meets an old or a new one, never half of
-    one; two writers of the same key write the same function, and the last one stays.
+    A file is written under a temporary name and then renamed, so that a reader finds the old or the new one, never a
+    part; two writers of the same key write the same function, of which the last remains.
 
     Attributes:
-        folder: made when first written to.
-        tell: receives a line when a damaged entry is set aside.
+        folder: folder of the files, made at the first writing.
+        tell: function that receives a message when a damaged file is ignored.
     """
 
     folder: Path
@@ -96,24 +95,24 @@ class Store:
         return Store(cache_folder(), tell)
 
     def path(self, key: str) -> Path:
-        """Return the file of a key; raises `StoreError` for what is no content hash."""
+        """Return the file of a key; raises `StoreError` for a key that is no content hash."""
         if not _KEY.fullmatch(key):
             raise StoreError(f"{key!r} must be a content hash (16 to 64 digits 0-9, a-f)")
         return self.folder / f"{key}.h5"
 
     def get(self, key: str) -> GreensFunction | None:
-        """Return the function; ``None`` if it is not there or is damaged, without a seal, of another key.
+        """Return the function; ``None`` if it is missing, damaged, without a seal, or of another key.
 
-        The latter is reported; the next `put` replaces it.
+        Except for a missing one, this is reported, and the next `put` replaces the file.
         """
         return self.find(key, lambda path: impact.load_greens(path, key=key), "stored Green's function")  # with h5py
 
     def find(self, key: str, load: Callable[[Path], T], what: str) -> T | None:
-        """Return what ``load`` makes of the file of a key, as `get` does; ``what`` it is called in reports."""
+        """Return ``load`` of the file of a key, or ``None`` as in `get`; ``what``: name of the content in reports."""
         path = self.path(key)
         try:
             exists = path.is_file()
-        except OSError:  # a folder that may not be looked into
+        except OSError:  # a folder without read permission
             exists = False
         if not exists:
             return None
@@ -124,11 +123,11 @@ class Store:
                 self.tell(f"{what} set aside, it will be computed again: {problem}")
             return None
         with suppress(OSError):
-            os.utime(path)  # read now: the last to be pruned
+            os.utime(path)  # mark as read, so that it is pruned last
         return found
 
     def put(self, key: str, greens: GreensFunction) -> Path:
-        """Keep ``greens``; return the file's path. Raises `StoreError` if the folder cannot be written to."""
+        """Store ``greens``; return the file's path. Raises `StoreError` if the folder cannot be written to."""
         path = self.path(key)
         try:
             impact.save_greens(greens, path, key=key)
@@ -137,7 +136,7 @@ class Store:
         return path
 
     def keep(self, key: str, file: Path) -> None:
-        """Keep a copy of ``file``, such as a picture, beside the function; it goes when the function is pruned."""
+        """Store a copy of ``file``, such as a picture, beside the function; it is pruned with the function."""
         try:
             write_whole(self.path(key).with_name(f"{key}.{file.name}"), file.read_bytes())
         except OSError as problem:
@@ -148,7 +147,7 @@ class Store:
         return StoreError(f"{self.folder}: cannot be written to ({problem}); {remedy}")
 
     def fetch(self, key: str, folder: Path) -> tuple[Path, ...]:
-        """Return copies in ``folder``, under their own names, of the files beside the function."""
+        """Return copies in ``folder``, with their original names, of the files beside the function."""
         copies = []
         for file in self._beside(key):
             target = folder / file.name.partition(".")[2]
@@ -173,7 +172,7 @@ class Store:
         return tuple(sorted(entries, key=lambda entry: -entry.used))
 
     def prune(self, *, most_bytes: int) -> tuple[Entry, ...]:
-        """Delete the longest unused beyond a total size; return the deleted entries."""
+        """Delete the least recently used functions beyond a total size [bytes]; return the deleted entries."""
         gone, total = [], 0
         for entry in self.entries():
             total += entry.size
@@ -186,7 +185,7 @@ class Store:
 
 
 def _plain(value: object) -> object:
-    """Return JSON values that differ where the content does."""
+    """Return JSON values that differ if the contents differ."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Mapping):
@@ -205,11 +204,11 @@ def _plain(value: object) -> object:
     raise TypeError(f"a key cannot be made of a {type(value).__name__}: give JSON values, bytes, paths or arrays")
 
 
-PATIENCE: Final = 3600.0  # longest wait [s] for another program that computes the same function
+PATIENCE: Final = 3600.0  # longest wait for another program that computes the same function [s]
 
 
 class CacheWarning(UserWarning):
-    """A file of the cache that could not be used or written; it costs time, but changes no result."""
+    """Warning of a cache file that could not be used or written; it costs time, but changes no result."""
 
 
 def warn(text: str) -> None:
@@ -218,17 +217,17 @@ def warn(text: str) -> None:
 
 
 def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> str:
-    """Return a hash of all that a Green's function depends on: the code, too, and whether its mesh error is known.
+    """Return a hash of all on which a Green's function depends, including the code and whether its mesh error is known.
 
-    Files count by content, not by name, with all that they include; what the method leaves open counts not at all, nor
-    does its backend, which changes g by less than the tolerance, as another sparse factorization does. Of a kind, a
-    shape or a reduction from elsewhere the file counts in which it is written.
+    Files count by content, not by name, with all that they include. Open settings of the method do not count, nor does
+    its backend, which changes g by less than the tolerance, as another sparse factorization does. For a kind, a shape
+    or a reduction of another package, the file that defines it counts.
     """
     return next(keys_of(structure, (method,), mesh_error=mesh_error))
 
 
 def keys_of(structure: Structure, methods: Iterable[Method], *, mesh_error: bool = True) -> Iterator[str]:
-    """Yield `key_of` a structure by each of some methods; the structure and its files are looked at once."""
+    """Yield `key_of` a structure for each of several methods; the structure and its files are read once."""
     inputs, code = structure.inputs(), dict[str, list[str]]()
     parts: dict[str, object] = {**inputs.content} | ({} if mesh_error else {"mesh_error": False})
     for key in type(structure).model_fields:
@@ -247,16 +246,16 @@ def keys_of(structure: Structure, methods: Iterable[Method], *, mesh_error: bool
 
 
 def _reductions(structure: Structure, method: Method) -> list[type]:
-    """Return the reductions that are asked for or may be chosen; none where all that are known are ours."""
+    """Return the reductions that a method names or may choose; empty if only those of this program are known."""
     if not structure.traits.is_reduced or "seatfem.structures.reduction.reducer" not in sys.modules:
         return []
     return [each for each in reduction.reducer.defined() if method.reduction in (AUTO, each.name)]
 
 
 def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:
-    """Return the function at ``path``, if it has this key, is sealed and sound, and is known for ``duration`` [s].
+    """Return the function at ``path`` if it has this key and a valid seal, and is known for ``duration`` [s].
 
-    What is sound and another's is no news.
+    A valid function of another key is not reported.
     """
     if not path.is_file():
         return None
@@ -271,7 +270,7 @@ def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None)
 
 
 def key_at(path: Path) -> str:
-    """Return the structure's key that the function at ``path`` states; "" where none can be read."""
+    """Return the structure's key in the function at ``path``; "" if it cannot be read."""
     try:
         return str(storage.hdf5.load_greens(path).provenance.get("seat_key", ""))
     except (storage.hdf5.StorageError, OSError):
@@ -279,7 +278,7 @@ def key_at(path: Path) -> str:
 
 
 def _serving(greens: GreensFunction | None, key: str, duration: float) -> GreensFunction | None:
-    """Return ``greens``, if it is there, has this key and is known for a run of ``duration`` [s]."""
+    """Return ``greens`` if it is not ``None``, has this key and is known for a run of ``duration`` [s]."""
     if greens is None or greens.provenance.get("seat_key") != key:
         return None
     return greens if greens.valid_for >= duration * (1 - 1e-9) else None
@@ -287,16 +286,16 @@ def _serving(greens: GreensFunction | None, key: str, duration: float) -> Greens
 
 @dataclass(frozen=True)
 class Cache:
-    """The place where computed structures are looked for and written to.
+    """Cache of computed structures in the file of a run and in the store.
 
-    A folder that cannot be written to costs a warning, and so does a function that carries no seal, is damaged, or is
-    of another key: it is computed again.
+    A folder that cannot be written to causes a warning, and so does a function without a seal, damaged, or of another
+    key, which is computed again.
 
     Attributes:
-        path: file of the run, which holds the function afterwards, whatever its origin; ``None``: the folder alone. The
-            function of the coarser mesh lies next to it.
-        store: of functions by hash; default: the user's. Those of finite elements go there, behind the function of the
-            coarser mesh and of the patch in rings, so that error bars stay known.
+        path: file of the run, in which the function is stored, whatever its origin; ``None``: only the store is used.
+            The function on the coarser mesh is stored beside it.
+        store: functions by hash; default: the user's. Those of finite elements are stored there, after the function on
+            the coarser mesh and of the patch in rings, so that error bars remain known.
     """
 
     path: Path | None
@@ -322,7 +321,7 @@ class Cache:
     def claimed(self, structure: Structure, key: str) -> Iterator[bool]:
         """Keep other programs, within the block, from computing the same function for the store.
 
-        Gives whether one has put it there before the block began, since it was looked for.
+        Yields whether another program has stored it since it was searched.
         """
         if not structure.traits.is_kept:
             yield False
@@ -333,13 +332,13 @@ class Cache:
             yield _age(path) != before
 
     def keep(self, structure: Structure, key: str, solved: Solved) -> Solved:
-        """Return ``solved``, its function marked with its key and on file."""
+        """Return ``solved`` after storing its function with its key."""
         greens = solved.greens
-        if not greens.closed_form:  # one costs nothing to make again
+        if not greens.closed_form:  # closed forms are computed again at no cost
             greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
         if structure.traits.is_kept and not greens.closed_form:
             try:
-                if solved.in_rings is not None:  # first: a function without it would lose its error bars
+                if solved.in_rings is not None:  # first, since without it the function would lose its error bars
                     self.store.put(_beside(key), solved.in_rings)
                 self.store.put(key, greens)
             except StoreError as problem:
@@ -349,13 +348,13 @@ class Cache:
         return replace(solved, greens=greens)
 
     def write(self, greens: GreensFunction, key: str, beside: GreensFunction | None) -> None:
-        """Write the file of the run, and next to it the model ``beside``, which gives its errors of mesh and patch."""
+        """Write the file of the run, and beside it the model ``beside``, which gives its errors of mesh and patch."""
         if self.path is not None:
             storage.hdf5.save_greens(greens, self.path, key=key)
             if beside is not None:
                 storage.hdf5.save_greens(beside, coarser_file(self.path), key=_beside(key))
             else:
-                coarser_file(self.path).unlink(missing_ok=True)  # of an earlier seat
+                coarser_file(self.path).unlink(missing_ok=True)  # that of an earlier seat
 
     def _model_beside(self, key: str) -> GreensFunction | None:
         """Return the model in rings, on a coarser mesh, from the store or else from the folder of the run."""
@@ -366,12 +365,12 @@ class Cache:
         return stored
 
     def _is_own(self, structure: Structure) -> bool:
-        """Return whether the file of the run is one that the structure itself is read from."""
+        """Return whether the file of the run is an input file of the structure."""
         return self.path is not None and self.path.resolve() in structure.files()
 
 
 def _age(path: Path) -> int:
-    """Return when a file was written [ns]; 0 where there is none."""
+    """Return the time when a file was written [ns]; 0 if there is none."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
@@ -379,7 +378,7 @@ def _age(path: Path) -> int:
 
 
 def coarser_file(path: Path) -> Path:
-    """Return the file next to that of a run's function, of the coarser mesh."""
+    """Return the file of the function on the coarser mesh, beside that of the run's function."""
     return path.with_name(f"{path.stem}_coarser.h5")
 
 
@@ -407,15 +406,15 @@ def build(
     progress: notices.Progress = notices.silent,
     mesh_error: bool = True,
 ) -> Solved:
-    """Return a structure's Green's function. Of several programs that ask for the same one, one computes it.
+    """Return a structure's Green's function. If several programs need the same one, only one computes it.
 
     Args:
-        duration: of the runs that it must cover [s].
-        cache: where it may be, and is kept; ``None``: it is computed.
-        mesh_error: whether a drawn body is solved on a coarser mesh, too.
+        duration: duration of the runs for which it must be known [s].
+        cache: cache in which it may be, and is stored; ``None``: it is computed.
+        mesh_error: whether a drawn body is also solved on a coarser mesh.
 
     Raises:
-        What the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
+        LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError: errors of the stages.
     """
     solve = partial(structure.solve, method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
     if cache is None:
