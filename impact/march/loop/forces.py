@@ -20,12 +20,12 @@ from impact.greens.base import Array
 from impact.march.laws import BLENDED, FAR, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
 from impact.march.loop.compiled import compiled
 
-FLOOR = 1e-140  # value added to every state at every step: damped-out modes never become slow denormal numbers
+FLOOR = 1e-140  # value added to every state at every step, so that decayed modes never become slow denormal numbers
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def advance(rows, q, p, force):
-    """Advance all poles of one contact by a step after the last step's force; return their sum, the gap's part."""
+    """Advance all poles of one contact by a step after the last step's force; return their sum, a part of the gap."""
     a11, a21, a22, c1, c2 = rows
     u = 0.0
     for k in range(q.size):
@@ -39,7 +39,7 @@ def advance(rows, q, p, force):
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def advance_many(rows, psi, along, q, p, drive, force, opening):
-    """Do the same for several contacts: ``opening`` (p,) gains the poles' part; ``along`` as of `Poles.along`."""
+    """Advance the poles of several contacts: ``opening`` (p,) gains their part; ``along`` as in `Poles.along`."""
     a11, a21, a22, c1, c2 = rows
     group, size, directions = along
     if group.size == 0:
@@ -74,8 +74,8 @@ def advance_many(rows, psi, along, q, p, drive, force, opening):
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def past(recent, force, rest, first, n):
-    """Return what the forces of steps ``first``..``n``-1 beyond ``rest`` do at the end of step ``n``; ``recent`` holds
-    the weights of one block in reverse order, so that both are read forwards."""
+    """Return the effect at the end of step ``n`` of the forces of steps ``first``..``n``-1 beyond ``rest``; ``recent``
+    has the weights of one block in reverse order, so that both are read forwards."""
     stop = recent.size - 1
     w, f = recent[stop - (n - first) : stop], force[first:n]
     u = 0.0
@@ -86,14 +86,14 @@ def past(recent, force, rest, first, n):
 
 @compiled(nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def displaced(rows, state, w0, force):
-    """Return the (n,) values that the march of one contact adds to the gap under a known ``force`` (n,); rows and state
-    as there."""
+    """Return the part of the gap (n,) by the poles of one contact under a known ``force`` (n,); ``rows`` as in
+    `advance`, ``state``: coordinates q and p."""
     a11, a21, a22, c1, c2 = rows
     q, p = state
     out, last = np.empty(force.size), 0.0
     for n in range(force.size):
         u = w0 * force[n]
-        for k in range(q.size):  # `advance`, written out: twice as fast without the march around it
+        for k in range(q.size):  # `advance`, written out: twice as fast without the rest of the step
             qk, pk = q[k], p[k]
             r = a11[k] * qk + (pk + c1[k] * last)
             q[k] = r
@@ -107,13 +107,13 @@ WIDE = 16
 
 
 def padded(values: Array) -> Array:
-    """Return (..., K) with columns of zeros up to a multiple of `WIDE`: oscillators that nothing moves."""
+    """Return (..., K) padded by columns of zeros, oscillators without motion, to a multiple of `WIDE`."""
     more = -values.shape[-1] % WIDE
     return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, more)])
 
 
 class Vectors:
-    """Doubles side by side in registers: loads from arrays, products and sums, as LLVM writes them."""
+    """Vectors of doubles in registers: loads from arrays, products and sums, as LLVM instructions."""
 
     def __init__(self, builder: Any, width: int) -> None:
         self._builder, self._vector = builder, ir.VectorType(ir.DoubleType(), width)
@@ -138,7 +138,7 @@ class Vectors:
 
 @intrinsic
 def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, pushed: Any, told: Any) -> Any:
-    """Do `oscillate` for those from ``first`` on; ``form`` and ``told`` (2, m), stored and lost, may be ``None``."""
+    """Do `oscillate` for oscillators from ``first`` on; ``form``, ``told`` (2, m), stored and lost, may be ``None``."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kinds = zip(signature.args[1:], arguments[1:], strict=True)
@@ -190,9 +190,9 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
 
 @compiled(nogil=True)
 def oscillate(steps, form, q, p, pushed, told):
-    """Move oscillators under known modal forces ``pushed`` (m, K), which become their coordinates after each step.
+    """Advance oscillators under known modal forces ``pushed`` (m, K), which are replaced by their coordinates.
 
-    steps: (7, K) rows a11, a12, a21, a22, b1, b2, w^2 of [q, p] <- A [q, p] + b f; K a multiple of `WIDE`. told (2, m)
+    steps: rows (7, K) a11, a12, a21, a22, b1, b2, w^2 of [q, p] <- A [q, p] + b f; K a multiple of `WIDE`. told (2, m)
     gains the energy stored after each step and that lost during it, by the (6, K) ``form``; both ``None``: no energies.
     """
     for first in range(0, q.size, WIDE):
@@ -213,9 +213,9 @@ def law_force(code, a, b, c, user, pen, pen_start, dt):
         return a * pen * math.sqrt(pen)
     if code == HUNT_CROSSLEY:
         return a * pen**c * max(0.0, 1.0 + b * (pen - pen_start) / dt)
-    if code == USER and user is not None:  # None of built-in laws: its type is told at once, that of a function is not
+    if code == USER and user is not None:  # None: built-in law; its type is inferred at once, a function's is not
         force = user(pen, pen_start, dt)
-        return 0.0 if force <= 0.0 else force  # a force that is not a number stays one, and is refused in the end
+        return 0.0 if force <= 0.0 else force  # nan is returned, and refused at the end
     return math.inf
 
 
@@ -233,10 +233,10 @@ def law_potential(code, a, b, c, pen):
 
 @compiled()
 def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, together, dt):
-    """Return the N >= 0 of one step by one of the rules of `impact.march.laws`.
+    """Return N >= 0 of one step by one of the rules of `impact.march.laws`.
 
     Each is one increasing scalar equation in N with one root; ``pen`` is the penetration at the end without N.
-    ``together`` is what it yields per newton if all contacts press at once, ``w0`` if it presses alone.
+    ``together`` is the yield per newton if all contacts press at once, ``w0`` if this one presses alone.
     """
     unresolved = stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
     if rule != PASSIVE and unresolved < RIGID:
@@ -283,7 +283,7 @@ def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):
     r_high = high - law_force(code, a, b, c, user, pen - w0 * high, pen_start, dt)
     if r_high <= 0.0:
         return high
-    n, top, side = high, high, np.int64(0)  # a literal zero would be a type of its own, compiled again
+    n, top, side = high, high, np.int64(0)  # a literal zero would have its own type and be compiled again
     for count in range(200):
         n = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)
         r = n - law_force(code, a, b, c, user, pen - w0 * n, pen_start, dt)
@@ -299,7 +299,7 @@ def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):
 def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
     """Return the root of p + w0 F(p) = pen by guarded regula falsi (Illinois) on p, F the `step_force`.
 
-    F does not decrease with p, hence N >= 0 and one root. Found in p, N keeps its relative accuracy for laws far
+    F does not decrease with p, hence N >= 0 and one root. Solved for p, N keeps its relative accuracy for laws much
     stiffer than 1/w0.
     """
     force = step_force(code, a, b, c, pen, pen_start, dt, share)
@@ -307,7 +307,7 @@ def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
         return force
     low, high, r_high, side = pen - w0 * force, pen, w0 * force, np.int64(0)
     if pen_start <= 0.0:
-        low = max(low, 0.0)  # pen > 0 here, and where the end is open there is no force
+        low = max(low, 0.0)  # pen > 0, and an open end has no force
     r_low = low + w0 * step_force(code, a, b, c, low, pen_start, dt, share) - pen
     for count in range(200):
         p = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 and r_high > r_low else 0.5 * (low + high)
@@ -321,8 +321,8 @@ def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
 
 @compiled()
 def narrowed(low, high, r_low, r_high, side, p, r):
-    """Return the bracket of a root, its residuals and which end moved last, by the residual ``r`` at ``p``: an end that
-    stays twice counts half (Illinois)."""
+    """Return the bracket of a root, its residuals and the end that moved last, by the residual ``r`` at ``p``; the
+    residual of an end that stays twice is halved (Illinois)."""
     if r > 0.0:
         return low, p, 0.5 * r_low if side == 1 else r_low, r, 1
     return p, high, r, 0.5 * r_high if side == -1 else r_high, -1
@@ -330,8 +330,8 @@ def narrowed(low, high, r_low, r_high, side, p, r):
 
 @compiled()
 def step_force(code, a, b, c, p, p0, dt, share):
-    """Return the secant slope of Psi from ``p0`` to ``p``, a ``share`` of it that at the end instead, times its
-    damping."""
+    """Return the secant slope of Psi from ``p0`` to ``p``, with a ``share`` of the slope at the end instead, times its
+    damping factor."""
     force = _secant(code, a, b, c, p, p0)
     if share > 0.0:
         force += share * (_elastic_force(code, a, b, c, p) - force)
@@ -367,7 +367,7 @@ def _elastic_force(code, a, b, c, pen):
 
 @compiled()
 def stiffness(code, a, b, c, pen):
-    """Return d2Psi/dpen2 [N/m]; of a spring also before it is touched."""
+    """Return d2Psi/dpen2 [N/m]; for a spring also before contact."""
     if code == SPRING:
         return a
     exponent = 1.5 if code == HERTZ else c
@@ -376,10 +376,10 @@ def stiffness(code, a, b, c, pen):
 
 @compiled()
 def filmed_force(code, rule, a, b, c, user, film, pen, pen_start, w0, together, dt):
-    """Return (the law's force, the film's) of one step, found together; the arguments as in `contact_force`.
+    """Return the forces (law, film) of one step, solved together; arguments as in `contact_force`.
 
-    Closed at the end, the film is squeezed down to its floor, a known force; open, the law has none, unless a step that
-    conserves leaves a penetration.
+    If the gap is closed at the end, the film is squeezed down to its floor, a known force; if it is open, the law has
+    no force, unless a conserving step leaves a penetration.
     """
     k, floor, tension = film
     squeezed = _film(k, floor, tension, -pen_start, 0.0, dt)
@@ -394,8 +394,8 @@ def filmed_force(code, rule, a, b, c, user, film, pen, pen_start, w0, together, 
 
 @compiled()
 def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
-    """Return the same of a step from a penetration ``pen_start`` > 0 to an open gap: the root p of p + w0 (both) = pen,
-    by guarded regula falsi (Illinois) between what the largest forces leave and p = 0."""
+    """Return the forces as `filmed_force` for a step from ``pen_start`` > 0 to an open gap: the root p of p + w0 (both)
+    = pen, by guarded regula falsi (Illinois) between the largest forces and p = 0."""
     k, floor, tension = film
     stiff = stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
     share = stiff * stiff / (1.0 + stiff * stiff)
@@ -410,15 +410,15 @@ def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
             break
         low, high, r_low, r_high, side = narrowed(low, high, r_low, r_high, side, p, r)
     if w0 > 0.0:
-        pulled = max((pen - p) / w0 - pressed, -tension)  # to round-off of the gap, as where a film acts alone
+        pulled = max((pen - p) / w0 - pressed, -tension)  # to round-off of the gap, as for a film alone
     return pressed, pulled
 
 
 @compiled()
 def _film_alone(k, floor, tension, opening, gap_start, w0, dt):
-    """Return its force where it keeps the gap open that would be ``opening`` without it.
+    """Return the film's force if it keeps the gap open, which would be ``opening`` without it.
 
-    G - a/G^2 is increasing and concave in G = gap + floor, so that Newton from below rises to the one root.
+    G - a/G^2 is increasing and concave in G = gap + floor, so that Newton from below rises to the only root.
     """
     far = FAR * floor
     x, free, a = min(max(gap_start, 0.0) + floor, far), opening + floor, 0.5 * w0 * k / dt
@@ -433,7 +433,7 @@ def _film_alone(k, floor, tension, opening, gap_start, w0, dt):
             y += step
             if step <= 1e-16 * y:
                 break
-    if y < far and 2.0 * a > y * y * y:  # where the film rules, its force follows from the gap
+    if y < far and 2.0 * a > y * y * y:  # the film dominates: its force follows from the gap
         return max((y - free) / w0, -tension)
     return _film(k, floor, tension, gap_start, y - floor, dt)
 
