@@ -28,8 +28,8 @@ class SampledGreens(StatedGreens):
         values: samples (p, p, n) or, for one port, (n,) [m/(N s)], n >= 2; the first is g(0+).
         dt: spacing [s].
         tail: rule for g beyond the last sample: "zero" (a supported body that has come to rest), "hold" (last value: a
-            body that moves away at constant displacement), "rigid" (continued with the last slope: a free body), or
-            "forbid": evaluation raises an error.
+            body that a constant force moves at constant speed), "rigid" (continued with the last slope: a free body),
+            or "forbid": evaluation raises an error.
         port_names: p names; default "contact" for one port, "1", "2", ... for several.
         static: static compliance (p, p) if known independently [m/N].
         error: estimated error of g.

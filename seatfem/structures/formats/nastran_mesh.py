@@ -123,7 +123,7 @@ def read_nastran(path: Path) -> file_mesh.FileMesh:
     """Return the mesh of GRID, CTETRA and CHEXA of bulk data; groups are named by numbers, as the file has no names.
 
     Volumes: "PID 3", the solids of property 3. Surfaces: "PID 3", the shells (CTRIA3, CQUAD4, ...) of property 3;
-    "PLOAD4 5", the faces loaded by set 5; "SPC 2", the faces of which set 2 of SPC and SPC1 holds all vertices. Raises
+    "PLOAD4 5", the faces loaded by set 5; "SPC 2", the faces all of whose vertices are in set 2 of SPC and SPC1. Raises
     `MeshError` naming file and line.
     """
     deck, solids, loads = _collect(path)
