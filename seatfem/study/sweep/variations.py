@@ -40,7 +40,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Variation(Table):
-    """The values of one key. A subclass with a ``kind`` is one more way to state them."""
+    """Values of one key. A subclass with a ``kind`` is a way to state them."""
 
     kind: str
 
@@ -78,7 +78,7 @@ class Variation(Table):
 
 
 class Listed(Variation):
-    """Written as a plain list; designs that draw take each entry as often as the others."""
+    """Plain list; designs that draw take all entries equally often."""
 
     kind: Literal["list"]
     values: tuple[Value, ...] = Field(min_length=1, max_length=MOST)
@@ -99,7 +99,7 @@ class Listed(Variation):
 
 
 class Range(Variation):
-    """From one value to another: ``number`` levels in grids, anything between in designs that draw."""
+    """Range from one value to another: ``number`` levels in grids, any value between in designs that draw."""
 
     kind: Literal["range"]
     low: Quantity = Field(alias="from", description="lowest value")
@@ -129,7 +129,7 @@ class Range(Variation):
 
 
 class Uniform(Range):
-    """Any value between two, or with ``scale = "log"`` any of their logarithms', as likely as another."""
+    """Uniform distribution between two values, or with ``scale = "log"`` between their logarithms."""
 
     kind: Literal["uniform"]  # type: ignore[assignment]
 
@@ -138,7 +138,7 @@ class Uniform(Range):
 
 
 class Normal(Variation):
-    """Gauss's distribution."""
+    """Normal distribution."""
 
     kind: Literal["normal"]
     mean: Quantity = Field(description="mean value")
@@ -149,7 +149,7 @@ class Normal(Variation):
 
 
 class TruncatedNormal(Normal):
-    """Gauss's distribution within bounds: mean and deviation are those of the whole bell."""
+    """Normal distribution within bounds: mean and deviation are those without the bounds."""
 
     kind: Literal["truncated_normal"]  # type: ignore[assignment]
     low: Quantity = Field(alias="from", description="lowest value")
@@ -175,7 +175,7 @@ class TruncatedNormal(Normal):
 
 
 class LogNormal(Variation):
-    """The logarithm is normal: median exp(sigma z), z standard normal."""
+    """Lognormal distribution: median exp(sigma z), z standard normal."""
 
     kind: Literal["lognormal"]
     median: Positive = Field(description="value that half of all lie below")
@@ -186,7 +186,7 @@ class LogNormal(Variation):
 
 
 class Tabled(Variation):
-    """A measured distribution: values, and the share of all that lies below each; in between a line."""
+    """Measured distribution: values, and the fraction of all below each, interpolated linearly."""
 
     kind: Literal["table"]
     points: tuple[tuple[Quantity, Share], ...] = Field(
