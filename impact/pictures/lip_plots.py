@@ -204,7 +204,7 @@ def _map(
         axes.axhline(border, color=GREY, linewidth=0.8)
     axes.grid(visible=False)
     axes.set_title("Force per length on the elastic seat")
-    note = f"{contact}: mean over {1e6 * width:g} µs and each of {arcs} lip segments"
+    note = f"{contact}: mean over {1e6 * width:g} µs, {arcs} segments"
     axes.set_title(note, loc="right", color=GREY, fontsize=8)
 
 

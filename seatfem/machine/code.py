@@ -13,7 +13,6 @@ NOT_NUMERICS: Final = (
     "seatfem/faces",
     "seatfem/jobs",
     "seatfem/machine",
-    "seatfem/measured.py",
     "seatfem/pictures",
     "seatfem/study",
     "seatfem/verify.py",

@@ -54,7 +54,8 @@ def plot_stress_histories(
             peak = float(shown[int(np.argmin(np.abs(time - peak_time)))])
             axes.plot(1e3 * peak_time, peak / MEGA, "o", mfc="none", mec=ORANGE, ms=6)
             axes.set_title(f"{place}: {component}")
-            axes.set_title(f"{text(abs(peak), 'Pa')} at {text(peak_time, 's', 4)}", loc="right", color=GREY, fontsize=8)
+            note = f"{text(abs(peak), 'Pa')} at {text(peak_time, 's', 4)}"
+            axes.text(0.99, 0.97, note, ha="right", va="top", color=GREY, fontsize=8, transform=axes.transAxes)
             axes.set_ylabel("stress [MPa]")
         for axes in grid.flat[len(curves) :]:
             axes.axis("off")

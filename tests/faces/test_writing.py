@@ -173,7 +173,7 @@ def test_a_cache_that_cannot_be_written_costs_a_warning(
         folder = request.getfixturevalue("tiny_disk")
         (folder / "filler").write_bytes(bytes(60 << 10))
     elif store == "/proc/nowhere":
-        folder = Path(cache)
+        folder = Path(store)
     else:
         folder.write_text("", encoding="utf-8")
     monkeypatch.setenv("SEATFEM_STORE", str(folder))
@@ -201,26 +201,26 @@ def test_a_user_without_a_home_keeps_nothing(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_a_kept_function_carries_key_and_seal(tmp_path: Path) -> None:
     told: list[str] = []
-    cache, elsewhere = Store(tmp_path, told.append), content_key({"seat": "b"})
-    path = cache.put(KEY, SEAT)
+    store, elsewhere = Store(tmp_path, told.append), content_key({"seat": "b"})
+    path = store.put(KEY, SEAT)
     assert load_greens(path, key=KEY).static_compliance() == pytest.approx(SEAT.static_compliance())
-    cache.path(elsewhere).write_bytes(path.read_bytes())  # another's function under the right name
-    assert cache.get(elsewhere) is None
+    store.path(elsewhere).write_bytes(path.read_bytes())  # another's function under the right name
+    assert store.get(elsewhere) is None
     assert f"belongs to the key '{KEY}'" in told[-1]
     path.write_bytes(bytes(USER_BLOCK) + path.read_bytes()[USER_BLOCK:])  # the seal taken off
-    assert cache.get(KEY) is None
+    assert store.get(KEY) is None
     assert "carries no seal of its content" in told[-1]
     with h5py.File(path, "r+") as file:
         file["omega"][...] *= 2
-    seal_before = cache.put(elsewhere, SEAT).read_bytes()[:USER_BLOCK]
+    seal_before = store.put(elsewhere, SEAT).read_bytes()[:USER_BLOCK]
     path.write_bytes(seal_before + path.read_bytes()[USER_BLOCK:])  # other numbers under an old seal
-    assert cache.get(KEY) is None
+    assert store.get(KEY) is None
     assert "changed since it was written" in told[-1]
     assert len(told) == 3
     save_greens(OTHER, path)  # sealed, and of no key
     with pytest.raises(OtherKeyError, match="belongs to the key 'of nothing'"):
         load_greens(path, key=KEY)
-    assert cache.get(KEY) is None
+    assert store.get(KEY) is None
     assert load_greens(path).static_compliance() == pytest.approx(OTHER.static_compliance())  # a user's own file
 
 
@@ -238,25 +238,25 @@ def odd(path: Path) -> None:
 
 @pytest.mark.parametrize("change", [unsealed, odd])
 def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path) -> None:
-    scene, cache, path = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), tmp_path / "seat.h5"
-    first = seat_of(scene, Cache(path, cache))
+    scene, store, path = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), tmp_path / "seat.h5"
+    first = seat_of(scene, Cache(path, store))
     assert not first.reused
-    assert seat_of(scene, Cache(path, cache)).reused
-    for file in (path, cache.path(seat_key(scene))):
+    assert seat_of(scene, Cache(path, store)).reused
+    for file in (path, store.path(seat_key(scene))):
         change(file)
     why = "carries no seal" if change is unsealed else "valid_for is 'long'"
     with pytest.warns(CacheWarning, match=f"not used again: .*{why}"):
-        again = seat_of(scene, Cache(path, cache))
+        again = seat_of(scene, Cache(path, store))
     assert not again.reused
     t = np.linspace(0, 3e-5, 50)
     assert np.allclose(again.greens.impulse_response(t), first.greens.impulse_response(t), rtol=1e-9)
-    assert seat_of(scene, Cache(path, cache)).reused
+    assert seat_of(scene, Cache(path, store)).reused
 
 
 def test_the_coarser_function_is_kept_first_and_under_its_own_key(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene, cache, put = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), Store.put
+    scene, store, put = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), Store.put
     kept: list[str] = []
 
     def interrupted(self: Store, key: str, greens) -> Path:
@@ -268,14 +268,14 @@ def test_the_coarser_function_is_kept_first_and_under_its_own_key(
     with monkeypatch.context() as patch:
         patch.setattr(Store, "put", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            seat_of(scene, Cache(tmp_path / "seat.h5", cache))
+            seat_of(scene, Cache(tmp_path / "seat.h5", store))
     (coarser,) = kept
     assert coarser != seat_key(scene)
-    assert cache.get(seat_key(scene)) is None  # nothing is taken for complete
-    found = seat_of(scene, Cache(tmp_path / "seat.h5", cache))
+    assert store.get(seat_key(scene)) is None  # nothing is taken for complete
+    found = seat_of(scene, Cache(tmp_path / "seat.h5", store))
     assert (found.reused, found.coarser is None) == (False, False)
-    cache.path(coarser).write_bytes(cache.path(seat_key(scene)).read_bytes())  # the fine one in its place
-    again = seat_of(scene, Cache(tmp_path / "other.h5", cache))
+    store.path(coarser).write_bytes(store.path(seat_key(scene)).read_bytes())  # the fine one in its place
+    again = seat_of(scene, Cache(tmp_path / "other.h5", store))
     assert again.coarser is None or not again.reused
 
 

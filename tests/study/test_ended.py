@@ -5,6 +5,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+from seatfem.machine.code import cache_folder
 from seatfem.study.runs.kept import NOTE, cached_plan, save_plan
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from tests.gallery import REED_ON_SPRING, load_text
@@ -46,7 +47,7 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
 
 
 def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
-    """Bit by bit; where the forces differ, or nothing is on file, they are computed."""
+    """Bit by bit; where the forces differ, nothing is on file, or a file was changed by hand, they are computed."""
     plan = plan_of(tmp_path)
     first, asked = last_of(plan, tmp_path), []
     monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *args: asked.append(args) or first.left)
@@ -56,6 +57,10 @@ def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
     assert len(asked) == 1
     list(rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(steady=True)))
     assert len(asked) == 2
+    for file in (cache_folder() / "numbers").glob("*.json"):
+        file.write_text(file.read_text().replace('"values": {', '"values": {"reed": 0.0, '))
+    assert last_of(plan, tmp_path).left == first.left
+    assert len(asked) == 3
 
 
 def test_other_questions_are_planned(tmp_path):

@@ -119,7 +119,7 @@ def cached_numbers(
     """Return numbers of one run of a round from the cache, or compute and store them.
 
     The cache is valid for the same scene, method, forces of the run, and program. If the folder is not writable or a
-    file is damaged, the numbers are computed again.
+    file was changed, as the hash in it tells, the numbers are computed again.
 
     Args:
         done: the round.
@@ -129,13 +129,18 @@ def cached_numbers(
     """
     path = _number_file(done, touches, what)
     with suppress(*UNSOUND):
-        numbers = json.loads(read_text(path, MOST_BYTES, ValueError))
-        if isinstance(numbers, dict):
+        data = json.loads(read_text(path, MOST_BYTES, ValueError))
+        numbers: dict[str, Any] = data["numbers"]
+        if data["hash"] == _hash_of(numbers):
             return numbers
     numbers = dict(compute())
     with suppress(OSError, TypeError):
-        _save_json(path, numbers)
+        _save_json(path, {"numbers": numbers, "hash": _hash_of(numbers)})
     return numbers
+
+
+def _hash_of(numbers: Mapping[str, Any]) -> str:
+    return content_key({"numbers": json.dumps(numbers)})
 
 
 def _number_file(done: Round, touches: Touches, what: str) -> Path:

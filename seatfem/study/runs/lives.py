@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -96,10 +95,7 @@ def lives(
     def compute() -> Mapping[str, Any]:
         return as_json(_compute_life(done, stressed, touches, stress, progress, with_seat=with_seat))
 
-    numbers = runs.kept.cached_numbers(done, touches, what, compute)
-    with suppress(*runs.kept.UNSOUND):
-        return from_json(done.plan.scene.life, numbers)
-    return _compute_life(done, stressed, touches, stress, progress, with_seat=with_seat)
+    return from_json(done.plan.scene.life, runs.kept.cached_numbers(done, touches, what, compute))
 
 
 def _compute_life(
