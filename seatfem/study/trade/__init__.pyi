@@ -1,2 +1,2 @@
 # ruff: noqa: I001 (one import a module)
-from seatfem.study.trade import point as point, report as report, rungs as rungs, trade as trade
+from seatfem.study.trade import report as report, rungs as rungs, trade as trade
