@@ -137,8 +137,7 @@ def cluster_crew(address: str, program: Program, pack: Pack) -> Iterator[Ask]:
 
     Raises:
         ClusterError: an invalid address, no answer, workers of another version; later, a scheduler that is gone, or
-            files
-            of a job that are too large.
+            files of a job that are too large.
     """
     with _client(address) as client:
         _settle(client, address)
