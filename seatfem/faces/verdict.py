@@ -61,8 +61,7 @@ def difference(summary: Summary, key: str) -> Difference | None:
     """Return the spring's difference in one measure.
 
     ``None`` if error bar or either value is missing; for times, whose origin is arbitrary; and for the static load,
-    which
-    is the same on any seat.
+    which is the same on any seat.
     """
     if result_of(key).of_each_step or key == results.LANDING + results.STATIC or key.endswith(WITHOUT_ZERO):
         return None
@@ -76,9 +75,8 @@ def verdict(summary: Summary) -> str:
     """Return the result of a run in sentences, from the numbers of summary.json.
 
     A run without a landing states this first. Then the measures to which the accuracy applies, or filtered peak and
-    impulse
-    if the spring has none of them, are compared with the spring baseline. A difference is significant if it exceeds the
-    error bar of the seat's value and that value is known.
+    impulse if the spring has none of them, are compared with the spring baseline. A difference is significant if it
+    exceeds the error bar of the seat's value and that value is known.
     """
     state = standing(summary)
     if state and not any(summary.get(key) for key in asked(summary)):

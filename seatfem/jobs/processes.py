@@ -28,12 +28,9 @@ def start_worker(
     """Start ``python -P -m module arguments`` with this package; the module calls `end_with_parent` first of all.
 
     Modules come from the interpreter's paths, this package's folder and PYTHONPATH, never from the current folder,
-    which may
-    hold a foreign gmsh.py. Keep the standard input open while the worker is needed. Its standard error goes to ``log``;
-    its
-    standard output is discarded, or with ``answers`` a pipe. ``environment``: additional variables. ``own_session``: it
-    and
-    its descendants form one process group, which `end_worker` ends.
+    which may hold a foreign gmsh.py. Keep the standard input open while the worker is needed. Its standard error goes
+    to ``log``; its standard output is discarded, or with ``answers`` a pipe. ``environment``: additional variables.
+    ``own_session``: it and its descendants form one process group, which `end_worker` ends.
     """
     paths = [str(Path(__file__).resolve().parents[2]), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
     variables = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), STARTED_BY: started_by()}  # "": current folder

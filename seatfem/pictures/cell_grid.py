@@ -214,8 +214,7 @@ class Skin:
 
     def moved(self, displacement: Array, harmonic: int = 0) -> Array:
         """Return displacements (n, 3) from (S, 3) of ``nodes``; for a half section u_r, u_th, u_z, which vary around
-        the
-        axis as cos n th, sin n th, cos n th, n = ``harmonic``."""
+        the axis as cos n th, sin n th, cos n th, n = ``harmonic``."""
         each = displacement[self.which]
         if self.angles is None:
             return each
