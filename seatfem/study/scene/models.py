@@ -154,10 +154,6 @@ def _length(value: float) -> str:
     return f"{round(value, 12) if abs(value) > SMALLEST else 0.0!r} m"
 
 
-if TYPE_CHECKING:
-    Body = Structure
-else:
-    Body = fields.one_of(kinds_of())  # kinds defined before `Scene`
 BODIES: Final = ("seat", "reed")
 """Roles in every scene, whose tables may be of any kind of structure."""
 CONTACTS: Final = (*BODIES, "contact", "stopper")
@@ -165,11 +161,14 @@ CONTACTS: Final = (*BODIES, "contact", "stopper")
 
 
 class Scene(fields.Table):
-    """One impact: a reed, a seat, and how long to watch. All values are SI floats."""
+    """One impact: a reed, a seat, and how long to watch. All values are SI floats.
+
+    Files are read as a subclass with the kinds of bodies that they name, by `seatfem.study.scene.load.scene_of`.
+    """
 
     title: str = fields.default("", "for reports and pictures")
-    seat: Body = Field(description="what is struck")
-    reed: Body = Field(description="what strikes")
+    seat: Structure = Field(description="what is struck")
+    reed: Structure = Field(description="what strikes")
     assembly: Assembly | None = fields.absent("how two parts from CAD come together; by [contact] if absent")
     contact: Contact = fields.default({}, "where and how the two touch")
     stopper: Stopper | None = fields.absent("a second body, which limits the lift")
