@@ -23,9 +23,8 @@ from impact.greens.base import Array
 from seatfem.structures import mesh as meshes
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.inspection import cad
-from seatfem.structures.mesh._gmsh_inspect import COARSE, GROWTH, SIZE_PER_WIDTH
 from seatfem.structures.mesh.gmsh_process import MeshingError, remembered_gmsh
-from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.mesh.spec import COARSE, GROWTH, SIZE_PER_WIDTH, MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, encode
 
 Integers = NDArray[np.int64]

@@ -174,7 +174,7 @@ def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw],
         "body": (one_of(kinds), Stopper.model_fields["body"]),
         "law": (one_of(laws), Stopper.model_fields["law"]),
     }
-    return create_model("Stopper", __base__=Stopper, **fields)
+    return create_model("Stopper", __base__=Stopper, __doc__=Stopper.__doc__, **fields)
 
 
 class Contact(Table):

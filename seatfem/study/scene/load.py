@@ -142,7 +142,7 @@ def _scene_of(
     if measures != OWN_MEASURES:
         names: Any = {"measures": (tuple[Literal[measures], ...], Accuracy.model_fields["measures"])}  # type: ignore[valid-type]
         fields["accuracy"] = (create_model("Accuracy", __base__=Accuracy, **names), Scene.model_fields["accuracy"])
-    return create_model("Scene", __base__=Scene, **fields)
+    return create_model("Scene", __base__=Scene, __doc__=Scene.__doc__, **fields)
 
 
 def located(error: SceneError, path: Path | None) -> SceneError:
