@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import seatfem
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
@@ -140,8 +141,8 @@ def run_scene(
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
             lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"]) if touches.line else []
             division = latest.plan.method.seat.division
-            look = impacts.layout
-            drawing = look.DRAWING, lambda path: look.scene_drawing.draw_layout(look.layout_of(scene, division), path)
+            layout, draw = impacts.layout, seatfem.pictures.scene_drawing.draw_layout
+            drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
             of_gas = runs.pictures.gas_pictures(gas_run, scene.geometry, scene.title)
             strains = runs.pictures.gauge_pictures(latest.touches, scene.title)
             more = [drawing, *lip, *of_gas, *strains, *later.pictures(latest)]

@@ -113,8 +113,8 @@ def _load(
 def kinds_named(data: Mapping[str, Any]) -> set[str]:
     """Return the names of the kinds of the bodies of a scene; none, for all, unless each body has one."""
     bodies = [data.get(role) for role in (*BODIES, *{"stopper"} & data.keys())]
-    names = {body.get("kind") if isinstance(body, dict) else None for body in bodies}
-    return names if all(isinstance(each, str) for each in names) else set()
+    named = [body["kind"] for body in bodies if isinstance(body, dict) and isinstance(body.get("kind"), str)]
+    return set(named) if len(named) == len(bodies) else set()
 
 
 def has_table(path: Path, name: str) -> bool:
