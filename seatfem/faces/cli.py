@@ -29,7 +29,7 @@ __all__ = ["BAD_INPUT", "DEMO_SCENE", "DONE", "FAILED", "INTERRUPTED", "demo_sce
 
 WIDEST: Final = 1000  # most characters of a line of a message
 MOST_LINES: Final = 40
-RARELY: Final = (100_000, 20, 20)
+RARELY: Final = (300_000, 20, 20)
 """When rings of objects are looked for: modules have none, and looking took a seventh of a short run's time."""
 _KEY: Final = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+(?=: | = )")
 """Begin of a message that names a key of a scene."""
