@@ -21,8 +21,8 @@ from seatfem.structures.kinds.selectors import FaceChoice, Region
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.kinds.turned import Ball
 from seatfem.structures.materials import NAMED_MATERIALS
-from seatfem.study.scene import Scene
 from seatfem.study.scene.keys import as_toml, default_of, holds
+from seatfem.study.scene.load import scene_of
 from seatfem.study.scene.problems import leaves, own_keys, tables_in
 
 _HEAD = """\
@@ -111,7 +111,7 @@ def scene_pages() -> dict[str, str]:
 def _chapters() -> list[_Chapter]:
     """Tables of a scene, each kind of body on the page of its family, then those within them."""
     found: dict[type[BaseModel], _Chapter] = {}
-    for name, field in Scene.model_fields.items():
+    for name, field in scene_of().model_fields.items():
         for table in _in_it(field):
             page = _page_of(name, table)
             shown = f"[[{name}]]" if holds(field) == "list of tables" else f"[{name}]"
@@ -169,7 +169,7 @@ def _index(chapters: list[_Chapter], places: dict[type[BaseModel], str]) -> str:
         names = dict.fromkeys(f"`{name}`" for each in mine for name in each.name.partition(" =")[0].split(", "))
         words = f": {', '.join(kinds or names)}" if page in _INTRODUCED else ""
         lines.append(f"- [{title}](scene/{page}.md){words}")
-    top = _table(Scene, places, "scene").replace("](", "](scene/")
+    top = _table(scene_of(), places, "scene").replace("](", "](scene/")
     return "\n".join([f"{_HEAD}## Pages\n", *lines, "", "## Top level\n", top]).rstrip() + "\n"
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeV
 
 from annotated_types import Ge, Gt, Lt
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic.types import Discriminator
 
 from impact.files.safe_files import MB, check_file
 from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity, parse_rpm, write_quantity
@@ -146,7 +147,9 @@ def one_of(kinds: tuple[type[Table], ...]) -> Any:
         meant = (kind_of(each) for each in kinds if given.keys() & set(each.also.get(kind, ())))
         return {**given, "kind": next(meant, kind)}
 
-    return Annotated[Union[kinds], Field(discriminator="kind"), BeforeValidator(as_meant)]  # noqa: UP007
+    if len(kinds) == 1:
+        return Annotated[kinds[0], BeforeValidator(as_meant)]
+    return Annotated[Union[kinds], Discriminator("kind"), BeforeValidator(as_meant)]  # noqa: UP007
 
 
 def default(written: object, description: str, example: object = None, **limits: Any) -> Any:

@@ -28,7 +28,7 @@ __all__ = ["BAD_INPUT", "DEMO_SCENE", "DONE", "FAILED", "INTERRUPTED", "demo_sce
 
 WIDEST: Final = 1000  # largest number of characters in a line of a message
 MOST_LINES: Final = 40
-RARELY: Final = (100_000, 20, 20)
+RARELY: Final = (300_000, 20, 20)
 """Thresholds of the garbage collector: modules have no cycles, and usual thresholds cost 1/7 of a short run."""
 _KEY: Final = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+(?=: | = )")
 """Pattern of a message that begins with a key of a scene."""
@@ -159,6 +159,8 @@ def main() -> None:
     except Exception:  # only with --debug, which lets errors pass
         Console(stderr=True, soft_wrap=True, highlight=False).print(traceback.format_exc())
         sys.exit(FAILED)
+    finally:
+        gc.freeze()  # collections of all modules at the interpreter's end would take a third of a short run's time
 
 
 def run_command(arguments: Sequence[str]) -> int:

@@ -18,13 +18,12 @@ from impact.quantities import in_digits, in_units, percent, plain, text
 from seatfem import readings, results, structures
 from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.fields import by_group, kind_of
-from seatfem.structures.inspection import cad
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.safety import STAGES, source_in_words
 
 if TYPE_CHECKING:
     from seatfem.machine.doctor import Check
-    from seatfem.structures.inspection import mesh_file
+    from seatfem.structures.inspection import cad, mesh_file
 
 
 def time_line(seconds: Mapping[str, float]) -> str:

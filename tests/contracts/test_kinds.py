@@ -8,6 +8,7 @@ import pytest
 
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
+from seatfem.structures.kinds.structure import HOMES
 from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.shapes import families
 from seatfem.study.scene.laws import laws
@@ -17,6 +18,14 @@ KINDS = ROOT / "structures" / "kinds"
 NAMES = {kind.__name__ for kind in kinds_of() if kind.__module__.startswith("seatfem.")}
 ROOMS = ("study", "faces", "pictures", "structures")
 FILES = sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py") if not path.is_relative_to(KINDS))
+
+
+def test_a_scene_finds_the_module_of_each_kind_that_it_names() -> None:
+    known = {(module, name) for module, names in HOMES.items() for name in names.split()}
+    made = {(kind.__module__.rpartition(".")[2], name) for kind in kinds_of() for name in (kind_of(kind), *kind.also)}
+    assert known == {(module, name) for module, name in made if (KINDS / f"{module}.py").is_file()}
+    assert {kind_of(kind) for kind in kinds_of({"spring", "rigid_mass"})} == {"spring", "rigid_mass"}
+    assert kinds_of({"spring", "sprig"}) == kinds_of()
 
 
 def asked(path: Path) -> Iterator[str]:

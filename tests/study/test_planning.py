@@ -27,6 +27,7 @@ from seatfem.study.prerun.bench import Bench, advanced, locate_contact_window
 from seatfem.study.prerun.context import BANDS, PlanningContext, coarse_method
 from seatfem.study.prerun.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE, MUCH_SHORTER, SIMPLER
+from seatfem.study.scene import load
 from tests.as_stated import seat_of, striker_of
 from tests.steps import SAFETY, Machine, ModelError, Plan, Scene, Store, plan_scene, refine
 
@@ -61,7 +62,7 @@ def scene_of(*parts: str, **changes: object) -> Scene:
         for name in tables:
             table = table.setdefault(name, {})
         table[key] = value
-    return Scene.model_validate(data)
+    return load.scene_of().model_validate(data)
 
 
 @pytest.fixture(autouse=True)

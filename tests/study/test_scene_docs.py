@@ -10,8 +10,8 @@ from pydantic.fields import FieldInfo
 from scene_page import scene_pages
 
 from seatfem.fields import Table
-from seatfem.study.scene import Scene
 from seatfem.study.scene.keys import holds
+from seatfem.study.scene.load import scene_of
 from seatfem.study.scene.problems import tables_in
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -35,7 +35,7 @@ def test_every_table_is_described_once_and_linked() -> None:
         for kind in kinds:
             assert f'\n## kind = "{kind}"\n' in PAGES[f"scene/{page}.md"]
     headings = [line for text in PAGES.values() for line in text.splitlines() if line.startswith("| key |")]
-    tables = {table for name in FIELDS.values() for table in tables_in(name.annotation)} | {Scene}
+    tables = {table for name in FIELDS.values() for table in tables_in(name.annotation)} | {scene_of()}
     assert len(headings) == len(tables)
     assert set(re.findall(r"^- \[.+\]\((scene/.+)\)", PAGES["scene.md"], re.MULTILINE)) == {*PAGES} - {"scene.md"}
     assert '| `lip_height` | length, `"3 mm"` | `"0.5 mm"` |' in PAGES["scene/seats.md"]
@@ -51,7 +51,7 @@ def fields(table: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[tuple
                 yield from fields(inner, seen)
 
 
-FIELDS = dict(fields(Scene, set()))
+FIELDS = dict(fields(scene_of(), set()))
 
 
 def test_what_a_key_holds_is_what_it_takes() -> None:

@@ -20,12 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
+from seatfem.structures import inspection
 from seatfem.structures import mesh as meshes
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.inspection import cad
-from seatfem.structures.mesh._gmsh_inspect import COARSE, GROWTH, SIZE_PER_WIDTH
 from seatfem.structures.mesh.gmsh_process import MeshingError, remembered_gmsh
-from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.mesh.spec import COARSE, GROWTH, SIZE_PER_WIDTH, MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, encode
 
 Integers = NDArray[np.int64]
@@ -164,7 +163,7 @@ def count_elements(
         sectors: number of sectors of the body, one of which is meshed.
     """
     if isinstance(geometry, CadPart):
-        coarse_mesh = _inspected(cad.inspect_geometry(geometry))
+        coarse_mesh = _inspected(inspection.cad.inspect_geometry(geometry))
     else:
         struck = geometry.plan.top["contact"] if part == "plan" and geometry.plan is not None else ()
         coarse_mesh = _drawn(json.dumps(encode(geometry), sort_keys=True), coarse, part, sectors, tuple(struck))
@@ -192,7 +191,7 @@ def _drawn(geometry: str, spec: MeshSpec, part: Part, sectors: int, areas: tuple
 
 
 @lru_cache(maxsize=4)
-def _inspected(part: cad.Inspected) -> CoarseMesh | None:
+def _inspected(part: inspection.cad.Inspected) -> CoarseMesh | None:
     """Return the coarse mesh from the inspection of a CAD part; ``None`` if gmsh could not mesh it."""
     shape, struck = part.shape, part.shape.groups.get("contact")
     if not len(shape.cells) or struck is None or not len(struck):
@@ -256,7 +255,7 @@ def _distances(points: Array, struck: Array) -> Array:
     if points.shape[1] == 3:
         return meshes.checks.distances(points, struck)
     parts = np.array_split(points, 1 + len(points) // AT_ONCE)
-    return np.concatenate([cad.distances(part, struck) for part in parts])
+    return np.concatenate([inspection.cad.distances(part, struck) for part in parts])
 
 
 def _spread_points(corners: Array, number: int) -> Array:

@@ -18,14 +18,14 @@ from seatfem.structures.estimates.sizes import (
     memory_need,
     solver_of,
 )
-from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import BEYOND, COARSENING, Method, Solver
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.rings import rings_to_compare
 from seatfem.structures.shapes.profile import profile_of
 
 if TYPE_CHECKING:
+    from seatfem.structures.kinds.drawn import Drawn
+    from seatfem.structures.kinds.structure import Structure
     from seatfem.structures.mesh.meshing import SeatMesh
 
 

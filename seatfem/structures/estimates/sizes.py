@@ -24,7 +24,6 @@ from seatfem.machine.resources import available_memory
 from seatfem.structures import reduction
 from seatfem.structures.estimates.coarse import Tally, count_elements, size_at
 from seatfem.structures.estimates.surrogate import Patch
-from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec, graded, half_axis
 from seatfem.structures.method import (
     AUTO,
@@ -41,6 +40,7 @@ from seatfem.structures.shapes.shape import Rectangle
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
+    from seatfem.structures.kinds import drawn, structure
     from seatfem.structures.mesh.meshing import SeatMesh
     from seatfem.structures.mesh.plane_meshes import MeridianMesh
 

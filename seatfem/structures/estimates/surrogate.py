@@ -24,10 +24,10 @@ import numpy as np
 from impact.exact.half_space import disk_compliance, square_compliance
 from impact.greens import base, modal
 from seatfem.structures import materials, rings
-from seatfem.structures.inspection.cad import Shape
 from seatfem.structures.lip import AnyLip
 
 if TYPE_CHECKING:
+    from seatfem.structures.inspection.cad import Shape
     from seatfem.structures.kinds.parts import Support
 
 

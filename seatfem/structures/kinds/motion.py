@@ -260,3 +260,13 @@ def _deflected(greens: GreensFunction, deflection: float, kind: str) -> ModalSta
         raise GreensFunctionError(f"reed.deflection: a body of kind {kind!r} is free to move; give it a velocity")
     each = shape / modal.omega**2
     return ModalState(deflection / float(shape @ each) * each, np.zeros(len(shape)))
+
+
+def constant(value: float) -> Callable[[Array], Array]:
+    """Return a constant function of time."""
+    return lambda t: np.full(np.shape(t), value)
+
+
+def scaled(course: Callable[[Array], Array], factor: float) -> Callable[[Array], Array]:
+    """Return a function of time times a factor, as an area turns a pressure into a force."""
+    return lambda t: factor * np.asarray(course(t))

@@ -4,7 +4,7 @@ forces), which are integrated over the plate's own modes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, ClassVar, Final, Literal, Self
@@ -328,12 +328,12 @@ class ClampedPlate(thin_plate.ThinPlate):
     def _loads(self, body: Body) -> Iterator[Load]:
         if self.pressure is not None:
             mean, area = self._pressed(self.plate(body.greens))
-            yield Load(mean, scaled(self.pressure.course, area))
+            yield Load(mean, motion.scaled(self.pressure.course, area))
         if self.point_force is not None:
             yield Load(self.pushed_at(body, self.point_force.at)[:, 0], self.point_force.course)
         if self.gravity is not None:
             shape, mass = self.weight(body)
-            yield Load(shape, scaled(constant(self.gravity), mass))
+            yield Load(shape, motion.scaled(motion.constant(self.gravity), mass))
 
     def _state(self, plate: structures.sheets.PlateModes, release: PlateRelease) -> ModalState:
         if release.field is not None:
@@ -347,13 +347,3 @@ def _on_disc(plate: structures.sheets.PlateModes, radius: float) -> tuple[Array,
     """Return the (m,) mean of each mode on a disc about the paddle's centre [1/sqrt(kg)], and its area [m^2]."""
     (patch,) = lip.Lip.disc(radius).patches(plate.sheet.shape.centre).values()
     return plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())
-
-
-def constant(value: float) -> Callable[[Array], Array]:
-    """Return a constant function of time."""
-    return lambda t: np.full(np.shape(t), value)
-
-
-def scaled(course: Callable[[Array], Array], factor: float) -> Callable[[Array], Array]:
-    """Return a function of time times a factor, as an area turns a pressure into a force."""
-    return lambda t: factor * np.asarray(course(t))

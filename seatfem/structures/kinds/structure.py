@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, fields
+from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Protocol
@@ -433,6 +434,29 @@ def motion_key(body: Structure) -> str:
     return next((key for key in body.traits.moved_by if getattr(body, key) is not None), "")
 
 
-def kinds_of() -> tuple[type[Structure], ...]:
-    """Return all kinds, sorted by name."""
-    return tuple(sorted(kinds_below(Structure), key=kind_of))
+HOMES: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "blocks": "bar block plate",
+        "closed_forms": "rigid_mass rod spring",
+        "from_files": "cad mesh",
+        "measured": "frf greens matrices modes",
+        "plates": "disc flapper ring_plate",
+        "reeds": "cantilever clamped_clamped stepped timoshenko tip_mass",
+        "sheet": "sheet plate",
+        "turned": "annular ball conical stopper",
+    }
+)
+"""Modules of the kinds here, and the names under which scenes may mean those of each."""
+
+
+def kinds_of(named: Collection[str] = ()) -> tuple[type[Structure], ...]:
+    """Return all kinds, sorted by name, or, without loading others, those that scenes may mean by the names ``named``;
+    all if one of these is no kind's name."""
+    for module, names in HOMES.items():
+        if not named or not set(named).isdisjoint(names.split()):
+            import_module(f"{__package__}.{module}")
+    kinds = tuple(sorted(kinds_below(Structure), key=kind_of))
+    meant = {each: {kind_of(each), *each.also} & set(named) for each in kinds}
+    if set(named) - set().union(*meant.values()):
+        return kinds_of()
+    return tuple(each for each in kinds if meant[each] or not named)

@@ -18,13 +18,11 @@ from impact.greens.base import Array
 from seatfem.structures.lands import axes_along
 from seatfem.structures.mesh._gmsh_base import KeptModel, growing, handed_over, rows_of, stage
 from seatfem.structures.mesh._gmsh_solid import import_part, read_solids, recall, regions_of
+from seatfem.structures.mesh.spec import COARSE, GROWTH, SIZE_PER_WIDTH
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, loops
 from seatfem.structures.shapes.inspect import faces_of, triple, volume_of
 from seatfem.structures.shapes.selectors import Face, Frame, Patches, listing, select
 
-COARSE: Final = 1 / 6  # element size far from the contact faces, over the diagonal of the body's box
-SIZE_PER_WIDTH: Final = 2.0  # element size on the contact faces, over their width
-GROWTH: Final = 0.6  # growth of the element size per unit distance from the contact faces
 FINE: Final = 4.0  # ratio of that coarse element size to the one for pictures
 CURVED: Final = 24  # elements per full turn of curved faces in pictures
 CHORDS: Final = 96  # straight segments per curved edge of a face; a circle loses 7e-4 of its area

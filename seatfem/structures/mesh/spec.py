@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from seatfem.structures.shapes.loops import unshared
 from seatfem.structures.shapes.shape import Rectangle
 from seatfem.units import write_quantity
 
+COARSE: Final = 1 / 6  # element size for a look, far from the contact faces, over the diagonal of the body's box
+SIZE_PER_WIDTH: Final = 2.0  # the same on the contact faces, over their width
+GROWTH: Final = 0.6  # growth of that size per unit distance from the contact faces
 LEAST_LAYERS = 8  # fewest layers of hexahedra around a full circle
 
 

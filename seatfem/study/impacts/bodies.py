@@ -17,7 +17,7 @@ from impact.greens.base import GreensFunction, GreensFunctionError
 from impact.notices import Progress, silent
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.plate_loads import constant, scaled
+from seatfem.structures.kinds.motion import constant, scaled
 from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.gas import gas_loads

@@ -29,7 +29,6 @@ from seatfem.study import impacts, runs
 from seatfem.study.impacts import contact, gas, validity
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts, strains_of, stress_in_run
-from seatfem.study.impacts.life import LifeResult, block_from, life_notes
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs import summary
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from impact.life.places import Demand
     from seatfem.pictures import frames, rendering
     from seatfem.structures.fields.solids import AnyField, RingField
+    from seatfem.study.impacts.life import LifeResult
     from seatfem.study.runs import stress_spots, stresses
     from seatfem.study.runs.lives import MarginCurve, Stressed
     from seatfem.study.runs.seat_stress import SeatStress
@@ -109,7 +109,7 @@ def _seat_map(done: Round, stressed: Stressed) -> frames.Frames | None:
     if seat is None or demand is None:
         return None
     first, force = (
-        block_from(life, done.plan.scene.turn, done.touches),
+        impacts.life.block_from(life, done.plan.scene.turn, done.touches),
         runs.seat_fields.force_by_port(done, done.touches),
     )
     factors = margins(seat.field, force, done.result.dt, demand, since=first)
@@ -141,7 +141,8 @@ def _reed_map(done: Round, stressed: Stressed) -> frames.Frames | None:
     demand = None if life is None else life.demand()
     if field is None or demand is None or reed is None:
         return None
-    mesh, first = reed.plate(done.striker.greens).mesh, block_from(life, done.plan.scene.turn, done.touches)
+    mesh = reed.plate(done.striker.greens).mesh
+    first = impacts.life.block_from(life, done.plan.scene.turn, done.touches)
     force = runs.stresses.plate_pushes(done, done.touches)
     factors = margins(field, force, done.result.dt, demand, since=first, faces=True)
     skin = pictures.cell_grid.skin_of_plate(mesh)
@@ -284,7 +285,7 @@ class Afterwards:
     stress: stress in the seat, if the scene has [stress].
     spots: hot spots of both bodies.
     stressed: stress fields from which life is computed, if the scene has [life].
-    life: fatigue life of the bodies.
+    life: fatigue life of the bodies, if the scene has [life].
     curves: margins over values of one key.
     files: files that were written."""
 
@@ -292,7 +293,7 @@ class Afterwards:
     stress: SeatStress | None = None
     spots: stress_spots.Spots = field(default_factory=lambda: runs.stress_spots.Spots())
     stressed: Stressed | None = None
-    life: LifeResult = field(default_factory=LifeResult)
+    life: LifeResult | None = None
     curves: tuple[MarginCurve, ...] = ()
     files: tuple[Path, ...] = ()
 
@@ -317,7 +318,7 @@ class Afterwards:
             *self.margin_missed(scene.accuracy),
             *(() if self.stress is None else runs.stresses.stress_notes(plan, self.stress)),
             *gas.gas_notes(scene.gas),
-            *life_notes(scene.life, self.life),
+            *(() if self.life is None else impacts.life.life_notes(scene.life, self.life)),
         )
 
     def margin_missed(self, accuracy: Accuracy) -> tuple[str, ...]:
@@ -371,7 +372,7 @@ def afterwards(
             courses = (contact.write_strains(folder, done.touches.strains, done.result.dt),)
         keep(keys)
     stress, reed_stress_ = None, done.plate
-    of_plate = impacts.plate_stress.has_plate_stress(scene.reed, done.striker)
+    of_plate = scene.reed.thin_plate is not None and impacts.plate_stress.has_plate_stress(scene.reed, done.striker)
     if scene.stress is not None or (scene.life is not None and of_plate):
         with watch("reed stress" if scene.stress is None else "seat stress"):
             stress, reed_stress_ = runs.stresses.stresses(done, progress)

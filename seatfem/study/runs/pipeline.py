@@ -9,17 +9,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import seatfem
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch
-from seatfem.pictures.rendering import Painter
-from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
-from seatfem.study import runs
-from seatfem.study.impacts import contact, layout, validity
+from seatfem.study import impacts, runs
+from seatfem.study.impacts import contact, validity
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
 from seatfem.study.impacts.touches import bar_keys
@@ -49,6 +48,7 @@ from seatfem.study.scene.files import check_files
 from seatfem.units import UnitError, number_and_unit
 
 if TYPE_CHECKING:
+    from seatfem.pictures.rendering import Painter
     from seatfem.study.runs.lives import MarginCurve
 
 __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
@@ -141,7 +141,8 @@ def run_scene(
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
             lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"]) if touches.line else []
             division = latest.plan.method.seat.division
-            drawing = layout.DRAWING, lambda path: draw_layout(layout.layout_of(scene, division), path)
+            layout, draw = impacts.layout, seatfem.pictures.scene_drawing.draw_layout
+            drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
             of_gas = runs.pictures.gas_pictures(gas_run, scene.geometry, scene.title)
             strains = runs.pictures.gauge_pictures(latest.touches, scene.title)
             more = [drawing, *lip, *of_gas, *strains, *later.pictures(latest)]

@@ -18,8 +18,8 @@ from impact.quantities import in_time, percent
 from impact.runs.variations import Budget
 from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division
-from seatfem.study import runs, safety
-from seatfem.study.impacts import plate_stress, validity
+from seatfem.study import impacts, runs, safety
+from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches, is_of_a_landing
 from seatfem.study.ladders.level import tells_waves
@@ -78,12 +78,12 @@ class Round:
     flights: Flights | None = field(default=None, repr=False)
 
     @property
-    def look(self) -> plate_stress.PlateLook | None:
+    def look(self) -> impacts.plate_stress.PlateLook | None:
         """Return how runs of the error budget evaluate a plate's stress, at its largest; ``None``: no such measure."""
         reed = self.plan.scene.reed.thin_plate
         if self.plate is None or reed is None:
             return None
-        return plate_stress.PlateLook(
+        return impacts.plate_stress.PlateLook(
             reed, replace(self.plate.largest_at, body=self.striker), Division.from_greens(self.seat.greens)
         )
 

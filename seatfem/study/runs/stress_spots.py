@@ -18,8 +18,7 @@ from impact.quantities import finite_or_none
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
 from seatfem import pictures
 from seatfem.structures import fields
-from seatfem.study import runs
-from seatfem.study.impacts.life import beam_histories
+from seatfem.study import impacts, runs
 from seatfem.study.runs.round import Round
 
 if TYPE_CHECKING:
@@ -221,7 +220,7 @@ def _beam_histories(done: Round, stride: int) -> list[History]:
         **dict(zip(("contact", "stopper"), places, strict=False)),
     }
     positions["root"], spot_histories = 0.0, []
-    for name, course in beam_histories(scene.geometry, done.striker, done.touches, stress, few=True):
+    for name, course in impacts.life.beam_histories(scene.geometry, done.striker, done.touches, stress, few=True):
         place, _, face = name.partition(", face ")
         if face == "towards the seat" and place in positions:
             k = _peak_step(done, np.abs(course), touch)

@@ -24,7 +24,7 @@ from seatfem.fields import (
     default,
     one_of,
 )
-from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import motion_key
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS, Division
 from seatfem.study.scene.laws import USUAL, ContactLaw, law_as_text, laws
@@ -77,13 +77,12 @@ floor = "2 um"
         )
 
 
-OWN_KINDS, OWN_LAWS = kinds_of(), laws()
-"""Kinds and laws defined before `Scene`; for later ones, `load.scene_of` makes another type of scenes."""
+OWN_LAWS: Final = laws()
+"""Laws defined before `Scene`; for later ones, `load.scene_of` makes another type of scenes."""
 if TYPE_CHECKING:
-    _Body = Structure
     _Law = ContactLaw
 else:
-    _Body, _Law = one_of(OWN_KINDS), one_of(OWN_LAWS)
+    _Law = one_of(OWN_LAWS)
 
 
 USUAL_ARCS: Final = 32  # default number of segments of a tilted or divided stopper
@@ -123,7 +122,7 @@ gap = "1.5 mm"
     tilt: Angle = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
     tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
     law: _Law = default(USUAL, "force by penetration; a kind without keys may be written as text")
-    body: _Body = Field(description="the stopping body")
+    body: Structure = Field(description="the stopping body")
 
     @model_validator(mode="before")
     @classmethod
@@ -175,7 +174,7 @@ def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw],
         "body": (one_of(kinds), Stopper.model_fields["body"]),
         "law": (one_of(laws), Stopper.model_fields["law"]),
     }
-    return create_model("Stopper", __base__=Stopper, **fields)
+    return create_model("Stopper", __base__=Stopper, __doc__=Stopper.__doc__, **fields)
 
 
 class Contact(Table):

@@ -11,7 +11,6 @@ import numpy as np
 from impact.greens.base import Array
 from impact.quantities import in_digits, percent
 from seatfem.structures import errors, inspection, outlines, rings
-from seatfem.structures.inspection.cad import naming
 from seatfem.structures.shapes import GeometryError
 from seatfem.study.scene import lips, load, models
 from seatfem.study.scene.problems import Problem, SceneError
@@ -106,7 +105,7 @@ def _of_lip(contact: Contact, body: Structure, table: str, key: str) -> Iterator
     try:
         lip, arcs = body.lip(1, contact.rings if table == "contact" else 1), contact.ports or 1
     except errors.ModelError as error:
-        yield (table, key), next((naming(file, str(error)) for file in body.files()), str(error))
+        yield (table, key), next((inspection.cad.naming(file, str(error)) for file in body.files()), str(error))
         return
     if table != "contact":
         return

@@ -18,7 +18,7 @@ from pydantic_core import core_schema
 from seatfem import fields, units
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.parts import ReductionName
-from seatfem.study.scene import contact, laws, load, measures, models
+from seatfem.study.scene import contact, load, models
 from seatfem.study.scene.problems import did_you_mean, leaves, notes_of, own_keys, reader_of, tables_in
 
 _PLAIN: Final = {bool: "`true` or `false`", str: "text", int: "whole number", float: "number", Path: "file name"}
@@ -164,7 +164,7 @@ def scene_schema() -> dict[str, Any]:
     By it editors check the names of keys, options and types of values; missing keys, units, ranges and contradictions
     are checked by the program only. The keys of [stopper], which include those of a body, are not checked.
     """
-    schema = schema_of(models.Scene, "seatfem scene")
+    schema = schema_of(load.scene_of(), "seatfem scene")
     for name, table in schema["$defs"].items():
         schema["$defs"][name] = {**table, "additionalProperties": True} if name == contact.Stopper.__name__ else table
     for table in kinds_of():
@@ -307,7 +307,7 @@ def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
 
 def _is_scene(stated: Stated, name: str, table: object) -> bool:
     """Return whether the scene with this table is valid, apart from missing files."""
-    model, key = load.scene_of(kinds_of(), laws.laws(), tuple(measures.all_measures())), name.partition(".")
+    model, key = load.scene_of(), name.partition(".")
     part = {**stated[key[0]], key[2]: table} if key[2] else table
     data: dict[str, Any] = {**stated, key[0]: part}
     try:

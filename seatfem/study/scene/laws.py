@@ -23,7 +23,7 @@ from seatfem.fields import (
     problem_of,
     read_number,
 )
-from seatfem.structures.kinds.measured import ColumnsError, read_columns
+from seatfem.structures import kinds
 
 ClosingForce = Annotated[float, BeforeValidator(ReadQuantity("force")), Gt(0)]
 Exponent = Annotated[float, BeforeValidator(read_number), Ge(1), Le(10)]
@@ -149,12 +149,12 @@ file = "joint.csv"
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
         if not (info.context or {}).get("unread"):
-            with problem_of("file", ColumnsError, LawError):
+            with problem_of("file", kinds.measured.ColumnsError, LawError):
                 self.law()
         return self
 
     def law(self, share: float = 1.0) -> Law:
-        table = read_columns(self.file, COLUMNS, tuple(COLUMNS))
+        table = kinds.measured.read_columns(self.file, COLUMNS, tuple(COLUMNS))
         return TableJoint(*(tuple(table[name].tolist()) for name in COLUMNS)).scaled(share)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import deepcopy
 from dataclasses import replace
 from functools import lru_cache
@@ -17,7 +17,7 @@ from impact.files.safe_files import MB, read_text
 from seatfem.fields import AnyTable, one_of
 from seatfem.structures import formats
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.study.scene.contact import OWN_KINDS, OWN_LAWS, Contact, stopper_of
+from seatfem.study.scene.contact import OWN_LAWS, Contact, stopper_of
 from seatfem.study.scene.laws import ContactLaw, laws
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Scene
@@ -88,20 +88,33 @@ def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) ->
     """
     if why := no_scene(Path(path)):
         raise SceneError((Problem(Path(path), 0, "", why),))
-    return load_table(path, scene_of(kinds_of(), laws(), tuple(all_measures())), changed)
+    return _load(Path(path), lambda data: scene_of(kinds_of(kinds_named(data))), changed)
 
 
-def load_table(path: Path | str, model: type[AnyTable], changed: Mapping[str, object] | None = None) -> AnyTable:
-    """Read a TOML file of up to 1 MB that holds the keys of a table; ``changed`` and errors as `load_scene`."""
-    path = Path(path)
+def load_table(path: Path | str, model: type[AnyTable]) -> AnyTable:
+    """Read a TOML file of up to 1 MB that holds the keys of a table; errors as `load_scene`."""
+    return _load(Path(path), lambda _: model, None)
+
+
+def _load(
+    path: Path, model_of: Callable[[dict[str, Any]], type[AnyTable]], changed: Mapping[str, object] | None
+) -> AnyTable:
     text = _read(path)
     data = _parse(text, path)
     for key, value in (changed or {}).items():
         _change(data, key, value, path)
+    model = model_of(data)
     try:
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
         raise SceneError(explain(error, model, data, path, _lines(text))) from None
+
+
+def kinds_named(data: Mapping[str, Any]) -> set[str]:
+    """Return the names of the kinds of the bodies of a scene; none, for all, unless each body has one."""
+    bodies = [data.get(role) for role in (*BODIES, *{"stopper"} & data.keys())]
+    named = [body["kind"] for body in bodies if isinstance(body, dict) and isinstance(body.get("kind"), str)]
+    return set(named) if len(named) == len(bodies) else set()
 
 
 def has_table(path: Path, name: str) -> bool:
@@ -112,22 +125,24 @@ def has_table(path: Path, name: str) -> bool:
         return False
 
 
+def scene_of(kinds: tuple[type[Structure], ...] = ()) -> type[Scene]:
+    """Return the type of scenes with bodies of these kinds, by default all, and with all contact laws and measures."""
+    return _scene_of(kinds or kinds_of(), laws(), tuple(all_measures()))
+
+
 @lru_cache
-def scene_of(
+def _scene_of(
     kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...], measures: tuple[str, ...]
 ) -> type[Scene]:
-    """Return the type of scenes with these kinds of bodies, contact laws and measures."""
-    if (kinds, laws, measures) == (OWN_KINDS, OWN_LAWS, OWN_MEASURES):
-        return Scene
-    law: Any = {"law": (one_of(laws), Contact.model_fields["law"])}
-    contact = create_model("Contact", __base__=Contact, **law)
-    names: Any = {"measures": (tuple[Literal[measures], ...], Accuracy.model_fields["measures"])}  # type: ignore[valid-type]
-    accuracy = create_model("Accuracy", __base__=Accuracy, **names)
-    tables = {"contact": contact, "accuracy": accuracy}
-    fields: Any = {name: (table, Scene.model_fields[name]) for name, table in tables.items()}
-    fields |= {name: (one_of(kinds), Scene.model_fields[name]) for name in BODIES}
+    fields: Any = {name: (one_of(kinds), Scene.model_fields[name]) for name in BODIES}
     fields["stopper"] = (stopper_of(kinds, laws) | None, Scene.model_fields["stopper"])
-    return create_model("Scene", __base__=Scene, **fields)
+    if laws != OWN_LAWS:
+        law: Any = {"law": (one_of(laws), Contact.model_fields["law"])}
+        fields["contact"] = (create_model("Contact", __base__=Contact, **law), Scene.model_fields["contact"])
+    if measures != OWN_MEASURES:
+        names: Any = {"measures": (tuple[Literal[measures], ...], Accuracy.model_fields["measures"])}  # type: ignore[valid-type]
+        fields["accuracy"] = (create_model("Accuracy", __base__=Accuracy, **names), Scene.model_fields["accuracy"])
+    return create_model("Scene", __base__=Scene, __doc__=Scene.__doc__, **fields)
 
 
 def located(error: SceneError, path: Path | None) -> SceneError:

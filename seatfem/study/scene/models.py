@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from seatfem import fields, units
+from seatfem.structures import kinds
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import is_loaded
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
@@ -75,10 +75,10 @@ def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False)
     return {**given, **_keys(parts, seat_table, reed_table, contact)}
 
 
-def _seat_kind(seat: Mapping[str, Any]) -> type[Drawn]:
+def _seat_kind(seat: Mapping[str, Any]) -> type[kinds.drawn.Drawn]:
     """Return the kind of the seat. Raises `KeyProblem` unless it has a CAD file."""
     kind = _kind(seat)
-    if kind is None or not kind.traits.face_as_drawn or not issubclass(kind, Drawn):
+    if kind is None or not kind.traits.face_as_drawn or not issubclass(kind, kinds.drawn.Drawn):
         names = _names(each for each in kinds_of() if each.traits.face_as_drawn)
         words = f"seat.kind = {seat.get('kind')!r} has no CAD file; take kind = {names}, or remove [assembly]"
         raise fields.KeyProblem(KEY, words)
@@ -105,8 +105,8 @@ def _kind(table: Mapping[str, Any]) -> type[Structure] | None:
     return next(meant, None) or next((each for each in kinds_of() if fields.kind_of(each) == kind), None)
 
 
-def _names(kinds: Iterable[type[Structure]]) -> str:
-    return " or ".join(f'"{fields.kind_of(each)}"' for each in kinds)
+def _names(bodies: Iterable[type[Structure]]) -> str:
+    return " or ".join(f'"{fields.kind_of(each)}"' for each in bodies)
 
 
 def _keys(
@@ -154,10 +154,6 @@ def _length(value: float) -> str:
     return f"{round(value, 12) if abs(value) > SMALLEST else 0.0!r} m"
 
 
-if TYPE_CHECKING:
-    Body = Structure
-else:
-    Body = fields.one_of(kinds_of())  # kinds defined before `Scene`
 BODIES: Final = ("seat", "reed")
 """Roles in every scene, whose tables may be of any kind of structure."""
 CONTACTS: Final = (*BODIES, "contact", "stopper")
@@ -168,8 +164,9 @@ class Scene(fields.Table):
     """One impact: a reed, a seat, and how long to watch. All values are SI floats."""
 
     title: str = fields.default("", "for reports and pictures")
-    seat: Body = Field(description="what is struck")
-    reed: Body = Field(description="what strikes")
+    # of the kinds that a file names: `load.scene_of`
+    seat: Structure = Field(description="what is struck")
+    reed: Structure = Field(description="what strikes")
     assembly: Assembly | None = fields.absent("how two parts from CAD come together; by [contact] if absent")
     contact: Contact = fields.default({}, "where and how the two touch")
     stopper: Stopper | None = fields.absent("a second body, which limits the lift")
