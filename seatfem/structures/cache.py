@@ -315,7 +315,7 @@ class Cache:
         about: dict[str, object] = {"seat_model": f"kept in {where}"}
         if isinstance(size := solved.provenance.get("dof"), int):
             about["seat_dof"] = size
-        return _with_errors(solved, beside, about)
+        return replace(_with_errors(solved, beside, about), plane=structure.traits.plane)
 
     @contextmanager
     def claimed(self, structure: Structure, key: str) -> Iterator[bool]:

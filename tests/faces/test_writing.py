@@ -279,6 +279,19 @@ def test_the_coarser_function_is_kept_first_and_under_its_own_key(
     assert again.coarser is None or not again.reused
 
 
+def test_a_spring_used_again_moves_as_a_plane(tmp_path: Path) -> None:
+    """The division of its face is no unknown source of error."""
+    scene, cache = (
+        load_scene(scene_file(tmp_path, SPRING + BALL)),
+        Cache(tmp_path / "seat.h5", Store(tmp_path / "store")),
+    )
+    first = seat_of(scene, cache)
+    assert (tmp_path / "seat.h5").is_file()
+    again = seat_of(scene, cache)
+    assert again.reused
+    assert (first.plane, again.plane) == (True, True)
+
+
 def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mended reduction does not serve what the broken one computed; a picture's colour changes nothing."""
     scene = load_scene(scene_file(tmp_path, BLOCK + BALL))
