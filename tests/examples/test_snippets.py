@@ -25,7 +25,7 @@ from tests.steps import load_scene, load_study, plan_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-DEAR = 0.7  # predicted seconds of a run, without the start of the program and pictures
+DEAR = 1.5  # predicted seconds of a run, without the start of the program and pictures
 ELSEWHERE = ("demo", "verify", "trade", "sweep", "optimise", "view")  # of minutes, or that open windows; tested there
 SCRIPTS = [path.read_text(encoding="utf-8") for path in (ROOT / "examples").glob("*.py")]  # tested as such
 REASON = "# not run here: "

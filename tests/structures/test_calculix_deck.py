@@ -192,7 +192,7 @@ mesh = { size = "2 mm" }
 law = { kind = "spring", stiffness = "20 N/um" }
 gap = "1 um"
 tilt = "0.1 deg"
-ports = 16
+ports = 8
 rings = 2
 [run]
 duration = "20 us"
