@@ -192,7 +192,7 @@ mesh = { size = "2 mm" }
 law = { kind = "spring", stiffness = "20 N/um" }
 gap = "1 um"
 tilt = "0.1 deg"
-ports = 8
+ports = 16
 rings = 2
 [run]
 duration = "20 us"
