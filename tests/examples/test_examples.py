@@ -191,8 +191,8 @@ def test_life_of_a_flapper(tmp_path: Path) -> None:
     """The margin is that of the curves at the scene's own speed and tilt, falls with the speed, and is 1 at the allowed
     one, to the width of the last bracket."""
     fewer = {
-        "life.curves.speed": ["1 m/s", "2 m/s", "6 m/s"],
-        "life.curves.tilt": ["0 deg", "0.1 deg", "0.4 deg"],
+        "life.curves.speed": ["2 m/s", "6 m/s"],
+        "life.curves.tilt": ["0 deg", "0.1 deg"],
         "contact.ports": 8,
     }
     summary = summary_of(load_scene(ROOT / "examples" / "life_of_a_flapper.toml", fewer), tmp_path)
@@ -258,9 +258,10 @@ def test_the_struck_plate_has_no_symmetry() -> None:
 
 
 @pytest.mark.usefixtures("short_pre_runs")
-def test_mass_on_a_meshed_seat(tmp_path: Path) -> None:
+def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mesh file against the same seat drawn here as a half section: stiffness, impulse and duration."""
-    scene = load_scene(ROOT / "examples" / "mass_on_meshed_seat.toml")
+    monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
+    scene = load_scene(ROOT / "examples" / "mass_on_meshed_seat.toml", {"seat.greens.bandwidth": "300 kHz"})
     keys = {"bore_radius": "4 mm", "lip_width": "1 mm", "material": "steel", "damping_ratio": scene.seat.damping_ratio}
     drawn = Annular.model_validate({"kind": "annular", **keys})
     meshed, section = (
@@ -352,6 +353,7 @@ def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     parts = {
         "run": scene.run.model_copy(update={"time_step": 1e-7}),
         "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
+        "contact": scene.contact.model_copy(update={"ports": 16}),
     }
     summary = summary_of(scene.model_copy(update=parts), tmp_path)
     assert summary["lip_length_m"] == pytest.approx(2 * math.radians(150) * 4.5e-3 + math.pi * 3.4e-3, rel=1e-3)

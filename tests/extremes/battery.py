@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -33,6 +34,7 @@ OF_SCENE_FILES: tuple[Callable[[], tuple[Cell, ...]], ...] = (
 """The same of cells that run whole scene files."""
 
 
+@cache
 def battery() -> tuple[Cell, ...]:
     """All cells, in the order of the map."""
     marches = (cell for provider in PROVIDERS for cell in provider())

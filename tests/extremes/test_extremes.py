@@ -67,7 +67,7 @@ def quick(cell: Cell) -> bool:
 
 
 ENDS = [cell for cell in CELLS if cell.end and quick(cell)]
-DRAWN = subset([cell for cell in CELLS if not cell.end and quick(cell)], 60, seed=1)
+DRAWN = subset([cell for cell in CELLS if not cell.end and quick(cell)], 30, seed=1)
 NAMED = [next(cell for cell in CELLS if cell.name == name) for name in CHOSEN]
 
 

@@ -9,7 +9,7 @@ from seatfem.structures.sheets import plate_modes, solved_sheet
 from tests.frozen.recorded import FILE, HELP, help_of_verbs, moved, numbers_of, scenes, versions
 
 FROZEN = json.loads(FILE.read_text(encoding="utf-8"))
-QUICK = ("mass_on_bar", "ball_on_stopper", "flapper_on_spring", "timoshenko_on_rod", "paper_table1_3mm_strip")
+QUICK = ("rigid_mass_on_bar", "ball_on_stopper", "flapper_on_spring", "timoshenko_on_rod", "paper_table1_3mm_strip")
 
 
 def test_all_scenes_are_frozen() -> None:

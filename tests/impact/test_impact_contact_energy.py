@@ -62,7 +62,7 @@ def collide(posed: ContactProblem, step: float, steps: int, rule: str = "passive
     return impact.solve(posed, dt=step / FASTEST, duration=steps * step / FASTEST, rule=rule)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(seed=SEEDS, step=STEPS)
 def test_energy_never_grows_whatever_the_contacts(seed: int, step: float) -> None:
     result = collide(problem(seed), step, 300)
@@ -76,7 +76,7 @@ def test_energy_never_grows_whatever_the_contacts(seed: int, step: float) -> Non
     assert energy.residual < 1e-10
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(seed=SEEDS, step=STEPS)
 def test_conserving_contacts_lose_nothing(seed: int, step: float) -> None:
     """The contacts, not the bodies: those are damped."""

@@ -116,7 +116,7 @@ def test_hunt_crossley_restitution_for_any_exponent(exponent: float, damping: fl
     assert extrapolated(law) == pytest.approx(exact, abs=2e-5)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_step_gains_energy(seed: int) -> None:
     """N (end - start) >= Psi(end) - Psi(start) for every law; equality by the conserving rule, without damping."""

@@ -105,8 +105,7 @@ def test_krylov_error_is_below_its_estimate(rod, block, damping, tolerance, band
 
 
 @pytest.mark.skipif(not has_pardiso(), reason="no MKL")
-@pytest.mark.parametrize("damping", [Damping(), Damping(0.02)])
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@pytest.mark.parametrize(("damping", "tolerance"), [(Damping(), 1e-2), (Damping(0.02), 1e-3)])
 def test_vectors_of_rounded_solutions_make_the_same_g(block, monkeypatch, damping, tolerance):
     """K and M are projected on them in double precision: what they miss is far below the tolerance, and stated."""
     aims = Aims(4e5, 2e-5, tolerance)

@@ -101,7 +101,7 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
     force per length of a tilted landing within the bars that the drawing states, and closely so; statics to 2 %, what
     two elements across the lip leave of an arc (measured 1.5 %; one element leaves 3.5 %, and three 0.9 %)."""
     annular = 'kind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\n' + STEEL
-    band = 'greens = {{ bandwidth = "60 kHz" }}\nmesh = {{ size = "{}", contact_size = "{}" }}\n'
+    band = 'greens = {{ bandwidth = "40 kHz" }}\nmesh = {{ size = "{}", contact_size = "{}" }}\n'
     found = []
     for seat, sizes in ((annular, ("2 mm", "0.3 mm")), (cad("annular_seat"), ("3 mm", "0.5 mm"))):
         scene = scene_of(tmp_path, seat + band.format(*sizes), 'ports = 16\ntilt = "0.3 deg"\n')

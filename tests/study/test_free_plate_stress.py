@@ -52,13 +52,13 @@ def test_what_is_left_out_is_borne_at_rest(tmp_path: Path) -> None:
     """A soft landing: the modes above the lower band follow the force, the static part stands for them.
 
     Without it stress is 14 % off, with 3 % more of it 2 %."""
-    low, high = (stress(landed(tmp_path, band, stiffness=2)) for band in (8, 16))
+    low, high = (stress(landed(tmp_path, band, stiffness=2)) for band in (8, 12))
     assert low == pytest.approx(high, rel=0.01)
 
 
 def test_a_thin_plate(tmp_path: Path) -> None:
     """Rigid motions yield far more than it bends, which no round-off of theirs may hide: inertia balances its loads."""
-    assert stress(landed(tmp_path, 0.5, stiffness=0.02, thickness=0.1, size=0.8)) > 0
+    assert stress(landed(tmp_path, 0.5, stiffness=0.02, thickness=0.1, size=1.2)) > 0
 
 
 def test_twice_the_speed_at_twice_the_tilt_is_twice_the_stress(tmp_path: Path) -> None:

@@ -12,9 +12,9 @@ from seatfem.study.identify.shots import Model
 from tests.steps import BAD_INPUT, DONE, SceneError, run_command
 from tests.study.identification_truth import NOISE, RECORD, SCENE, TRUE, noise, true_record, write_files
 
-DRAWS = 20
-HOLDS = 15
-"""Intervals of 95 % hold in fewer than 15 of 20 draws with a chance of 3e-4; such of 60 % in 15 or more of 13 %."""
+DRAWS = 10
+HOLDS = 8
+"""Intervals of 95 % hold in fewer than 8 of 10 draws with a chance of 1 %; such of 60 % in 8 or more of 17 %."""
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_intervals_hold(record, tmp_path):
         for key, (_, low, high) in fitted(result).items():
             held[key] += low <= TRUE[key] <= high
     assert min(held.values()) >= HOLDS, held
-    assert sum(held.values()) >= 90, held  # of 100; 97 or more are to be expected 3 times of 4
+    assert sum(held.values()) >= 45, held  # of 50; of intervals of 60 %, 30
 
 
 def test_a_coefficient_that_is_off_by_three_percent_is_seen(record, tmp_path):

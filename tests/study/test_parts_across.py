@@ -135,6 +135,6 @@ def test_more_contacts_than_memory_or_time_allow(tmp_path: Path, monkeypatch: py
 
 
 def test_more_parts_than_are_chosen_may_be_stated(tmp_path: Path) -> None:
-    plan = plan_scene(scene_of(tmp_path, "ports = 60\nrings = 5\n"))
-    assert plan.method.seat.division == Division(60, 5)
+    plan = plan_scene(scene_of(tmp_path, "ports = 20\nrings = 5\n"))
+    assert plan.method.seat.division == Division(20, 5)
     assert plan.parts[RINGS]["impulse"] < 0.01

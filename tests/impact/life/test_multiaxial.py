@@ -71,7 +71,7 @@ def test_limits_that_make_no_criterion(kind: type[Multiaxial], ratio: float) -> 
         kind(ratio * BENDING, BENDING)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=12)
 @given(st.integers(1, 30), st.integers(0, 10**6), st.floats(0.2, 5.0))
 def test_axes_order_and_scale_do_not_count(number: int, seed: int, factor: float) -> None:
     """Turned bodies, reversed and shuffled time; all criteria are of first degree.
@@ -139,7 +139,7 @@ def test_what_is_no_history_of_tensors(stress: np.ndarray) -> None:
         Crossland(TORSION, BENDING).value(stress)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=12)
 @given(st.integers(1, 12), st.integers(0, 10**6))
 def test_what_a_path_is_made_of_does_not_count(number: int, seed: int) -> None:
     """Blocks taken twice, held, begun elsewhere, backwards, or with points between its own: the path is the same."""
@@ -189,7 +189,7 @@ def test_nothing_smaller_holds_points_of_a_grid(points: np.ndarray) -> None:
     assert gap(points, *enclosing_sphere(points)) < 1e-7
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=40)
 @given(st.integers(1, 400), st.sampled_from(["cloud", "sphere", "curve", "far"]), st.integers(0, 10**6))
 def test_nothing_smaller_holds_any_points(number: int, kind: str, seed: int) -> None:
     random = np.random.default_rng(seed)
