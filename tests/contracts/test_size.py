@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tests.contracts.test_imports import FILES, statements
 
-MOST_LINES, MOST_FILES, MOST_LOCAL_IMPORTS = 74_982, 320, 55
+MOST_LINES, MOST_FILES, MOST_LOCAL_IMPORTS = 74_933, 320, 55
 MOST_OF_A_SCENE = 53  # functions that take a whole scene
 
 
@@ -49,7 +49,7 @@ def test_constructors_say_what_they_are_made_from() -> None:
     assert [path for path in FILES if "\n    def of(" in path.read_text(encoding="utf-8")] == []
 
 
-MOST_LINES_OF_TESTS = 51_592
+MOST_LINES_OF_TESTS = 51_607
 TESTS = sorted(Path(__file__).parents[1].rglob("*.py"))
 
 

@@ -300,25 +300,18 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.parametrize(
+    ("name", "momentum", "least"),
+    [("ring_plate", 7850 * 1e-3 * np.pi * 75e-6 * 2.0, 0.0), ("ball_on_seat", 7850 * np.pi / 6 * 10e-3**3 * 0.5, 0.97)],
+)
 @pytest.mark.usefixtures("short_pre_runs")
-def test_ring_plate(tmp_path: Path) -> None:
-    """It lands once and flies off; what it took and what it gives back is the impulse, with the drawing's mass."""
-    summary = summary_of(load_scene(ROOT / "examples" / "ring_plate.toml"), tmp_path)
-    momentum = 7850 * 1e-3 * np.pi * 75e-6 * 2.0
+def test_a_free_body_lands_once(name: str, momentum: float, least: float, tmp_path: Path) -> None:
+    """What it brings [N s] and takes away is the impulse; a ball keeps most: waves cross it ten times meanwhile."""
+    summary = summary_of(load_scene(ROOT / "examples" / f"{name}.toml"), tmp_path)
     assert summary["contact_count"] == 1
     assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
-    assert summary["spring_filtered_peak_force_N"] > 1.15 * summary["filtered_peak_force_N"]
-    assert summary["energy_residual"] < 1e-9
-
-
-@pytest.mark.usefixtures("short_pre_runs")
-def test_ball_on_seat(tmp_path: Path) -> None:
-    """Once, and it flies off with nearly all it had: the contact lasts ten times as long as waves cross the ball."""
-    summary = summary_of(load_scene(ROOT / "examples" / "ball_on_seat.toml"), tmp_path)
-    momentum = 7850 * np.pi / 6 * 10e-3**3 * 0.5
-    assert summary["contact_count"] == 1
-    assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
-    assert summary["restitution"] > 0.97
+    assert summary["restitution"] > least
+    assert least > 0 or summary["spring_filtered_peak_force_N"] > 1.15 * summary["filtered_peak_force_N"]
     assert summary["energy_residual"] < 1e-9
 
 

@@ -126,25 +126,18 @@ def test_nothing_survives_kill_9(arguments: tuple[str, ...], which: str, tmp_pat
     assert error_bars_of(tmp_path) == []
 
 
-def test_the_workers_of_the_battery_do_not_survive_kill_9(tmp_path: Path) -> None:
-    code = "from pathlib import Path; from types import SimpleNamespace; from tests.extremes import run_battery\n"
-    code += "run_battery([SimpleNamespace(name='any')], Path('log'))"
-    with program(tmp_path, "-c", code) as process:
-        family = workers(process, "extremes.worker", busy=0.5)
-        process.kill()
-        process.wait()
-        assert alive(family) == []
+BATTERY = """from pathlib import Path; from types import SimpleNamespace; from tests.extremes import run_battery
+run_battery([SimpleNamespace(name='any')], Path('log'))"""
+FUZZER = """from pathlib import Path; from tests.fuzz.corpus import Specimen; from tests.fuzz.runner import run_cases
+from tests.fuzz.trial import Case; case = Case(Specimen('rod-area', 'scene.toml', 'toml', 'run'), 'x', 0, 3)
+run_cases([case], Path('corpus'), Path('work'), Path('log'), print)"""
 
 
-def test_nor_do_those_of_the_fuzzer(tmp_path: Path) -> None:
-    """Which have sessions of their own."""
-    code = "from pathlib import Path; from tests.fuzz.corpus import Specimen; from tests.fuzz.runner import run_cases\n"
-    code += (
-        "from tests.fuzz.trial import Case; case = Case(Specimen('rod-area', 'scene.toml', 'toml', 'run'), 'x', 0, 3)\n"
-    )
-    code += "run_cases([case], Path('corpus'), Path('work'), Path('log'), print)"
+@pytest.mark.parametrize(("code", "which", "busy"), [(BATTERY, "extremes.worker", 0.5), (FUZZER, "fuzz.worker", 0.1)])
+def test_workers_of_batteries_do_not_survive_kill_9(code: str, which: str, busy: float, tmp_path: Path) -> None:
+    """Those of the fuzzer have sessions of their own."""
     with program(tmp_path, "-c", code) as process:
-        family = workers(process, "fuzz.worker", busy=0.1)
+        family = workers(process, which, busy=busy)
         process.kill()
         process.wait()
         assert alive(family) == []

@@ -8,17 +8,8 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
-from impact.life.multiaxial import (
-    Crossland,
-    DangVan,
-    Multiaxial,
-    Papadopoulos,
-    _average,
-    _polar,
-    deviators,
-    enclosing_sphere,
-    mean_square_shear,
-)
+from impact.life import multiaxial
+from impact.life.multiaxial import Crossland, DangVan, Multiaxial, Papadopoulos, deviators, enclosing_sphere
 from impact.life.strength import LifeError
 
 TORSION, BENDING = 310e6, 500e6
@@ -108,29 +99,36 @@ def test_the_mean_over_planes_of_harmonic_stress(seed: int) -> None:
     in_phase, out = np.random.default_rng(seed).normal(size=(2, 6))
     stress = np.outer(np.cos(TIME), in_phase) + np.outer(np.sin(TIME), out) + 7.0
     expected = (deviators(np.stack([in_phase, out])) ** 2).sum()
-    assert 5 * mean_square_shear(stress[::4], 1e-4) == pytest.approx(expected, rel=3e-4)
+    assert 5 * multiaxial.mean_square_shear(stress[::4], 1e-4) == pytest.approx(expected, rel=3e-4)
 
 
 def test_the_quadrature_is_of_third_order_and_meets_its_tolerance() -> None:
     """Paths with corners, the mean square over several of them: single errors change sign."""
     paths = [np.random.default_rng(seed).normal(size=(6, 6)) for seed in range(10)]
-    exact = np.array([_average(path, *_polar(160)) for path in paths])
+    exact = np.array([multiaxial._average(path, *multiaxial._polar(160)) for path in paths])
     numbers = np.array([8, 16, 32, 64])
     errors = [
-        np.sqrt(np.mean([(_average(p, *_polar(n)) / e - 1) ** 2 for p, e in zip(paths, exact, strict=True)]))
+        np.sqrt(
+            np.mean(
+                [
+                    (multiaxial._average(p, *multiaxial._polar(n)) / e - 1) ** 2
+                    for p, e in zip(paths, exact, strict=True)
+                ]
+            )
+        )
         for n in numbers
     ]
     order = -np.polyfit(np.log(numbers), np.log(errors), 1)[0]
     assert 2.6 < order < 3.8
     for path, expected in zip(paths, exact, strict=True):
         for tolerance in (1e-3, 1e-4, 1e-5):
-            assert mean_square_shear(path, tolerance) == pytest.approx(expected, rel=tolerance)
+            assert multiaxial.mean_square_shear(path, tolerance) == pytest.approx(expected, rel=tolerance)
 
 
 def test_a_mean_that_does_not_settle_says_so() -> None:
     path = np.random.default_rng(1).normal(size=(5, 6))
     with pytest.raises(LifeError, match=r"from 128 to 256 polar angles, too much for a tolerance of 1e-12"):
-        mean_square_shear(path, 1e-12)
+        multiaxial.mean_square_shear(path, 1e-12)
 
 
 @pytest.mark.parametrize("stress", [np.zeros((0, 6)), np.zeros((4, 5)), np.zeros(6), np.full((2, 6), np.nan)])
