@@ -19,8 +19,9 @@ GROUPS = {
         *("runs", "storage", "pictures"),
     ),
     "seatfem": (
-        *("units", "fields", "machine", "jobs", "structures", "pictures"),
-        *(f"study/{room}" for room in ("scene", "impacts", "accuracy", "planning", "runs", "trade", "sweep")),
+        *("units", "fields", "readings", "results", "machine", "jobs", "structures", "pictures"),
+        *(f"study/{room}" for room in ("safety", "scene", "method", "impacts", "prerun", "ladders", "error_budget")),
+        *(f"study/{room}" for room in ("planning", "runs", "sweep", "identify", "trade")),
         *("verify, doctor", "faces"),
     ),
 }
@@ -68,9 +69,9 @@ def imports() -> set[tuple[int, int]]:
     found = set()
     for package in GROUPS:
         for path in (ROOT / package).rglob("*.py"):
-            importer = _place(path.relative_to(ROOT).with_suffix("").parts)
+            importer = place_of(path.relative_to(ROOT).with_suffix("").parts)
             for module in _imported(path.read_text(encoding="utf-8")):
-                imported = _place(tuple(module.split(".")))
+                imported = place_of(tuple(module.split(".")))
                 if importer is not None and imported is not None and imported != importer:
                     found.add((importer, imported))
     return found
@@ -89,7 +90,7 @@ def _imported(text: str) -> Iterator[str]:
                 yield full if (ROOT / f"{full.replace('.', '/')}.py").exists() else module
 
 
-def _place(parts: tuple[str, ...]) -> int | None:
+def place_of(parts: tuple[str, ...]) -> int | None:
     """Of the room that a module is in; ``None`` for the packages themselves, and for other people's."""
     package, *inner = parts
     if package not in GROUPS or not inner or inner == ["__init__"]:

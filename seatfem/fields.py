@@ -68,7 +68,8 @@ class Table(BaseModel):
     """Name of a field whose own keys are written directly in this table."""
 
     also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
-    """Names of other kinds under which this one is meant, where one of these keys of its own stands beside them."""
+    """Names of other kinds, each with keys of this one: a table with such a name and one of these keys means this
+    kind."""
 
     def given_keys(self, *keys: str) -> list[str]:
         """Return those of the ``keys`` that have a value."""
@@ -224,7 +225,8 @@ def _towards_the_seat(value: float) -> float:
 
 
 def _open(value: float) -> float:
-    """Return the opening of a contact [m]: bodies that overlap are no start; a preload is stated as one."""
+    """Return the opening of a contact [m], which must not be negative: bodies do not overlap at the start, and a
+    preload is a key of its own."""
     if value >= 0.0:
         return value
     raise ValueError(
@@ -235,7 +237,7 @@ def _open(value: float) -> float:
 
 def _existing_file(value: Path, info: ValidationInfo) -> Path:
     """Return the path of a file that exists. Relative paths start at the folder of the scene file, the validation
-    context's "folder"; with "unread" its files are yet to be made."""
+    context's "folder"; with "unread" the file need not exist yet."""
     context = info.context or {}
     path: Path = context.get("folder", Path()) / value
     if context.get("unread"):

@@ -4,7 +4,7 @@
 
 A rigid mass on a rod (mass ratio, far end), and the reed of Table 1 on a rod (length, area). Interrupted runs go on
 where they stopped: points already in the CSV files are kept. ``fine`` takes a minute; docs/paper.md shows it, and
-impact/data keeps its CSV files for the regime card.
+impact/after/data keeps its CSV files for the regime card.
 """
 
 import sys

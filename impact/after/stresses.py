@@ -20,7 +20,7 @@ from impact.greens.modal import ModalGreens, Residual
 
 POINTS_PER_WAVE = 8  # points along the reed per wavelength of the highest mode, at which the stress is evaluated
 ROUND_OFF = 1e-12  # relative round-off of sums over modes
-SAME = 1e-9  # largest relative residual of the modal shape of a load fitted by forces on ports that counts as zero
+SAME = 1e-9  # largest relative misfit of a load's modal shape, fitted by forces on ports, that counts as round-off
 _BLOCK = 1024  # time steps whose modal coordinates are held in memory at once
 _FEW = 16  # stride of the first pass over the steps, whose peak rules out most of the others by their bounds
 
@@ -332,7 +332,7 @@ def rod_displacement(rod: ExactRod, force: Array, dt: float, *, at: float) -> Ar
     """Return the (n + 1,) displacement [m] at ``at`` = x/l under ``force`` (n + 1,) [N] on the rod's end; exact.
 
     ``force[m]`` is constant over the step that ends at m ``dt`` and pushes into the rod, as in `ImpactResult`; > 0 is
-    the direction of the force, so the target displacement of a result is minus this at ``at`` = 0.
+    the direction of the force, so `ImpactResult.target_displacement` is minus this at ``at`` = 0.
 
     Raises:
         GreensFunctionError: a position off the rod.

@@ -139,6 +139,6 @@ def read_bytes(path: Path, most: int, error: type[Exception]) -> bytes:
 
 
 def read_text(path: Path, most: int, error: type[Exception], encoding: str = "utf-8", errors: str = "strict") -> str:
-    r"""Return the text of a file, line ends as ``\\n``; raises as `read_bytes`, and `UnicodeDecodeError`."""
+    r"""Return the text of a file, line ends as ``\n``; raises as `read_bytes`, and `UnicodeDecodeError`."""
     text = read_bytes(path, most, error).decode(encoding, errors)
     return text.replace("\r\n", "\n").replace("\r", "\n")

@@ -6,7 +6,7 @@ t-1 over it is the factor on all stresses at which the limit is met. The constan
 amplitudes of t-1 for both pure bending with f-1 and pure torsion with t-1. The amplitudes are the mean square shear
 over all planes, and the radius of the smallest sphere around a stress path.
 
-To add a criterion: a frozen dataclass that is a `Multiaxial`, with its ``name`` and ``within``.
+To add a criterion: a subclass of the frozen dataclass `Multiaxial`, with its ``name`` and ``within``.
 """
 
 from __future__ import annotations

@@ -52,8 +52,8 @@ class Poles:
 
     @staticmethod
     def from_modes(parts: list[tuple[ModalGreens, Array]], dt: float, contacts: int) -> Poles:
-        """Return the poles of several bodies, each with its (ports, contacts) directions, less those without motion at
-        any contact."""
+        """Return the poles of several bodies, each with its (ports, contacts) directions, without the poles that move
+        no contact."""
         steps, psi = [np.zeros((5, 0))], [np.zeros((contacts, 0))]
         for greens, directions in parts:
             ((a11, a12), (a21, a22)), (b1, b2) = oscillator.transition(dt, greens.omega, greens.zeta)
@@ -273,7 +273,8 @@ def choose(
     engine: Engine = "auto",
     block: int | None = None,
 ) -> Plan:
-    """Return the fastest plan for the bodies' ``kernels`` (striker first); a given ``block`` is kept.
+    """Return the fastest plan for the bodies' ``kernels`` (striker first), or that with all possible poles unless
+    another takes less than `MARGIN` of its time; a given ``block`` is kept.
 
     Raises `ContactError`: unknown engine; "poles" where a body has none; a block below one step.
     """

@@ -71,8 +71,8 @@ def passivity(
     No force of n steps gains energy if and only if T is positive semidefinite; for every n, if and only if the symbol
     is so on |z| = 1 (matrix-valued for several ports): the positive real lemma, for discrete work. A record truncated
     after n steps has a symbol with ripples below zero even if the body is passive, so T itself decides: the body is
-    passive if the symbol is >= 0; otherwise by the smaller of two upper bounds of T's smallest eigenvalue: the Fejer
-    mean
+    passive if the symbol is >= 0; otherwise the smaller of two upper bounds of T's smallest eigenvalue decides: the
+    Fejer mean
 
         sum_m (1 - m/n) D_m cos(m theta) = (work of the force exp(i m theta), m < n) / n,
 
@@ -220,10 +220,10 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
 
     The record may be truncated, so it is continued to four to eight times its length, where a change has hardly any
     weight (proximal iteration). With tail "zero" and "hold" the continuation is part of the result, which is passive
-    for runs of up to four records; with "forbid" it is not, and the result is passive up to its end. A grid of points z
-    is enough: the work form of n steps is a part of the circulant matrix whose eigenvalues are on the grid. All this
-    holds for steps of ``dt`` and whole multiples; `passivity` checks others, as linear interpolation between samples is
-    not passive in general.
+    for runs of up to four times the record's length; with "forbid" it is not, and the result is passive up to its end.
+    A grid of points z is enough: the work form of n steps is a part of the circulant matrix whose eigenvalues are on
+    the grid. All this holds for steps of ``dt`` and whole multiples; `passivity` checks others, as linear interpolation
+    between samples is not passive in general.
 
     Args:
         greens: samples with tail "zero", "hold" or "forbid".
@@ -337,7 +337,8 @@ def _posed(greens: SampledGreens) -> tuple[_WorkForm, Array]:
 
 
 def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:
-    """Return the samples nearest to ``x`` with a spectrum positive except for a small lift, and the iterations."""
+    """Return the samples nearest to ``x`` whose spectrum is positive once a small multiple of ``falling`` is added, and
+    the iterations."""
     inverse = np.append(0.0, 1 / form.scale[1:, 0, 0])[:, None, None]
     step, enough = 1 / form.freedom.max(), _ACCURACY * float(np.abs(x).max())
     multipliers = momentum = np.zeros_like(form.apply(x))

@@ -47,7 +47,7 @@ _NUMBER_ATTRIBUTES = ("schema", "factor", "valid_for", "error_reduction", "error
 _NUMBERS_OF_ORIGIN = ("valid_for_s", "refinement")  # keys of a seat's provenance that hold numbers
 FILE_LIMIT = 8192 * safe_files.MB
 _DEFLATE = 1032  # largest compression, bytes per byte
-# bytes per byte of the file: histories are packed, those of no stress to nothing; Green's functions are not
+# most unpacked bytes per byte of the file: a history of zeros shrinks to almost nothing
 MOST_PACKED = {"result": 100.0, "stress": float(_DEFLATE)}
 
 
@@ -60,13 +60,13 @@ class OtherKeyError(StorageError):
 
 
 class _Damage(ValueError):
-    """A fault of a key, for `_opened` to put file and remedy around."""
+    """A fault of a key, for `opened` to put file and remedy around."""
 
 
 def save_greens(greens: base.GreensFunction, path: str | os.PathLike[str], *, key: str = "") -> None:
     """Write a Green's function with its provenance; the file is whole or absent.
 
-    ``key``: of what it was computed from, for `load_greens` to ask for.
+    ``key``: identifies what it was computed from; `load_greens` may ask for it.
     """
     with written(path, "greens") as file:
         file.attrs["key"] = key
@@ -278,8 +278,8 @@ def _check_numbers(file: Any) -> None:
 
 
 def finite_array(group: Any, key: str) -> base.Array:
-    """Return a dataset of finite numbers; one that claims more of them than the file has room for is damage, not a
-    need."""
+    """Return a dataset of finite numbers; one that claims more of them than the file can hold is refused as damaged
+    before memory is taken."""
     if key not in group:
         raise _Damage(f"{key} is missing")
     dataset = group[key]
@@ -367,7 +367,7 @@ def _identity(stepper: ContactStepper) -> dict[str, base.Array]:
 
 
 def _digest(values: base.Array) -> base.Array:
-    """Return the size of the array, then two sums on the scale of its largest element (the third number)."""
+    """Return the length of the array, its largest absolute element, and two sums over that element."""
     flat = values.ravel()
     size = float(np.max(np.abs(flat), initial=0.0))
     mixed = flat @ np.cos(np.arange(len(flat))) if len(flat) else 0.0

@@ -44,7 +44,8 @@ def plot_fit(
     """Draw magnitude and phase of the measured quantity, lines as dots, the fit as a curve, the band shaded; below, the
     misfit of each line over its noise, with the lines marked that the fit does not explain.
 
-    ``width``: width of the run's filter [s]; a dotted line at 1/width shows whether the run needs more than the data.
+    ``width``: width of the run's filter [s]; a dotted line at 1/width shows whether the run needs frequencies beyond
+    the measured ones.
 
     Raises:
         PictureError: matplotlib is missing.

@@ -50,7 +50,7 @@ MANY: Final = 40  # ... they are then compared with this number as well
 MUCH_SHORTER: Final = 8  # least ratio of a stated step to the shortest compared: waves may cross within the step
 OF_MODES: Final = ((1.6, 0.65), (2.56, 0.3))
 """Ratio r, and the truncation error of a plate's modes over the change without those above 1/r of the highest: second
-order gives 0.64 and 0.18; 0.3, as the first alone was too small for three of 108 measures of seed 403."""
+order gives 0.64 and 0.18; 0.3, as the first alone was too small for three of 108 measures."""
 ONE_FELT, MANY_FELT = 2.0, 4.0
 """Limits of `modes_felt`, the effective number of modes above 1/2.56 of the highest in a contact: below the first
 (middle of a disc, ring all around: 1.0 to 1.6) one mode dominates; from the second on (tip of a strip 6.5, lip in arcs
@@ -69,7 +69,7 @@ OPENING: Final = 0.1
 OF_IMPULSE: Final = 10.0  # ... that error over the relative error of the impulse
 OF_DRAWS: Final = 1.2
 """Factor on the largest change among 24 random draws of a record, 2.3 standard deviations: with the budget's own factor
-4. A mode too weak to be identified is missing, which may change as much as noise does (seed 415: 3.6)."""
+4. A mode too weak to be identified is missing, which may change as much as noise does (largest seen: 3.6)."""
 SHORT: Final = 0.3  # largest part of the run that a hard impact lasts and is marched alone for the error of the step
 SHEAR_SHARE: Final = 0.05  # share of the target from which on the shear of the reed counts
 

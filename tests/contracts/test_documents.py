@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from badges import badges
-from rooms import rooms_svg
+from rooms import place_of, rooms_svg
 from scene_pictures import PYTHON
 from scenes_page import index_page, scenes_page
 
@@ -63,6 +63,11 @@ def test_every_room_stands_in_the_architecture(package: str) -> None:
     told = re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE)
     rooms = {path.parent.relative_to(ROOT / package).as_posix() for path in (ROOT / package).rglob("*.py")} - {"."}
     assert sorted(told) == sorted(rooms)
+
+
+def test_every_module_has_a_place_in_the_picture_of_rooms() -> None:
+    modules = [path for package in ("impact", "seatfem") for path in (ROOT / package).rglob("[!_]*.py")]
+    assert [path for path in modules if place_of(path.relative_to(ROOT).with_suffix("").parts) is None] == []
 
 
 def test_every_place_of_the_table_where_is_has_its_name() -> None:

@@ -352,7 +352,8 @@ def test_a_writer_that_is_stopped_leaves_the_old_file(name: str, tmp_path: Path)
 
 
 def test_no_writer_goes_round_whole_file() -> None:
-    """What a user finds on the disk is written by `files.atomic`; the exceptions are private folders and journals."""
+    """What a user finds on the disk is written by `impact.files.safe_files.whole_file`; the exceptions are private
+    folders and journals."""
     allowed = {
         "impact/files/safe_files.py", "seatfem/jobs/folders.py", "seatfem/jobs/processes.py", "seatfem/jobs/cluster.py",
         "seatfem/structures/reduction/slepc.py", "seatfem/study/trade/trade.py",

@@ -9,14 +9,8 @@ from scipy.special import j1
 
 import impact
 from impact import Body, ContactProblem, GreensFunctionError, ModalGreens, Residual
-from impact.exact.half_space import (
-    DiskResponse,
-    HalfSpacePatch,
-    disk_compliance,
-    half_space_patch,
-    rayleigh_speed,
-    without_patch,
-)
+from impact.exact import half_space
+from impact.exact.half_space import DiskResponse, HalfSpacePatch, disk_compliance, half_space_patch
 from impact.greens.sums import SumGreens, merged
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0, "radius": 1e-3}
@@ -59,7 +53,7 @@ def test_patch_starts_at_its_impedance_and_ends_at_boussinesq(poisson: float) ->
     # nu = 0.5 starts like T log T: 1e-9 of the peak stands for its zero
     assert float(patch.impulse_response(0.0)) == pytest.approx(patch.initial_value()[0, 0], rel=1e-10, abs=1e-9)
     end = patch.crossing_time
-    assert end == pytest.approx(2 / rayleigh_speed(poisson), rel=1e-12)
+    assert end == pytest.approx(2 / half_space.rayleigh_speed(poisson), rel=1e-12)
     late = np.array([end * (1 + 1e-12), 3 * end])
     assert np.all(patch.step_response(late) == patch.static_compliance())
     assert np.all(patch.impulse_response(late) == 0.0)
@@ -105,7 +99,7 @@ def test_unknown_place_and_poisson_are_refused() -> None:
     with pytest.raises(GreensFunctionError, match="known places are mean, centre, edge"):
         disk_compliance(**UNIT, radius=1.0, at="rim")
     with pytest.raises(GreensFunctionError, match=r"poisson = 0\.6"):
-        rayleigh_speed(0.6)
+        half_space.rayleigh_speed(0.6)
 
 
 MODE = impact.single_mode(frequency_hz=2e3, mass=0.05, damping_ratio=0.01)
@@ -124,13 +118,13 @@ LOCAL = float(PATCH.static_compliance()[0, 0])
 
 
 def test_exact_part_of_a_sum_is_left_out() -> None:
-    assert without_patch(SumGreens((PATCH, MODE)), PATCH, band_hz=1e4) is MODE
-    rest = without_patch(SumGreens((MODE, half_space_patch(**STEEL), MODE)), PATCH, band_hz=1e4)
+    assert half_space.without_patch(SumGreens((PATCH, MODE)), PATCH, band_hz=1e4) is MODE
+    rest = half_space.without_patch(SumGreens((MODE, half_space_patch(**STEEL), MODE)), PATCH, band_hz=1e4)
     assert isinstance(rest, SumGreens)
     assert rest.parts == (MODE, MODE)
-    rigid = without_patch(PATCH, PATCH, band_hz=1e4)
+    rigid = half_space.without_patch(PATCH, PATCH, band_hz=1e4)
     assert rigid.static_compliance()[0, 0] == 0.0
-    assert without_patch(SumGreens((PATCH,)), PATCH, band_hz=1e4).static_compliance()[0, 0] == 0.0
+    assert half_space.without_patch(SumGreens((PATCH,)), PATCH, band_hz=1e4).static_compliance()[0, 0] == 0.0
 
 
 def test_hertz_striker_on_a_corrected_seat_is_hertz_in_series_with_the_bulk() -> None:
@@ -140,7 +134,7 @@ def test_hertz_striker_on_a_corrected_seat_is_hertz_in_series_with_the_bulk() ->
     striker, law = impact.rigid_mass(mass=0.004, velocity=-1.0), impact.Hertz(stiffness=1e10)
     force = [
         impact.solve(ContactProblem(striker, Body(g), law=law), dt=1e-7, duration=1e-4).force
-        for g in (bulk, without_patch(seat, PATCH, band_hz=1e5), seat)
+        for g in (bulk, half_space.without_patch(seat, PATCH, band_hz=1e5), seat)
     ]
     np.testing.assert_allclose(force[1], force[0], rtol=1e-9)
     assert force[2].max() < 0.99 * force[0].max()  # counted twice
@@ -167,7 +161,7 @@ def test_local_compliance_is_taken_from_the_fastest_terms(
     seat: ModalGreens, bare: float, relaxing: float, modes: tuple[float, ...], lowest_hz: float | None
 ) -> None:
     # the relaxation at 3.2 MHz is faster than all modes but none here exceeds it: bare, then it, then modes downward
-    rest = without_patch(seat, PATCH, band_hz=5e5)
+    rest = half_space.without_patch(seat, PATCH, band_hz=5e5)
     assert isinstance(rest, ModalGreens)
     before, after = seat.static_compliance()[0, 0], rest.static_compliance()[0, 0]
     assert before - after == pytest.approx(LOCAL, rel=1e-12)
@@ -184,15 +178,15 @@ def test_compliance_that_is_not_there_is_not_removed() -> None:
     with pytest.raises(
         GreensFunctionError, match=rf"{LOCAL:.4g} m/N exceeds the {0.6 * LOCAL:.4g} m/N .* above 1.5e\+06"
     ):
-        without_patch(seat, PATCH, band_hz=1.5e6)
-    without_patch(seat, PATCH, band_hz=5e5)
+        half_space.without_patch(seat, PATCH, band_hz=1.5e6)
+    half_space.without_patch(seat, PATCH, band_hz=5e5)
     free = ModalGreens(np.zeros(1), np.zeros(1), np.ones((1, 1)), Residual.none())
     with pytest.raises(GreensFunctionError, match="exceeds the 0 m/N"):  # a rigid-body motion is no compliance
-        without_patch(free, PATCH, band_hz=0.0)
+        half_space.without_patch(free, PATCH, band_hz=0.0)
 
 
 def test_functions_without_modes_of_one_port_are_refused() -> None:
     with pytest.raises(GreensFunctionError, match="out of a DelayRod with 1 ports"):
-        without_patch(impact.fixed_rod(young=1.0, density=1.0, area=1.0, length=1.0), PATCH, band_hz=1.0)
+        half_space.without_patch(impact.fixed_rod(young=1.0, density=1.0, area=1.0, length=1.0), PATCH, band_hz=1.0)
     with pytest.raises(GreensFunctionError, match="out of a HalfSpacePatch"):
-        without_patch(patch_of(0.3), PATCH, band_hz=1.0)
+        half_space.without_patch(patch_of(0.3), PATCH, band_hz=1.0)

@@ -1,7 +1,7 @@
 """Mass, stiffness and ports of thick plates: Mindlin-Reissner theory on curved quadrilaterals of nine nodes.
 
 A node has the deflection w and the rotations a = (a_x, a_y) of its normal, grad w in thin plates. Unknowns are w and
-l a, l the typical side of an element: with equal units the solution is 200 times as accurate. With
+l a, l the typical side of an element: as both then have one unit, the solution is 200 times as accurate. With
 D = E h^3/(12 (1 - nu^2)), kappa = 5/6 and G = E/(2 (1 + nu)),
 
     2 U = integral of D ((a_x,x + a_y,y)^2 - 2 (1 - nu) (a_x,x a_y,y - (a_x,y + a_y,x)^2/4)) + kappa G h |grad w - a|^2
@@ -47,7 +47,7 @@ _NEWTON: Final = 12  # most steps of Newton's iteration
 _BEYOND: Final = 1.5  # bound on the reference coordinates of points outside an element
 _REACH: Final = 1.25  # factor on the distance of the farthest node from the centre: sides bulge between nodes
 _SETTLED: Final = 1e-12  # step at which Newton's iteration ends, in reference coordinates
-_INSIDE: Final = 1e-6  # largest distance outside of a point on the outline, in reference coordinates
+_INSIDE: Final = 1e-6  # largest distance beyond the sides of an element at which a point counts as inside
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ A plate is one layer of C3D20R. ccx expands S8R shells to the same elements (all
 but shells have no nodes on both faces, which initial rotations of a plate need. In-plane displacements of the corner
 nodes in the mid-surface are fixed: our plate bends and does not stretch.
 
-With steps of fixed size ccx stops when its energy balance, in which springs of surface contact are not all right, gains
-0.25 % of the largest energy so far (checkimpacts.f of ccx 2.20), although the forces and the energy of the plate are
-right. A block in free flight away from the bodies, BALLAST, therefore has most of the energy.
+With steps of fixed size ccx stops when its energy balance, in which the springs of surface contact are not counted
+correctly, gains 0.25 % of the largest energy so far (checkimpacts.f of ccx 2.20), although the forces and the energy of
+the plate are right. A block in free flight away from the bodies, BALLAST, therefore has most of the energy.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -46,7 +46,8 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Kind:
-    """Element type: ``nodes``: columns of our element; ``mirror``: its mirrored nodes; ``faces``: by vertices."""
+    """Element type of ccx: ``ours`` and ``theirs``, elements with our nodes and with its own; ``nodes``, ours in its
+    order; ``mirror``, the order that turns an element inside out; ``faces`` 1, 2, ... by their vertices."""
 
     name: str
     ours: Any
@@ -169,7 +170,7 @@ class CalculixBody:
         element: element type.
         lines: nodes, elements, sets, materials, supports, the patch's surface (STRUCK) and its node.
         axis: component of the reference node that is the patch's mean normal displacement, 1 to 3.
-        node: number of the reference node, the highest of the deck.
+        node: number of the reference node, the highest of this body.
         cells: number of elements.
         loads: b (nodes, 3), nodal forces of a unit load on the patch; rows are the nodes of the deck.
         share: share of the whole body's load on the model: 1/4 for a quarter.

@@ -63,7 +63,7 @@ class Reduced(motion.Moving):
 
     def memory(self, method: Method, duration: float) -> float:
         """Return the time [s] up to which g must be accurate in a run of ``duration`` [s]: earlier if uniform damping
-        makes the response at the band edge decay before."""
+        makes motions at a tenth of the bandwidth decay to a thousandth before."""
         assert method.bandwidth is not None
         return min(duration, forgotten_after(self.damping_ratio, method.bandwidth))
 

@@ -1,4 +1,4 @@
-"""Every rank of a reduction by PETSc and SLEPc: the rows of K and M that are its own, its part of every vector.
+"""Program of each rank of a reduction by PETSc and SLEPc, which holds its rows of K and M and its part of every vector.
 
     mpiexec -n N python3 _slepc_ranks.py FOLDER
 
@@ -32,13 +32,13 @@ slepc4py.init([])
 from petsc4py import PETSc  # noqa: E402
 from slepc4py import SLEPc  # noqa: E402
 
-DEPENDENT = 1e-11  # of the length before orthogonalisation: what lies in the space
-PATIENCE = 2.0  # s for all ranks to end
-LINE = 500  # characters of a command
+DEPENDENT = 1e-11  # largest share of a dependent vector's length that orthogonalisation leaves
+PATIENCE = 2.0  # time left to all ranks after the end of the input [s]
+LINE = 500  # most characters of a command
 RANK = PETSc.COMM_WORLD.getRank()
 VERSION = "PETSc " + ".".join(str(part) for part in PETSc.Sys.getVersion())
 INERTIA = {13: 1}  # control parameters of MUMPS: the last front is not left to ScaLAPACK, which counts no pivots
-NULL = {24: 1}  # pivots of zero are told, which SLEPc asks for where it counts
+NULL = {24: 1}  # zero pivots are detected, as SLEPc requires where it counts eigenvalues
 ROOM = {14: 60}  # per cent of workspace beyond what the analysis foresees
 Answer = dict[str, Any]
 
@@ -146,19 +146,20 @@ class Model:
         }
 
     def do_solve(self) -> Answer:
-        """Solve for the columns of right.npy."""
+        """Solve for the columns of right.npy, into left.npy."""
         solutions = self.solve(self.vectors("right"))
         self.write("left", solutions, len(solutions))
         return {}
 
     def do_start(self, limit: int) -> Answer:
-        """Start with a basis of the rigid motions, and the candidates that come next."""
+        """Start a basis with the rigid motions, solve for the next candidates, and return their overlap with the
+        ports."""
         self.basis = Basis(self, limit)
         overlap = [[b.dot(x) for x in self.basis.following] for b in self.ports]
         return {"compliance": overlap}
 
     def do_grow(self, size: int) -> Answer:
-        """Grow as the built-in basis does, with its projections on file."""
+        """Grow the basis as the built-in one grows, and write its projections, stiffness.npy and shapes.npy."""
         self.basis.grow(size)
         if RANK == 0:
             k = self.basis.size
@@ -226,7 +227,7 @@ class Basis:
         self.following = model.solve(model.ports)
 
     def grow(self, size: int) -> None:
-        """Append whole blocks until there are so many vectors, or nothing more is to be found."""
+        """Append whole blocks until there are ``size`` vectors, or no independent one is left."""
         model = self.model
         while self.size < min(size, self.limit) and self.following:
             new = [v for v in (self.append(w) for w in self.following if self.size < self.limit) if v is not None]
@@ -257,7 +258,8 @@ class Basis:
 
 
 def lines() -> Iterator[str]:
-    """Yield what comes in, as it comes. After its end the process ends, soon and whatever it is doing."""
+    """Yield the lines of the standard input as they come, then a command to end; `PATIENCE` seconds after the input the
+    process ends, whatever it is doing."""
     incoming: queue.Queue[str] = queue.Queue()
 
     def listen() -> None:
@@ -299,7 +301,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if sys.platform == "linux":  # killed with mpiexec, in the midst of compiled code too
+    if sys.platform == "linux":  # PR_SET_PDEATHSIG: the kernel ends it with its parent, in compiled code too
         ctypes.CDLL(None).prctl(1, signal.SIGKILL, 0, 0, 0)
     try:
         if np.dtype(PETSc.ScalarType) != np.float64 or not PETSc.Sys.hasExternalPackage("mumps"):

@@ -35,7 +35,7 @@ FILLS: Final = 0.9  # fraction of its bounds above which an interval counts as u
 TOGETHER: Final = 0.95  # correlation above which two keys are reported as determined only together
 FINER: Final = (2, 3)  # refinements of the step to estimate its error; one of them may not change a rounded delay
 STEPPED: Final = 0.2  # part of half an interval above which the error by the time step is reported
-UNMET: Final = 0.25  # rms residual over that of the record above which, beyond noise, a fit has failed
+UNMET: Final = 0.25  # rms residual over the record's standard deviation above which a fit has failed
 LOST: Final = 1e-6  # change of the residuals over the range of a key below which the key has no influence
 SLOW: Final = 30.0  # predicted time of a fit above which it is announced [s]
 
@@ -90,7 +90,7 @@ class Identified:
         for i, j in zip(*np.triu_indices(len(keys), 1), strict=True):
             if abs(rho := float(self.correlation[i, j])) > TOGETHER:
                 names = " and ".join(self.asked.fit[keys[k]].name or keys[k] for k in (i, j))
-                remedy = "state one of them, or add a shot or a record in which they part"
+                remedy = "state one of them, or add a shot or a record in which their effects differ"
                 yield f"{names} are told only together (correlation {rho:.3f}): {remedy}"
         for each, one, spring in zip(self.asked.record, self.counted, self.spring_misfit, strict=True):
             yield from _met(each.name, one, spring)

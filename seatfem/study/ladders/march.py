@@ -90,7 +90,8 @@ def step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float 
 
 
 def left_by_half_step(run: ComputedRun, touches: Touches, look: PlateLook | None = None) -> Values | None:
-    """Return twice the changes by half the time step in the impact of a striker with waves, from shortly before it.
+    """Return twice the changes by half the time step in the impact of a striker with waves, from shortly before it;
+    nothing for a striker without waves, or a run without contact.
 
     Spikes of the force are as wide as a step, and longer steps do not show whether two of them fall into one filter
     width. ``None``: the impact is so long that the whole run may as well be repeated.

@@ -162,7 +162,8 @@ contact.inp      *DYNAMIC, DIRECT: the reed, {cells} elements C3D20R (set STRIKE
                  {stiffness:.4g} Pa/m ({why}).
                  It starts {start:+.6g} s from the start of the scene, just above the seat, with the displacements and
                  velocities (*INITIAL CONDITIONS) that our modes have then. Printed: total force on the surface STRUCK.
-                 BALLAST flies apart: without its energy ccx takes the contact of a layer that yields for an error.
+                 BALLAST flies away from the bodies and has most of the energy: without it ccx stops, as its energy
+                 balance does not count the springs of the contact correctly.
                                                                      ours: contact.csv
                  Ours presses uniformly on each of {ports} parts of the patch, with the {modes} modes of the reed below
                  {band:g} Hz; theirs has all that its mesh carries, so compare forces filtered as contact.csv has them.
@@ -310,7 +311,8 @@ def _moved(state: ModalState, omega: Array, time: Array) -> tuple[Array, Array]:
 
 
 def _first_touch(duration: float, state: ModalState, omega: Array, shapes: Array, gaps: Array, dt: float) -> int:
-    """Return the last step before the plate first touches the seat; negative if it touches at the start already."""
+    """Return the last step before the plate first touches the seat; where it touches at the start already, its free
+    motion is followed backwards, and the step is negative."""
 
     def is_open(steps: Integers) -> NDArray[np.bool_]:
         moved, _ = _moved(state, omega, np.asarray(dt * steps, dtype=np.float64))
@@ -374,7 +376,8 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     missing. Modes and response are computed before anything is written.
 
     Raises:
-        DeckError: the seat has no finite elements. ModelError: its elements or supports have no place in a deck.
+        DeckError: the seat has no finite elements, or is struck on an arc of its ring.
+        ModelError: its elements or supports have no place in a deck.
     """
     width = plan.scene.run.filter_width
     dt = width / PER_PULSE

@@ -368,7 +368,7 @@ def leaves(annotation: object) -> Iterator[Any]:
 
 
 _AS_IF: Final = r"(?<![\w/\\.])(?:seat|reed)\."
-"""Table names in messages of structures, which assume a role."""
+"""Names of tables in messages of structures, which name a role whatever the body's own is."""
 
 
 def in_words_of(role: str, structure: BaseModel, text: str) -> str:

@@ -136,7 +136,7 @@ def _outcome(answer: str | Lost, limit: float) -> Outcome:
 PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
 LONGER: Final = 4.0  # time limit of the reference and the planner's choice, over that of other points
-FINEST: Final = 3  # most refinements of the diagonal beyond the centre
+FINEST: Final = 3  # most refinements of mesh and band together beyond the centre
 CARRIED_OUT: Final = ("mesh", "assembly", "reduction", "contact")  # stages of a plan that a point includes
 GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # factor on the time by one refinement; true: in three dimensions
 
@@ -320,7 +320,8 @@ class _Runs:
     def reference(self, top: int, progress: Progress) -> tuple[str, str]:
         """Return the names of the finest point that ends in time, and of one coarser by one step in all keys.
 
-        Both are finer than the rung ``top``; the first one tried is predicted to take at most half the time limit.
+        The finest is finer than the rung ``top``. Refinements by 3 and 2 are tried only where predicted to take at most
+        half of `LONGER` time limits.
         """
         notches = [n for n in (3, 2) if self.seconds(top, n) <= LONGER * self.limit / 2]
         tried = []
