@@ -52,7 +52,7 @@ Against others: [peers](peers.md).
 
 BARE: Final = ("-c", "import numpy, scipy.linalg, h5py, numba, pydantic")
 ERRANDS: Final = (  # what it is, its arguments, how often it is timed, its limit
-    ("a wrong key", ("run", "wrong.toml"), 3, "1.6 times"),
+    ("a wrong key", ("run", "wrong.toml"), 3, "1 time"),
     ("a mass on a spring, first after installation", ("run", "mass.toml", "--no-pictures"), 1, ""),
     ("the same again", ("run", "mass.toml", "--no-pictures"), 3, "1.6 times"),
     ("demo without pictures, first after installation", ("demo", "--no-pictures"), 1, "15 s"),

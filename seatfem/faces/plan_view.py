@@ -240,7 +240,7 @@ def plan_json(plan: Plan) -> str:
             for other in plan.alternatives
         ],
         "notes": list(plan.notes),
-        "scene": method.as_stated(scene, plan.method).model_dump(mode="json"),
+        "scene": method.as_stated(scene, plan.method).model_dump(mode="json", warnings=False),
     }
     text = json.dumps(without_nan(data), indent=1, allow_nan=False)
     return text.replace("\x7f", "\\u007f")  # the one control character that json does not escape

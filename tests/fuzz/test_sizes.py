@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from . import sizes
 from .sizes import Growth, Reading, defects, growths, measured
 
 
@@ -30,7 +29,7 @@ def written(path: Path, count: int) -> None:
 
 def squares(path: Path) -> int:
     length = path.stat().st_size
-    return sum(sum(range(16 * length)) for _ in range(length // 3))
+    return sum(sum(range(16 * length)) for _ in range(length))  # twice what counts on the fastest machine so far
 
 
 def proportions(path: Path) -> int:
@@ -39,9 +38,7 @@ def proportions(path: Path) -> int:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("read", "sound"), [(squares, False), (proportions, True)])
-def test_squares_are_found(read, sound, monkeypatch) -> None:
-    """Of times that say something here, where nothing else is read."""
-    monkeypatch.setattr(sizes, "SHORTEST", 0.02)
+def test_squares_are_found(read, sound) -> None:
     readings = measured(Growth("a", written, read), 5_000, enough=0.3)
     assert bool(list(defects(readings))) != sound, readings
 

@@ -98,7 +98,7 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
     plot_lip(lip, springs, tmp_path / "lip.svg", radius=RADIUS, share=0.25, filter_width=2e-6, title="a <b>title")
     written = (tmp_path / "lip.svg").read_text(encoding="utf-8")
     for words in (
-        "a &lt;b&gt;title", "first contact: mean over 2 µs and each of 8 lip segments",
+        "a &lt;b&gt;title", "first contact: mean over 2 µs, 8 segments",
         "Impulse per length [mN s/m], mean over 8.6 mm",
         "Total force, mean over 2 µs", "Height over the lip, mean over 45°", "bed of springs", "roll, about x",
     ):  # fmt: skip

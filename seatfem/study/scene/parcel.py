@@ -46,7 +46,7 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
 
 def files_of(scene: BaseModel) -> set[Path]:
     """Return the absolute paths of all files that a scene names."""
-    return {path for _, path in _files(scene.model_dump(by_alias=True))}
+    return {path for _, path in _files(scene.model_dump(by_alias=True, warnings=False))}
 
 
 def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
@@ -81,5 +81,5 @@ def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dic
             hashes[asked] = cache.content_key({"files": [asked, *_with(asked, strength=key.startswith("life."))]})
         return hashes[asked]
 
-    content: dict[str, Any] = hashed(scene.model_dump(exclude={"title"}, exclude_unset=True), "")
+    content: dict[str, Any] = hashed(scene.model_dump(exclude={"title"}, exclude_unset=True, warnings=False), "")
     return content
