@@ -45,7 +45,7 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
 
 
 def files_of(scene: BaseModel) -> set[Path]:
-    """Return the absolute paths of all files that a scene names."""
+    """Return the absolute paths of all files that a scene names; a copy may have bodies of kinds its type lacks."""
     return {path for _, path in _files(scene.model_dump(by_alias=True, warnings=False))}
 
 
