@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeV
 
 from annotated_types import Ge, Gt, Lt
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic.fields import FieldInfo
 from pydantic.types import Discriminator
 
 from impact.files.safe_files import MB, check_file
@@ -151,6 +153,13 @@ def one_of(kinds: tuple[type[Table], ...]) -> Any:
     if len(kinds) == 1:
         return Annotated[kinds[0], BeforeValidator(as_meant)]
     return Annotated[Union[kinds], Discriminator("kind"), BeforeValidator(as_meant)]  # noqa: UP007
+
+
+def field_of(model: type[BaseModel], name: str) -> FieldInfo:
+    """Return a field of a model for another with another annotation: a copy, without what its annotation adds."""
+    field = copy(model.model_fields[name])
+    field.metadata = []
+    return field
 
 
 def default(written: object, description: str, example: object = None, **limits: Any) -> Any:

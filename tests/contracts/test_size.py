@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tests.contracts.test_imports import FILES, statements
 
-MOST_LINES, MOST_FILES, MOST_LOCAL_IMPORTS = 74_946, 320, 55
+MOST_LINES, MOST_FILES, MOST_LOCAL_IMPORTS = 74_955, 320, 55
 MOST_OF_A_SCENE = 53  # functions that take a whole scene
 
 

@@ -22,6 +22,7 @@ from seatfem.fields import (
     Viscosity,
     absent,
     default,
+    field_of,
     one_of,
 )
 from seatfem.structures.kinds import Structure
@@ -170,10 +171,9 @@ gap = "1.5 mm"
 
 def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...]) -> type[Stopper]:
     """Return a type of stopper with bodies of these kinds and these contact laws."""
-    fields: Any = {
-        "body": (one_of(kinds), Stopper.model_fields["body"]),
-        "law": (one_of(laws), Stopper.model_fields["law"]),
-    }
+    fields: Any = {"body": (one_of(kinds), field_of(Stopper, "body"))}
+    if laws != OWN_LAWS:
+        fields["law"] = (one_of(laws), field_of(Stopper, "law"))
     return create_model("Stopper", __base__=Stopper, __doc__=Stopper.__doc__, **fields)
 
 

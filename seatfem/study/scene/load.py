@@ -14,7 +14,7 @@ from typing import Any, Final, Literal
 from pydantic import ValidationError, create_model
 
 from impact.files.safe_files import MB, read_text
-from seatfem.fields import AnyTable, one_of
+from seatfem.fields import AnyTable, field_of, one_of
 from seatfem.structures import formats
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.contact import OWN_LAWS, Contact, stopper_of
@@ -134,14 +134,14 @@ def scene_of(kinds: tuple[type[Structure], ...] = ()) -> type[Scene]:
 def _scene_of(
     kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...], measures: tuple[str, ...]
 ) -> type[Scene]:
-    fields: Any = {name: (one_of(kinds), Scene.model_fields[name]) for name in BODIES}
-    fields["stopper"] = (stopper_of(kinds, laws) | None, Scene.model_fields["stopper"])
+    fields: Any = {name: (one_of(kinds), field_of(Scene, name)) for name in BODIES}
+    fields["stopper"] = (stopper_of(kinds, laws) | None, field_of(Scene, "stopper"))
     if laws != OWN_LAWS:
-        law: Any = {"law": (one_of(laws), Contact.model_fields["law"])}
-        fields["contact"] = (create_model("Contact", __base__=Contact, **law), Scene.model_fields["contact"])
+        law: Any = {"law": (one_of(laws), field_of(Contact, "law"))}
+        fields["contact"] = (create_model("Contact", __base__=Contact, **law), field_of(Scene, "contact"))
     if measures != OWN_MEASURES:
-        names: Any = {"measures": (tuple[Literal[measures], ...], Accuracy.model_fields["measures"])}  # type: ignore[valid-type]
-        fields["accuracy"] = (create_model("Accuracy", __base__=Accuracy, **names), Scene.model_fields["accuracy"])
+        names: Any = {"measures": (tuple[Literal[measures], ...], field_of(Accuracy, "measures"))}  # type: ignore[valid-type]
+        fields["accuracy"] = (create_model("Accuracy", __base__=Accuracy, **names), field_of(Scene, "accuracy"))
     return create_model("Scene", __base__=Scene, __doc__=Scene.__doc__, **fields)
 
 
