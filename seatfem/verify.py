@@ -126,13 +126,19 @@ def verification_cases() -> tuple[Case, ...]:
 
 def verification_table(progress: Progress = silent, cases: Sequence[Case] | None = None) -> tuple[Row, ...]:
     """Return the results of all cases, or of the given ones."""
-    cases = verification_cases() if cases is None else cases
-    rows = []
-    for number, case in enumerate(cases):
-        progress("verifying", number / len(cases))
-        rows.append(carry_out(case))
-    progress("verifying", 1.0)
-    return tuple(rows)
+    return _answer_each(carry_out, verification_cases() if cases is None else cases, progress, "verifying")
+
+
+def _answer_each(
+    answer: Callable[[Any], Any], questions: Sequence[Any], progress: Progress, stage: str
+) -> tuple[Any, ...]:
+    """Return the answers to all questions, in their order, with the progress of this stage."""
+    answers = []
+    for number, question in enumerate(questions):
+        progress(stage, number / len(questions))
+        answers.append(answer(question))
+    progress(stage, 1.0)
+    return tuple(answers)
 
 
 def verification_table_view(rows: Sequence[Row]) -> Table:
@@ -308,13 +314,7 @@ def measured_table(
     progress: Progress = silent, records: Sequence[MeasuredSet] | None = None
 ) -> tuple[ComparedSet, ...]:
     """Return all sets, or the given ones, with our numbers."""
-    records = measured_sets() if records is None else records
-    compared = []
-    for number, record in enumerate(records):
-        progress("comparing", number / len(records))
-        compared.append(compare(record))
-    progress("comparing", 1.0)
-    return tuple(compared)
+    return _answer_each(compare, measured_sets() if records is None else records, progress, "comparing")
 
 
 def with_uncertainty(value: float, uncertainty: float, unit: str) -> str:

@@ -148,7 +148,7 @@ _LIMITS: Final = {
     "": (("memory.max", "memory.high"), "memory.current", "inactive_file"),  # version 2
     "memory": (("memory.limit_in_bytes",), "memory.usage_in_bytes", "total_inactive_file"),  # version 1
 }
-"""By controller: files of limits, file of the usage, and the row of memory.stat for cached files."""
+"""Files of limits, file of the usage, and the row of memory.stat for cached files, of each controller."""
 
 
 def available_memory(root: Path = ROOT) -> float:

@@ -117,14 +117,14 @@ class Store:
         if not exists:
             return None
         try:
-            found = load(path)
+            content = load(path)
         except (impact.StorageError, OSError) as problem:
             if self.tell is not None and os.path.lexists(path):
                 self.tell(f"{what} set aside, it will be computed again: {problem}")
             return None
         with suppress(OSError):
             os.utime(path)  # mark as read, so that it is pruned last
-        return found
+        return content
 
     def put(self, key: str, greens: GreensFunction) -> Path:
         """Store ``greens``; return the file's path. Raises `StoreError` if the folder cannot be written to."""

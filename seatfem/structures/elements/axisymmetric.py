@@ -211,8 +211,8 @@ _CHUNK = 2048  # elements per batch: bounds the memory of the strain matrices
 
 def section_element(mesh: Any, order: int | None) -> Any:
     """Return scikit-fem's element of an ``order`` (default: the mesh's) on triangles or quadrilaterals."""
-    wanted = (1 if mesh.dofs.element_dofs.shape[0] == mesh.t.shape[0] else 2) if order is None else order
-    return element_of(mesh, wanted, _ELEMENTS, " in a meridian section")
+    degree = (1 if mesh.dofs.element_dofs.shape[0] == mesh.t.shape[0] else 2) if order is None else order
+    return element_of(mesh, degree, _ELEMENTS, " in a meridian section")
 
 
 @dataclass(frozen=True)

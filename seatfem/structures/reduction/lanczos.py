@@ -117,9 +117,9 @@ class Recursion:
         gram = loads.T @ moved
         lengths = np.sqrt(np.maximum(np.diag(gram), 1e-24 * whole))
         squares, turn = np.linalg.eigh(gram / np.outer(lengths, lengths))
-        kept = squares > _DEPENDENT * max(squares[-1], 1.0)
-        change = turn[:, kept] / np.sqrt(squares[kept]) / lengths[:, None]
-        self.start = np.sqrt(squares[kept])[:, None] * turn[:, kept].T * lengths
+        independent = squares > _DEPENDENT * max(squares[-1], 1.0)
+        change = turn[:, independent] / np.sqrt(squares[independent]) / lengths[:, None]
+        self.start = np.sqrt(squares[independent])[:, None] * turn[:, independent].T * lengths
         self._now, self._dual = np.ascontiguousarray(moved @ change), np.ascontiguousarray(loads @ change)
         self._dual_before, self._link = np.zeros_like(self._now), np.zeros((self.width, self.width))
         self._diagonal: list[Array] = []
