@@ -16,6 +16,7 @@ import pytest
 from impact.notices import Progress, silent
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.mesh import gmsh_process
+from tests.gallery import Gallery
 
 MOST_MESHES = 200  # kept in memory, of some hundred kB each
 DISCRETISE = "seatfem.structures.finite_elements"  # which starts a process for the two meshes of a seat
@@ -23,6 +24,15 @@ DISCRETISE = "seatfem.structures.finite_elements"  # which starts a process for 
 # A shell's background job ignores Ctrl-C, and so would the programs under test.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave one set of parameters of a slow test without the mark, where that names it: ``slow(but="id")``."""
+    for item in items:
+        mark = item.get_closest_marker("slow")
+        if mark is not None and "but" in mark.kwargs and item.name.endswith(f"[{mark.kwargs['but']}]"):
+            item.own_markers = [each for each in item.own_markers if each.name != "slow"]
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -40,12 +50,24 @@ def store_of_the_session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
 
 
 @pytest.fixture(scope="session")
-def plates_of_the_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the modes of plates, which are found by all that they depend on: one for all workers."""
+def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of this run of pytest, which all workers share."""
     base = tmp_path_factory.getbasetemp()
-    folder = (base.parent if base.name.startswith("popen-") else base) / "plates"
+    return base.parent if base.name.startswith("popen-") else base
+
+
+@pytest.fixture(scope="session")
+def plates_of_the_session(shared_folder: Path) -> Path:
+    """The folder of the modes of plates, which are found by all that they depend on: one for all workers."""
+    folder = shared_folder / "plates"
     folder.mkdir(exist_ok=True)
     return folder
+
+
+@pytest.fixture(scope="session")
+def gallery(shared_folder: Path) -> Gallery:
+    """Runs of scene files, made once for all workers."""
+    return Gallery(shared_folder / "gallery")
 
 
 @pytest.fixture(autouse=True)

@@ -1,13 +1,19 @@
-"""Scenes of many tests: their tables, and how a test reads, runs and refuses one."""
+"""Scenes of many tests: their tables, and how a test reads, runs and refuses one; a gallery of runs made once."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from seatfem.faces.cli import run_command
+from seatfem.jobs.folders import claimed
+from seatfem.machine.code import VARIABLE
+from seatfem.structures.sheets import plate_modes, solved_sheet
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
 
@@ -64,3 +70,37 @@ def refusal(load_it: Callable[..., object], *given: object, **named: object) -> 
 def summary_of(scene: Scene, folder: Path, **how: Any) -> dict[str, Any]:
     """Return the summary of a run without pictures."""
     return dict(run_scene(scene, folder, pictures=False, **how).summary)
+
+
+def run_alone(scene: Path, folder: Path) -> Path:
+    """Return the folder of `seatfem run` of a scene, which began with an empty store and found nothing in memory."""
+    plate_modes.cache_clear()
+    solved_sheet.cache_clear()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(VARIABLE, str(folder / "store"))
+        code = run_command(["run", str(scene), "--no-pictures", "--quiet", "-o", str(folder / "run")])
+    assert code in (0, 1), scene
+    return folder / "run"
+
+
+def read_summary(run: Path) -> dict[str, Any]:
+    """Return the summary.json of a run."""
+    return dict(json.loads((run / "summary.json").read_text(encoding="utf-8")))
+
+
+@dataclass(frozen=True)
+class Gallery:
+    """Runs of whole scene files, each made once for all tests of all workers: nobody writes into what it returns."""
+
+    folder: Path
+    patience: float = 1800.0  # s, for a run that another worker makes
+
+    def run_of(self, scene: Path) -> Path:
+        """Return the folder of the run of a scene, made now or by another test before."""
+        home = self.folder / scene.stem
+        with claimed(self.folder / f"{scene.stem}.lock", self.patience) as is_ours:
+            assert is_ours, f"{scene.stem}: no run within {self.patience:g} s"
+            if not (home / "done").exists():
+                run_alone(scene, home)
+                (home / "done").touch()
+        return home / "run"

@@ -1,33 +1,24 @@
-"""The numbers of a scene as the command line writes them, and how far they are from those on file."""
+"""Values of a scene with their error bars as the command line writes them, and how far they are from those on file."""
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import math
-import re
 from collections.abc import Iterator, Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
-from seatfem.faces.cli import run_command
+from impact.files.safe_files import write_whole
 
 ROOT: Final = Path(__file__).parents[2]
 FILE: Final = Path(__file__).with_name("numbers.json")
-HELP: Final = Path(__file__).with_name("help.json")
-VARY: Final = re.compile(
-    r"time_s$|seconds|memory|_bytes|version|machine|stages|wall|^notes|pictures|store|threads|created|energy_residual|_residual$|"
-    r"engine|advice|history|predicted_(time|memory)|reused|words"
-)
-"""Keys of numbers that change from run to run or machine to machine, and of texts."""
-MOST: Final = 3  # of a list, as of landings
-OF_BAR: Final = 0.05  # of an error bar, by which a number with one may move where the same libraries computed it
-SAME: Final = 1e-4  # relative: of numbers without one
-OF_BARS: Final = 0.05  # relative: of bars and predictions, which are sums of small differences
-LIBRARIES: Final = ("numpy", "scipy", "gmsh", "scikit-fem", "pypardiso", "numba")
-FOREIGN: Final = 20.0  # times as far where other versions of them did
+BAR: Final = "error_bar_"
+MOST_LANDINGS: Final = 3  # of a scene; later ones are of the same kind
+MOST_OF_BARS: Final = 1.5  # ratio of a bar to that on file: bars are sums of differences between two runs
+WORTH_TELLING: Final = 0.1  # of its bar: who moves a value by more says so in CHANGELOG.md
+
+Numbers = Mapping[str, tuple[float, float]]
+"""Value and error bar by key, of landings as "landings.0.impulse_Ns"."""
 
 
 def scenes() -> Mapping[str, Path]:
@@ -36,76 +27,51 @@ def scenes() -> Mapping[str, Path]:
     return {path.stem: path for path in (*examples, *sorted((Path(__file__).parent / "scenes").glob("*.toml")))}
 
 
-def versions() -> dict[str, str]:
-    """Return the versions of the libraries that numbers depend on."""
-    return {name: version(name) for name in LIBRARIES}
+def read_frozen() -> dict[str, Numbers]:
+    """Return the numbers on file, by scene."""
+    content: dict[str, dict[str, list[float]]] = json.loads(FILE.read_text(encoding="utf-8"))
+    return {name: {key: (value, bar) for key, (value, bar) in pairs.items()} for name, pairs in content.items()}
 
 
-def numbers_of(scene: Path, folder: Path) -> dict[str, Any]:
-    """Return the numbers that `seatfem run` writes of a scene: of its summary and its plan, by key.
-
-    The store of seats must be empty: what was computed before may be finer.
-    """
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-        code = run_command(["run", str(scene), "--no-pictures", "-o", str(folder)])
-    assert code in (0, 1), said.getvalue()[-2000:]
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
-    return dict(_flat("", summary)) | dict(_flat("plan.", plan))
+def write_frozen(frozen: Mapping[str, Numbers]) -> None:
+    """Write the numbers of all scenes to the file: eight digits, a value with its bar in each line."""
+    lines = {
+        name: ",\n".join(f'"{key}": [{value:.8g}, {bar:.8g}]' for key, (value, bar) in sorted(numbers.items()))
+        for name, numbers in frozen.items()
+    }
+    write_whole(
+        FILE, ("{\n" + ",\n".join(f'"{name}": {{\n{text}\n}}' for name, text in lines.items()) + "\n}\n").encode()
+    )
 
 
-def _flat(prefix: str, content: Any) -> Iterator[tuple[str, Any]]:
-    if isinstance(content, Mapping):
-        for key, value in content.items():
-            if not VARY.search(str(key)):
-                yield from _flat(f"{prefix}{key}.", value)
-    elif isinstance(content, list):
-        for number, value in enumerate(content[:MOST]):
-            yield from _flat(f"{prefix}{number}.", value)
-    elif content is None or isinstance(content, bool | int | float):
-        yield prefix.rstrip("."), float(f"{content:.8g}") if isinstance(content, float) else content
+def numbers_in(summary: Mapping[str, Any]) -> Numbers:
+    """Return the values of summary.json that have a finite error bar, with that."""
+    landings = summary.get("landings", ())[:MOST_LANDINGS]
+    records = {"": summary} | {f"landings.{number}.": landing for number, landing in enumerate(landings)}
+    return dict(pair for prefix, record in records.items() for pair in _pairs(prefix, record))
 
 
-def moved(now: Mapping[str, Any], frozen: Mapping[str, Any], *, foreign: bool = False) -> list[str]:
-    """Return a line for each number that is missing, new, or further off than it may be.
+def _pairs(prefix: str, record: Mapping[str, Any]) -> Iterator[tuple[str, tuple[float, float]]]:
+    for name, bar in record.items():
+        value = record.get(name.removeprefix(BAR)) if name.startswith(BAR) else None
+        if isinstance(value, int | float) and isinstance(bar, int | float) and math.isfinite(bar):
+            yield prefix + name.removeprefix(BAR), (value, bar)
 
-    ``foreign``: the frozen ones were computed with other versions of the libraries.
-    """
+
+def moved(now: Numbers, frozen: Numbers) -> list[str]:
+    """Return a line for each value that is missing, new, or off by more than its bar, and each bar off by a factor."""
     lines = [f"{key}: is no longer there" for key in sorted(frozen.keys() - now.keys())]
     lines += [f"{key}: is new" for key in sorted(now.keys() - frozen.keys())]
     for key in sorted(frozen.keys() & now.keys()):
-        value, before = now[key], frozen[key]
-        if isinstance(value, bool) or isinstance(before, bool) or value is None or before is None:
-            lines += [f"{key}: {before} -> {value}"] if value != before else []
-        elif not math.isclose(value, before, rel_tol=SAME, abs_tol=(FOREIGN if foreign else 1.0) * _slack(key, frozen)):
-            lines.append(f"{key}: {before:.9g} -> {value:.9g}")
+        (value, bar), (before, bar_before) = now[key], frozen[key]
+        if not math.isclose(value, before, rel_tol=1e-9, abs_tol=bar_before):
+            lines.append(f"{key}: {before:.6g} -> {value:.6g}, error bar {bar_before:.2g}")
+        if not min(bar, bar_before) * MOST_OF_BARS >= max(bar, bar_before):
+            lines.append(f"{key}: error bar {bar_before:.3g} -> {bar:.3g}")
     return lines
 
 
-def _slack(key: str, frozen: Mapping[str, Any]) -> float:
-    """Return by how much a number may move in its own unit."""
-    folder, _, name = key.rpartition(".")
-    bar = frozen.get(f"{folder}.error_bar_{name}" if folder else f"error_bar_{name}")
-    if isinstance(bar, float) and math.isfinite(bar):
-        return OF_BAR * bar
-    value = frozen[key]
-    if "error" in key or key.startswith("plan."):
-        return OF_BARS * abs(value)
-    return 1e-12
-
-
-def help_of_verbs() -> dict[str, str]:
-    """Return what `seatfem --help` and the help of each verb say, by verb."""
-    from seatfem.faces.cli import app  # cyclopts, with all verbs
-
-    verbs = sorted(name for name in app if not name.startswith("-"))
-    return {verb: _help([verb] if verb else []) for verb in ("", *verbs)}
-
-
-def _help(verb: list[str]) -> str:
-    """Return the words of a help, however wide the terminal is."""
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said), contextlib.suppress(SystemExit):
-        run_command([*verb, "--help"])
-    return " ".join(re.sub(r"[\u2500-\u257f]", " ", said.getvalue()).split())
+def worth_telling(now: Numbers, frozen: Numbers) -> list[str]:
+    """Return a line for each value that moved within its bar, but by more than a tenth of it."""
+    shares = {key: abs(now[key][0] - value) / bar for key, (value, bar) in frozen.items() if key in now and bar > 0}
+    return [f"{key}: moved by {share:.2f} of its bar" for key, share in shares.items() if share > WORTH_TELLING]

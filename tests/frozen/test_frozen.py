@@ -1,47 +1,40 @@
-"""What the program answers stays: numbers of the scenes that take a few seconds, and the help of all verbs."""
-
-import json
-from pathlib import Path
+"""What the program answers stays: values of all examples and of further scenes, within their error bars."""
 
 import pytest
 
-from seatfem.structures.sheets import plate_modes, solved_sheet
-from tests.frozen.recorded import FILE, HELP, help_of_verbs, moved, numbers_of, scenes, versions
+from tests.frozen.recorded import moved, numbers_in, read_frozen, scenes, worth_telling
+from tests.gallery import Gallery, read_summary
 
-FROZEN = json.loads(FILE.read_text(encoding="utf-8"))
-QUICK = ("rigid_mass_on_bar", "ball_on_stopper", "flapper_on_spring", "timoshenko_on_rod", "paper_table1_3mm_strip")
+FROZEN = read_frozen()
 
 
 def test_all_scenes_are_frozen() -> None:
-    assert sorted(FROZEN["scenes"]) == sorted(scenes())
-    assert all(len(numbers) > 50 for numbers in FROZEN["scenes"].values())
+    assert sorted(FROZEN) == sorted(scenes())
+    assert all(len(numbers) >= 10 for numbers in FROZEN.values())
 
 
-@pytest.mark.parametrize("name", QUICK)
-def test_numbers_stay(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """All others: `python -m tests.frozen`."""
-    monkeypatch.setenv("SEATFEM_STORE", str(tmp_path / "store"))
-    plate_modes.cache_clear()
-    solved_sheet.cache_clear()
-    numbers = numbers_of(scenes()[name], tmp_path / "run")
-    assert moved(numbers, FROZEN["scenes"][name], foreign=FROZEN["versions"] != versions()) == []
+@pytest.mark.parametrize("name", sorted(scenes()))
+def test_values_stay_within_their_bars(name: str, gallery: Gallery) -> None:
+    numbers = numbers_in(read_summary(gallery.run_of(scenes()[name])))
+    assert moved(numbers, FROZEN[name]) == []
 
 
-def test_a_number_that_moves_is_told() -> None:
-    frozen = {
-        "a": 1.0,
-        "error_bar_a": 0.1,
-        "landings.0.a": 2.0,
-        "landings.0.error_bar_a": 0.02,
-        "count": 3,
-        "met": True,
-    }
-    assert moved({**frozen, "a": 1.004}, frozen) == []
-    assert moved({**frozen, "a": 1.006}, frozen) == ["a: 1 -> 1.006"]
-    assert moved({**frozen, "landings.0.a": 2.0013}, frozen) == ["landings.0.a: 2 -> 2.0013"]
-    assert moved({**frozen, "count": 4, "met": False}, frozen) == ["count: 3 -> 4", "met: True -> False"]
-    assert moved({"a": 1.0}, {"b": 1.0}) == ["b: is no longer there", "a: is new"]
+def test_a_value_that_moves_is_named() -> None:
+    frozen = {"a": (1.0, 0.1), "landings.0.a": (2.0, 0.02), "exact": (3.0, 0.0)}
+    assert moved({**frozen, "a": (1.09, 0.14)}, frozen) == []
+    assert worth_telling({**frozen, "a": (1.009, 0.1)}, frozen) == []
+    assert worth_telling({**frozen, "a": (1.09, 0.1)}, frozen) == ["a: moved by 0.90 of its bar"]
+    assert moved({**frozen, "a": (1.11, 0.1)}, frozen) == ["a: 1 -> 1.11, error bar 0.1"]
+    assert moved({**frozen, "a": (1.0, 0.16)}, frozen) == ["a: error bar 0.1 -> 0.16"]
+    assert moved({**frozen, "a": (1.0, 0.06)}, frozen) == ["a: error bar 0.1 -> 0.06"]
+    assert moved({**frozen, "landings.0.a": (1.97, 0.02)}, frozen) == ["landings.0.a: 2 -> 1.97, error bar 0.02"]
+    assert moved({**frozen, "exact": (3.1, 0.0)}, frozen) == ["exact: 3 -> 3.1, error bar 0"]
+    assert moved({"a": (1.0, 0.1)}, {"b": (1.0, 0.1)}) == ["b: is no longer there", "a: is new"]
 
 
-def test_help_stays() -> None:
-    assert help_of_verbs() == json.loads(HELP.read_text(encoding="utf-8"))
+def test_a_summary_gives_the_values_with_finite_bars() -> None:
+    landing = {"impulse_Ns": 1.0, "error_bar_impulse_Ns": 0.1, "body": "seat"}
+    summary = {"peak": 2, "error_bar_peak": 0.5, "error_bar_gone": 1.0, "wild": 1.0, "error_bar_wild": float("inf")}
+    summary |= {"error_bar_cut": None, "cut": 1.0, "spring_peak": 3.0, "landings": [landing] * 5}
+    expected = {"peak": (2, 0.5)} | {f"landings.{number}.impulse_Ns": (1.0, 0.1) for number in range(3)}
+    assert numbers_in(summary) == expected
