@@ -1,6 +1,6 @@
-# make demo    the example, all the way, into seatfem-demo/
-# make test    lint, types, tests, the pages of the documentation
-# make quick   lint and the tests that take less than a minute in all
+# make demo      the example, all the way, into seatfem-demo/
+# make test      lint, types, and the tests that take minutes (all but those marked slow)
+# make test-all  everything: all tests, documentation, the wheel in bare environments; what CI runs after make test
 # All make .venv and install what they need first; a second run installs nothing.
 
 PYTHON ?= python3
@@ -12,20 +12,18 @@ SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMB
 TEST_WORKERS  ?= auto
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test quick lint types unit installed lowest verify doctor docs extremes frozen fuzz history clean distclean
+.PHONY: help demo test test-all lint types cheap unit installed lowest verify doctor docs extremes frozen mutations fuzz history clean distclean
 
 help:
 	@sed -n 's/^# //p' Makefile
-	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (into build/docs), extremes, frozen, fuzz, history, clean, distclean."
+	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (into build/docs), extremes, frozen, mutations, fuzz, history, clean, distclean."
 
 demo: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem demo
 
-test: lint types unit docs
+test: lint types cheap
 
-QUICK := tests/contracts tests/impact tests/literature tests/study/test_scene.py tests/study/test_units.py
-quick: lint
-	$(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4 --dist worksteal -m "not slow" $(QUICK)
+test-all: lint types unit docs installed lowest
 
 lint: $(VENV)/installed-dev
 	$(PY) -m ruff check .
@@ -33,9 +31,15 @@ lint: $(VENV)/installed-dev
 types: $(VENV)/installed-dev
 	$(PY) -m mypy
 
+PYTEST := $(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4 --dist worksteal
+
+cheap: $(VENV)/installed-dev
+	@$(VENV)/bin/seatfem doctor --quiet
+	$(PYTEST) -m "not slow"
+
 unit: $(VENV)/installed-dev
 	@$(VENV)/bin/seatfem doctor --quiet
-	$(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4 --dist worksteal
+	$(PYTEST)
 
 # the wheel in bare environments outside the tree: PYTHONS="3.11 3.12 3.13"
 installed: $(VENV)/installed-dev
@@ -60,9 +64,15 @@ docs: $(VENV)/installed-dev
 extremes: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.extremes
 
-# Numbers of all examples and a dozen further scenes against those on file, tests/frozen: some ten minutes.
+# Values of all examples and of further scenes against those on file, tests/frozen; also among all tests.
 frozen: $(VENV)/installed-dev
-	$(SINGLE_THREAD) $(PY) -m tests.frozen
+	$(PYTEST) tests/frozen
+
+# 300 errors put into the product one by one: which tests find each. Hours; goes on where it stopped.
+mutations: $(VENV)/installed-dev
+	test -d build/mutations || $(PY) -m tests.mutations record
+	$(PY) -m tests.mutations run
+	$(PY) -m tests.mutations table
 
 fuzz: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.fuzz --write

@@ -1,0 +1,177 @@
+"""Which tests find 300 errors of the product: `make test` has to find four fifths of what all tests find.
+
+    python -m tests.mutations record     all tests once: which lines each executes, in build/mutations
+    python -m tests.mutations run        each error in a copy of the checkout, until a test fails; goes on where it was
+    python -m tests.mutations table      benchmarks/results/mutations.csv, and the shares that were found
+
+An error is tried with the tests that execute its line, the cheapest first: those of `make test`, then the others. Tests
+that execute a line of the same file stand in for compiled loops and for what runs once when a module is loaded.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from itertools import accumulate
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any, Final
+
+import coverage
+
+from impact.files.safe_files import write_whole
+from tests.mutations.drawing import GROUPS, ROOT, Mutation, draw_mutations
+
+FOLDER: Final = ROOT / "build" / "mutations"
+LOG: Final = FOLDER / "log.jsonl"
+TABLE: Final = ROOT / "benchmarks" / "results" / "mutations.csv"
+TIERS: Final = {"test": False, "test-all": True}
+"""The make targets, and whether the tests are slow that are tried for each."""
+LONGEST: Final = 240.0  # s of the tests that are tried of a tier, as recorded: the cheapest ones
+PATIENCE: Final = 900.0  # s after which an error that hangs is found
+ONE_THREAD: Final = dict.fromkeys(
+    ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+COMPILED: Final = ("impact/march/loop/", "impact/march/laws.py")
+
+
+def record_lines() -> None:
+    """Run all tests once, and keep which lines each executes."""
+    shutil.rmtree(FOLDER, ignore_errors=True)
+    FOLDER.mkdir(parents=True)
+    environment = os.environ | ONE_THREAD | {"MUTATIONS_FOLDER": str(FOLDER), "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "pytest", "-n", "auto", "--dist", "worksteal", "-p", "tests.mutations.recorder"]
+    subprocess.run(command, cwd=ROOT, env=environment, check=False)
+    merged = coverage.Coverage(data_file=str(FOLDER / "coverage"), config_file=False)
+    merged.combine([str(FOLDER)])
+    merged.save()
+
+
+class Record:
+    """Lines that tests execute, and by test what it takes [s] and whether it is slow."""
+
+    def __init__(self) -> None:
+        self.lines = coverage.CoverageData(str(FOLDER / "coverage"))
+        self.lines.read()
+        self.tests: dict[str, tuple[float, bool]] = {}
+        for path in FOLDER.glob("tests.*.json"):
+            self.tests |= json.loads(path.read_text(encoding="utf-8"))
+
+    def choose_tests(self, mutation: Mutation, are_slow: bool) -> list[str]:
+        """Return the tests of one tier that may find an error, the cheapest first."""
+        line = self.lines.contexts_by_lineno(str(ROOT / mutation.file)).get(mutation.line, ())
+        tests = set(line) & self.tests.keys() or self._tests_near(ROOT / mutation.file)
+        ranked = sorted((test for test in tests if self.tests[test][1] == are_slow), key=lambda test: self.tests[test])
+        spent = accumulate(self.tests[test][0] for test in ranked)
+        return [test for test, until in zip(ranked, spent, strict=True) if until < LONGEST]
+
+    def _tests_near(self, file: Path) -> set[str]:
+        """Return the tests that execute a file or, where none does, one of its folder, or of the folder above."""
+        for place in (file, *file.parents):
+            inside = [each for each in self.lines.measured_files() if Path(each).is_relative_to(place)]
+            by_line = [contexts for each in inside for contexts in self.lines.contexts_by_lineno(each).values()]
+            if tests := {test for contexts in by_line for test in contexts} & self.tests.keys():
+                return tests
+        return {*self.tests}
+
+
+def run_mutations(workers: int) -> None:
+    """Try each error that is not in the log yet."""
+    record, tried = Record(), read_log()
+    copies: SimpleQueue[Path] = SimpleQueue()
+    for number in range(workers):
+        copies.put(_copy_checkout(FOLDER / f"copy-{number}"))
+    with ThreadPoolExecutor(workers) as pool, LOG.open("a", encoding="utf-8") as log:
+        waiting = [each for each in draw_mutations() if each not in tried]
+        for row in pool.map(lambda each: _try_mutation(each, record, copies), waiting):
+            log.write(json.dumps(row) + "\n")
+            log.flush()
+            sys.stdout.write(f"{row['found_by']:9} {row['file']}:{row['line']}: {row['old']} -> {row['new']}\n")
+            sys.stdout.flush()
+
+
+def _copy_checkout(copy: Path) -> Path:
+    shutil.rmtree(copy, ignore_errors=True)
+    files = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")
+    for name in filter(None, files):
+        if (ROOT / name).is_file():
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, copy / name)
+    return copy
+
+
+def _try_mutation(mutation: Mutation, record: Record, copies: SimpleQueue[Path]) -> dict[str, Any]:
+    """Return the mutation as a row, with the target that found it ("" for none) and the test."""
+    copy = copies.get()
+    before = mutation.apply(copy)
+    try:
+        for target, are_slow in TIERS.items():
+            if test := _failing_test(copy, record.choose_tests(mutation, are_slow), mutation):
+                return asdict(mutation) | {"found_by": target, "test": test}
+        return asdict(mutation) | {"found_by": "", "test": ""}
+    finally:
+        (copy / mutation.file).write_bytes(before)
+        copies.put(copy)
+
+
+def _failing_test(copy: Path, tests: Sequence[str], mutation: Mutation) -> str:
+    """Return the first test that fails, "" where none does."""
+    if not tests:
+        return ""
+    arguments = copy / "tests.txt"
+    arguments.write_text("\n".join(tests), encoding="utf-8")
+    compiled = copy / "compiled-sound"
+    if mutation.file.startswith(COMPILED):  # numba's cache must not keep the code with the error
+        shutil.rmtree(compiled := copy / "compiled-wrong", ignore_errors=True)
+    environment = os.environ | ONE_THREAD | {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(compiled)}
+    command = [sys.executable, "-B", "-m", "pytest", "-x", "-p", "no:cacheprovider", f"@{arguments}"]
+    try:
+        done = subprocess.run(
+            command, cwd=copy, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return "none ended in time"
+    if done.returncode == 0:
+        return ""
+    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED ", "ERROR "))]
+    return failed[0].split(" ")[1] if failed else "the tests do not begin"
+
+
+def read_log() -> dict[Mutation, dict[str, Any]]:
+    """Return what was found so far."""
+    lines = LOG.read_text(encoding="utf-8").splitlines() if LOG.exists() else []
+    rows = [json.loads(line) for line in lines]
+    return {Mutation(**{key: row[key] for key in Mutation.__dataclass_fields__}): row for row in rows}
+
+
+def write_table() -> None:
+    """Write what was found, and say how much of it `make test` finds."""
+    rows = list(read_log().values())
+    keys = ["group", "file", "line", "old", "new", "found_by", "test"]
+    lines = [keys, *([str(row[key]) for key in keys] for row in rows)]
+    text = "\n".join(",".join('"' + each.replace('"', '""') + '"' for each in line) for line in lines)
+    write_whole(TABLE, f"{text}\n".encode())
+    for group in (*GROUPS, ""):
+        counts = Counter(row["found_by"] for row in rows if group in ("", row["group"]))
+        found = counts["test"] + counts["test-all"]
+        share = counts["test"] / max(found, 1)
+        sys.stdout.write(f"{group or 'all':9} {found} of {counts.total()} found, {share:.0%} of these by make test\n")
+
+
+if __name__ == "__main__":
+    match sys.argv[1:]:
+        case ["record"]:
+            record_lines()
+        case ["run", *workers]:
+            run_mutations(int(workers[0]) if workers else 2)
+        case ["table"]:
+            write_table()
+        case _:
+            sys.exit(__doc__)
