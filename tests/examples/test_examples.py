@@ -23,7 +23,7 @@ from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.prerun import bench as prerun
 from seatfem.study.runs import rounds
-from tests.gallery import summary_of
+from tests.gallery import Gallery, read_summary, summary_of
 from tests.steps import Scene, load_results, load_scene, load_study, run_command, run_study, striker_of
 from tests.study.crew_at_hand import answer_here
 
@@ -186,18 +186,13 @@ def test_flapper_between_stops(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.usefixtures("short_pre_runs")
-def test_life_of_a_flapper(tmp_path: Path) -> None:
+def test_life_of_a_flapper(gallery: Gallery) -> None:
     """The margin is that of the curves at the scene's own speed and tilt, falls with the speed, and is 1 at the allowed
     one, to the width of the last bracket."""
-    fewer = {
-        "life.curves.speed": ["2 m/s", "6 m/s"],
-        "life.curves.tilt": ["0 deg", "0.1 deg"],
-        "contact.ports": 8,
-    }
-    summary = summary_of(load_scene(ROOT / "examples" / "life_of_a_flapper.toml", fewer), tmp_path)
+    run = gallery.run_of(ROOT / "examples" / "life_of_a_flapper.toml")
+    summary = read_summary(run)
     speed, tilt = (
-        np.genfromtxt(tmp_path / f"margin_over_{name}.csv", delimiter=",", skip_header=1)[:, :2].T
+        np.genfromtxt(run / f"margin_over_{name}.csv", delimiter=",", skip_header=1)[:, :2].T
         for name in ("speed", "tilt")
     )
     for (values, margins), own in ((speed, 2.0), (tilt, 0.1)):
@@ -212,12 +207,11 @@ def test_life_of_a_flapper(tmp_path: Path) -> None:
     assert summary["life_strength_source"] == "invented for this example; not a material"
 
 
-@pytest.mark.usefixtures("short_pre_runs")
-def test_suction_flapper(tmp_path: Path) -> None:
+def test_suction_flapper(gallery: Gallery) -> None:
     """Shut, opened, against the stopper, and shut again: it travels the lift, and carries the pressure in the end."""
     scene = load_scene(ROOT / "examples" / "suction_flapper.toml")
-    summary = summary_of(scene, tmp_path)
-    results = load_results(tmp_path / "result.h5")
+    run = gallery.run_of(ROOT / "examples" / "suction_flapper.toml")
+    summary, results = read_summary(run), load_results(run / "result.h5")
     seat, stopper = results["wave"], results["stopper"]
     assert seat.force[0] > 1.0
     assert summary["stopper_contact_count"] >= 1
@@ -231,11 +225,10 @@ def test_suction_flapper(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.usefixtures("short_pre_runs")
-def test_compressor_cycle(tmp_path: Path) -> None:
+def test_compressor_cycle(gallery: Gallery) -> None:
     """The reed opens once the clearance's gas has expanded to the plenum's pressure, V = 4 cm^3 5^(1/1.4) at 35.0 deg,
     stands at its stopper, closes after the bottom dead centre, and what it lets in leaves at the end of the turn."""
-    summary = summary_of(load_scene(ROOT / "examples" / "compressor_cycle.toml"), tmp_path)
+    summary = read_summary(gallery.run_of(ROOT / "examples" / "compressor_cycle.toml"))
     for turn, (opens, closes) in enumerate(zip(summary["gas_opening_deg"], summary["gas_closing_deg"], strict=True)):
         assert 35.0 < opens - 360 * turn < 40.0
         assert 190.0 < closes - 360 * turn < 240.0
@@ -304,10 +297,9 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ("name", "momentum", "least"),
     [("ring_plate", 7850 * 1e-3 * np.pi * 75e-6 * 2.0, 0.0), ("ball_on_seat", 7850 * np.pi / 6 * 10e-3**3 * 0.5, 0.97)],
 )
-@pytest.mark.usefixtures("short_pre_runs")
-def test_a_free_body_lands_once(name: str, momentum: float, least: float, tmp_path: Path) -> None:
+def test_a_free_body_lands_once(name: str, momentum: float, least: float, gallery: Gallery) -> None:
     """What it brings [N s] and takes away is the impulse; a ball keeps most: waves cross it ten times meanwhile."""
-    summary = summary_of(load_scene(ROOT / "examples" / f"{name}.toml"), tmp_path)
+    summary = read_summary(gallery.run_of(ROOT / "examples" / f"{name}.toml"))
     assert summary["contact_count"] == 1
     assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
     assert summary["restitution"] > least
