@@ -19,7 +19,6 @@ from impact.bodies.body import Body, Load
 from impact.gas.compressor import Compressor, drop, gas_history
 from impact.greens.base import Array, GreensFunction
 from impact.runs.variations import Values, narrower
-from seatfem.machine.resources import Machine
 from seatfem.structures.cache import build
 from seatfem.structures.estimates.costs import count_elements, seat_seconds
 from seatfem.structures.kinds import Structure
@@ -247,7 +246,7 @@ def _is_soon_computed(seat: Structure, method: Method, duration: float) -> bool:
         model, _ = count_elements(seat, method, duration)
     except REFUSALS:
         return False
-    return model is not None and sum(seat_seconds(model, Machine()).values()) <= SOLID_SECONDS
+    return model is not None and sum(seat_seconds(model).values()) <= SOLID_SECONDS
 
 
 def _of_parts(plan: Plan, truth: Truth) -> Iterator[Question]:

@@ -25,7 +25,6 @@ from table import RESULTS, machine, timed
 import impact
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
 from impact.runs.batch import solve_many
-from seatfem.machine.resources import Machine
 from seatfem.structures.cache import Store
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.study.planning.planner import plan_scene
@@ -71,7 +70,7 @@ def parts(folder: Path) -> dict[str, Work]:
     matrix = sparse.csr_matrix(model.K + SHIFT**2 * model.M)
     alone, lip = impact.prepare(throw(100), DT, 0.4), impact.prepare(throw(200, 64), DT, 2e-3)
     speeds = -np.random.default_rng(0).uniform(0.1, 2.0, 320)
-    scene, store, here = load_scene(SLEEVE), Store(folder / "none"), Machine()
+    scene, store = load_scene(SLEEVE), Store(folder / "none")
     return {
         "assembly, 13,000 unknowns": lambda: block(cells),
         "factorization of these": lambda: factorize(matrix, backend="pardiso"),
@@ -80,7 +79,7 @@ def parts(folder: Path) -> dict[str, Work]:
         "320 scenes side by side, 50 poles, 4,000 steps": lambda: solve_many(
             throw(50), dt=DT, duration=4000 * DT, velocities=speeds, workers=1
         ),
-        "plan of the PEEK sleeve": lambda: plan_scene(scene, here, store=store),
+        "plan of the PEEK sleeve": lambda: plan_scene(scene, store=store),
     }
 
 

@@ -168,7 +168,7 @@ def write_page(measured: Sequence[Row], drawn: Sequence[Row]) -> None:
         "# Predicted and measured cost",
         "",
         f"{len(scenes)} of {len(examples)} scenes of `examples/`: `seatfem plan SCENE`, then `seatfem run SCENE`, for",
-        f"{100 * TARGET:g} %, each a process with an empty store, one thread of linear algebra and default rates,",
+        f"{100 * TARGET:g} %, each a process with an empty store and one thread of linear algebra,",
         "beside one other program on two cores (`benchmarks/predicted.py`). Measured is the whole run, start and",
         "pictures included; a plan predicts the first round.",
         f"Left out, as newer or longer than {LONGEST} s: {left_out}.",

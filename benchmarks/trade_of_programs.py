@@ -161,7 +161,7 @@ def measure_calculix() -> list[Row]:
         path = Path(place) / "scene.toml"
         path.write_text(peer.SCENE.format(**peer.CASES[case]), encoding="utf-8")
         peer.export(path, "calculix", Path(place) / "deck")
-        time, force, _ = peer.np.loadtxt(Path(place) / "deck" / "contact.csv", delimiter=",", skiprows=1).T
+        time, force = peer.np.loadtxt(Path(place) / "deck" / "contact.csv", delimiter=",", skiprows=1).T
     count = round(peer.WIDTH / time[1])
     peak = peer.np.convolve(force[1:], peer.np.full(count, 1 / count)).max()
     values = {IMPULSE: force[1:].sum() * time[1] * (1 + found["impulse"]), PEAK: peak * (1 + found["peak"])}

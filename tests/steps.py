@@ -7,7 +7,7 @@ from impact.notices import silent
 from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_greens, load_results, save_greens
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
-from seatfem.machine.resources import Machine, Stopwatch
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.cache import Store, key_of
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import kinds_of

@@ -57,8 +57,8 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
     Raises:
         ExportError: an unknown format; a source that lacks its data.
         ReportError: a folder that contains no run.
-        SceneError, DeckError, ModelError, StorageError, UffError, GreensFunctionError, PictureError: errors of reading,
-            planning and writing.
+        SceneError, ModelError, StorageError, UffError, GreensFunctionError, PictureError: errors of reading, planning
+            and writing.
     """
     if to not in FORMATS:
         raise ExportError(f"--to: {to!r} is none of {', '.join(FORMATS)}")

@@ -174,16 +174,8 @@ def _verify_measured(common: Common) -> int:
     return DONE if all(row.as_stated for each in compared for row in each.rows) else FAILED
 
 
-def doctor(*, calibrate: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
-    """Report what is installed, what is missing, and the exact command that mends it.
-
-    Parameters
-    ----------
-    calibrate:
-        Instead measure how fast this computer is, for the predicted times of plans; best while it is idle.
-    """
-    if calibrate:
-        return _calibrate(common)
+def doctor(*, common: Common = COMMON) -> int:
+    """Report what is installed, what is missing, and the exact command that mends it."""
     checks = seatfem.machine.doctor.doctor_report()
     gaps = [check for check in checks if check.required and not check.ok]
     if not common.quiet:
@@ -191,18 +183,6 @@ def doctor(*, calibrate: Annotated[bool, Parameter(negative="")] = False, common
     for gap in gaps:
         lines(stderr=True).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
     return FAILED if gaps else DONE
-
-
-def _calibrate(common: Common) -> int:
-    seatfem.machine.libraries.require_gmsh_libraries()
-    with progress_of(common) as progress:
-        machine = seatfem.machine.calibration.calibrate(progress)
-    path = seatfem.machine.resources.calibration_file()
-    machine.save(path)
-    if not common.quiet:
-        console().print(seatfem.faces.tables.rates_table(machine.rates(), type(machine)().rates()))
-        lines().print(f"wrote {path}")
-    return DONE
 
 
 def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -> int:

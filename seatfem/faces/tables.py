@@ -62,14 +62,6 @@ def doctor_table(checks: Sequence[Check]) -> Table:
     return table
 
 
-def rates_table(measured: Mapping[str, float], default: Mapping[str, float]) -> Table:
-    """Return a table of the time per unit [s] of each kind of work on this computer, and over the default."""
-    table = Table("work", "here (s)", "over default")
-    for name, seconds in measured.items():
-        table.add_row(name.replace("_", " "), f"{seconds:.2g}", f"{seconds / default[name]:.2g}")
-    return table
-
-
 SHOWN: Final = 10
 Records = Sequence[readings.Summary]
 

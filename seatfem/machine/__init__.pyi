@@ -1,9 +1,9 @@
 # ruff: noqa: I001 (one import a module)
 from seatfem.machine import (
-    calibration as calibration,
     code as code,
     compiling as compiling,
     doctor as doctor,
     libraries as libraries,
+    rates as rates,
     resources as resources,
 )

@@ -6,16 +6,17 @@ import numba
 
 from impact.march.loop.compiled import on_file
 from impact.march.loop.marches import march_many, march_one
-from seatfem.machine.resources import Machine, cores
+from seatfem.machine import rates
+from seatfem.machine.resources import cores
 
 MARCHES: Final = (march_one, march_many)
 """Compiled time integrations of one contact, for runs, and of many, for error bars. Other loops take little time."""
 EACH: Final = 1.9  # time to compile one of them over that of the start: both took 10.7 s with a start of 2.8 s
 
 
-def compilation(rates: Machine) -> float:
+def compilation() -> float:
     """Return the time to compile the time integrations that are not in the cache of compiled code [s]."""
-    return EACH * rates.start * sum(not on_file(march) for march in MARCHES)
+    return EACH * rates.START * sum(not on_file(march) for march in MARCHES)
 
 
 def threads() -> int:

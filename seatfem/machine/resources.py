@@ -1,141 +1,23 @@
-"""Rates of this computer for every kind of work, available memory, and wall time by stage.
+"""Cores and available memory of this computer, and wall time by stage.
 
 The memory limit of a container is that of a control group, which /proc/meminfo does not contain; that of a batch system
 or a shell (``ulimit -v``) is that of the process's address space.
 """
 
-import json
 import math
 import os
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import Final, Self
+from typing import Final
 
 import psutil
 
-from impact.files.safe_files import whole_file
-from seatfem.machine.code import cache_folder
-
 if sys.platform != "win32":
     import resource
-
-
-SCHEMA = 1  # version of the file's format; raise it when the meaning of a rate changes
-FILE = "machine.json"
-
-
-class MachineError(ValueError):
-    """Error of a calibration file that cannot be used; the message names file, key and remedy."""
-
-
-@dataclass(frozen=True)
-class Machine:
-    """Time per unit of each kind of work [s].
-
-    Attributes:
-        start: start of the program, from the command to the first stage.
-        compiled: loading of compiled code from the cache at its first call.
-        meshing_start: start of a gmsh process.
-        element: a tetrahedron of order 2, meshed, read and checked.
-        entry: an entry of a stiffness matrix, assembled.
-        factor_start: fixed time of any factorization.
-        factor: a factorization, over unknowns^1.47.
-        solve: a solution with a factor, over unknowns^(4/3).
-        product: an entry of the stiffness matrix, in all products that a Krylov vector takes.
-        inner: an unknown in the inner product of two Krylov vectors, twice.
-        check: the error estimate for each Krylov vector.
-        pole: a pole in one time step, integrated and evaluated again for the energies.
-        step: a time step without its poles, with its measures.
-        stress: a time step and mode of the reed, in the search for the largest stress.
-        value: a number written to a compressed file.
-        sheet: a picture of curves.
-        view: a picture of a body, rendered.
-        face: a triangle of such a picture.
-        origin: source of the rates, in words.
-    """
-
-    start: float = 2.0
-    compiled: float = 0.12
-    meshing_start: float = 0.17
-    element: float = 8.0e-5
-    entry: float = 6.5e-8
-    factor_start: float = 0.01
-    factor: float = 9.0e-8
-    solve: float = 7.7e-9
-    product: float = 1.13e-8
-    inner: float = 1.2e-9
-    check: float = 6.0e-4
-    pole: float = 1.7e-9
-    step: float = 2.2e-7
-    stress: float = 2.5e-9
-    value: float = 5.9e-8
-    sheet: float = 0.22
-    view: float = 0.12
-    face: float = 1.2e-5
-    origin: str = "default rates; seatfem doctor --calibrate measures this computer's"
-
-    def __post_init__(self) -> None:
-        for name, value in self.rates().items():
-            if not (math.isfinite(value) and value > 0):
-                raise MachineError(f"{name} = {value}: a rate must be positive and finite")
-
-    def rates(self) -> dict[str, float]:
-        """Return the seconds of each rate by name."""
-        return {key: value for key, value in asdict(self).items() if key != "origin"}
-
-    @classmethod
-    def known(cls) -> Self:
-        """Return the rates measured on this computer, or the defaults.
-
-        Raises:
-            MachineError: the calibration file is damaged.
-        """
-        path = calibration_file()
-        return cls.load(path) if path.is_file() else cls()
-
-    @classmethod
-    def load(cls, path: Path) -> Self:
-        """Return the rates in a file written by `save`.
-
-        Raises:
-            MachineError: the file is damaged, or of another version of the format.
-        """
-        remedy = f"measure again with seatfem doctor --calibrate, or delete {path}"
-        try:
-            data = json.loads(path.read_text(encoding="utf-8"))
-            schema, rates = data["schema"], {key: float(value) for key, value in data["rates"].items()}
-        except (
-            OSError,
-            ValueError,
-            LookupError,
-            TypeError,
-            AttributeError,
-            ArithmeticError,
-            RecursionError,
-        ) as problem:
-            raise MachineError(f"{path}: no calibration can be read from it ({problem}); {remedy}") from problem
-        expected = {field.name for field in fields(cls)} - {"origin"}
-        if schema != SCHEMA or set(rates) != expected:
-            raise MachineError(f"{path}: is of another version of the program; {remedy}")
-        try:
-            return cls(**rates, origin=f"rates measured on this computer, {path}")
-        except MachineError as problem:
-            raise MachineError(f"{path}: {problem}; {remedy}") from problem
-
-    def save(self, path: Path) -> None:
-        """Write the rates to a file, complete or not at all."""
-        data = {"schema": SCHEMA, "rates": self.rates()}
-        with whole_file(path) as temporary:
-            temporary.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-
-
-def calibration_file() -> Path:
-    """Return the path of the calibration file, in the folder of stored Green's functions."""
-    return cache_folder() / FILE
 
 
 def cores() -> int:

@@ -274,7 +274,7 @@ IN_STUDY = (
     "identify",
 )  # fmt: skip
 """The same of what a study is made of."""
-LEAVES = ("machine/calibration.py", "machine/doctor.py", "verify.py")
+LEAVES = ("machine/doctor.py", "verify.py")
 """What nothing but a verb imports, and which may import everything below the faces."""
 
 

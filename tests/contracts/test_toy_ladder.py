@@ -17,7 +17,7 @@ from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.scene import Run, Scene
 from seatfem.study.trade.rungs import Rungs
 from tests.gallery import load_text
-from tests.steps import Machine, error_budget, plan_scene, run_contacts, seat_of, striker_of
+from tests.steps import error_budget, plan_scene, run_contacts, seat_of, striker_of
 
 SCENE = """
 seat = { kind = "spring", stiffness = "20 N/um" }
@@ -88,7 +88,7 @@ def test_the_plan_chooses_its_value(scene: Scene, toy: Toy) -> None:
 
 def test_a_plan_pays_for_what_it_needs_alone(scene: Scene, toy: Toy) -> None:
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-    choices = Choices(PlanningContext.from_scene(scene, surrogate, Machine()))
+    choices = Choices(PlanningContext.from_scene(scene, surrogate))
     fine, coarse = (choices.cheapest(target).seat for target in (0.05, 0.9))
     assert fine.seconds - coarse.seconds == pytest.approx(PRICE)
 
@@ -97,7 +97,7 @@ def test_a_key_of_the_march_is_paid_for_too(scene: Scene, toy: Toy) -> None:
     DECLARED[DECLARED.index(toy)] = of_march = replace(toy, of_seat=False)
     try:
         surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-        choices = Choices(PlanningContext.from_scene(scene, surrogate, Machine()))
+        choices = Choices(PlanningContext.from_scene(scene, surrogate))
         steps = {option.method.time_step for option in choices.contacts}
         prices = sorted(option.seconds for option in choices.contacts)
         assert len(steps) == 1

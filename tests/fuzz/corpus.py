@@ -18,7 +18,6 @@ import impact
 from impact.march.prepared import prepare
 from impact.march.stepper import ContactStepper
 from impact.storage.hdf5 import save_checkpoint, save_greens, save_results
-from seatfem.machine.resources import Machine
 from seatfem.pictures.moving import save_moving
 from seatfem.structures.cache import Store
 from seatfem.study.sweep.runner import Outcome, append
@@ -41,7 +40,6 @@ Entry = Literal[
     "impulse-uff",
     "store",
     "journal",
-    "rates",
     "moving",
 ]
 MODEL: Final = impact.ModalGreens(
@@ -310,8 +308,6 @@ def _kept(folder: Path) -> Iterator[Specimen]:
     for key in ("0123", "4567"):
         append(folder / "journal" / "journal.jsonl", key, Outcome("done", "", 1.0, {"impulse_Ns": 1.0}))
     yield Specimen("journal", "journal.jsonl", "text", "journal")
-    Machine().save(folder / "rates" / "machine.json")
-    yield Specimen("rates", "machine.json", "text", "rates")
 
 
 KEY: Final = "0123456789abcdef" * 4

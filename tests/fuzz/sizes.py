@@ -27,7 +27,7 @@ from impact.bodies.time_series import read_time_series
 from impact.measured.frf import read_frf
 from impact.measured.reading import read_impulse_response
 from impact.storage.hdf5 import load_greens, load_results, save_greens
-from seatfem.machine.resources import Machine, peak_memory
+from seatfem.machine.resources import peak_memory
 from seatfem.pictures.moving import load_moving
 from seatfem.structures.formats.dxf import read_outline
 from seatfem.structures.formats.matrices import read_matrices
@@ -148,7 +148,6 @@ def growths() -> Iterator[Growth]:
             lambda n: '{"key": "a", "changed": {}, "outcome": {"state": "done"}}\n' * n,
             read_study_journal,
         ),
-        "machine.json": (lambda n: '{"a": [' + "1," * n + "1]}", Machine.load),
     }
     for name, (text, read) in texts.items():
         yield Growth(name, partial(_write_text, text), read)

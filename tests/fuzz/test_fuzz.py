@@ -29,7 +29,6 @@ from impact.storage.hdf5 import (
     save_results,
 )
 from seatfem.faces.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
-from seatfem.machine.resources import Machine, MachineError
 from seatfem.structures.estimates.sizes import MemoryNeedError, check_before_meshing
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
@@ -295,19 +294,15 @@ def test_the_receptance_of_an_undamped_mode_is_drawn(tmp_path: Path) -> None:
 DEEP = "[" * 100_000
 
 
-def test_logs_and_calibrations_with_broken_lines(tmp_path: Path) -> None:
-    """Lines of a log that cannot be read are skipped; a calibration says what to do."""
-    journal, log, rates = tmp_path / "journal.jsonl", tmp_path / "log.jsonl", tmp_path / "machine.json"
+def test_logs_with_broken_lines(tmp_path: Path) -> None:
+    """Lines of a log that cannot be read are skipped."""
+    journal, log = tmp_path / "journal.jsonl", tmp_path / "log.jsonl"
     append(journal, "0123", Outcome("done"))
     with journal.open("ab") as file:
         file.write(b'\xff\n7\n"a"\n[1]\n{"key": "a"}\n' + DEEP.encode())
     assert list(read_journal(journal)) == ["0123"]
     log.write_bytes(b'\xff\n7\n"a"\n[1]\n{"cell": "a"}\n' + DEEP.encode())
     assert run_battery([], log) == {}
-    for text in (DEEP, '{"schema": 1, "rates": {"start": 1' + "0" * 400 + "}}", "", "7"):
-        rates.write_text(text, encoding="utf-8")
-        with pytest.raises(MachineError, match=r"machine\.json: .*seatfem doctor --calibrate"):
-            Machine.load(rates)
 
 
 def test_cases_follow_from_their_names() -> None:

@@ -24,7 +24,6 @@ from impact.measured.reading import read_impulse_response
 from impact.storage.hdf5 import load_results, restore_checkpoint
 from seatfem.faces.cli import run_command
 from seatfem.faces.report.figures import body_figure
-from seatfem.machine.resources import Machine
 from seatfem.pictures.moving import load_moving
 from seatfem.structures.cache import VARIABLE, Store
 from seatfem.structures.formats.uff import read_impulse_response_uff
@@ -294,6 +293,5 @@ _READERS: Final[dict[str, Callable[[Path], object]]] = {
     "impulse-uff": lambda path: read_impulse_response_uff(path, ports={"contact": (7, "+z")}),
     "store": _store,
     "journal": read_journal,
-    "rates": Machine.load,
     "moving": _body,
 }

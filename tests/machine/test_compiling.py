@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from impact.march.loop.compiled import on_file
-from seatfem.machine import compiling
+from seatfem.machine import compiling, rates
 from seatfem.study.planning import planner
-from tests.steps import Machine, load_scene
+from tests.steps import load_scene
 
 SOURCE = """
 from numba import njit
@@ -36,18 +36,18 @@ def test_compiled_code_is_found_on_file_until_its_source_changes(
 
 def test_a_plan_tells_what_is_still_to_be_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiling, "on_file", lambda march: march is compiling.march_one)
-    assert compiling.compilation(Machine(start=2.0)) == pytest.approx(2.0 * compiling.EACH)
+    assert compiling.compilation() == pytest.approx(rates.START * compiling.EACH)
     monkeypatch.setattr(compiling, "on_file", lambda march: True)
-    assert compiling.compilation(Machine()) == 0.0
+    assert compiling.compilation() == 0.0
 
 
 def test_it_stands_in_the_predicted_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Asked for once a plan, as a part of its own; the other parts of two plans may differ by what was measured."""
     scene = load_scene(Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml")
     for seconds in (0.0, 7.0):
-        asked: list[Machine] = []
-        monkeypatch.setattr(planner, "compilation", lambda machine, s=seconds, asked=asked: asked.append(machine) or s)
-        cost = planner.plan_scene(scene, Machine()).cost
+        asked: list[float] = []
+        monkeypatch.setattr(planner, "compilation", lambda s=seconds, asked=asked: asked.append(s) or s)
+        cost = planner.plan_scene(scene).cost
         assert len(asked) == 1
         assert cost.parts.get("compilation", 0.0) == seconds
         assert cost.seconds == pytest.approx(sum(cost.parts.values()))

@@ -1,7 +1,5 @@
-"""Predicted element counts against real meshes, costs that grow with the work, and the file of a calibration."""
+"""Predicted element counts against real meshes, costs that grow with the work."""
 
-import json
-import math
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -10,9 +8,7 @@ from time import process_time
 import numpy as np
 import pytest
 
-from seatfem.machine import calibration
 from seatfem.machine.libraries import has_pardiso
-from seatfem.machine.resources import Machine, MachineError, calibration_file
 from seatfem.structures.estimates import costs as seat_costs
 from seatfem.structures.estimates.coarse import count_elements
 from seatfem.structures.estimates.sizes import MARGIN, counts_of, memory_need, predicted_sizes
@@ -25,7 +21,7 @@ from seatfem.structures.reduction import modal
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stopper, ValvePlate
 from seatfem.study.method import MODEL, stated_method
 from seatfem.study.planning.costs import predict_cost
-from tests.steps import DONE, load_scene, run_command
+from tests.steps import load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MESHES = EXAMPLES.parent / "meshes"
@@ -168,14 +164,14 @@ def demo(size=None, bandwidth=None, steps=None, model="axisymmetric"):
     return scene.model_copy(update={"seat": seat, "run": run})
 
 
-def cost_at(scene, level, machine):
+def cost_at(scene, level):
     """As stated, but for the level."""
-    return predict_cost(scene, stated_method(scene).replaced({MODEL: level}), machine)
+    return predict_cost(scene, stated_method(scene).replaced({MODEL: level}))
 
 
 @pytest.mark.parametrize("level", ["axisymmetric", "sector", "3d"])
 def test_finer_meshes_cost_more_time_and_memory(level):
-    costs = [cost_at(demo(size, steps=1e5), level, Machine()) for size in (1.5e-3, 1e-3, 0.5e-3, 0.3e-3)]
+    costs = [cost_at(demo(size, steps=1e5), level) for size in (1.5e-3, 1e-3, 0.5e-3, 0.3e-3)]
     for one, other in pairwise(costs):
         assert one.seconds < other.seconds
         assert one.memory <= other.memory
@@ -183,16 +179,16 @@ def test_finer_meshes_cost_more_time_and_memory(level):
 
 
 def test_more_steps_and_wider_bands_cost_more():
-    few, many = (cost_at(demo(steps=n), "axisymmetric", Machine()) for n in (1e5, 1e6))
+    few, many = (cost_at(demo(steps=n), "axisymmetric") for n in (1e5, 1e6))
     for stage in ("contact", "spring baseline", "reed stress", "error budget", "files"):
         assert few.parts[stage] < many.parts[stage]
     assert many.memory - few.memory == pytest.approx(8 * 44 * 9e5)  # histories
-    narrow, wide = (cost_at(demo(1e-3, band, 1e5), "sector", Machine()) for band in (2e5, 1e6))
+    narrow, wide = (cost_at(demo(1e-3, band, 1e5), "sector") for band in (2e5, 1e6))
     assert narrow.parts["reduction"] < wide.parts["reduction"]
 
 
 def test_parts_add_up_and_carry_the_stopwatch_s_names():
-    cost = cost_at(demo(), "axisymmetric", Machine())
+    cost = cost_at(demo(), "axisymmetric")
     assert cost.seconds == pytest.approx(sum(cost.parts.values()))
     named = {"mesh", "assembly", "reduction", "mesh error", "contact", "spring baseline", "error budget", "pictures"}
     assert named <= set(cost.parts)
@@ -206,15 +202,15 @@ def test_every_example_has_a_cost(name):
     level = {"annular": "axisymmetric", "plate": "3d", "stopper": "axisymmetric", "bar": "sector"}.get(scene.seat.kind)
     if getattr(scene.seat, "arc", None) is not None:
         level = "harmonics"
-    cost = cost_at(scene, level or "closed form", Machine())
+    cost = cost_at(scene, level or "closed form")
     assert 1.0 < cost.seconds < 2e4  # of what nobody has planned: the life of a flapper by all its arcs and modes
     assert 1e8 < cost.memory < 5e9
 
 
 def test_a_spring_and_a_rod_need_no_reduction_of_the_seat():
-    spring, waves = (cost_at(demo(0.3e-3), level, Machine()) for level in ("spring", "axisymmetric"))
+    spring, waves = (cost_at(demo(0.3e-3), level) for level in ("spring", "axisymmetric"))
     assert spring.parts["reduction"] < waves.parts["reduction"]
-    assert "mesh" not in cost_at(load_scene(EXAMPLES / "mass_on_bar.toml"), "rod", Machine()).parts
+    assert "mesh" not in cost_at(load_scene(EXAMPLES / "mass_on_bar.toml"), "rod").parts
 
 
 @pytest.mark.skipif(not has_pardiso(), reason="no MKL")
@@ -229,27 +225,19 @@ def test_large_seats_are_predicted_by_what_solves_for_them(rings, solver):
     assert seat_costs.seat_model(scene.seat, method, 1e-3, 8.0).solver == "double"  # a coarser one
     assert seat_costs.seat_model(scene.seat, replace(method, tolerance=9e-4), 1e-3).solver == "double"
     double = replace(large, solver="double")
-    both = [seat_costs.seat_seconds(each, Machine())["reduction"] for each in (large, double)]
+    both = [seat_costs.seat_seconds(each)["reduction"] for each in (large, double)]
     assert both[0] < both[1]
     assert seat_costs.seat_memory(large)[0] < 0.8 * seat_costs.seat_memory(double)[0]
-
-
-def test_costs_scale_with_the_machine():
-    scene, fast = demo(), Machine()
-    slow = replace(fast, **{name: 3 * rate for name, rate in fast.rates().items()})
-    ratio = cost_at(scene, "axisymmetric", slow).seconds / cost_at(scene, "axisymmetric", fast).seconds
-    assert ratio == pytest.approx(3)
 
 
 def test_predicting_is_quick():
     """Once the shape is known; the first time also stays far below a second."""
     scene = load_scene(EXAMPLES / "flapper_on_valve_plate.toml")
-    machine = Machine()
-    cost_at(scene, "3d", machine)
+    cost_at(scene, "3d")
     times = []
     for _ in range(5):
         start = process_time()
-        cost_at(scene, "3d", machine)
+        cost_at(scene, "3d")
         times.append(process_time() - start)
     assert min(times) < 0.05
 
@@ -257,60 +245,7 @@ def test_predicting_is_quick():
 def test_memory_of_the_demo_s_mesh_follows_the_law():
     scene = demo(1e-3, model="3d")
     sizes = scene.seat.sizes(scene.seat.mesh_spec(stated_method(scene).seat), "3d")
-    assert cost_at(scene, "3d", Machine()).memory > memory_need(sizes.counts).factorized
-
-
-def test_a_calibration_is_read_back(tmp_path):
-    machine = Machine(start=0.7, solve=3e-8)
-    machine.save(tmp_path / "machine.json")
-    again = Machine.load(tmp_path / "machine.json")
-    assert again.rates() == machine.rates()
-    assert "measured" in again.origin
-
-
-def test_the_known_machine_is_the_measured_one_or_the_default():
-    assert Machine.known() == Machine()
-    assert "default" in Machine.known().origin
-    Machine(start=0.7).save(calibration_file())
-    assert Machine.known().start == 0.7
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "no calibration can be read"),
-        ("{", "no calibration can be read"),
-        ("[1, 2]", "no calibration can be read"),
-        ('{"schema": 1, "rates": {"start": "fast"}}', "no calibration can be read"),
-        ('{"schema": 1, "rates": {"start": 1.0}}', "another version"),
-        ('{"schema": 99, "rates": {}}', "another version"),
-    ],
-)
-def test_a_damaged_calibration_is_told_with_a_remedy(tmp_path, text, words):
-    path = tmp_path / "machine.json"
-    path.write_text(text)
-    with pytest.raises(MachineError, match=words) as told:
-        Machine.load(path)
-    assert str(path) in str(told.value)
-    assert "--calibrate" in str(told.value)
-
-
-@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
-def test_rates_are_positive_and_finite(tmp_path, bad):
-    path = tmp_path / "machine.json"
-    Machine().save(path)
-    data = json.loads(path.read_text())
-    data["rates"]["solve"] = bad
-    path.write_text(json.dumps(data))
-    with pytest.raises(MachineError, match=r"solve = .*--calibrate"):
-        Machine.load(path)
-
-
-def test_doctor_calibrate_writes_the_file(monkeypatch, capsys):
-    monkeypatch.setattr(calibration, "calibrate", lambda progress: Machine(start=0.5))
-    assert run_command(["doctor", "--calibrate"]) == DONE
-    assert Machine.known().start == 0.5
-    assert str(calibration_file()) in capsys.readouterr().out.replace("\n", "")
+    assert cost_at(scene, "3d").memory > memory_need(sizes.counts).factorized
 
 
 def test_plan_and_run_agree_on_which_seats_are_small() -> None:

@@ -29,7 +29,7 @@ from seatfem.study.prerun.sensitivity import Rung, Sensitivity, no_better_than_f
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE, MUCH_SHORTER, SIMPLER
 from seatfem.study.scene import load
 from tests.as_stated import seat_of, striker_of
-from tests.steps import SAFETY, Machine, ModelError, Plan, Scene, Store, plan_scene, refine
+from tests.steps import SAFETY, ModelError, Plan, Scene, Store, plan_scene, refine
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
 ANNULAR = f"""
@@ -458,12 +458,12 @@ class TestWithoutWaves:
     def seen(*parts: str, look: float | None = None) -> PlanningContext:
         scene = scene_of(*parts)
         surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-        return PlanningContext.from_scene(scene, surrogate, Machine(), look=look)
+        return PlanningContext.from_scene(scene, surrogate, look=look)
 
     @staticmethod
     def looked_at(scene: Scene) -> Surrogate:
         surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-        return context.look_at(scene, stated_method(scene), surrogate, Machine(), Store.default(), longest=np.inf)
+        return context.look_at(scene, stated_method(scene), surrogate, Store.default(), longest=np.inf)
 
     @staticmethod
     def level_of(seen: PlanningContext) -> str:
@@ -507,7 +507,7 @@ class TestWithoutWaves:
         found = without_waves(self.seen(BENT))
         assert not found.measured
 
-        notes = plan_scene(scene_of(BENT), Machine()).notes
+        notes = plan_scene(scene_of(BENT)).notes
         assert any("rests on an estimate of the seat (contact face of" in note for note in notes)
 
     @pytest.mark.parametrize("greens", [{"method": "second_order"}, {"method": "transient"}, {"max_vectors": 3}])
@@ -536,7 +536,7 @@ class TestWithoutWaves:
         assert along.band == seat.band is not None
 
     def test_the_plan_tells_by_what_it_knows(self) -> None:
-        reason = plan_scene(scene_of(CONE), Machine()).choice("seat.model").reason
+        reason = plan_scene(scene_of(CONE)).choice("seat.model").reason
         assert "without waves: " in reason
         assert "measured on a coarse mesh of the seat" in reason
         assert "enough" not in reason
@@ -547,7 +547,7 @@ def choices_of(*parts: str, **more: object) -> Choices:
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     bench = Bench(scene, surrogate.greens, locate_contact_window(scene, surrogate.greens))
     sensitivity = Sensitivity(bench, scene.accuracy.measures, 1e-4, exact=surrogate.exact)
-    return Choices(PlanningContext(scene, stated_method(scene), surrogate, sensitivity, Machine.known()))
+    return Choices(PlanningContext(scene, stated_method(scene), surrogate, sensitivity))
 
 
 @cached

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from seatfem.machine.resources import Machine
+from seatfem.machine import rates
 from seatfem.structures.estimates.sizes import (
     COARSE_UNKNOWNS,
     KRYLOV_VECTORS,
@@ -172,21 +172,21 @@ def _sizes_of(mesh: SeatMesh) -> Sizes:
     return Sizes(mesh.quality.elements, mesh.quality.nodes, surface, counts_of(mesh))
 
 
-def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> Mapping[str, float]:
+def seat_seconds(model: SeatModel, *, static: bool = False) -> Mapping[str, float]:
     """Return the times of mesh, assembly and reduction [s]; ``static``: with one static solution as the reduction."""
     counts, sizes = model.sizes.counts, model.sizes
     weight = SECTION_ELEMENT if model.section else (HEXAHEDRON if model.hexahedra else 1.0)
     effort, solver = SECTION_FACTOR if model.section else 1.0, "double" if static else model.solver
-    assembly = counts.nnz * rates.entry * (SECTION_ENTRY if model.section else 1.0)
+    assembly = counts.nnz * rates.ENTRY * (SECTION_ENTRY if model.section else 1.0)
     n, vectors = counts.dof, 1.0 if static else model.vectors
-    product, single = rates.product * counts.nnz, solver != "double"
+    product, single = rates.PRODUCT * counts.nnz, solver != "double"
     factorized = n / COARSE_UNKNOWNS if solver == "two grids" else n
-    factor = rates.factor_start + effort * rates.factor * factorized**1.47 * (SINGLE_FACTOR if single else 1.0)
-    solve = effort * rates.solve * n ** (4 / 3) * (SINGLE_SOLVE if single else 1.0)
+    factor = rates.FACTOR_START + effort * rates.FACTOR * factorized**1.47 * (SINGLE_FACTOR if single else 1.0)
+    solve = effort * rates.SOLVE * n ** (4 / 3) * (SINGLE_SOLVE if single else 1.0)
     if solver == "two grids":
         factor, solve = factor + GRIDS_SETUP * product, GRIDS_SOLVE * product
-    vector = solve + product + rates.check + rates.inner * n * vectors
-    mesh = (rates.meshing_start if model.drawn else 0.0) + sizes.elements * weight * rates.element
+    vector = solve + product + rates.CHECK + rates.INNER * n * vectors
+    mesh = (rates.MESHING_START if model.drawn else 0.0) + sizes.elements * weight * rates.ELEMENT
     if model.runs == 1.0:
         return {"mesh": mesh, "assembly": assembly, "reduction": factor + vectors * vector}
     around = model.runs * (factor + vectors * vector + assembly) + STATIC_HARMONICS * (factor + assembly)

@@ -245,10 +245,10 @@ def _costs(
     over_band, model = UNCOUNTED * band, elements.model
     if model is None:
         return {"seconds": over_band * tolerance**TOLERANCE_POWER}
-    ratio, rates = tolerance / elements.tolerance, context.machine
+    ratio = tolerance / elements.tolerance
     own = model.stricter(ratio)
     models = [own] if elements.coarser is None else [own, elements.coarser.stricter(ratio)]
-    seconds = sum(sum(seat_seconds(each, rates, static=static).values()) for each in models)
+    seconds = sum(sum(seat_seconds(each, static=static).values()) for each in models)
     seconds += 0.0 if own.drawn else over_band
     return {"seconds": seconds, "memory": seat_memory(own)[0], "poles": 0.0 if static else own.poles}
 

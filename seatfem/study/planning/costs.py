@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.greens.base import GreensFunction
-from seatfem.machine.resources import Machine
+from seatfem.machine import rates
 from seatfem.structures.estimates.costs import SeatModel, count_elements, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.kinds import Structure
 from seatfem.structures.lip import Lip
@@ -42,7 +42,7 @@ SHEETS_OF_STRESS: Final = 12  # further pictures of stress: histories, hot spots
 
 
 def further_seconds(
-    scene: Scene, method: RunMethod, seat: SeatModel | None, steps: float, modes: float, contact: float, rates: Machine
+    scene: Scene, method: RunMethod, seat: SeatModel | None, steps: float, modes: float, contact: float
 ) -> Mapping[str, float]:
     """Return the time [s] that plates, gas, stress, life and their pictures add to each stage of the run's stopwatch.
 
@@ -52,28 +52,27 @@ def further_seconds(
         steps: number of time steps of the run.
         modes: number of modes of the reed.
         contact: time of the contact [s].
-        rates: rates of this computer; constants in seconds are for the default rates.
     """
-    slowness, plate = rates.start / Machine.start, scene.reed.thin_plate is not None
+    plate = scene.reed.thin_plate is not None
     parts: dict[str, float] = {}
     pictures = 0
     if plate:
-        parts[STRIKER] = slowness * MODE_OF_PLATE * modes
-        parts["error budget"] = slowness * (BUDGET_OF_PLATE[0] + BUDGET_OF_PLATE[1] * modes)
+        parts[STRIKER] = MODE_OF_PLATE * modes
+        parts["error budget"] = BUDGET_OF_PLATE[0] + BUDGET_OF_PLATE[1] * modes
         pictures += SHEETS_OF_PLATE
     if scene.gas is not None:
-        parts["error budget"] = parts.get("error budget", 0.0) + slowness * BUDGET_OF_GAS
-        parts["gas bars"] = slowness * GAS_BARS
-    everywhere = PLACES * rates.stress * steps * modes if plate else slowness * LIFE_OF_BEAM
+        parts["error budget"] = parts.get("error budget", 0.0) + BUDGET_OF_GAS
+        parts["gas bars"] = GAS_BARS
+    everywhere = PLACES * rates.STRESS * steps * modes if plate else LIFE_OF_BEAM
     if scene.stress is not None and seat is not None:
         side = seat.sizes.surface**0.5
-        parts["seat stress"] = rates.stress * SITES * side * steps * seat.poles
+        parts["seat stress"] = rates.STRESS * SITES * side * steps * seat.poles
         if isinstance(lip := method.seat.lip, Lip) and method.seat.in_arcs and seat.section:
             across = lip.width / (method.seat.rings or 1)
             waves = math.pi * lip.radius / min(across, method.seat.contact_size or across)
             first = min(steps, FIRST_BLOCK)
             peaks = EVERYWHERE * side * (first + LATER * (steps - first)) + A_LOOK * LOOKS * steps
-            parts["seat stress"] += slowness * waves * (HARMONIC + peaks)
+            parts["seat stress"] += waves * (HARMONIC + peaks)
         pictures += SHEETS_OF_STRESS
     if plate and scene.needs_stress:
         parts["reed stress"] = everywhere / 2
@@ -82,7 +81,7 @@ def further_seconds(
         pictures += SHEETS_OF_LIFE
         if scene.life.curves is not None:
             parts["life curves"] = sum(scene.life.curves.runs) / 2 * (contact + everywhere / 2)
-    parts["pictures"] = pictures * rates.sheet
+    parts["pictures"] = pictures * rates.SHEET
     return parts
 
 
@@ -107,39 +106,34 @@ PORT: Final = 0.5  # time of a pole's step for each further port, over that for 
 WEIGHTS: Final = 30  # poles that take as long as exact step weights, per log2 of the steps
 
 
-def predict_cost(
-    scene: Scene, method: RunMethod, machine: Machine | None = None, *, kept: bool = False, planning: float = 0.0
-) -> Cost:
+def predict_cost(scene: Scene, method: RunMethod, *, kept: bool = False, planning: float = 0.0) -> Cost:
     """Return the wall time by stage, as the run's own stopwatch names them, and the peak memory.
 
     Args:
         scene, method: the scene, and how it is computed; an open time step is estimated.
-        machine: rates of this computer; default: those calibrated.
         kept: whether the seat is reused, and costs nothing.
         planning: time that the plan has taken [s], which the run will take again.
 
     Raises:
-        MachineError: the calibration is damaged.
         GeometryError: the size of a CAD file cannot be read.
     """
-    rates, static = machine or Machine.known(), method.seat.static
-    duration = scene.run.duration
+    static, duration = method.seat.static, scene.run.duration
     seat, coarser = count_elements(scene.seat, method.seat, duration)
-    parts = {"program start": rates.start, "plan": max(planning, PLAN * rates.start)}
+    parts = {"program start": rates.START, "plan": max(planning, PLAN * rates.START)}
     if scene.seat.drawn is not None and scene.seat.files() and not planning:  # inspected by a gmsh process
-        parts["plan"] += rates.meshing_start
+        parts["plan"] += rates.MESHING_START
     if seat is not None and not kept:
-        parts |= seat_seconds(seat, rates, static=static)
+        parts |= seat_seconds(seat, static=static)
     if coarser is not None and not kept:
-        parts["mesh error"] = sum(seat_seconds(coarser, rates, static=static).values())
+        parts["mesh error"] = sum(seat_seconds(coarser, static=static).values())
     reed = striker_elements(scene.reed, method.reed, duration)
-    parts |= {} if reed is None else {STRIKER: sum(sum(seat_seconds(model, rates).values()) for model in reed)}
+    parts |= {} if reed is None else {STRIKER: sum(sum(seat_seconds(model).values()) for model in reed)}
     contact = _contact(scene, method, None if static else seat)
-    parts |= contact_seconds(contact, rates)
-    parts["error budget"] += _waves_beside(scene.seat, method.seat, duration, rates)
-    views = 0.0 if seat is None or seat.runs != 1.0 else _views(seat, rates, modes=not static)
-    parts["pictures"] = SHEETS * rates.sheet + views
-    further = further_seconds(scene, method, seat, contact.steps, contact.reed, parts["contact"], rates)
+    parts |= contact_seconds(contact)
+    parts["error budget"] += _waves_beside(scene.seat, method.seat, duration)
+    views = 0.0 if seat is None or seat.runs != 1.0 else _views(seat, modes=not static)
+    parts["pictures"] = SHEETS * rates.SHEET + views
+    further = further_seconds(scene, method, seat, contact.steps, contact.reed, parts["contact"])
     parts |= {stage: parts.get(stage, 0.0) + seconds for stage, seconds in further.items()}
     memory = max(_memory(seat, contact.memory), _memory(reed[0] if reed else None, contact.memory))
     if (plate := scene.reed.thin_plate) is not None:
@@ -148,11 +142,11 @@ def predict_cost(
     return Cost(sum(parts.values()), memory, parts)
 
 
-def _waves_beside(seat: Structure, method: Method, duration: float, rates: Machine) -> float:
+def _waves_beside(seat: Structure, method: Method, duration: float) -> float:
     """Return the time to solve a static seat with its waves, for the error budget [s]; 0 for other seats."""
     dynamic = method_beside(seat, method)
     model = None if dynamic is None else count_elements(seat, dynamic, duration)[0]
-    return 0.0 if model is None else sum(seat_seconds(model, rates).values())
+    return 0.0 if model is None else sum(seat_seconds(model).values())
 
 
 def striker_elements(reed: Structure, how: Method, duration: float) -> tuple[SeatModel, ...] | None:
@@ -266,31 +260,31 @@ def _step(
     return dt
 
 
-def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
+def contact_seconds(model: ContactModel) -> Mapping[str, float]:
     """Return the time of each stage from the contact to the files [s]."""
-    stress = rates.stress * model.reed if model.bends and model.reed > 1 else 0.0
+    stress = rates.STRESS * model.reed if model.bends and model.reed > 1 else 0.0
 
     def run(poles: float) -> float:
-        per_pole = rates.pole * (1 + PORT * (model.ports - 1))
-        return rates.step + per_pole * (poles + model.reed + (model.ports if model.ports > 1 else 0))
+        per_pole = rates.POLE * (1 + PORT * (model.ports - 1))
+        return rates.STEP + per_pole * (poles + model.reed + (model.ports if model.ports > 1 else 0))
 
     n = model.steps
     return {
-        "contact": rates.compiled + n * run(model.poles),
+        "contact": rates.COMPILED + n * run(model.poles),
         "spring baseline": n * run(0.0),
-        "reed stress": (2 * rates.compiled if stress else 0.0) + 2 * n * stress,
+        "reed stress": (2 * rates.COMPILED if stress else 0.0) + 2 * n * stress,
         "error budget": model.runs / 2 * n * (run(model.coarse_poles) + COARSE_STRESS * stress),
-        "files": (SAVED + OF_A_PORT * (model.ports - 1)) * n * rates.value,
+        "files": (SAVED + OF_A_PORT * (model.ports - 1)) * n * rates.VALUE,
     }
 
 
-def _views(seat: SeatModel, rates: Machine, *, modes: bool) -> float:
+def _views(seat: SeatModel, *, modes: bool) -> float:
     """Return the time for pictures of the mesh and, with ``modes``, of modes [s], drawn in another process."""
     faces, frames = seat.sizes.surface * (2 if seat.hexahedra else 1), FRAMES if modes else 0
     if seat.section:
         faces = 2 * seat.sizes.surface * SLICES + 2 * seat.sizes.elements
-        return rates.sheet + (APART * rates.start if modes else 0.0) + frames * (rates.view + faces * rates.face)
-    return APART * rates.start + (frames + MESH_VIEWS) * (rates.view + faces * rates.face)
+        return rates.SHEET + (APART * rates.START if modes else 0.0) + frames * (rates.VIEW + faces * rates.FACE)
+    return APART * rates.START + (frames + MESH_VIEWS) * (rates.VIEW + faces * rates.FACE)
 
 
 def _memory(seat: SeatModel | None, histories: float) -> float:

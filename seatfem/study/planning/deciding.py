@@ -43,7 +43,7 @@ def _priced(context: PlanningContext, option: Option, *, closed: bool) -> Option
         duration, striker = scene.run.duration, context.sensitivity.bench.striker
         model = costs.contact_model(duration / dt, dt, costs.closed_form(scene.seat, context.stated.seat))
         model = costs.with_striker(model, scene.reed, option.method, dt, duration, striker)
-        return replace(option, seconds=option.seconds + sum(costs.contact_seconds(model, context.machine).values()))
+        return replace(option, seconds=option.seconds + sum(costs.contact_seconds(model).values()))
     bare, one = (_seconds(context, option.method, dt, poles) for poles in (0.0, 1.0))
     return replace(option, seconds=option.seconds + bare, per_pole=one - bare)
 
@@ -52,7 +52,7 @@ def _seconds(context: PlanningContext, method: RunMethod, dt: float, poles: floa
     reed, duration = context.scene.reed, context.scene.run.duration
     model = costs.ContactModel(max(1.0, duration / dt), poles, 1.0, poles, costs.BUDGET_RUNS)
     model = costs.with_striker(model, reed, method, dt, duration, context.sensitivity.bench.striker)
-    return sum(costs.contact_seconds(model, context.machine).values())
+    return sum(costs.contact_seconds(model).values())
 
 
 @dataclass(frozen=True)

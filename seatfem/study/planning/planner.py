@@ -13,7 +13,6 @@ from impact.notices import Progress, silent
 from impact.quantities import in_digits, in_time, percent
 from impact.runs.variations import safety, times
 from seatfem.machine.compiling import compilation
-from seatfem.machine.resources import Machine
 from seatfem.structures import cache
 from seatfem.structures.cache import Store
 from seatfem.structures.estimates.surrogate import ERRORS
@@ -52,7 +51,6 @@ RUNGS: Final = 10  # values of each key, from the wanted one to finer ones, for 
 
 def plan_scene(
     scene: Scene,
-    machine: Machine | None = None,
     progress: Progress = silent,
     *,
     folder: Path | None = None,
@@ -63,7 +61,6 @@ def plan_scene(
 
     Args:
         scene: the scene; the keys that it states are kept.
-        machine: rates of this computer; default: those calibrated.
         folder: folder of the run, whose seat may be reused.
         store: cache of seats; default: the user's.
         without: excluded levels of the seat, or `ONE_PORT`, which a run has found too coarse.
@@ -76,12 +73,12 @@ def plan_scene(
     start = time.perf_counter()
     contact.check_step(scene)
     check_files(scene)
-    machine, target = machine or Machine.known(), scene.accuracy.target
-    compiling = compilation(machine)  # measured before the pre-runs, which compile
+    target = scene.accuracy.target
+    compiling = compilation()  # measured before the pre-runs, which compile
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
     store = Store.default() if store is None else store
-    choices = Choices(context.PlanningContext.from_scene(scene, surrogate, machine, progress, without, store))
+    choices = Choices(context.PlanningContext.from_scene(scene, surrogate, progress, without, store))
     wanted = decision = choices.cheapest(target)
     method, at_hand = _nearest_on_file(wanted, folder, store)
     if not at_hand:
@@ -90,7 +87,7 @@ def plan_scene(
     contact.check_length(scene, method.time_step or 0.0, method.seat.division.count)
     progress("planning", 0.9)
     planning = max(time.perf_counter() - start - compiling, 0.0)
-    cost = predict_cost(scene, method, machine, kept=bool(at_hand), planning=planning)
+    cost = predict_cost(scene, method, kept=bool(at_hand), planning=planning)
     plan = Plan(
         scene=scene,
         method=method,
@@ -114,7 +111,7 @@ def _alternatives(choices: Choices, decision: Decision, compiling: float, planni
         if target < 1:
             other = choices.cheapest(target)
             if other.method != decision.method:
-                cost = predict_cost(seen.scene, other.method, seen.machine, planning=planning)
+                cost = predict_cost(seen.scene, other.method, planning=planning)
                 cost = cost.after("compilation", compiling)
                 alternatives.append(Alternative(f"accuracy.target = {percent(target)}", cost, other.error))
     return tuple(alternatives)
@@ -167,7 +164,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     notes, seen = [], decision.context
     target, surrogate = plan.scene.accuracy.target, seen.surrogate
     if wanted.seat != decision.seat:
-        cost = predict_cost(plan.scene, wanted.method, seen.machine)
+        cost = predict_cost(plan.scene, wanted.method)
         meets = all(error <= target for error in wanted.error.values())
         aim = "accuracy.target" if meets else "to come as close as possible to accuracy.target"
         notes.append(
@@ -236,7 +233,7 @@ AGAIN: Final = (*costs.OF_THE_SEAT, "contact", "reed stress", "error budget")
 """Stages that every round repeats; the others happen once a run."""
 
 
-def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
+def refine(plan: Plan, source: str, factor: float = 2.0) -> Plan | None:
     """Return ``plan`` refined such that the error of one ``source`` shrinks by about ``factor``.
 
     A simpler level (spring, rod) is replaced by the next one, and one contact point by arcs; otherwise the keys of the
@@ -251,13 +248,13 @@ def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None
         ``None`` if the file states the keys of the source, or there are none.
     """
     if source in (touches.LIP, "patch") and chooses_one_port(plan.scene.contact, plan.method):
-        return plan_scene(plan.scene, machine, without=(*plan.without, validity.ONE_PORT))
+        return plan_scene(plan.scene, without=(*plan.without, validity.ONE_PORT))
     if source == "model" and plan.level in ("spring", "rod") and not plan.is_given(MODEL):
-        return plan_scene(plan.scene, machine, without=(*plan.without, plan.level))
-    return _finer_keys(plan, source, factor, machine)
+        return plan_scene(plan.scene, without=(*plan.without, plan.level))
+    return _finer_keys(plan, source, factor)
 
 
-def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None) -> Plan | None:
+def _finer_keys(plan: Plan, source: str, factor: float) -> Plan | None:
     """Return ``plan`` with finer values of the keys of ``source``; ``None`` if all are stated or at their limit."""
     factor = min(max(factor, LEAST_FINER), MOST_FINER)
     values = {
@@ -270,7 +267,7 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     if values.get(REED_BAND, math.inf) < LEAST_WIDER * (plan.method.reed.bandwidth or 0.0):
         return None
     if PORTS in values or (source == "patch" and plan.method.seat.in_arcs):
-        return _in_more_parts(plan, factor, machine)
+        return _in_more_parts(plan, factor)
     if BAND in values and plan.method.ports is not None:  # solved by modes: those of a wider band are shorter waves
         narrower = (plan.method.seat.bandwidth or 0.0) / values[BAND]
         values |= {
@@ -298,11 +295,11 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     reduced = {name: sum(share.get(name, 0.0) for share in shares.values()) for name in plan.error}
     error = {name: bar * reduced[name] / whole[name] if whole[name] else bar for name, bar in plan.error.items()}
     same_seat = source in ("time_step", "model")  # the seat of the round before is reused
-    cost = costs.predict_cost(plan.scene, method, machine, kept=same_seat)
+    cost = costs.predict_cost(plan.scene, method, kept=same_seat)
     return replace(plan, method=method, choices=choices, shares=shares, error=error, cost=cost, kept=same_seat)
 
 
-def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan | None:
+def _in_more_parts(plan: Plan, factor: float) -> Plan | None:
     """Return ``plan`` with more rings across the arcs of the lip, or twice as many arcs, whichever has the larger
     predicted error; ``None`` if its number is stated or at its limit."""
     division, measures = plan.method.seat.division, plan.scene.accuracy.judged
@@ -330,7 +327,7 @@ def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan |
     if key in plan.parts:
         gain = {name: (1 - smaller) * value for name, value in plan.parts[key].items()}
         patch = {name: max(value - gain.get(name, 0.0), 0.0) for name, value in plan.shares["patch"].items()}
-    cost = costs.predict_cost(plan.scene, method, machine)
+    cost = costs.predict_cost(plan.scene, method)
     shares = {**plan.shares, "patch": patch}
     return replace(plan, method=method, choices=choices, shares=shares, parts=parts, cost=cost, kept=False)
 
@@ -347,16 +344,16 @@ class RoundsAhead:
     further: float | None
 
 
-def rounds_ahead(plan: Plan, machine: Machine | None = None) -> RoundsAhead:
+def rounds_ahead(plan: Plan) -> RoundsAhead:
     """Return the rounds expected: one if the predicted error meets the target, else as needed or allowed."""
-    number, seconds, further = 1, plan.cost.seconds, _next(plan, machine)
+    number, seconds, further = 1, plan.cost.seconds, _next(plan)
     while not plan.meets_target and further is not None and number < MOST_ROUNDS and _again(further) <= LONGEST:
         plan, number, seconds = further, number + 1, seconds + _again(further)
-        further = _next(plan, machine)
+        further = _next(plan)
     return RoundsAhead(number, seconds, None if further is None else _again(further))
 
 
-def _next(plan: Plan, machine: Machine | None) -> Plan | None:
+def _next(plan: Plan) -> Plan | None:
     """Return ``plan`` with the largest source of the largest error refined that can be; ``None`` if a source that
     cannot exceeds the target by itself."""
     worst = max(plan.error, key=lambda name: plan.error[name], default=None)
@@ -364,7 +361,7 @@ def _next(plan: Plan, machine: Machine | None) -> Plan | None:
         return None
     contributions = {source: safety(worst) * share.get(worst, 0.0) for source, share in plan.shares.items()}
     order = sorted(contributions, key=lambda source: -contributions[source])
-    finer = {source: _finer_keys(plan, source, LEAST_FINER, machine) for source in order}
+    finer = {source: _finer_keys(plan, source, LEAST_FINER) for source in order}
     if any(finer[source] is None and contributions[source] > plan.scene.accuracy.target for source in order):
         return None
     return next((option for option in finer.values() if option is not None), None)

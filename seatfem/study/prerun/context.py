@@ -14,7 +14,6 @@ from typing import Final
 from impact.bodies.body import Body
 from impact.notices import Progress, silent
 from impact.runs.variations import NARROWER, SAFETY, times
-from seatfem.machine.resources import Machine
 from seatfem.structures.cache import Cache, Store, build
 from seatfem.structures.estimates.costs import SeatModel, count_elements, seat_model, seat_seconds
 from seatfem.structures.estimates.surrogate import ERRORS, Patch, Sizes, Surrogate, sizes_for
@@ -37,9 +36,7 @@ IMPOSSIBLE: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueE
 """Errors of a coarse seat that cannot be computed: the plan then uses its surrogate, and the run reports the error."""
 
 
-def look_at(
-    scene: Scene, stated: RunMethod, surrogate: Surrogate, machine: Machine, store: Store, longest: float
-) -> Surrogate:
+def look_at(scene: Scene, stated: RunMethod, surrogate: Surrogate, store: Store, longest: float) -> Surrogate:
     """Return the seat on a coarse mesh, struck as a whole, in place of its surrogate.
 
     Its band contains the first resonance or, where that takes too long, what the filter passes. The surrogate itself is
@@ -50,22 +47,20 @@ def look_at(
     if not leaves_open(structure, stated.given) or surrogate.exact or surrogate.patch is None:
         return surrogate
     method = coarse_method(structure, stated, surrogate.patch, run.filter_width)
-    seat = coarse_seat(structure, run.duration, method, machine, store, longest)
+    seat = coarse_seat(structure, run.duration, method, store, longest)
     if seat is None and BAND not in stated.given:
         method = replace(method, bandwidth=next_band(BAND_PER_FILTER / run.filter_width))
-        seat = coarse_seat(structure, run.duration, method, machine, store, longest)
+        seat = coarse_seat(structure, run.duration, method, store, longest)
     if seat is None or (modal := seat.greens.modal) is None or not len(modal.omega):
         return surrogate
     band = max(method.bandwidth or 0.0, float(modal.frequencies_hz.max()) / NARROWER)
     return replace(surrogate, greens=seat.greens, words=f"coarse mesh of the seat, {surrogate.words}", band=band)
 
 
-def coarse_seat(
-    seat: Structure, duration: float, method: Method, machine: Machine, store: Store, longest: float
-) -> Solved | None:
+def coarse_seat(seat: Structure, duration: float, method: Method, store: Store, longest: float) -> Solved | None:
     """Return the seat solved by a coarse method; ``None`` if it is predicted to take over ``longest`` [s], or fails."""
     model = seat_model(seat, method, duration)
-    if model is None or sum(seat_seconds(model, machine).values()) > longest:
+    if model is None or sum(seat_seconds(model).values()) > longest:
         return None
     try:
         return build(seat, method, duration, Cache(None, store), mesh_error=False)
@@ -128,7 +123,6 @@ class PlanningContext:
         stated: method with the keys that the file states, defaults, and choices by pre-runs (arcs, band of a plate).
         surrogate: the coarse or surrogate seat of the pre-runs.
         sensitivity: relative changes of the measures, by pre-runs.
-        machine: rates of the computer.
         arcs: division of the seat's lip into arcs; ``None`` if it is struck as a whole.
         one_port: errors by one contact point, if chosen in place of arcs, else ``None``.
         store: cache of seats, coarse ones included.
@@ -142,7 +136,6 @@ class PlanningContext:
     stated: RunMethod
     surrogate: Surrogate
     sensitivity: Sensitivity
-    machine: Machine
     arcs: lips.Arcs | None = None
     band: lips.PlateBand | None = None
     simpler: Mapping[str, Changes] = field(default_factory=dict)
@@ -155,7 +148,6 @@ class PlanningContext:
     def from_scene(
         scene: Scene,
         surrogate: Surrogate,
-        machine: Machine,
         progress: Progress = silent,
         without: tuple[str, ...] = (),
         store: Store | None = None,
@@ -168,7 +160,7 @@ class PlanningContext:
         store = Store.default() if store is None else store
         longest = LONGEST_LOOK[scene.seat.drawn is None or bool(scene.seat.files())] if look is None else look
         stated = stated_method(scene)
-        surrogate = look_at(scene, stated, surrogate, machine, store, longest)
+        surrogate = look_at(scene, stated, surrogate, store, longest)
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
         if scene.stopper is not None:
@@ -194,7 +186,7 @@ class PlanningContext:
         widest = math.inf if surrogate.band is None else surrogate.band
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=widest)
         return PlanningContext(
-            scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, store, longest, without
+            scene, method, surrogate, sensitivity, arcs, band, simpler, one_port, store, longest, without
         )
 
     def elements_of(self, method: Method) -> tuple[SeatModel | None, SeatModel | None]:
@@ -203,7 +195,7 @@ class PlanningContext:
 
     def coarse_seat(self, method: Method) -> Solved | None:
         """Return the seat by a coarse method; ``None`` if it is predicted to take longer than `look`, or fails."""
-        return coarse_seat(self.scene.seat, self.scene.run.duration, method, self.machine, self.store, self.look)
+        return coarse_seat(self.scene.seat, self.scene.run.duration, method, self.store, self.look)
 
     @property
     def patch(self) -> Patch | None:

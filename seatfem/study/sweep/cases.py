@@ -16,7 +16,7 @@ import scipy
 from numpy.typing import NDArray
 
 from impact.notices import Progress, silent
-from seatfem.machine import code, resources
+from seatfem.machine import code
 from seatfem.structures.cache import content_key
 from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.ladders.level import tells_waves
@@ -85,7 +85,7 @@ def start_of(plan: Plan) -> Start:
     scene, method = plan.scene, plan.method
     open_keys = [key for key in FIELDS if key.startswith("seat.") and has_key(scene, key) and not is_given(scene, key)]
     chosen = {key: method.value(key) for key in open_keys}
-    cost = predict_cost(scene, method, resources.Machine(), kept=True)
+    cost = predict_cost(scene, method, kept=True)
     choices = tuple(replace(choice, reason="") for choice in plan.choices)
     plain = replace(plan, cost=cost, alternatives=(), notes=(), choices=choices)
     return {

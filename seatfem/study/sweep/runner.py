@@ -20,7 +20,7 @@ from typing import Any, Final, Literal, get_args
 from impact.files.safe_files import check_writable
 from impact.notices import Progress, silent
 from impact.quantities import in_time
-from seatfem import machine, structures, study
+from seatfem import structures, study
 from seatfem.jobs import folders, worker
 from seatfem.jobs import folders as lines
 from seatfem.jobs.cluster import Parcel, cluster_crew, threads_of
@@ -122,9 +122,8 @@ def _carried_out(
         plan = sweeps.cases.begun(scene, start, as_it_is=once)
         if plan is None:
             scene = study.scene.load_scene(path, {**changed, **start.get("seat", {})})
-            plan = planning.planner.plan_scene(
-                scene, machine.resources.Machine(), store=structures.cache.Store(folder / "no-store")
-            )  # never written: no stored seats are used
+            empty = structures.cache.Store(folder / "no-store")  # never written: no stored seats are used
+            plan = planning.planner.plan_scene(scene, store=empty)
         result = runs.pipeline.run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in result.summary.items() if _is_scalar(value)}
     notes = result.summary[NOTES]

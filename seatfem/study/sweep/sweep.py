@@ -21,7 +21,7 @@ from impact.files.safe_files import write_whole
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
 from seatfem.jobs.folders import private_folder
-from seatfem.machine import libraries, resources
+from seatfem.machine import libraries, rates, resources
 from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
 from seatfem.study.planning.costs import OF_THE_SEAT, PROGRAM
@@ -280,14 +280,13 @@ def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
 def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
     """Return the prediction for these cases of the scene at a path. If none of the sampled scenes can be planned,
     raises the error of the first; errors of single scenes are reported in the table."""
-    machine = resources.Machine.known()
     last = len(cases) - 1
     chosen = [cases[place] for place in sorted({round(last * k / (SAMPLED - 1)) for k in range(SAMPLED)})]
     costs: list[Cost] = []
     problems: list[Exception] = []
     for case in chosen:
         try:
-            costs.append(plan_scene(load_scene(scene, case.changed), machine).cost)
+            costs.append(plan_scene(load_scene(scene, case.changed)).cost)
         except SceneError as error:
             problems.append(located(error, scene))
         except (ArithmeticError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
@@ -300,7 +299,7 @@ def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
     memory = max(PROGRAM, *(cost.memory for cost in costs))
     alone = sum(case.way != "beside" for case in cases)
     march = sum(cost.parts["contact"] for cost in costs) / len(costs)
-    start = machine.start + costs[0].parts.get("compilation", 0.0)
+    start = rates.START + costs[0].parts.get("compilation", 0.0)
     seconds = start, sum(each) / len(each), max(seats)
     return Ahead(alone, different, *seconds, memory, len(cases) - alone, LANE * march)
 
