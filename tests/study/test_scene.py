@@ -157,6 +157,14 @@ def test_bad_scenes(load: Load, old: str, new: str, message: str) -> None:
     assert messages(load, changed(old, new)) == [message]
 
 
+@pytest.mark.parametrize(("key", "value"), [("greens.backend", "slepc")])
+def test_keys_that_are_no_more_are_named_with_what_to_do(load: Load, key: str, value: str) -> None:
+    table, name = key.split(".")
+    (message,) = messages(load, changed("[reed]", f'[seat.{table}]\n{name} = "{value}"\n[reed]'))
+    assert message.startswith(f"scene.toml:9: seat.{key}: ")
+    assert "remove this" in message
+
+
 def test_everything_wrong_is_told_at_once_in_the_order_of_the_file(load: Load) -> None:
     text = changed("lip_width =", "outer_radus =")
     text = changed('"25.4 mm"', '"3 kg"', text)

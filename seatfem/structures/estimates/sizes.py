@@ -102,9 +102,9 @@ class MemoryNeed:
     factorized: float
     products: float
 
-    def of_reduction(self, method: str, *, distributed: bool = False) -> float:
-        """Return the peak of a reduction by name or "auto"; a distributed one keeps its factor in other processes."""
-        return self.factorized if _factorizes(method) and not distributed else self.products
+    def of_reduction(self, method: str) -> float:
+        """Return the peak of a reduction by name or "auto"."""
+        return self.factorized if _factorizes(method) else self.products
 
 
 def counts_of(mesh: SeatMesh) -> Counts:
@@ -143,7 +143,7 @@ def solver_of(
 ) -> Solver:
     """Return the solver by which a reduction computes its vectors, on tetrahedra, a ``section`` or ``hexahedra``."""
     named = None if method.reduction == AUTO else reduction.greens.named(method.reduction)
-    if method.distributed or hexahedra or not (named is None or named.bears_rounding):
+    if hexahedra or not (named is None or named.bears_rounding):
         return "double"
     solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)
     if solver == "two grids" and not section and method.order == 2:
@@ -159,7 +159,6 @@ def check_memory(
     size: float | None = None,
     levels: Sequence[AnyLevel] = (),
     available: float | None = None,
-    distributed: bool = False,
 ) -> MemoryNeed:
     """Return the predicted peak memory, if it is available.
 
@@ -170,13 +169,12 @@ def check_memory(
         size: element size [m], for the advice.
         levels: cheaper models that describe the seat, for the advice.
         available: available memory [bytes]; default: what the system reports, without limit if it reports nothing.
-        distributed: whether the reduction is distributed over PETSc's ranks.
 
     Raises:
         MemoryNeedError: the peak is above the available memory.
     """
     need = memory_need(counts, solver)
-    least = need.of_reduction(method, distributed=distributed)
+    least = need.of_reduction(method)
     memory = available_memory() if available is None else available
     if least <= memory:
         return need
@@ -195,9 +193,7 @@ def check_elastic(body: structure.Structure, mesh: SeatMesh | MeridianMesh, leve
     size: Any = mesh.provenance.spec.get("size")
     counts, rings = counts_of(solid := cast("SeatMesh", mesh)), method.rings or 1
     solver = solver_of(counts, method, rings, hexahedra=solid.shape == "hexahedron")
-    check_memory(
-        counts, method=method.reduction, solver=solver, size=size, levels=levels, distributed=method.distributed
-    )
+    check_memory(counts, method=method.reduction, solver=solver, size=size, levels=levels)
 
 
 def _advice(
@@ -360,7 +356,7 @@ def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method
     how = body.stated() if method is None else method
     section, hexahedra = level in ("axisymmetric", "harmonics"), spec.shape == "hex"
     need = memory_need(sizes.counts, solver_of(sizes.counts, how, how.rings or 1, section=section, hexahedra=hexahedra))
-    least, available = need.of_reduction(how.reduction, distributed=how.distributed), available_memory()
+    least, available = need.of_reduction(how.reduction), available_memory()
     if least <= MARGIN * available and sizes.elements <= MARGIN * MOST_ELEMENTS:
         return
     chosen = (

@@ -1,6 +1,5 @@
 # ruff: noqa: I001 (one import a module)
 from seatfem.structures.reduction import (
-    _slepc_ranks as _slepc_ranks,
     eigen_search as eigen_search,
     factorization as factorization,
     greens as greens,
@@ -12,7 +11,6 @@ from seatfem.structures.reduction import (
     reducer as reducer,
     harmonics as harmonics,
     second_order as second_order,
-    slepc as slepc,
     spectrum as spectrum,
     transient as transient,
 )

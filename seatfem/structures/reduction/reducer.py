@@ -64,7 +64,6 @@ class Reducer(ABC):
         diagonal_mass: whether it is meant for models with a diagonal mass; others are slow or refused.
         modal_damping: whether it accepts damping ratios, which have no sparse matrix.
         bears_rounding: whether its vectors may be rounded, by factors in single precision or iterations on two grids.
-        distributes: whether it can be distributed over PETSc's ranks.
     """
 
     name: ClassVar[str]
@@ -74,7 +73,6 @@ class Reducer(ABC):
     diagonal_mass: ClassVar[bool] = False
     modal_damping: ClassVar[bool] = True
     bears_rounding: ClassVar[bool] = False
-    distributes: ClassVar[bool] = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """Return why it cannot be used, with a remedy, or "" if it can; by default damping that couples modes."""
