@@ -91,7 +91,7 @@ class Aims:
         bandwidth: highest frequency that must be right [Hz].
         duration: how long g is needed [s].
         tolerance: largest relative error of g after a Hann pulse of width 1/bandwidth.
-        max_vectors: most Krylov vectors or Lanczos steps; ``None``: the reduction's own limit.
+        max_vectors: most Krylov vectors; ``None``: the reduction's own limit.
         backend: of sparse factorizations.
 
     Raises:
@@ -142,7 +142,7 @@ class Method:
         bandwidth: of the reduction [Hz]; ``None`` where nothing is reduced.
         tolerance: of the reduction.
         reduction: by name; "auto" chooses.
-        max_vectors: most Krylov vectors or Lanczos steps; ``None``: the reduction's own limit.
+        max_vectors: most Krylov vectors; ``None``: the reduction's own limit.
         size, contact_size: of the elements, in the bulk and on the struck faces [m]; ``None``: from the bandwidth.
         order: of the elements.
         rings: parts of the struck patch, each a port; ``None``: as a file has them.

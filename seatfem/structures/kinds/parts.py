@@ -185,6 +185,8 @@ class ReductionName:
 
     def __call__(self, method: str) -> str:
         if method != AUTO and method not in self.options:
+            if method == "lanczos":
+                raise ValueError("'lanczos' is no reduction any more; remove this key, or take 'auto'")
             *first, last = map(repr, self.options)
             raise PydanticCustomError("literal_error", "unknown", {"expected": f"{', '.join(first)} or {last}"})
         return method
@@ -201,9 +203,7 @@ class GreensSettings(fields.Table):
     )
     bandwidth: fields.Frequency = fields.default("1 MHz", "highest frequency that must be right")
     tolerance: fields.Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")
-    max_vectors: int | None = Field(
-        None, ge=1, description="most Krylov vectors, or Lanczos steps; absent: the reduction's own limit"
-    )
+    max_vectors: int | None = Field(None, ge=1, description="most Krylov vectors; absent: the reduction's own limit")
 
 
 class Support(fields.Table):

@@ -4,7 +4,6 @@ from seatfem.structures.reduction import (
     factorization as factorization,
     greens as greens,
     krylov as krylov,
-    lanczos as lanczos,
     lip_modes as lip_modes,
     modal as modal,
     modes as modes,

@@ -16,13 +16,12 @@ from seatfem.structures.method import AUTO, Aims, memory
 from seatfem.structures.model import Damping, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.krylov import Krylov
-from seatfem.structures.reduction.lanczos import Lanczos
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.reducer import Reducer, Reduction, defined
 from seatfem.structures.reduction.second_order import SecondOrderKrylov
 from seatfem.structures.reduction.transient import Transient
 
-_OURS: Final[tuple[type[Reducer], ...]] = (Krylov, Modal, Transient, Lanczos, SecondOrderKrylov)
+_OURS: Final[tuple[type[Reducer], ...]] = (Krylov, Modal, Transient, SecondOrderKrylov)
 
 
 def reducers() -> Mapping[str, Reducer]:
@@ -99,11 +98,11 @@ def greens_function(
             makes g vanish before (`method.memory`). A longer run is refused.
         tolerance: largest estimated relative error.
         damping_ratio: uniform modal damping ratio, added to the model's own damping: C and loss factors.
-        method: "krylov" (one factorization, Ritz pairs), "lanczos" (diagonal mass, products only), "modes"
-            (eigensolve + residual flexibility), "second_order" (any C: complex poles), "transient" (any C: time
-            stepping). "auto" chooses; ``origin["reason"]`` says why, with numbers.
-        max_vectors: most Krylov vectors, or Lanczos steps; default 800, for a second-order space 500, for Lanczos
-            20,000; not used by modes and time stepping.
+        method: "krylov" (one factorization, Ritz pairs), "modes" (eigensolve + residual flexibility), "second_order"
+            (any C: complex poles), "transient" (any C: time stepping). "auto" chooses; ``origin["reason"]`` says why,
+            with numbers.
+        max_vectors: most Krylov vectors; default 800, for a second-order space 500; not used by modes and time
+            stepping.
         ports: names of the ports to use; default: all of the model's.
         backend: sparse factorization.
         progress: called with the stage and the fraction done.

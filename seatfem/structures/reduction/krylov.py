@@ -175,7 +175,7 @@ class Krylov(Reducer):
         basis = space.basis
         if (lost := basis.orthogonality_error()) > 1e-8:
             raise ConvergenceError(
-                f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8); use method='lanczos'"
+                f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8); use method='modes'"
             )
         modes = _converged(basis, space.omega, space.coefficients, aims.band)
         origin = {
