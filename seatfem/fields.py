@@ -73,6 +73,9 @@ class Table(BaseModel):
     """Names of other kinds, each with keys of this one: a table with such a name and one of these keys means this
     kind."""
 
+    former: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """Keys that are no more, and what to do about each."""
+
     def given_keys(self, *keys: str) -> list[str]:
         """Return those of the ``keys`` that have a value."""
         return [key for key in keys if getattr(self, key) is not None]

@@ -3,7 +3,6 @@ from seatfem.jobs import (
     desk as desk,
     folders as folders,
     processes as processes,
-    program as program,
     cluster as cluster,
     worker as worker,
 )

@@ -66,10 +66,7 @@ def started_by() -> str:
 
 
 class LineWorker:
-    """Worker whose module calls `answer_lines`, so that it answers each line with one line; ``with`` ends it.
-
-    Raises `TimeoutError` if the worker is not ready within ``ready_within`` seconds.
-    """
+    """Worker whose module calls `answer_lines`, so that it answers each line with one line; ``with`` ends it."""
 
     def __init__(
         self,
@@ -78,7 +75,6 @@ class LineWorker:
         log: Path,
         own_session: bool = False,
         environment: Mapping[str, str] | None = None,
-        ready_within: float | None = None,
     ) -> None:
         self._process = start_worker(
             module, *arguments, log=log, answers=True, environment=environment, own_session=own_session
@@ -86,7 +82,7 @@ class LineWorker:
         self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=self._listen, daemon=True).start()
         try:
-            if not self._answer(ready_within):  # it ended before it was ready: each later answer is "", too
+            if not self._answer(None):  # it ended before it was ready: each later answer is "", too
                 self._answers.put("")
         except BaseException:
             self.end()
@@ -111,14 +107,6 @@ class LineWorker:
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(1.0)
         return self._process.returncode
-
-    def finish(self, patience: float) -> None:
-        """Close the worker's input, and let it end within ``patience`` seconds."""
-        assert self._process.stdin is not None
-        with suppress(BrokenPipeError):
-            self._process.stdin.close()
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(patience)
 
     def end(self) -> None:
         """End the worker at once."""

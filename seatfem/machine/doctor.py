@@ -19,7 +19,6 @@ from seatfem.machine.libraries import (
     GMSH_LIBRARIES,
     apt_command,
     missing_packages,
-    petsc_setting,
     picture_library_gap,
     select_offscreen_window,
 )
@@ -104,12 +103,12 @@ class Check:
 
 
 def doctor_report() -> tuple[Check, ...]:
-    """Check the interpreter, libraries, extras, processors, cache, gmsh, PARDISO, off-screen rendering and PETSc.
+    """Check the interpreter, libraries, extras, processors, cache, gmsh, PARDISO and off-screen rendering.
 
     gmsh, PARDISO and VTK are tested in separate processes, because a missing system library can crash them.
     """
     with ThreadPoolExecutor(max_workers=2) as pool:
-        tried = pool.map(lambda check: check(), (check_gmsh, check_pardiso, check_pictures, check_petsc))
+        tried = pool.map(lambda check: check(), (check_gmsh, check_pardiso, check_pictures))
         limits = [f"{name}={os.environ[name]}" for name in _THREAD_VARIABLES if name in os.environ]
         needed = sys.version_info >= (3, 11)
         extras = requirements()
@@ -170,16 +169,6 @@ def check_pictures() -> Check:
     select_offscreen_window()
     ok, detail = _try(PICTURE_PROBE)
     return Check("off-screen rendering", ok, detail, "apt-get install libegl1 libgl1-mesa-dri", required=False)
-
-
-def check_petsc() -> Check:
-    """Return the check of PETSc, which only seat.greens.backend = "slepc" needs."""
-    try:
-        setting = petsc_setting()
-    except ValueError as problem:
-        return Check("PETSc, SLEPc, MPI", False, str(problem), "unset it", required=False)
-    gap, remedy = setting.gap()
-    return Check("PETSc, SLEPc, MPI", not gap, gap or str(setting), remedy, required=False)
 
 
 def _try(code: str) -> tuple[bool, str]:

@@ -219,9 +219,8 @@ def warn(text: str) -> None:
 def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> str:
     """Return a hash of all on which a Green's function depends, including the code and whether its mesh error is known.
 
-    Files count by content, not by name, with all that they include. Open settings of the method do not count, nor does
-    its backend, which changes g by less than the tolerance, as another sparse factorization does. For a kind, a shape
-    or a reduction of another package, the file that defines it counts.
+    Files count by content, not by name, with all that they include. Open settings of the method do not count.
+    For a kind, a shape or a reduction of another package, the file that defines it counts.
     """
     return next(keys_of(structure, (method,), mesh_error=mesh_error))
 
@@ -234,7 +233,7 @@ def keys_of(structure: Structure, methods: Iterable[Method], *, mesh_error: bool
         if isinstance(file := getattr(structure, key), Path):
             parts[key] = sorted(content_hash(part) for part in formats.mesh_files.all_files(file))
     for method in methods:
-        how = {key: value for key, value in vars(method).items() if value is not None and key != "backend"}
+        how = {key: value for key, value in vars(method).items() if value is not None}
         if how.get("rings") == 1:
             del how["rings"]
         how |= {name: lip.content for name in ("lip", "behind") if (lip := getattr(method, name)) is not None}

@@ -260,7 +260,7 @@ def _around(
     assert arc is not None
     build = partial(_harmonic, body, mesh, rings)
     patches = {name: harmonics.RingPatch(0.0, arc, name) for name in ring_names("contact", rings)}
-    aims = replace(_aims(body, method, duration), distributed=False)
+    aims = _aims(body, method, duration)
     with watch("reduction"):
         try:
             greens = harmonics.combine_harmonics(build, patches, aims, body.damping_ratio, progress=progress)
@@ -301,7 +301,7 @@ def _harmonic(body: Elastic, mesh: AnyMesh, rings: int, harmonic: int) -> Second
 def _aims(body: Reduced, method: Method, duration: float) -> Aims:
     assert method.bandwidth is not None
     remembered = body.memory(method, duration)
-    return Aims(method.bandwidth, remembered, method.tolerance, method.max_vectors, distributed=method.distributed)
+    return Aims(method.bandwidth, remembered, method.tolerance, method.max_vectors)
 
 
 def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:

@@ -26,8 +26,6 @@ Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
 """Models of a body by finite elements, or by a rod in their place."""
 AnyLevel = Literal["closed form", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"]
 """All models of a body: `Level`, closed forms, and the static compliance of finite elements alone."""
-Engine = Literal["built-in", "slepc"]
-"""Solver of the reduction: this process, or PETSc and SLEPc on several ranks."""
 
 LEFT: Final = 1e-3  # share of a motion that counts as forgotten
 LOWEST: Final = 0.1  # lowest frequency of interest, over the band; every reduction finds slower motions first
@@ -93,9 +91,8 @@ class Aims:
         bandwidth: highest frequency that must be right [Hz].
         duration: how long g is needed [s].
         tolerance: largest relative error of g after a Hann pulse of width 1/bandwidth.
-        max_vectors: most Krylov vectors or Lanczos steps; ``None``: the reduction's own limit.
+        max_vectors: most Krylov vectors; ``None``: the reduction's own limit.
         backend: of sparse factorizations.
-        distributed: whether it is done on the ranks of PETSc and SLEPc.
 
     Raises:
         ModelError: a number that is not positive and finite.
@@ -106,7 +103,6 @@ class Aims:
     tolerance: float
     max_vectors: int | None = None
     backend: Backend = "auto"
-    distributed: bool = False
 
     def __post_init__(self) -> None:
         for name in ("bandwidth", "duration", "tolerance"):
@@ -146,8 +142,7 @@ class Method:
         bandwidth: of the reduction [Hz]; ``None`` where nothing is reduced.
         tolerance: of the reduction.
         reduction: by name; "auto" chooses.
-        max_vectors: most Krylov vectors or Lanczos steps; ``None``: the reduction's own limit.
-        backend: what reduces; the result does not depend on it.
+        max_vectors: most Krylov vectors; ``None``: the reduction's own limit.
         size, contact_size: of the elements, in the bulk and on the struck faces [m]; ``None``: from the bandwidth.
         order: of the elements.
         rings: parts of the struck patch, each a port; ``None``: as a file has them.
@@ -161,7 +156,6 @@ class Method:
     tolerance: float = 0.01
     reduction: str = "auto"
     max_vectors: int | None = None
-    backend: Engine = "built-in"
     size: float | None = None
     contact_size: float | None = None
     order: int = 2
@@ -190,11 +184,6 @@ class Method:
         arcs, rings = division.arcs, division.rings
         lip = None if self.lip is None else replace(self.lip, arcs=arcs, rings=rings)  # type: ignore[type-var]
         return replace(self, rings=rings, lip=lip)
-
-    @property
-    def distributed(self) -> bool:
-        """Return whether PETSc's ranks reduce it; arcs of a lip and statics are computed in this process."""
-        return self.backend == "slepc" and not (self.in_arcs or self.static)
 
     @property
     def exact(self) -> bool:

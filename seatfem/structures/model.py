@@ -253,12 +253,6 @@ class SecondOrderModel:
         """Return the number of unknowns."""
         return int(self.M.shape[0])
 
-    @cached_property
-    def mass_is_diagonal(self) -> bool:
-        """Return whether M couples no two unknowns, as a nodal mass does."""
-        rows = np.repeat(np.arange(self.size), np.diff(self.M.indptr))
-        return bool(np.all(self.M.data[rows != self.M.indices] == 0))
-
     @property
     def port_names(self) -> tuple[str, ...]:
         """Return the names of the ports, in order."""

@@ -81,7 +81,6 @@ ALSO_WORDS = {
 """Names that mean something else, too: forbidden where a kind is asked for."""
 QUOTED = {
     ("structures/shapes", "*"): "a family of shapes has the name of the kind that it is drawn for",
-    ("pictures", "lanczos"): "matplotlib's way to scale pictures",
     ("study/scene/life.py", "block"): "what repeats, a key of [life]",
     ("study/planning/reasons.py", "krylov"): "a sentence that counts its vectors",
 }
@@ -134,7 +133,7 @@ def test_no_kind_law_or_reduction_is_named_outside_its_own_file() -> None:
 
 @pytest.mark.parametrize(
     "code",
-    ['x.kind == "plate"', 'match law.kind:\n  case "hertz": pass', 'x.reduction in ("lanczos",)', '{"kind": "rod"}'],
+    ['x.kind == "plate"', 'match law.kind:\n  case "hertz": pass', 'x.reduction in ("krylov",)', '{"kind": "rod"}'],
 )
 def test_the_name_is_seen_in_every_form(code: str) -> None:
     assert [asked_for for _, _, asked_for in quoted(ast.parse(code), all_names())] == [True]

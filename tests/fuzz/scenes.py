@@ -111,9 +111,6 @@ DRAWN: Final[Mapping[str, str]] = {
     + STEEL
     + BALL
     + RUN,
-    "plate-hex": '[seat]\nkind = "plate"\nports = 4\nport_radius = "3 mm"\npitch = "10 mm"\nmargin = "5 mm"\n'
-    'thickness = "4 mm"\nland_width = "1 mm"\nclamp_width = "2 mm"\n'
-    'mesh = { size = "4 mm", shape = "hex", order = 1 }\ngreens = { method = "lanczos" }\n' + STEEL + BALL + RUN,
     "flapper": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "flapper"\nroot_width = "8 mm"\n'
     'taper_length = "2 mm"\nneck_width = "6 mm"\nneck_length = "15 mm"\npaddle_diameter = "16 mm"\n'
     'thickness = "0.3 mm"\ndamping_ratio = 0.01\ncontact_radius = "5.5 mm"\ncontact_width = "1 mm"\n'

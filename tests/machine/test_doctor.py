@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from seatfem.machine import doctor
-from seatfem.machine import libraries as petsc
 from seatfem.machine import libraries as system
 from seatfem.machine.doctor import doctor_report, requirements
 
@@ -51,18 +50,6 @@ def test_the_system_packages_are_those_that_ci_installs() -> None:
     lines = needed.splitlines()
     listed = {line for line in lines if line and not line.startswith("#")}
     assert listed == {*system.GMSH_LIBRARIES.values(), *system.EGL.values()}
-
-
-def test_without_petsc_a_gap_costs_one_backend_and_names_the_packages(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(petsc.PYTHON, "/no/python")
-    monkeypatch.setenv(petsc.MPIEXEC, "/no/mpiexec")
-    found = doctor.check_petsc()
-    assert (found.ok, found.required) == (False, False)
-    packages = "python3-petsc4py python3-slepc4py openmpi-bin"
-    assert found.remedy == f"apt-get install --no-install-recommends {packages}, or set {petsc.MPIEXEC}"
-    assert set(packages.split()) <= set((ROOT / ".ci" / "apt.txt").read_text(encoding="utf-8").split())
-    monkeypatch.setenv(petsc.RANKS, "-1")
-    assert "SEATFEM_MPI_RANKS = '-1'" in doctor.check_petsc().detail
 
 
 @pytest.mark.usefixtures("no_library")

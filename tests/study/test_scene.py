@@ -135,10 +135,9 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
          "scene.toml:18: run.time_step: 2 ms must leave at least two steps in 3 ms"),
         (
             "[run]",
-            "[seat.greens]\nmethod = 'lancos'\n[run]",
-            "scene.toml:17: seat.greens.method: 'lancos' is not one of 'auto', 'krylov', 'modes', 'transient', "
-            "'lanczos', "
-            "'second_order'; did you mean 'lanczos'?",
+            "[seat.greens]\nmethod = 'krilov'\n[run]",
+            "scene.toml:17: seat.greens.method: 'krilov' is not one of 'auto', 'krylov', 'modes', 'transient', "
+            "'second_order'; did you mean 'krylov'?",
         ),
         ("[run]", "[[seat.supports]]\nkind = 'foundation'\non = 'rim'\nnormal = '2 GPa'\n[run]",
          "scene.toml:19: seat.supports.0.normal: '2 GPa' is a pressure; a bedding is needed, e.g. '2 GPa/mm'"),
@@ -155,6 +154,14 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
 )  # fmt: skip
 def test_bad_scenes(load: Load, old: str, new: str, message: str) -> None:
     assert messages(load, changed(old, new)) == [message]
+
+
+@pytest.mark.parametrize(("key", "value"), [("greens.backend", "slepc"), ("greens.method", "lanczos")])
+def test_what_is_no_more_is_named_with_what_to_do(load: Load, key: str, value: str) -> None:
+    table, name = key.split(".")
+    (message,) = messages(load, changed("[reed]", f'[seat.{table}]\n{name} = "{value}"\n[reed]'))
+    assert message.startswith(f"scene.toml:9: seat.{key}: ")
+    assert "remove this" in message
 
 
 def test_everything_wrong_is_told_at_once_in_the_order_of_the_file(load: Load) -> None:

@@ -57,9 +57,8 @@ def block(**options):
 
 @cache
 def conical():
-    """Axisymmetric, quadrilaterals with a nodal mass."""
-    mesh = make_meridian(ConicalSeat(), MeshSpec(size=2e-3, contact_size=0.7e-3, shape="hex"))
-    return assemble_axisymmetric(mesh, STEEL, mass="nodal")
+    """Axisymmetric, triangles."""
+    return assemble_axisymmetric(make_meridian(ConicalSeat(), MeshSpec(size=2e-3, contact_size=0.7e-3)), STEEL)
 
 
 def plate():
@@ -73,11 +72,11 @@ TOGETHER = ("krylov", "modes", "transient")
 SEATS = {
     "annular": (annular, TOGETHER, 1.5e5, 4e-5),
     "annular, Rayleigh": (lambda: annular((2e4, 2e-8)), ("krylov", "transient", "second_order"), 1.5e5, 4e-5),
-    "bar": (bar, (*TOGETHER, "lanczos", "second_order"), 1.5e5, 3e-5),
-    "block": (block, (*TOGETHER, "lanczos"), 2e5, 2e-5),
-    "free block": (lambda: block(fixed=()), (*TOGETHER, "lanczos"), 2e5, 2e-5),
+    "bar": (bar, (*TOGETHER, "second_order"), 1.5e5, 3e-5),
+    "block": (block, TOGETHER, 2e5, 2e-5),
+    "free block": (lambda: block(fixed=()), TOGETHER, 2e5, 2e-5),
     "absorbing block": (lambda: block(supports=(Absorbing("side"),)), ("transient", "second_order"), 2e5, 2e-5),
-    "conical": (conical, (*TOGETHER, "lanczos"), 2e5, 4e-5),
+    "conical": (conical, TOGETHER, 2e5, 4e-5),
     "plate": (plate, TOGETHER, 6e4, 4e-5),
 }
 
@@ -101,7 +100,7 @@ def test_reductions_agree_within_their_stated_errors(seat):
         assert np.abs(response[one] - response[other]).max() / scale <= stated[one] + stated[other], (one, other)
 
 
-@pytest.mark.parametrize(("method", "ratio"), [("krylov", 0.5), ("modes", 0.1), ("lanczos", 0.0)])
+@pytest.mark.parametrize(("method", "ratio"), [("krylov", 0.5), ("modes", 0.1), ("krylov", 0.0)])
 def test_the_first_velocity_is_one_over_rho_c_area(method, ratio):
     """(2/pi) acos(zeta)/sqrt(1 - zeta^2) of it under modal damping; then g falls, with no gap or jump in between."""
     model = conical()

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 import skfem
@@ -38,7 +38,6 @@ from seatfem.structures.elements.supports import (
 )
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
 
-Mass = Literal["consistent", "nodal"]
 _FINE_RULE = 24  # degree of the quadrature over a patch whose rings end within elements
 
 
@@ -52,7 +51,6 @@ def assemble_axisymmetric(
     sliding: str | Sequence[str] = (),
     ports: Mapping[str, str] | None = None,
     order: int | None = None,
-    mass: Mass = "consistent",
     rayleigh: tuple[float, float] | None = None,
     supports: Sequence[Support] = (),
     rings: int = 1,
@@ -80,7 +78,6 @@ def assemble_axisymmetric(
         sliding: straight boundaries without normal displacement: planes, cylinders, cones.
         ports: boundary name of each port's ring; default ``{"contact": "contact"}``.
         order: 1 or 2, polynomial order of the displacement; default: that of the mesh.
-        mass: "consistent", or "nodal" for a diagonal one, see `nodal_mass_blocks`.
         rayleigh: (alpha [1/s], beta [s]) of the damping C = alpha M + beta K, on top of the materials' own.
         supports: springs and dashpots on boundaries (`elements.supports`), uniform in the angle.
         rings: number of ports into which every patch is divided, NAME_1, NAME_2, ... from the inner edge to the outer
@@ -95,8 +92,6 @@ def assemble_axisymmetric(
         raise errors.ModelError(f"harmonic = {harmonic} must be a whole number >= 0")
     if torsion and harmonic != 0:
         raise errors.ModelError(f"harmonic = {harmonic} must be 0 with torsion")
-    if mass not in get_args(Mass):
-        raise errors.ModelError(f"mass {mass!r} is unknown; choose from {', '.join(get_args(Mass))}")
     mesh = getattr(mesh, "mesh", mesh)
     section = Section.from_mesh(mesh, order)
     solids, region = assembly.solids_by_region(mesh, material)
@@ -123,7 +118,7 @@ def assemble_axisymmetric(
         name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()
     }
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
-    matrices = _matrices(section, solids, region, harmonic, torsion, mass, T)
+    matrices = _matrices(section, solids, region, harmonic, torsion, T)
     progress("assembly", 0.5)
     model = whole_model(matrices, solids, rayleigh, added, of_ports, DofMap(points, unknowns.free, mesh, T))
     progress("assembly", 1.0)
@@ -136,7 +131,6 @@ def _matrices(
     region: NDArray[np.int32],
     harmonic: int,
     torsion: bool,
-    mass: Mass,
     T: sparse.csr_array,
 ) -> Matrices:
     """Return the function that assembles (K, M) for scaled stiffness and density of each region."""
@@ -144,18 +138,13 @@ def _matrices(
     moving = T[(3 * np.arange(section.n_nodes)[:, None] + components).ravel()]
     elasticity = np.array([solid.elasticity for solid in solids])[region]
     blocks = stiffness_blocks(section, elasticity, harmonic, torsion=torsion)
-    volumes = (mass_blocks if mass == "consistent" else nodal_mass_blocks)(section, harmonic)
+    volumes = mass_blocks(section, harmonic)
     density = np.array([solid.density for solid in solids])
 
     def matrices(scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
         stiffness = section.gather(blocks * scale[region, 0][:, None, None, None, None])
-        dense = volumes * (density * scale[:, 1])[region].reshape(-1, *[1] * (volumes.ndim - 1))
-        inertia = (
-            section.gather(dense[:, :, None, :, None])
-            if dense.ndim == 3
-            else sparse.diags_array(np.bincount(section.cells.T.ravel(), dense.ravel(), section.n_nodes), format="csr")
-        )
-        inertia = sparse.kron(inertia, np.eye(len(components)), format="csr")
+        dense = volumes * (density * scale[:, 1])[region][:, None, None]
+        inertia = sparse.kron(section.gather(dense[:, :, None, :, None]), np.eye(len(components)), format="csr")
         return sparse.csr_array(moving.T @ stiffness @ moving), sparse.csr_array(moving.T @ inertia @ moving)
 
     return matrices
@@ -406,24 +395,4 @@ def mass_blocks(section: Section, harmonic: int) -> Array:
         weight = basis.dx * basis.global_coordinates().value[0] * angle_integral(harmonic)
         value = np.stack([np.broadcast_to(np.asarray(f[0]), weight.shape) for f in basis.basis], axis=1)
         out[some] = (value * weight[:, None, :]) @ value.transpose(0, 2, 1)
-    return out
-
-
-def nodal_mass_blocks(section: Section, harmonic: int) -> Array:
-    """Return the (n_cells, n_local) diagonal mass of unit density: each cell keeps its whole volume.
-
-    Quadrilaterals off the axis: the Gauss-Lobatto rule at the nodes. Triangles, and cells with nodes at r = 0, where
-    that mass is zero: the diagonal of the consistent mass, scaled (Hinton, Rock & Zienkiewicz 1976).
-    """
-    consistent = mass_blocks(section, harmonic)
-    diagonal = np.einsum("mii->mi", consistent)
-    out = np.asarray(diagonal * (consistent.sum(axis=(1, 2)) / diagonal.sum(axis=1))[:, None])
-    if section.mesh.elem.refdom.__name__ == "RefQuad":
-        nodes = np.asarray(section.element.doflocs, dtype=float).T
-        line = {2: {0: 1 / 2, 2: 1 / 2}, 3: {0: 1 / 6, 1: 4 / 6, 2: 1 / 6}}[math.isqrt(nodes.shape[1])]
-        rule = np.array([line[round(2 * x)] * line[round(2 * y)] for x, y in nodes.T])
-        mapping = section.mesh.mapping()
-        lobatto = np.abs(mapping.detDF(nodes)) * mapping.F(nodes)[0] * rule * angle_integral(harmonic)
-        free = ~np.isin(section.cells, section.on_axis).any(axis=0)
-        out[free] = lobatto[free]
     return out

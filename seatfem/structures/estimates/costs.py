@@ -206,5 +206,5 @@ def seat_memory(model: SeatModel) -> tuple[float, float]:
     """Return the peak memory of the reduction, and that of matrices, modes and mesh afterwards [bytes]."""
     counts = model.sizes.counts
     room = ROOM * 2 ** max(0, math.ceil(math.log2(max(model.vectors, 1.0) / ROOM)))
-    peak = memory_need(counts, model.solver).factorized + 8 * counts.dof * max(0.0, room - KRYLOV_VECTORS)
+    peak = memory_need(counts, model.solver) + 8 * counts.dof * max(0.0, room - KRYLOV_VECTORS)
     return peak, MATRIX_ENTRY * (counts.nnz + counts.mass_nnz) + 8 * 60 * counts.dof

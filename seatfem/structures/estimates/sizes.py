@@ -54,7 +54,6 @@ FACTORIZED_ENTRY: Final = 45  # bytes of an entry of K in its factorisation: K, 
 GRIDS_ENTRY: Final = 3.3  # memory of a reduction on two grids over that of K and M: single precision, coarse space
 COARSE_UNKNOWNS: Final = 7.0  # unknowns of the fine grid over those of the coarse one
 KRYLOV_VECTORS: Final = 150  # 100 vectors for one port, and the allocated room
-LANCZOS_VECTORS: Final = 12  # vectors of the Lanczos recursion in memory
 _COUPLES: Final = {
     ("tetrahedron", 1): (1, 2, 0, 0),
     ("tetrahedron", 2): (1, 7, 12, 6),
@@ -95,18 +94,6 @@ class Counts:
         return Counts(factor * self.dof, factor * self.nnz, factor * self.mass_nnz, self.compactness)
 
 
-@dataclass(frozen=True)
-class MemoryNeed:
-    """Predicted peak memory of reductions with and without a factorisation [bytes], without the program itself."""
-
-    factorized: float
-    products: float
-
-    def of_reduction(self, method: str, *, distributed: bool = False) -> float:
-        """Return the peak of a reduction by name or "auto"; a distributed one keeps its factor in other processes."""
-        return self.factorized if _factorizes(method) and not distributed else self.products
-
-
 def counts_of(mesh: SeatMesh) -> Counts:
     """Return the counts of K and M on a mesh; hexahedra have a diagonal mass."""
     grid = mesh.mesh
@@ -127,15 +114,15 @@ def counts_from(
     return nodes, Counts(3 * nodes, 9 * couples, 3 * (nodes if shape == "hexahedron" else couples), compact)
 
 
-def memory_need(counts: Counts, solver: Solver = "double") -> MemoryNeed:
-    """Return the peak memory of assembly and reduction with a ``solver``."""
+def memory_need(counts: Counts, solver: Solver = "double") -> float:
+    """Return the peak memory of assembly and reduction with a ``solver`` [bytes], without the program itself."""
     mass, vector = MATRIX_ENTRY * counts.mass_nnz, 8 * counts.dof
     fill = FILL * counts.compactness * counts.dof ** (4 / 3) * (1.0 if solver == "double" else 0.5)
     assembly = ASSEMBLY_ENTRY * counts.nnz + mass
     factorized = FACTORIZED_ENTRY * counts.nnz + mass + FACTOR_ENTRY * fill + KRYLOV_VECTORS * vector
     if solver == "two grids":
         factorized = GRIDS_ENTRY * (MATRIX_ENTRY * counts.nnz + mass) + KRYLOV_VECTORS * vector
-    return MemoryNeed(max(assembly, factorized), assembly + LANCZOS_VECTORS * vector)
+    return float(max(assembly, factorized))
 
 
 def solver_of(
@@ -143,7 +130,7 @@ def solver_of(
 ) -> Solver:
     """Return the solver by which a reduction computes its vectors, on tetrahedra, a ``section`` or ``hexahedra``."""
     named = None if method.reduction == AUTO else reduction.greens.named(method.reduction)
-    if method.distributed or hexahedra or not (named is None or named.bears_rounding):
+    if hexahedra or not (named is None or named.bears_rounding):
         return "double"
     solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)
     if solver == "two grids" and not section and method.order == 2:
@@ -154,35 +141,30 @@ def solver_of(
 def check_memory(
     counts: Counts,
     *,
-    method: str = "auto",
     solver: Solver = "double",
     size: float | None = None,
     levels: Sequence[AnyLevel] = (),
     available: float | None = None,
-    distributed: bool = False,
-) -> MemoryNeed:
-    """Return the predicted peak memory, if it is available.
+) -> float:
+    """Return the predicted peak memory [bytes], if it is available.
 
     Args:
         counts: counts of the model.
-        method: name of the reduction.
         solver: what solves for its vectors.
         size: element size [m], for the advice.
         levels: cheaper models that describe the seat, for the advice.
         available: available memory [bytes]; default: what the system reports, without limit if it reports nothing.
-        distributed: whether the reduction is distributed over PETSc's ranks.
 
     Raises:
         MemoryNeedError: the peak is above the available memory.
     """
     need = memory_need(counts, solver)
-    least = need.of_reduction(method, distributed=distributed)
     memory = available_memory() if available is None else available
-    if least <= memory:
+    if need <= memory:
         return need
     raise MemoryNeedError(
-        f"seat.mesh.size: {counts.dof:.3g} unknowns need about {least / GB:.2g} GB of memory, {memory / GB:.2g} GB are "
-        f"available; {', or '.join(_advice(counts, method, solver, size, levels, memory))}"
+        f"seat.mesh.size: {counts.dof:.3g} unknowns need about {need / GB:.2g} GB of memory, {memory / GB:.2g} GB are "
+        f"available; {', or '.join(_advice(counts, solver, size, levels, memory))}"
     )
 
 
@@ -195,43 +177,27 @@ def check_elastic(body: structure.Structure, mesh: SeatMesh | MeridianMesh, leve
     size: Any = mesh.provenance.spec.get("size")
     counts, rings = counts_of(solid := cast("SeatMesh", mesh)), method.rings or 1
     solver = solver_of(counts, method, rings, hexahedra=solid.shape == "hexahedron")
-    check_memory(
-        counts, method=method.reduction, solver=solver, size=size, levels=levels, distributed=method.distributed
-    )
+    check_memory(counts, solver=solver, size=size, levels=levels)
 
 
 def _advice(
-    counts: Counts, method: str, solver: Solver, size: float | None, levels: Sequence[AnyLevel], available: float
+    counts: Counts, solver: Solver, size: float | None, levels: Sequence[AnyLevel], available: float
 ) -> list[str]:
-    fraction = _fitting_fraction(counts, method, solver, available)
+    fraction = _fitting_fraction(counts, solver, available)
     coarser = (
         f"make the mesh coarser, about {fraction * counts.dof:.2g} unknowns fit"
         if size is None
         else f'use seat.mesh.size = "{1e3 * size * fraction ** (-1 / 3):.2g} mm"'
     )
-    others = [f'seat.model = "{level}"' for level in levels]
-    least, diagonal = memory_need(counts).products, counts.mass_nnz == counts.dof
-    for name, each in reduction.greens.reducers().items() if _factorizes(method) else ():
-        if not each.factorizes and (diagonal or not each.diagonal_mass) and least <= available:
-            others.append(f'seat.greens.method = "{name}" ({least / GB:.2g} GB)')
-        elif not each.factorizes and each.diagonal_mass and not diagonal:
-            others.append(f'seat.mesh.shape = "hex" with seat.greens.method = "{name}", which factorizes nothing')
-    return [coarser, *others]
+    return [coarser, *(f'seat.model = "{level}"' for level in levels)]
 
 
-def _factorizes(method: str) -> bool:
-    if method == AUTO:
-        return True
-    return reduction.greens.named(method).factorizes
-
-
-def _fitting_fraction(counts: Counts, method: str, solver: Solver, available: float) -> float:
+def _fitting_fraction(counts: Counts, solver: Solver, available: float) -> float:
     """Return the fraction of the unknowns that fits into 90 % of the memory, by bisection."""
     low, high = 0.0, 1.0
     for _ in range(40):
         middle = (low + high) / 2
-        need = memory_need(counts.scaled(middle), solver)
-        fits = need.of_reduction(method) <= 0.9 * available
+        fits = memory_need(counts.scaled(middle), solver) <= 0.9 * available
         low, high = (middle, high) if fits else (low, middle)
     return max(low, 1e-12)
 
@@ -360,8 +326,8 @@ def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method
     how = body.stated() if method is None else method
     section, hexahedra = level in ("axisymmetric", "harmonics"), spec.shape == "hex"
     need = memory_need(sizes.counts, solver_of(sizes.counts, how, how.rings or 1, section=section, hexahedra=hexahedra))
-    least, available = need.of_reduction(how.reduction, distributed=how.distributed), available_memory()
-    if least <= MARGIN * available and sizes.elements <= MARGIN * MOST_ELEMENTS:
+    available = available_memory()
+    if need <= MARGIN * available and sizes.elements <= MARGIN * MOST_ELEMENTS:
         return
     chosen = (
         ""
@@ -370,6 +336,6 @@ def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method
     )
     raise MemoryNeedError(
         f"seat.mesh.size = {1e3 * spec.size:.3g} mm{chosen}, contact_size = {1e3 * spec.patch_size:.3g} mm: about "
-        f"{sizes.elements:.2g} elements, which need about {least / GB:.2g} GB of memory, {available / GB:.2g} GB are "
+        f"{sizes.elements:.2g} elements, which need about {need / GB:.2g} GB of memory, {available / GB:.2g} GB are "
         "available; take larger elements, a lower seat.greens.bandwidth or a cheaper seat.model"
     )

@@ -42,12 +42,6 @@ class Drawn(elastic.Elastic):
     def drawn(self) -> Drawn | None:
         return self
 
-    @property
-    def is_swept(self) -> bool:
-        """Return whether it can be meshed by swept hexahedra."""
-        geometry = self.geometry()
-        return geometry.plan is not None or geometry.profile is not None
-
     mesh: parts.Mesh = fields.default({}, "how fine the finite elements are")
     model: Literal["auto", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"] = Field(
         "auto",

@@ -47,7 +47,6 @@ class Reduced(motion.Moving):
             tolerance=settings.tolerance,
             reduction=settings.method,
             max_vectors=settings.max_vectors,
-            backend=settings.backend,
         )
 
     @property

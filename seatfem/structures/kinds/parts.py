@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from seatfem import fields, units
 from seatfem.structures import materials, reduction
 from seatfem.structures.materials import NAMED_MATERIALS, named_material
-from seatfem.structures.method import AUTO, Engine
+from seatfem.structures.method import AUTO
 
 Direction = tuple[float, float, float]
 
@@ -185,6 +185,8 @@ class ReductionName:
 
     def __call__(self, method: str) -> str:
         if method != AUTO and method not in self.options:
+            if method == "lanczos":
+                raise ValueError("'lanczos' is no reduction any more; remove this key, or take 'auto'")
             *first, last = map(repr, self.options)
             raise PydanticCustomError("literal_error", "unknown", {"expected": f"{', '.join(first)} or {last}"})
         return method
@@ -194,18 +196,14 @@ class GreensSettings(fields.Table):
     """How a body's Green's function is computed from matrices."""
 
     sample: ClassVar[str] = 'bandwidth = "200 kHz"'
+    former: ClassVar[Mapping[str, str]] = {"backend": "all reductions are done by this process now; remove this key"}
 
     method: Annotated[str, AfterValidator(ReductionName())] = Field(
         AUTO, description="the reduction; auto: the cheapest that is suitable, plugins included"
     )
     bandwidth: fields.Frequency = fields.default("1 MHz", "highest frequency that must be right")
     tolerance: fields.Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")
-    max_vectors: int | None = Field(
-        None, ge=1, description="most Krylov vectors, or Lanczos steps; absent: the reduction's own limit"
-    )
-    backend: Engine = Field(
-        "built-in", description="solver library; slepc: krylov and modes on the ranks of PETSc (docs/large_seats.md)"
-    )
+    max_vectors: int | None = Field(None, ge=1, description="most Krylov vectors; absent: the reduction's own limit")
 
 
 class Support(fields.Table):

@@ -1,18 +1,15 @@
 # ruff: noqa: I001 (one import a module)
 from seatfem.structures.reduction import (
-    _slepc_ranks as _slepc_ranks,
     eigen_search as eigen_search,
     factorization as factorization,
     greens as greens,
     krylov as krylov,
-    lanczos as lanczos,
     lip_modes as lip_modes,
     modal as modal,
     modes as modes,
     reducer as reducer,
     harmonics as harmonics,
     second_order as second_order,
-    slepc as slepc,
     spectrum as spectrum,
     transient as transient,
 )

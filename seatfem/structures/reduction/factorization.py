@@ -283,12 +283,11 @@ def _pardiso(
 
 def _pardiso_message(code: int, definite: bool) -> str:
     meanings = {
-        -2: "not enough memory for the factors: use a coarser mesh, fewer dimensions, or no factorization at all "
-        "(mass='nodal' and method='lanczos')",
+        -2: "not enough memory for the factors: use a coarser mesh or fewer dimensions",
         -4: f"not positive definite or singular{_REMEDY}"
         if definite
         else "a zero pivot: the shift is an eigenvalue, move it by a part in a thousand",
-        -8: "the factors have more entries than 32-bit indices count: use method='lanczos'",
+        -8: "the factors have more entries than 32-bit indices count: use a coarser mesh or fewer dimensions",
     }
     said = meanings.get(code, "the factorization failed; try backend='superlu'")
     return f"pardiso: {said} (code {code})"

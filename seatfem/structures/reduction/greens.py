@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
-from typing import Final, Literal
+from typing import Final
 
 from impact.greens.base import GreensFunction
 from impact.notices import Progress, silent
@@ -16,13 +16,12 @@ from seatfem.structures.method import AUTO, Aims, memory
 from seatfem.structures.model import Damping, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.krylov import Krylov
-from seatfem.structures.reduction.lanczos import Lanczos
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.reducer import Reducer, Reduction, defined
 from seatfem.structures.reduction.second_order import SecondOrderKrylov
 from seatfem.structures.reduction.transient import Transient
 
-_OURS: Final[tuple[type[Reducer], ...]] = (Krylov, Modal, Transient, Lanczos, SecondOrderKrylov)
+_OURS: Final[tuple[type[Reducer], ...]] = (Krylov, Modal, Transient, SecondOrderKrylov)
 
 
 def reducers() -> Mapping[str, Reducer]:
@@ -50,21 +49,13 @@ def named(name: str) -> Reducer:
     return known[name]
 
 
-def refusal(reducer: Reducer, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-    """Return why a reduction cannot be used, in this process or distributed over PETSc's ranks; "" if it can."""
-    if aims.distributed and not reducer.distributes:
-        able = " and ".join(name for name, each in reducers().items() if each.distributes)
-        return f"backend='slepc' has {able}, not {reducer.name}: leave seat.greens.backend out, or take one of them"
-    return reducer.refusal(model, damping, aims)
-
-
 def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reducer, str]:
     """Return the cheapest reduction that can be used, and the reason in a sentence with numbers.
 
     Raises:
         ModelError: none can be used; the message gives the reason of each.
     """
-    known = [each for each in reducers().values() if each.distributes or not aims.distributed]
+    known = reducers().values()
     refused = {each.name: why for each in known if (why := each.refusal(model, damping, aims))}
     usable = [(each.cost(model, aims), each) for each in known if each.name not in refused]
     if not usable:
@@ -91,7 +82,7 @@ def greens_function(
     method: str = AUTO,
     max_vectors: int | None = None,
     ports: Sequence[str] | None = None,
-    backend: Backend | Literal["slepc"] = "auto",
+    backend: Backend = "auto",
     progress: Progress = silent,
 ) -> GreensFunction:
     """Return the driving-point and cross Green's functions of the model's ports, g = B' sin(sqrt(A) t)/sqrt(A) B, A =
@@ -107,19 +98,18 @@ def greens_function(
             makes g vanish before (`method.memory`). A longer run is refused.
         tolerance: largest estimated relative error.
         damping_ratio: uniform modal damping ratio, added to the model's own damping: C and loss factors.
-        method: "krylov" (one factorization, Ritz pairs), "lanczos" (diagonal mass, products only), "modes"
-            (eigensolve + residual flexibility), "second_order" (any C: complex poles), "transient" (any C: time
-            stepping). "auto" chooses; ``origin["reason"]`` says why, with numbers.
-        max_vectors: most Krylov vectors, or Lanczos steps; default 800, for a second-order space 500, for Lanczos
-            20,000; not used by modes and time stepping.
+        method: "krylov" (one factorization, Ritz pairs), "modes" (eigensolve + residual flexibility), "second_order"
+            (any C: complex poles), "transient" (any C: time stepping). "auto" chooses; ``origin["reason"]`` says why,
+            with numbers.
+        max_vectors: most Krylov vectors; default 800, for a second-order space 500; not used by modes and time
+            stepping.
         ports: names of the ports to use; default: all of the model's.
-        backend: sparse factorization; "slepc": krylov and modes by PETSc and SLEPc on several ranks, which the
-            environment states (docs/large_seats.md).
+        backend: sparse factorization.
         progress: called with the stage and the fraction done.
 
     Raises:
         ModelError: an unusable argument or damping. ConvergenceError: the tolerance is not reached.
-        FactorizationError: K + s^2 M is not positive definite; PETSc is not available, or has failed.
+        FactorizationError: K + s^2 M is not positive definite.
     """
     return reduce_model(
         model,
@@ -145,12 +135,11 @@ def reduce_model(
     method: str = AUTO,
     max_vectors: int | None = None,
     ports: Sequence[str] | None = None,
-    backend: Backend | Literal["slepc"] = "auto",
+    backend: Backend = "auto",
     progress: Progress = silent,
 ) -> Reduction:
     """Return the same as `greens_function`, with the modes if the reduction computes any."""
-    local: Backend = "auto" if backend == "slepc" else backend
-    aims = Aims(bandwidth, duration, tolerance, max_vectors, local, distributed=backend == "slepc")
+    aims = Aims(bandwidth, duration, tolerance, max_vectors, backend)
     return reduced(model if ports is None else model.with_ports(ports), aims, damping_ratio, method, progress)
 
 
@@ -170,14 +159,13 @@ def reduced(
     _refuse_beyond_measure(model)
     damping = model.damping.plus(damping_ratio)
     reducer, reason = choose(model, damping, aims) if named_reducer is None else (named_reducer, "asked for")
-    if why := refusal(reducer, model, damping, aims):
+    if why := reducer.refusal(model, damping, aims):
         raise ModelError(why)
     remembered = memory(damping_ratio, aims.bandwidth)
     lasting = min(aims.duration, remembered)
     reduction = reducer.reduce(model, damping, replace(aims, duration=lasting), progress)
     origin = {
         "method": reducer.name,
-        "backend": "slepc" if aims.distributed else "built-in",
         "reason": reason,
         "bandwidth_Hz": aims.bandwidth,
         "duration_s": aims.duration,

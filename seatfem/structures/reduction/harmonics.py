@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impact.greens import base, modal, oscillator
 from impact.notices import Progress, silent
-from seatfem.structures.elements.axisymmetric import Mass, assemble_axisymmetric
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Support
 from seatfem.structures.materials import Solid
 from seatfem.structures.method import AUTO, Aims
@@ -211,7 +211,6 @@ def ring_greens(
     fixed: str | Sequence[str] = "fixed",
     sliding: str | Sequence[str] = (),
     order: int | None = None,
-    mass: Mass = "consistent",
     rayleigh: tuple[float, float] | None = None,
     supports: Sequence[Support] = (),
     method: str = AUTO,
@@ -242,7 +241,6 @@ def ring_greens(
             sliding=sliding,
             ports=faces,
             order=order,
-            mass=mass,
             rayleigh=rayleigh,
             supports=supports,
             rings=rings,

@@ -6,8 +6,6 @@ Rigid-body shapes, if known, are its first vectors, with a stiffness of exactly 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -15,14 +13,12 @@ import numpy as np
 
 from impact.greens.base import ErrorEstimate
 from impact.notices import Progress, silent
-from seatfem.structures import reduction
 from seatfem.structures.method import Aims, allowed_error, cheapest_solver, compactness
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel
 from seatfem.structures.reduction import eigen_search, reducer
 from seatfem.structures.reduction.factorization import Backend, Factorization, factorize, solve_on_two_grids
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, eigen_residuals
 from seatfem.structures.reduction.reducer import USUAL, Cost, Grown, History, Reducer, Reduction, RitzSpace, factorized
-from seatfem.structures.reduction.spectrum import Spectrum
 
 
 class KrylovBasis:
@@ -126,45 +122,20 @@ _LOOSER: Final = (
 )
 
 
-@dataclass(frozen=True)
-class Here:
-    """Linear algebra in this process; `slepc.Ranks` has the same methods. ``tolerance``: that of g, from which the
-    allowed error of solves follows."""
+def begin_basis(model: SecondOrderModel, shift: float, limit: int, backend: Backend, tolerance: float) -> KrylovBasis:
+    """Return a basis about -``shift``^2 that contains the rigid motions only.
 
-    model: SecondOrderModel
-    backend: Backend
-    tolerance: float = 0.0
-
-    def factorize(self, square: float, *, allowed: float = 0.0) -> Factorization:
-        """Return the factorization of the positive definite K + ``square`` M; ``allowed``: relative error of
-        solutions."""
-        matrix = self.model.K + square * self.model.M
-        return factorize(matrix, backend=self.backend, allowed=allowed, name="K + s^2 M")
-
-    def basis(self, shift: float, limit: int) -> KrylovBasis:
-        """Return a basis about -``shift``^2 that contains the rigid motions only."""
-        model, factor, allowed = self.model, None, allowed_error(self.model.size, self.tolerance)
-        mesh: Any = None if model.dofs is None else model.dofs.mesh
-        if mesh is not None and self.backend == "auto":
-            compact = compactness(mesh.nelements, mesh.boundary_facets().size)
-            if cheapest_solver(model.size, len(model.ports), compact, self.tolerance) == "two grids":
-                factor = solve_on_two_grids(model.K + shift**2 * model.M, model.dofs, _LOOSER * allowed)
-        factor = factor or self.factorize(shift**2, allowed=allowed)
-        return KrylovBasis(self.model, factor, shift, limit, eigen_search.rigid_shapes(self.model))
-
-    def spectrum(self, progress: Progress) -> Spectrum | reduction.slepc.RanksSpectrum:
-        """Return a spectrum without any eigenpairs yet."""
-        return Spectrum(self.model, backend=self.backend, progress=progress)
-
-
-@contextmanager
-def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | reduction.slepc.Ranks]:
-    """Yield the linear algebra of this process, or that of PETSc's ranks if the aims ask for it."""
-    if not aims.distributed:
-        yield Here(model, aims.backend, aims.tolerance)
-        return
-    with reduction.slepc.on_ranks(model) as ranks:
-        yield ranks
+    ``tolerance``: that of g, from which the allowed error of solves follows.
+    """
+    factor, allowed = None, allowed_error(model.size, tolerance)
+    matrix = model.K + shift**2 * model.M
+    mesh: Any = None if model.dofs is None else model.dofs.mesh
+    if mesh is not None and backend == "auto":
+        compact = compactness(mesh.nelements, mesh.boundary_facets().size)
+        if cheapest_solver(model.size, len(model.ports), compact, tolerance) == "two grids":
+            factor = solve_on_two_grids(matrix, model.dofs, _LOOSER * allowed)
+    factor = factor or factorize(matrix, backend=backend, allowed=allowed, name="K + s^2 M")
+    return KrylovBasis(model, factor, shift, limit, eigen_search.rigid_shapes(model))
 
 
 _BLOCK = 10  # fewest vectors between two checks
@@ -191,7 +162,6 @@ class Krylov(Reducer):
 
     name = "krylov"
     bears_rounding = True
-    distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
         """Return the cost of one factorization and `USUAL` vectors for each port."""
@@ -200,15 +170,14 @@ class Krylov(Reducer):
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """Reduce as `Reducer.reduce`; raises `ConvergenceError` also if the basis loses its orthogonality."""
-        with backend_of(model, aims) as backend:
-            space = _Vectors(model, damping, aims, aims.max_vectors or self.most, backend, progress)
-            greens, error = space.converge(progress)
-            basis = space.basis
-            if (lost := basis.orthogonality_error()) > 1e-8:
-                raise ConvergenceError(
-                    f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8); use method='lanczos'"
-                )
-            modes = _converged(basis, space.omega, space.coefficients, aims.band)
+        space = _Vectors(model, damping, aims, aims.max_vectors or self.most, progress)
+        greens, error = space.converge(progress)
+        basis = space.basis
+        if (lost := basis.orthogonality_error()) > 1e-8:
+            raise ConvergenceError(
+                f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8); use method='modes'"
+            )
+        modes = _converged(basis, space.omega, space.coefficients, aims.band)
         origin = {
             "vectors": basis.size,
             "rigid_modes": basis.rigid,
@@ -222,17 +191,9 @@ class Krylov(Reducer):
 class _Vectors(RitzSpace):
     """The Krylov basis so far, and its Ritz pairs."""
 
-    def __init__(
-        self,
-        model: SecondOrderModel,
-        damping: Damping,
-        aims: Aims,
-        most: int,
-        backend: Here | reduction.slepc.Ranks,
-        progress: Progress,
-    ) -> None:
+    def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int, progress: Progress) -> None:
         super().__init__(model, damping, aims)
-        self.most, self.backend, self.progress = most, backend, progress
+        self.most, self.progress = most, progress
         undamped = damping == Damping() and damping.loss is None
         self.basis = self._start((_HIGHER if undamped else 1.0) * aims.band)
 
@@ -256,7 +217,8 @@ class _Vectors(RitzSpace):
 
     def _start(self, shift: float) -> KrylovBasis:
         self.progress("factorization", 0.0)
-        basis = self.backend.basis(shift, min(self.most, self.model.size))
+        limit = min(self.most, self.model.size)
+        basis = begin_basis(self.model, shift, limit, self.aims.backend, self.aims.tolerance)
         self.progress("factorization", 1.0)
         self.progress("reduction", 0.0)
         return basis

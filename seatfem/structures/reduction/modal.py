@@ -11,12 +11,13 @@ import numpy as np
 from impact.greens import base, modal
 from impact.greens.oscillator import error_times
 from impact.notices import Progress, silent
-from seatfem.structures import reduction
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, SecondOrderModel
-from seatfem.structures.reduction import eigen_search, krylov, reducer
+from seatfem.structures.reduction import eigen_search, reducer
+from seatfem.structures.reduction.factorization import Backend, factorize
 from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_of
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
+from seatfem.structures.reduction.spectrum import Spectrum
 
 ALL_MODES: Final = 200  # unknowns up to which all modes cost less than a Krylov space (measured)
 _FREE: Final = 0.03  # shift s over the last mode of a free body: an error of 0.1 % in its residual flexibility
@@ -40,7 +41,6 @@ class Modal(Reducer):
 
     name = "modes"
     any_time = True
-    distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
         """Return zero for a small model, for which any other reduction takes longer; else ten times Krylov's cost."""
@@ -60,34 +60,33 @@ class Modal(Reducer):
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """Reduce as `Reducer.reduce`, with all modes up to the cutoff."""
         scale = eigen_search.default_shift(model)
-        small = dense_modes(model, scale) if model.size <= DENSE and not aims.distributed else None
-        with krylov.backend_of(model, aims) as backend:
-            spectrum = backend.spectrum(progress)
-            static: tuple[float, Array, bool] | None = None
-            cutoff, count, error = 3.0 * aims.bandwidth, 0, np.inf
-            while True:
-                square = (2 * np.pi * cutoff) ** 2
-                if small is None:
-                    try:
-                        spectrum.below(square, self.most)
-                        spectrum.first(1)  # the lowest mode, even if the band is below it
-                    except eigen_search.CountError as problem:
-                        raise eigen_search.CountError(f"{problem}: use method='krylov'") from problem
-                    except eigen_search.ConvergenceError as problem:
-                        raise eigen_search.ConvergenceError(
-                            f"{problem}, and {count} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): "
-                            "use method='krylov'"
-                        ) from problem
-                modes = modes_of(spectrum, scale) if small is None else small
-                count = len(modes.omega)
-                if static is None:
-                    static = _static(model, modes, backend)
-                greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
-                if error <= aims.tolerance or (count == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
-                    break
-                cutoff *= 1.3
-            progress("reduction", 1.0)
-            return Reduction(_documented(greens, error, count, cutoff), modes)
+        small = dense_modes(model, scale) if model.size <= DENSE else None
+        spectrum = Spectrum(model, backend=aims.backend, progress=progress)
+        static: tuple[float, Array, bool] | None = None
+        cutoff, count, error = 3.0 * aims.bandwidth, 0, np.inf
+        while True:
+            square = (2 * np.pi * cutoff) ** 2
+            if small is None:
+                try:
+                    spectrum.below(square, self.most)
+                    spectrum.first(1)  # the lowest mode, even if the band is below it
+                except eigen_search.CountError as problem:
+                    raise eigen_search.CountError(f"{problem}: use method='krylov'") from problem
+                except eigen_search.ConvergenceError as problem:
+                    raise eigen_search.ConvergenceError(
+                        f"{problem}, and {count} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): "
+                        "use method='krylov'"
+                    ) from problem
+            modes = modes_of(spectrum, scale) if small is None else small
+            count = len(modes.omega)
+            if static is None:
+                static = _static(model, modes, aims.backend)
+            greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
+            if error <= aims.tolerance or (count == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
+                break
+            cutoff *= 1.3
+        progress("reduction", 1.0)
+        return Reduction(_documented(greens, error, count, cutoff), modes)
 
 
 def with_modes(
@@ -97,7 +96,7 @@ def with_modes(
 
     ``pushed``: numbers of the ports under whose impulses its error is estimated.
     """
-    static = _static(model, modes, krylov.Here(model, aims.backend), deflated=True)
+    static = _static(model, modes, aims.backend, deflated=True)
     greens, error = _of_modes(model, damping, modes, cutoff, aims, static, pushed)
     return _documented(greens, error, len(modes.omega), cutoff)
 
@@ -149,7 +148,7 @@ def modal_error(
 
 
 def _static(
-    model: SecondOrderModel, modes: Modes, backend: krylov.Here | reduction.slepc.Ranks, *, deflated: bool = False
+    model: SecondOrderModel, modes: Modes, backend: Backend, *, deflated: bool = False
 ) -> tuple[float, Array, bool]:
     """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s below truncated modes, P = 1 - M R R' with rigid modes R.
 
@@ -163,7 +162,8 @@ def _static(
     known = modes.shapes if deflated else rigid
     if known.shape[1]:
         loads = loads - model.M @ (known @ (known.T @ loads))
-    return shift**2, loads.T @ backend.factorize(shift**2).solve(loads), deflated
+    factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
+    return shift**2, loads.T @ factor.solve(loads), deflated
 
 
 def _residual_compliance(

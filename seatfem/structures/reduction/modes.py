@@ -19,8 +19,6 @@ from seatfem.structures.reduction.spectrum import Spectrum, uncounted
 if TYPE_CHECKING:
     import pandas
 
-    from seatfem.structures.reduction.slepc import RanksSpectrum
-
 __all__ = ["ConvergenceError", "Modes", "dense_modes", "eigen_residuals", "modes_of", "solve_modes"]
 
 _SURE = 1e-6  # eigenvalue over s^2 above which it is not zero, whatever the largest of K/M
@@ -125,7 +123,7 @@ def solve_modes(
     return _lowest(modes_of(spectrum, scale), most, highest)
 
 
-def modes_of(spectrum: Spectrum | RanksSpectrum, scale: float) -> Modes:
+def modes_of(spectrum: Spectrum, scale: float) -> Modes:
     """Return the modes of a spectrum, with rigid modes at exactly 0 Hz and residuals checked; ``scale``: s in `Modes`.
 
     Raises:

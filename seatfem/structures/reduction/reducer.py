@@ -60,21 +60,15 @@ class Reducer(ABC):
         name: name of the reduction.
         oscillators: whether its g is a sum of oscillators; others are convolved by step weights.
         any_time: whether its g is valid beyond the duration it was computed for, like modes of the body.
-        factorizes: whether it needs the memory of a sparse factorization.
-        diagonal_mass: whether it is meant for models with a diagonal mass; others are slow or refused.
         modal_damping: whether it accepts damping ratios, which have no sparse matrix.
         bears_rounding: whether its vectors may be rounded, by factors in single precision or iterations on two grids.
-        distributes: whether it can be distributed over PETSc's ranks.
     """
 
     name: ClassVar[str]
     oscillators: ClassVar[bool] = True
     any_time: ClassVar[bool] = False
-    factorizes: ClassVar[bool] = True
-    diagonal_mass: ClassVar[bool] = False
     modal_damping: ClassVar[bool] = True
     bears_rounding: ClassVar[bool] = False
-    distributes: ClassVar[bool] = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """Return why it cannot be used, with a remedy, or "" if it can; by default damping that couples modes."""
@@ -246,29 +240,26 @@ class Space(ABC, Generic[G]):
 class RitzSpace(Space[modal.ModalGreens]):
     """A space whose Ritz pairs are not coupled by damping."""
 
-    def see(self, omega: Array, shapes: Array, *, loss: Array | None = None, beyond: Array | None = None) -> Array:
+    def see(self, omega: Array, shapes: Array, *, loss: Array | None = None) -> Array:
         """Set the pairs of the space; return their (p, p, nt) response after the pulse.
 
         Args:
             omega, shapes: (k,) and (k, p), mass-normalised.
             loss: (k,) phi' H phi of each pair [1/s^2], for a loss matrix that is not eta K.
-            beyond: (p, p) static compliance of pairs too high to be listed; they follow the pulse as a spring [m/N].
         """
-        t, width, p = self.t, self.aims.width, shapes.shape[1]
         self.omega, self._shapes = omega, shapes
-        self._beyond = np.zeros((p, p)) if beyond is None else beyond
         self._zeta = self.damping.ratios(omega, loss)
-        self._each = oscillator.mode_responses(omega, self._zeta, t, width)
-        self._spring = self._beyond[:, :, None] * oscillator.hann(t, width)
-        self._response = oscillator.combine(shapes, self._each) + self._spring
+        self._each = oscillator.mode_responses(omega, self._zeta, self.t, self.aims.width)
+        self._response = oscillator.combine(shapes, self._each)
         return self._response
 
     def truncated(self, above: float) -> tuple[modal.ModalGreens, float]:
         """Truncate as `Space.truncated`: the highest pairs are no modes of the body, and would ring in the contact."""
-        greens = truncate(self.omega, self._zeta, self._shapes, above, self._beyond, self.model, self.damping)
+        none = np.zeros((self._shapes.shape[1],) * 2)
+        greens = truncate(self.omega, self._zeta, self._shapes, above, none, self.model, self.damping)
         dropped = self.omega > above
         stand_in = greens.residual.filtered(self.t, self.aims.width)
-        lost = stand_in - self._spring - oscillator.combine(self._shapes[dropped], self._each[dropped])
+        lost = stand_in - oscillator.combine(self._shapes[dropped], self._each[dropped])
         return greens, float(np.abs(lost).max()) / float(np.abs(self._response).max())
 
 

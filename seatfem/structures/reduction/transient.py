@@ -75,7 +75,7 @@ class Transient(Reducer):
         if damping.ratio > 0:
             return (
                 f"damping_ratio = {damping.ratio:g} cannot be stepped in time: uniform modal damping is a function of "
-                "M^-1 K and has no sparse C; use method='krylov', 'lanczos' or 'modes', or give the model a C"
+                "M^-1 K and has no sparse C; use method='krylov' or 'modes', or give the model a C"
             )
         return feeding(model, damping)
 

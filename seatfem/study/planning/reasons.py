@@ -175,10 +175,7 @@ def _reduction(decision: Decision, method: RunMethod) -> str:
     if method.seat.reduction == "auto" and n <= ALL_MODES:
         return f"about {_count(n)} unknowns: all modes"
     each = f" in each of {model.runs:.0f} harmonics" if model.runs > 1 else ""
-    of = OF_SOLVERS[model.solver]
-    return (
-        f"about {_count(n)} unknowns, {model.vectors:.0f} Krylov vectors{each}{of} (Lanczos where the mass is diagonal)"
-    )
+    return f"about {_count(n)} unknowns, {model.vectors:.0f} Krylov vectors{each}{OF_SOLVERS[model.solver]}"
 
 
 def _size(decision: Decision, method: RunMethod) -> str:

@@ -234,6 +234,8 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
     context = details.get("ctx", {})
     written = _written(data, path) if (stated := _written(data, single(path))) is None else stated
     match details["type"]:
+        case "extra_forbidden" if advice := getattr(place.table, "former", {}).get(path[-1]):
+            return str(advice)
         case "extra_forbidden":
             close = did_you_mean(str(path[-1]), place.known)
             if len(path) > 1 and path[-1] in place.tables:

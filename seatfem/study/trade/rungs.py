@@ -354,20 +354,15 @@ class Rungs:
         yield from self._engines()
 
     def _reductions(self) -> Iterator[Point]:
-        """Yield all reductions that apply, those for diagonal mass, and for comparison the default, on hexahedra."""
-        seat, level, (usual, *_) = self.scene.seat, self.centre.seat.level, reducers()
-        if level == "harmonics":
+        """Yield all reductions that apply."""
+        seat = self.scene.seat
+        if self.centre.seat.level == "harmonics":
             return
         as_matrix = seat.loss == 0 and seat.elastic is not None and seat.elastic.loss_at(1.0) > 0
-        swept = self.is_solid and seat.drawn is not None and seat.drawn.is_swept
         for name, each in reducers().items():
-            settings = settings_of(self.centre, {REDUCTION: name})
-            point = Point(f"reduction {name}", self.family, "reduction", settings)
-            if not each.diagonal_mass and (each.modal_damping or as_matrix):
-                yield point
-            if swept and (each.diagonal_mass or name == usual):
-                hexes = {**settings, "seat.mesh.shape": "hex"}
-                yield replace(point, name=f"hexahedra, {point.name}", settings=hexes)
+            if each.modal_damping or as_matrix:
+                settings = settings_of(self.centre, {REDUCTION: name})
+                yield Point(f"reduction {name}", self.family, "reduction", settings)
 
     def _engines(self) -> Iterator[Point]:
         """Yield the convolution engines, at a time step that is affordable for all."""
