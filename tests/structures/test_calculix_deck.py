@@ -1,5 +1,6 @@
 """Decks for CalculiX: the same mesh, loads and supports, by what ccx answers."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -164,7 +165,7 @@ def test_the_verb_writes_decks_that_run_and_our_answers(tmp_path: Path, capfd: p
     assert np.abs(moved[:40, 2] - ours).max() < 0.02 * np.abs(ours).max()
     readme = (deck / "README.txt").read_text(encoding="utf-8")
     assert "C3D10" in readme
-    assert "contact.law, over the patch's area" in readme
+    assert "contact.law, over" in readme
 
 
 LANDING = """\
@@ -231,13 +232,13 @@ def test_a_reed_lands_tilted(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ('gap = "1 um"', 'gap = "1 mm"', "does not reach the seat within run.duration"),
-        ("[contact]", 'pressure = "-1 bar"\n[contact]', "remove pressure, gravity and forces from [reed]"),
+        ('gap = "1 um"', 'gap = "1 mm"', "within run.duration"),
+        ("[contact]", 'pressure = "-1 bar"\n[contact]', r"pressure.*\[reed\]"),
     ],
     ids=["away", "loaded"],
 )
 def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, told: str) -> None:
-    assert told in (exported(LANDING.replace(old, new), tmp_path) / "README.txt").read_text(encoding="utf-8")
+    assert re.search(told, (exported(LANDING.replace(old, new), tmp_path) / "README.txt").read_text(encoding="utf-8"))
 
 
 def test_a_whole_seat_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -112,12 +112,12 @@ def test_auto_takes_lanczos_for_short_windows_and_krylov_for_long_ones(model):
 
 def test_refusals(model):
     indefinite_mass = replace(model, M=model.M - model.K * (2 * model.M.max() / model.K.max()) + 4 * model.M)
-    with pytest.raises(ModelError, match="the mass is none of elements: it is not positive definite"):
+    with pytest.raises(ModelError, match=r"elements:.*positive"):
         greens_function(indefinite_mass, bandwidth=3e5, duration=1e-5, tolerance=1e-2, method="lanczos")
-    with pytest.raises(ConvergenceError, match=r"40 Lanczos steps .* about \d+ would do: .*method='krylov'"):
+    with pytest.raises(ConvergenceError, match=r"40 Lanczos .*\d+.*method='krylov'"):
         Lanczos(most=40).reduce(model, Damping(), Aims(3e5, 1e-3, 1e-2))
     regional = replace(model, loss=model.K.multiply(0.02) + model.M * 1e11)
-    with pytest.raises(ModelError, match="loss factors that differ by region need shapes of modes"):
+    with pytest.raises(ModelError, match=r"factors.*differ"):
         greens_function(regional, bandwidth=3e5, duration=1e-5, tolerance=1e-2, method="lanczos")
     indefinite = replace(model, K=model.K - (2 * np.pi * 2e5) ** 2 * model.M)
     with pytest.raises(ModelError, match="K is indefinite"):

@@ -101,7 +101,7 @@ def test_factorizations_solve_and_count():
         found = ranks.factorize(1e10).solve(load)
         assert (model.K + 1e10 * model.M) @ found == pytest.approx(load, abs=1e-9)
         assert ranks.factorize(-between, definite=False).negative_pivots == 5  # Sylvester
-        with pytest.raises(FactorizationError, match="not positive definite: 5 negative pivots"):
+        with pytest.raises(FactorizationError, match=r"positive.*5 negative"):
             ranks.factorize(-between)
 
 
@@ -110,9 +110,7 @@ def test_ranks_that_are_killed_leave_a_message_and_nothing_else(tmp_path):
     with on_ranks(rod()) as ranks:
         pids = ranks_of(ranks.folder)
         os.kill(pids[0], signal.SIGKILL)
-        with pytest.raises(
-            RanksError, match="the ranks ended with exit code 137; 137 or signal 9: the system may have"
-        ):
+        with pytest.raises(RanksError, match=r"137.*signal 9"):
             ranks.factorize(1e10)
     assert not any(alive(pid) for pid in pids)
     assert list(tmp_path.glob(f"{PREFIX}*")) == []
@@ -126,7 +124,7 @@ def test_a_step_that_takes_too_long_is_ended(monkeypatch, tmp_path):
         pids = ranks_of(ranks.folder)
         for pid in pids:
             os.kill(pid, signal.SIGSTOP)
-        with pytest.raises(RanksError, match=r"no answer within 1 s; allow more by .* SEATFEM_MPI_SECONDS"):
+        with pytest.raises(RanksError, match=r"1 s; .*SEATFEM_MPI_SECONDS"):
             ranks.factorize(1e10)
     deadline = time.monotonic() + 20
     while any(alive(pid) for pid in pids) and time.monotonic() < deadline:
@@ -139,7 +137,7 @@ def test_a_step_that_takes_too_long_is_ended(monkeypatch, tmp_path):
 def test_what_fails_on_the_ranks_is_told_in_its_last_lines():
     with (
         on_ranks(rod()) as ranks,
-        pytest.raises(RanksError, match=r"exit code 1; check them by `seatfem doctor`\n(.*\n)*.*do_nonsense"),
+        pytest.raises(RanksError, match=r"exit code 1; .*`seatfem doctor`\n(.*\n)*.*do_nonsense"),
     ):
         ranks.ask("nonsense")
 
@@ -148,15 +146,15 @@ def test_what_is_missing_is_named_with_its_remedy(monkeypatch, tmp_path):
     aims = {"bandwidth": BAND, "duration": DURATION, "tolerance": 0.1, "backend": "slepc"}
     monkeypatch.setenv(PYTHON, str(tmp_path / "python"))
     monkeypatch.setenv(MPIEXEC, "true")
-    with pytest.raises(RanksError, match=r"/python.* apt-get install .* python3-petsc4py python3-slepc4py openmpi-bin"):
+    with pytest.raises(RanksError, match=r"apt-get install .* python3-petsc4py python3-slepc4py openmpi-bin"):
         greens_function(rod(), **aims, method="krylov")
     monkeypatch.setenv(MPIEXEC, "no-such-mpiexec -v")
-    with pytest.raises(RanksError, match=r"no-such-mpiexec is not there; apt-get install .*or set SEATFEM_MPIEXEC"):
+    with pytest.raises(RanksError, match=r"no-such-mpiexec .*SEATFEM_MPIEXEC"):
         greens_function(rod(), **aims, method="krylov")
     monkeypatch.setenv(RANKS, "two")
-    with pytest.raises(RanksError, match="SEATFEM_MPI_RANKS = 'two' must be a positive whole number"):
+    with pytest.raises(RanksError, match="SEATFEM_MPI_RANKS = 'two'"):
         greens_function(rod(), **aims, method="krylov")
-    with pytest.raises(ModelError, match="backend='slepc' has krylov and modes, not transient"):
+    with pytest.raises(ModelError, match=r"backend='slepc'.*transient"):
         greens_function(rod(), **aims, method="transient")
 
 
