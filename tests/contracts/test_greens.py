@@ -262,9 +262,7 @@ def test_it_says_until_when_it_is_known(greens: GreensFunction) -> None:
     greens.check_length(DT, 60)
     if math.isfinite(greens.valid_for):
         beyond = math.ceil(greens.valid_for / DT) + 2
-        with pytest.raises(
-            GreensFunctionError, match=rf"lasts {beyond * DT:g} s but g is known up to .* shorten the run"
-        ):
+        with pytest.raises(GreensFunctionError, match=rf"{beyond * DT:g} s .*shorten"):
             greens.check_length(DT, beyond)
         problem = impact.ContactProblem(
             impact.rigid_mass(mass=1.0, velocity=-1.0), greens, law=impact.LinearSpring(1.0)
@@ -395,7 +393,7 @@ def test_a_representation_that_says_nothing_of_its_mass_is_asked_to() -> None:
         def inverse_mass(self) -> np.ndarray:
             return GreensFunction.inverse_mass(self)
 
-    with pytest.raises(GreensFunctionError, match=r"Drifting .* does not state its mass"):
+    with pytest.raises(GreensFunctionError, match=r"Drifting .*mass"):
         Drifting(1.0, 1.0).mass()
 
 

@@ -132,13 +132,13 @@ def test_a_toy_seat_is_planned_meshed_and_struck(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("toys")
 def test_toys_are_checked_like_any_other(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"seat.rimm: unknown key; did you mean 'rim'"):
+    with pytest.raises(SceneError, match=r"seat.rimm:.*'rim'"):
         load_scene(written(tmp_path, CUP.replace("rim =", "rimm =") + BALL + RUN.format("1 ms")))
-    with pytest.raises(SceneError, match=r"reed.drawn_back: required key is missing: how far it is drawn back"):
+    with pytest.raises(SceneError, match=r"reed.drawn_back: required"):
         load_scene(written(tmp_path, SPRING + HAMMER.replace('drawn_back = "0.1 mm"\n', "") + RUN.format("1 ms")))
-    with pytest.raises(SceneError, match=r"seat.drawn_back: the struck body is at rest"):
+    with pytest.raises(SceneError, match=r"seat.drawn_back:.*struck"):
         load_scene(written(tmp_path, HAMMER.replace("[reed]", "[seat]") + BALL + RUN.format("1 ms")))
-    with pytest.raises(SceneError, match=r"reed.kind: a body of kind 'spring' cannot move"):
+    with pytest.raises(SceneError, match=r"reed.kind:.*'spring'"):
         load_scene(written(tmp_path, SPRING + SPRING.replace("[seat]", "[reed]") + RUN.format("1 ms")))
 
 

@@ -80,16 +80,15 @@ def test_a_toy_law_is_planned_and_run(tmp_path: Path) -> None:
 def test_its_keys_are_checked_and_its_name_is_listed(tmp_path: Path) -> None:
     path = written(tmp_path, "toy_rubber")
     path.write_text(path.read_text().replace('stiffness = "1 N/um" }', "stifness = 1 }"))
-    with pytest.raises(SceneError, match=r"contact.law.stifness: unknown key; did you mean 'stiffness'"):
+    with pytest.raises(SceneError, match=r"contact.law.stifness:.*'stiffness'"):
         load_scene(path)
-    with pytest.raises(SceneError, match=r"contact.law.kind: 'rubber' is not one of .*'toy_rubber'"):
+    with pytest.raises(SceneError, match=r"contact.law.kind: 'rubber'.*'toy_rubber'"):
         load_scene(written(tmp_path, "rubber"))
 
 
 def test_a_toy_law_is_gone_afterwards(tmp_path: Path) -> None:
     assert {law.__module__ for law in laws()} == {"seatfem.study.scene.laws"}
-    words = "'toy_rubber' is not one of 'signorini', 'spring', 'hertz', 'hunt_crossley', 'rough_joint', 'table_joint'"
-    with pytest.raises(SceneError, match=words):
+    with pytest.raises(SceneError, match=r"'toy_rubber' .*'signorini', 'spring', .*'table_joint'$"):
         load_scene(written(tmp_path, "toy_rubber"))
 
 

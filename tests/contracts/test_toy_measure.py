@@ -65,7 +65,5 @@ def test_a_toy_measure_has_a_row_where_nobody_asked_for_it(value: float | None) 
 
 def test_a_toy_measure_is_gone_afterwards(tmp_path: Path) -> None:
     assert "toy_square" not in all_measures()
-    with pytest.raises(
-        SceneError, match=r"accuracy.measures.0: 'toy_square' is not one of 'impulse', 'filtered_peak', "
-    ):
+    with pytest.raises(SceneError, match=r"accuracy.measures.0: 'toy_square'.*'impulse', 'filtered_peak'"):
         load_scene(written(tmp_path))

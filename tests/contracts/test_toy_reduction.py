@@ -85,9 +85,9 @@ def test_a_scene_runs_with_a_toy(tmp_path: Path) -> None:
 
 
 def test_names_are_listed_where_none_is_right(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="method 'toy' is unknown; choose from auto, krylov, modes, transient, "):
+    with pytest.raises(ModelError, match=r"'toy'.*auto, krylov, modes"):
         registry.named("toy")
-    with pytest.raises(SceneError, match=r"seat\.greens\.method: 'toy' is not one of 'auto', 'krylov', 'modes', "):
+    with pytest.raises(SceneError, match=r"seat\.greens\.method: 'toy'.*'auto', 'krylov', 'modes'"):
         load_text(tmp_path, SCENE)
 
 

@@ -52,14 +52,14 @@ def test_what_is_open_is_told(changed: dict[str, object], sentence: str) -> None
 
 def test_fatigue_that_nobody_asked_for() -> None:
     without = {key: value for key, value in WHOLE.items() if "life" not in key}
-    assert list(omissions(without)) == ["Fatigue was not judged; [life] in the scene asks for it."]
+    assert [told.count("[life]") for told in omissions(without)] == [1]
 
 
 def test_a_reed_that_lands_with_no_value_asked_of_the_landing() -> None:
     asked = {**WHOLE, "accuracy_judged_keys": "landing_restitution", "landing_restitution": None}
     assert list(omissions(asked)) == []  # nothing landed: the verdict says so
     (told,) = omissions({**asked, "landing_time_s": 1e-3, "error_bar_landing_time_s": 1e-6})
-    assert told == "Asked for, but without a value in this run: restitution."
+    assert told.endswith(": restitution.")
 
 
 def test_the_package_names_scenes_that_were_checked() -> None:

@@ -196,7 +196,7 @@ def test_what_is_no_run(tmp_path: Path, content: str | None, message: str) -> No
 def test_a_scene_is_no_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "valve.toml").touch()
     assert run_command(["report", str(tmp_path / "valve.toml")]) == BAD_INPUT
-    assert "is a file; give the folder of a run (seatfem run -o), as valve-result" in capsys.readouterr().err
+    assert "valve.toml: is a file; give the folder" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the browser is named by the variable BROWSER")
@@ -241,7 +241,7 @@ def test_view_without_a_browser_says_where_the_page_is(
 
 def test_view_of_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command(["view", str(tmp_path)]) == BAD_INPUT
-    assert "holds no summary.json; give the folder of a run (seatfem run -o)" in capsys.readouterr().err
+    assert "no summary.json; give the folder" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")
@@ -458,5 +458,5 @@ def test_the_command_that_does_it_again_is_safe_in_a_shell(tmp_path: Path, chang
 @pytest.mark.parametrize("line", ["x; touch made", "'a' + 'b'", "'a", "1", "[" * 2000, "'\\x'"])
 def test_a_copy_whose_changes_are_no_texts(tmp_path: Path, line: str) -> None:
     (tmp_path / "scene.toml").write_text(f"# --set {line}\n[seat]\n", encoding="utf-8")
-    with pytest.raises(AskedError, match="a change must be one text in quotes"):
+    with pytest.raises(AskedError, match=r"change.*quotes"):
         provenance(tmp_path, {})

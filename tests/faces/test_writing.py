@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -104,7 +105,7 @@ def test_a_run_onto_a_full_disk_says_one_line(tiny_disk: Path, tmp_path: Path) -
 
 def test_a_full_disk_is_found_before_anything_is_computed(tiny_disk: Path) -> None:
     (tiny_disk / "filler").write_bytes(bytes(64 << 10))
-    with pytest.raises(OutputError, match=r"No space left on device\); free space there, or choose another place"):
+    with pytest.raises(OutputError, match=r"device\).*free space"):
         check_writable(tiny_disk / "out" / "result.h5")
 
 
@@ -121,7 +122,7 @@ def test_hdf5_is_put_together_in_memory_and_sealed(tmp_path: Path) -> None:
 
 def test_where_memory_runs_out_the_file_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.h5"
-    with pytest.raises(MemoryError, match=r"a\.h5: no memory to put the file together"), written(path, "x"):
+    with pytest.raises(MemoryError, match=r"a\.h5: .*memory"), written(path, "x"):
         raise RuntimeError("unable to allocate memory block")  # HDF5's own words
     assert list(tmp_path.iterdir()) == []
 
@@ -131,7 +132,7 @@ def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> N
         with whole_file(tmp_path / "picture.png") as temporary:
             raise OSError(28, "No space left on device", str(temporary))
 
-    with pytest.raises(OSError, match=r"No space left on device: '.*/picture\.png'"):
+    with pytest.raises(OSError, match=r"No space left.*picture\.png"):
         failing()
     write_whole(tmp_path / "under", b"x")
     with pytest.raises(OSError, match=r"File exists: '.*under'"):
@@ -151,7 +152,7 @@ def test_a_folder_that_cannot_be_written_to_is_found_first(
     assert run_command([verb, str(scene_file(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == BAD_INPUT
     told = capsys.readouterr().err
     assert f"{out}" in told
-    assert "cannot be written (Not a directory); choose another place with --output" in told
+    assert "(Not a directory); choose another place with --output" in told
     assert "Traceback" not in told
 
 
@@ -159,7 +160,7 @@ def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:
     check_writable(tmp_path / "a" / "b" / "result.h5", "c.h5")
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "result.h5").mkdir()
-    with pytest.raises(OutputError, match=r"result\.h5: cannot be written \(is a folder"):
+    with pytest.raises(OutputError, match=r"result\.h5: .*folder"):
         check_writable(tmp_path / "result.h5")
 
 
@@ -180,8 +181,7 @@ def test_a_cache_that_cannot_be_written_costs_a_warning(
     out = tmp_path / "seat.h5"
     assert run_command(["greens", str(scene_file(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == DONE
     told = capsys.readouterr().err
-    assert told.startswith(f"warning: the seat is not kept for later runs: {folder}: cannot be written to (")
-    assert "set SEATFEM_STORE to a folder of your own" in told
+    assert re.match(rf"warning: the seat is not kept .*{folder}: .*SEATFEM_STORE", told)
     assert len(told.splitlines()) <= 3  # of the seat that the plan looks at, as a whole and in rings, and of the run's
     assert all(line.startswith("warning: the seat is not kept") for line in told.splitlines())
     assert load_greens(out).provenance["seat_key"]
@@ -195,7 +195,7 @@ def test_a_user_without_a_home_keeps_nothing(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr(Path, "home", homeless)
     assert Store.default().get(KEY) is None
-    with pytest.raises(StoreError, match="set SEATFEM_STORE to a folder of your own"):
+    with pytest.raises(StoreError, match="SEATFEM_STORE"):
         Store.default().put(KEY, SEAT)
 
 
@@ -218,7 +218,7 @@ def test_a_kept_function_carries_key_and_seal(tmp_path: Path) -> None:
     assert "changed since it was written" in told[-1]
     assert len(told) == 3
     save_greens(OTHER, path)  # sealed, and of no key
-    with pytest.raises(OtherKeyError, match="belongs to the key 'of nothing'"):
+    with pytest.raises(OtherKeyError, match="'of nothing'"):
         load_greens(path, key=KEY)
     assert store.get(KEY) is None
     assert load_greens(path).static_compliance() == pytest.approx(OTHER.static_compliance())  # a user's own file
@@ -399,9 +399,8 @@ def test_faces_of_a_part_in_a_folder_that_is_read_only(read_only: tuple[Path, li
     done = subprocess.run([*program, "faces", part], cwd=folder, capture_output=True, text=True, env=environment)
     assert done.returncode == DONE
     assert "contact" in done.stdout
-    told = "note: bar-faces.png: cannot be written (Permission denied); choose another place with --output"
-    assert told in done.stdout.splitlines()
+    assert re.search(r"(?m)^note: bar-faces\.png: .*Permission denied.*--output$", done.stdout)
     command = [*program, "faces", part, "-o", "faces.csv"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
     assert done.returncode == BAD_INPUT
-    assert "faces.csv: cannot be written (Permission denied)" in done.stderr
+    assert re.search("faces.csv: .*Permission denied", done.stderr)

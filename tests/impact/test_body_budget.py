@@ -87,7 +87,7 @@ def test_sources_are_named_by_body_and_the_unknown_too() -> None:
     assert set(found.values) == {"impulse", "contact_duration", "target_displacement"}
     assert found.sources == ("striker mesh", "striker reduction", "target mesh", "target reduction", "time_step")
     assert found.unknown == ("target mesh",)
-    assert "not known, in no bar: target mesh" in str(found)
+    assert "in no bar: target mesh" in str(found)
     assert f"{found.values['impulse']:.5g} +- " in str(found)
 
 
@@ -128,9 +128,9 @@ def test_several_contacts_and_measures_of_ones_own() -> None:
 
 def test_what_a_budget_refuses() -> None:
     problem = blow(modes_of_rod(4), 1.0, impact.Signorini())
-    with pytest.raises(ContactError, match="needs the result of a run, or dt and duration"):
+    with pytest.raises(ContactError, match="dt and duration"):
         impact.error_budget(problem)
-    with pytest.raises(ContactError, match="'seat mesh' is no source of this impact; choose from striker mesh"):
+    with pytest.raises(ContactError, match=r"'seat mesh'.*striker mesh"):
         impact.error_budget(
             problem, dt=1e-7, duration=1e-5, coarser={"seat mesh": impact.Coarser(modes_of_rod(2), ratio=2.0)}
         )

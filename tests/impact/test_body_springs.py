@@ -93,9 +93,9 @@ def test_its_own_modes_under_the_forces_of_its_springs_move_alike() -> None:
 @pytest.mark.parametrize(
     ("body", "shapes", "stiffness", "words"),
     [
-        (Body(impact.spring(stiffness=1.0)), np.ones((1, 1)), 1.0, "no modes that springs could act on"),
+        (Body(impact.spring(stiffness=1.0)), np.ones((1, 1)), 1.0, "modes.*springs"),
         (impact.rigid_mass(mass=1.0, velocity=0.0), np.ones((2, 1)), 1.0, "a row for each of the 1 modes"),
-        (sprung_reed(2, 10.0), np.ones((2, 1)), 1.0, "on springs already; give all of them at once"),
+        (sprung_reed(2, 10.0), np.ones((2, 1)), 1.0, "springs already"),
         (impact.rigid_mass(mass=1.0, velocity=0.0), np.ones((1, 1)), -1.0, "must be positive and finite"),
     ],
 )

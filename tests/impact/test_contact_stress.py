@@ -80,9 +80,9 @@ def test_tip_step_stress_of_a_section() -> None:
 
 
 def test_impossible_numbers_are_refused() -> None:
-    with pytest.raises(ContactStressError, match=r"poisson = 0\.7 is outside \[0, 0\.5\]"):
+    with pytest.raises(ContactStressError, match=r"poisson = 0\.7.*\[0, 0\.5\]"):
         cs.edge_tension(poisson=0.7)
-    with pytest.raises(ContactStressError, match="depth = -1 is above the surface"):
+    with pytest.raises(ContactStressError, match=r"depth = -1.*surface"):
         cs.line_axis_stress([1.0, -1.0])
     with pytest.raises(ContactStressError, match="mass = 0 must be positive"):
         cs.hertz_impact(stiffness=1.0, mass=0.0, speed=1.0)

@@ -118,7 +118,7 @@ def test_coherence_and_variance_tell_the_noise(tmp_path: Path) -> None:
     assert read.deviation[10, 0, 0] == pytest.approx(np.sqrt(exact[3:18].mean()), rel=1e-8)  # over 15 lines
     assert read_frf(path).deviation is None
     per_cent = written(tmp_path, response(heads, [F, H.real, H.imag, 100 * coherence]))
-    with pytest.raises(FrequencyResponseError, match="coherence is 50 to 100, must be 0 to 1: is it in per cent"):
+    with pytest.raises(FrequencyResponseError, match=r"coherence .*50.*100.*per cent"):
         read_frf(per_cent, averages=8)
     heads[1:] = ["Real (mm/N)", "Imag (mm/N)", "Variance"]
     read = read_frf(written(tmp_path, response(heads, [F, H.real, H.imag, 0.04 + 0 * F])))
@@ -130,10 +130,10 @@ def test_coherence_and_variance_tell_the_noise(tmp_path: Path) -> None:
     [
         (
             {"columns": {"force": "G"}},
-            "columns.force = 'G' is the head of 0 columns; .* one of 'time .s.', 'force .N.'",
+            "columns.force = 'G'.*0.*'time .s.', 'force .N.'",
         ),
-        ({"units": {"force": "kN"}}, "column 2: the head says 'N', units.force = 'kN': remove the key, or correct"),
-        ({"columns": {"pressure": "p"}}, "columns and units know time and force, not pressure: remove it"),
+        ({"units": {"force": "kN"}}, "column 2:.*'N', units.force = 'kN':"),
+        ({"columns": {"pressure": "p"}}, "columns.*pressure:"),
     ],
 )
 def test_what_is_stated_beside_a_header(tmp_path: Path, how: dict, words: str) -> None:

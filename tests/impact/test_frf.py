@@ -63,7 +63,7 @@ def test_quantities_and_units(tmp_path: Path, quantity: str, unit: str, order: i
     ],
 )
 def test_a_header_must_say_quantity_and_unit(tmp_path: Path, header: str) -> None:
-    with pytest.raises(FrequencyResponseError, match=r"h.csv, line 2: header .* must be like 'frequency \[Hz\]"):
+    with pytest.raises(FrequencyResponseError, match=r"h.csv, line 2: .*'frequency \[Hz\]"):
         read_frf(write(tmp_path / "h.csv", header, F, G.real, G.imag))
 
 
@@ -72,18 +72,18 @@ def test_bad_files(tmp_path: Path) -> None:
     with pytest.raises(FrequencyResponseError, match=r"none.csv: no such file"):
         read_frf(tmp_path / "none.csv")
     (tmp_path / "empty.csv").write_text("")
-    with pytest.raises(FrequencyResponseError, match=r"empty.csv: is empty; the first line must be like 'frequency"):
+    with pytest.raises(FrequencyResponseError, match=r"empty.csv:.*'frequency"):
         read_frf(tmp_path / "empty.csv")
     path = write(tmp_path / "h.csv", header, F, G.real, G.imag)
     path.write_text(path.read_text() + "3100,1\n")
-    with pytest.raises(TimeSeriesError, match=r"h.csv, line 33: 2 columns, 3 are needed"):
+    with pytest.raises(TimeSeriesError, match=r"h.csv, line 33: 2 columns, 3"):
         read_frf(path)
     path.write_text(path.read_text().replace("3100,1\n", "3100,one,2\n"))
-    with pytest.raises(TimeSeriesError, match=r"line 33, column 2: 'one' must be a finite number"):
+    with pytest.raises(TimeSeriesError, match=r"line 33, column 2: 'one'"):
         read_frf(path)
-    with pytest.raises(FrequencyResponseError, match=r"b.csv: frequency must be positive and increase"):
+    with pytest.raises(FrequencyResponseError, match=r"b.csv: frequency"):
         read_frf(write(tmp_path / "b.csv", header, F[::-1], G.real, G.imag))
-    with pytest.raises(FrequencyResponseError, match=r"4 frequencies, receptance \(4, 1, 1\)"):
+    with pytest.raises(FrequencyResponseError, match=r"4 frequencies.*\(4, 1, 1\)"):
         read_frf(write(tmp_path / "b.csv", header, F[:4], G.real[:4], G.imag[:4]))
 
 
@@ -98,7 +98,7 @@ def test_reciprocity_is_averaged_and_told_or_refused() -> None:
     two[:, 0, 1] = -0.48 * G
     with pytest.raises(FrequencyResponseError, match=r"G_ij and G_ji differ by \d+%"):
         FrequencyResponse(F, two, ("a", "b"))
-    with pytest.raises(FrequencyResponseError, match="30 values of the frequency response are not finite"):
+    with pytest.raises(FrequencyResponseError, match=r"30 values .*finite"):
         FrequencyResponse(F, np.full(30, np.nan))
 
 

@@ -83,7 +83,7 @@ def test_step_weights_are_exact_short_and_passive() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"poisson": 0.51}, r"poisson = 0.51 is outside \[0, 0.5\]"),
+        ({"poisson": 0.51}, r"poisson = 0.51.*\[0, 0.5\]"),
         ({"poisson": -0.1}, "poisson = -0.1"),
         ({"radius": 0.0}, "radius = 0 must be a positive"),
         ({"young": math.nan}, "young = nan"),
@@ -96,7 +96,7 @@ def test_impossible_half_spaces_are_refused(change: dict[str, float], words: str
 
 
 def test_unknown_place_and_poisson_are_refused() -> None:
-    with pytest.raises(GreensFunctionError, match="known places are mean, centre, edge"):
+    with pytest.raises(GreensFunctionError, match=r"at = 'rim'.*mean, centre, edge"):
         disk_compliance(**UNIT, radius=1.0, at="rim")
     with pytest.raises(GreensFunctionError, match=r"poisson = 0\.6"):
         half_space.rayleigh_speed(0.6)
@@ -109,7 +109,7 @@ def test_sum_needs_parts_with_the_same_ports() -> None:
     with pytest.raises(GreensFunctionError, match="at least one part"):
         SumGreens(())
     other = ModalGreens(np.ones(1), np.zeros(1), np.ones((1, 1)), Residual.none(), ("lip",))
-    with pytest.raises(GreensFunctionError, match=r"same ports; found \('contact',\) and \('lip',\)"):
+    with pytest.raises(GreensFunctionError, match=r"\('contact',\).*\('lip',\)"):
         SumGreens((MODE, other))
 
 
@@ -175,9 +175,7 @@ def test_local_compliance_is_taken_from_the_fastest_terms(
 
 def test_compliance_that_is_not_there_is_not_removed() -> None:
     seat = seat_of(0.1, 0.2, (5.0, 0.3))
-    with pytest.raises(
-        GreensFunctionError, match=rf"{LOCAL:.4g} m/N exceeds the {0.6 * LOCAL:.4g} m/N .* above 1.5e\+06"
-    ):
+    with pytest.raises(GreensFunctionError, match=rf"{LOCAL:.4g} m/N.*{0.6 * LOCAL:.4g} m/N .*1.5e\+06"):
         half_space.without_patch(seat, PATCH, band_hz=1.5e6)
     half_space.without_patch(seat, PATCH, band_hz=5e5)
     free = ModalGreens(np.zeros(1), np.zeros(1), np.ones((1, 1)), Residual.none())

@@ -68,10 +68,10 @@ SECRET_FILE = "secret.h5"
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (external_storage, r"seat\.h5: values has its bytes in another file"),
-        (external_link, r"seat\.h5: values is a ExternalLink to .*links are not followed"),
-        (soft_link, r"seat\.h5: values is a SoftLink to '/static': links are not followed"),
-        (virtual, r"seat\.h5: values is put together from other datasets \(virtual\)"),
+        (external_storage, r"seat\.h5: values .*another file"),
+        (external_link, r"seat\.h5: values .*ExternalLink"),
+        (soft_link, r"seat\.h5: values .*SoftLink .*'/static'"),
+        (virtual, r"seat\.h5: values .*\(virtual\)"),
     ],
 )
 def test_no_other_files_bytes_become_numbers(seat, tmp_path, monkeypatch, make, message):
@@ -93,7 +93,7 @@ def test_groups_that_hold_themselves_and_crowds(seat):
 @pytest.mark.parametrize("of", ["/", "a"])
 def test_groups_of_two_names(seat, of):
     changed(seat, lambda file: file.create_group("a").__setitem__("again", file[of]))
-    with pytest.raises(StorageError, match=r"seat\.h5: a/again is a group with another name, too: refused"):
+    with pytest.raises(StorageError, match=r"seat\.h5: a/again"):
         load_greens(seat)
 
 
@@ -133,7 +133,7 @@ def crowd_of_parts(file):
 @pytest.mark.slow
 def test_sums_of_a_crowd_of_parts(seat):
     changed(seat, crowd_of_parts)
-    with pytest.raises(StorageError, match=r"seat\.h5: damaged: 1003 parts of sums, must be at most 1000"):
+    with pytest.raises(StorageError, match=r"seat\.h5: .*1003 parts .*1000"):
         load_greens(seat)
 
 
@@ -163,7 +163,7 @@ def test_texts_at_one_place(seat, sealed, name):
     else:
         seat.write_bytes(seat.read_bytes()[USER_BLOCK:])
     tracemalloc.start()
-    with pytest.raises(StorageError, match=rf"seat\.h5: attribute '{name}' of the file, .* may take more than 64 MB"):
+    with pytest.raises(StorageError, match=rf"seat\.h5:.*'{name}'.*64 MB"):
         load_greens(seat)
     assert tracemalloc.get_traced_memory()[1] < 32e6
     tracemalloc.stop()
@@ -185,7 +185,7 @@ def test_one_text_of_many_groups(seat):
     assert count >= 1500
     seat.write_bytes(data)
     seal(seat)
-    with pytest.raises(StorageError, match=r"attribute 'provenance' of more-\d+, with what is before it"):
+    with pytest.raises(StorageError, match=r"'provenance'.*more-\d+"):
         load_greens(seat)
 
 
@@ -221,7 +221,7 @@ def one_chunk(file):
 def test_more_than_the_file_has_room_for(seat, make):
     changed(seat, replaced(make))
     tracemalloc.start()
-    with pytest.raises(StorageError, match=r"seat\.h5: values of .* claims 20\d\d MB in a file of .*at most"):
+    with pytest.raises(StorageError, match=r"seat\.h5: values .*20\d\d MB .*at most"):
         load_greens(seat)
     assert tracemalloc.get_traced_memory()[1] < 32e6
     tracemalloc.stop()
@@ -239,23 +239,23 @@ def test_results_that_compress_well_are_read(tmp_path):
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("valid_for_s", "long", "provenance valid_for_s is 'long': must be a number"),
-        ("valid_for_s", [1, 2], r"provenance valid_for_s is \[1, 2\]: must be a number"),
-        ("valid_for_s", True, "provenance valid_for_s is True: must be a number"),
-        ("refinement", None, "provenance refinement is None: must be a number"),
+        ("valid_for_s", "long", "valid_for_s .*'long'"),
+        ("valid_for_s", [1, 2], r"valid_for_s .*\[1, 2\]"),
+        ("valid_for_s", True, "valid_for_s .*True"),
+        ("refinement", None, "refinement .*None"),
     ],
 )
 def test_odd_provenance(seat, key, value, message):
     def change(file):
         file.attrs["provenance"] = json.dumps(json.loads(file.attrs["provenance"]) | {key: value})
 
-    with pytest.raises(StorageError, match=rf"seat\.h5: damaged: {message}"):
+    with pytest.raises(StorageError, match=rf"seat\.h5: damaged: .*{message}"):
         load_greens(changed(seat, change))
 
 
 @pytest.mark.parametrize("key", ["error_mesh", "schema", "dt"])
 def test_attributes_that_are_no_numbers(seat, key):
-    with pytest.raises(StorageError, match=rf"seat\.h5: .*({key} is 'long'|'long')"):
+    with pytest.raises(StorageError, match=rf"seat\.h5: .*({key}.*'long'|'long')"):
         load_greens(changed(seat, lambda file: file.attrs.__setitem__(key, "long")))
 
 

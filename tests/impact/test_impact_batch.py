@@ -133,10 +133,10 @@ def test_impossible_batches_are_refused() -> None:
         with pytest.raises(ContactError, match=words):
             solve_many(problem, dt=DT, duration=DURATION, **more)  # type: ignore[arg-type]
 
-    refuse(r"of one length; got gaps \(3,\), velocities \(2,\)", problem, gaps=np.zeros(3), velocities=np.zeros(2))
-    refuse("velocities must be finite, 1 values are not", problem, velocities=[0.1, math.nan])
-    refuse("this one is held: use release_scales", reed, velocities=[1.0])
+    refuse(r"gaps \(3,\), velocities \(2,\)", problem, gaps=np.zeros(3), velocities=np.zeros(2))
+    refuse("velocities .*finite, 1 ", problem, velocities=[0.1, math.nan])
+    refuse("held: use release_scales", reed, velocities=[1.0])
     refuse("give it one: Body", problem, release_scales=[1.0])
-    refuse("filter_width = 5e-07 s is below two steps", problem, filter_width=5e-7)
+    refuse("filter_width = 5e-07 s .*two steps", problem, filter_width=5e-7)
     refuse("engine 'poles' is impossible", ContactProblem(problem.striker, rod))
     refuse("a single contact", ContactProblem(problem.striker, contacts=[*problem.contacts, *problem.contacts]))

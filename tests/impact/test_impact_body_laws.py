@@ -22,7 +22,7 @@ ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Body(impact.fixed_rod(**ROD), velocity=-1.0), "held cannot translate: velocity = -1"),
+        (lambda: Body(impact.fixed_rod(**ROD), velocity=-1.0), "translate: velocity = -1"),
         (lambda: Body(impact.free_rod(**ROD), velocity=math.inf), "must be finite"),
         (lambda: impact.rigid_mass(mass=0.0, velocity=-1.0), "mass = 0 kg"),
         (
@@ -31,7 +31,7 @@ ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}
         ),
         (
             lambda: Body(impact.single_mode(frequency_hz=1, mass=1), state=ModalState(np.zeros(1), np.full(1, np.nan))),
-            "state.velocity must be 1 finite",
+            "state.velocity.*1 finite",
         ),
     ],
 )

@@ -48,7 +48,7 @@ def test_a_law_of_ones_own_is_the_built_in_one(problem: Callable[[Law], ContactP
 
 
 def test_a_problem_has_one_law_of_ones_own() -> None:
-    with pytest.raises(ContactError, match="one CompiledLaw or PlainLaw per problem"):
+    with pytest.raises(ContactError, match="one CompiledLaw or PlainLaw"):
         two_seats(PlainLaw(hunt_crossley), compiled_law(hunt_crossley))
     with pytest.raises(ContactError, match="give the same object"):
         two_seats(PlainLaw(hunt_crossley), impact.Signorini(), PlainLaw(lambda pen, start, dt: pen))
@@ -68,7 +68,7 @@ def interrupted(pen: float, pen_start: float, dt: float) -> float:
 def test_what_goes_wrong_in_a_plain_law_is_heard(problem: Callable[[Law], ContactProblem]) -> None:
     law = PlainLaw(broken)
     for _ in range(2):  # told once per run, and the law is as good as new
-        with pytest.raises(LawError, match="the law broken failed, mend it: KeyError: 'no such depth'") as caught:
+        with pytest.raises(LawError, match=r"broken .*KeyError: 'no such depth'") as caught:
             impact.solve(problem(law), dt=1e-3, duration=0.5)
         assert isinstance(caught.value.__cause__, KeyError)
     with pytest.raises(LawError, match="its force is nan N"):
@@ -84,7 +84,7 @@ def test_a_compiled_law_that_gives_no_number_is_refused(bad: float) -> None:
     def force(pen: float, pen_start: float, dt: float) -> float:
         return bad if pen > 1e-3 else 300.0 * pen
 
-    with pytest.raises(LawError, match="a compiled law's force must be finite"):
+    with pytest.raises(LawError, match=r"compiled law.*finite"):
         impact.solve(mass_on(compiled_law(force)), dt=1e-3, duration=0.5)
 
 
@@ -162,7 +162,7 @@ def test_laws_without_a_potential_refuse_the_conserving_rule(law: Law) -> None:
     ("make", "words"),
     [
         (lambda: impact.HuntCrossley(stiffness=0.0), "stiffness = 0 must be positive"),
-        (lambda: impact.HuntCrossley(stiffness=1.0, damping=-0.1), r"damping = -0.1 s/m must be >= 0"),
+        (lambda: impact.HuntCrossley(stiffness=1.0, damping=-0.1), r"damping = -0.1 s/m.*>= 0"),
         (lambda: impact.HuntCrossley(stiffness=1.0, damping=math.nan), "damping = nan"),
         (lambda: impact.HuntCrossley(stiffness=1.0, exponent=0.9), "exponent = 0.9 must be >= 1"),
         (lambda: compiled_law(lambda pen, start, dt: open("no")), "cannot be compiled"),  # type: ignore[arg-type, return-value]  # noqa: SIM115
@@ -178,7 +178,7 @@ def test_a_failing_law_is_told_where_it_fails() -> None:
     problem = mass_on(PlainLaw(broken))
     stepper = impact.ContactStepper(impact.prepare(problem, 1e-3, 0.1))
     stepper.advance(9)  # still open
-    with pytest.raises(LawError, match="broken failed, mend it: KeyError"):
+    with pytest.raises(LawError, match=r"broken.*KeyError"):
         stepper.advance(90)
     with pytest.raises(LawError, match="broken failed"):
         impact.solve_many(mass_on(PlainLaw(broken), velocity=-3.0), dt=1e-3, duration=0.1, velocities=[-3.0, -4.0])

@@ -44,9 +44,9 @@ def test_every_measure_asks_one_contact() -> None:
         measures.spectrum,
         measures.work,
     ):
-        with pytest.raises(MeasureError, match=r"3 contacts: name one, contact=0 \.\.\. 2"):
+        with pytest.raises(MeasureError, match=r"3 contacts:.*contact=0 \.\.\. 2"):
             measure(result)
-        with pytest.raises(MeasureError, match=r"contact = 3 must be 0 \.\.\. 2: this result has 3"):
+        with pytest.raises(MeasureError, match=r"contact = 3.*0 \.\.\. 2:.*3"):
             measure(result, contact=3)
         one = measures.of_contact(result, 1)
         np.testing.assert_array_equal(np.asarray(measure(result, contact=1)).shape, np.asarray(measure(one)).shape)
@@ -94,7 +94,7 @@ def test_speeds_before_and_after_a_lossy_contact() -> None:
         assert work.striker == pytest.approx(0.25 * (speeds[contact + 1] ** 2 - speeds[contact] ** 2), rel=1e-6)
         assert abs(work.target) < 1e-3 * abs(work.striker)  # the targets are all but rigid
     assert measures.total_impulse(result) == pytest.approx(0.5 * (1.0 - speeds[2]), rel=1e-6)
-    with pytest.raises(MeasureError, match="a free striker with several contacts"):
+    with pytest.raises(MeasureError, match="several contacts"):
         measures.restitution(result, contact=0)
 
 
@@ -118,7 +118,7 @@ def test_restitution_and_peak_of_each_blow_of_a_held_reed() -> None:
     assert groups[hardest, 0] < at < groups[hardest, 1]
     top = result.force[round((at - 5e-5) / dt) + 1 : round((at + 5e-5) / dt) + 1].mean()
     assert top == pytest.approx(measures.filtered_peak_force(result, 1e-4), rel=1e-3)
-    with pytest.raises(MeasureError, match=rf"group = 99: it must be one of the {len(groups)} of"):
+    with pytest.raises(MeasureError, match=rf"group = 99: .*{len(groups)}"):
         measures.restitution(result, group=99)
     assert math.isnan(measures.peak_time(replace(result, force=np.zeros_like(result.force)), 1e-4))
 
@@ -153,7 +153,7 @@ def test_contact_from_the_first_step() -> None:
 def test_a_side_that_cannot_be_told_is_not_guessed() -> None:
     still = record(np.ones(5))
     for measure in (measures.total_impulse, measures.work):
-        with pytest.raises(MeasureError, match="does not show whether it is a seat or a stopper"):
+        with pytest.raises(MeasureError, match="seat or a stopper"):
             measure(still)
     steps = np.arange(6.0)
     receding = replace(still, gap=steps, target_displacement=-steps)  # a seat that gives way, under a striker at rest

@@ -228,7 +228,7 @@ def test_a_greens_function_is_a_body_at_rest() -> None:
     apart = [impact.Contact(impact.Body(block), port=p, striker_port=p, law=law) for p in ("left", "right")]
     assert len(impact.ContactProblem(beam, contacts=apart).targets) == 2
     assert impact.ContactProblem(beam, beam).striker is not impact.ContactProblem(beam, beam).target
-    with pytest.raises(ValueError, match=r"a float is no body: give an impact\.Body, or a Green's function"):
+    with pytest.raises(ValueError, match=r"float .*impact\.Body"):
         impact.ContactProblem(ball, 1.0)  # type: ignore[arg-type]
 
 

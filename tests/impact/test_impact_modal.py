@@ -49,9 +49,7 @@ def test_exponential_residual_of_several_ports_is_symmetric_and_passive(ports: i
 
 
 def test_residual_refuses_what_gains_energy() -> None:
-    with pytest.raises(
-        GreensFunctionError, match=r"residual compliance must be positive semidefinite, .*eigenvalue -1"
-    ):
+    with pytest.raises(GreensFunctionError, match=r"compliance .*eigenvalue -1"):
         Residual.spring(np.diag([1.0, -1.0]))
     with pytest.raises(GreensFunctionError, match="smallest eigenvalue 0"):
         Residual.exponential(1.0, 0.0)
@@ -67,7 +65,7 @@ def test_residual_refuses_what_gains_energy() -> None:
         ([1.0], [0.1, 0.2], [[1.0]], "shapes must match"),
         ([-1.0], [0.1], [[1.0]], "omega must be >= 0"),
         ([1.0], [-0.1], [[1.0]], "zeta must be >= 0"),
-        ([1.0], [0.1], [[np.nan]], "shapes must be finite, 1 values are not"),
+        ([1.0], [0.1], [[np.nan]], "shapes .*finite"),
     ],
 )
 def test_modes_that_cannot_be_are_refused(omega: list, zeta: list, shapes: list, words: str) -> None:
@@ -120,7 +118,7 @@ def test_modes_as_test_programs_list_them() -> None:
 @pytest.mark.parametrize(
     ("damping", "amplitudes", "words"),
     [
-        ([0.01, 0.02, 0.03], [1.0, 2.0], r"give frequencies \(M,\), damping \(M,\) or one"),
+        ([0.01, 0.02, 0.03], [1.0, 2.0], r"frequencies \(M,\), damping \(M,\)"),
         (0.01, [1.0, 2.0, 3.0], "shapes must match"),
         (-0.01, [1.0, 2.0], "zeta must be >= 0"),
     ],

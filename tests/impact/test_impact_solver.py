@@ -21,7 +21,7 @@ def mass_on(greens: impact.GreensFunction, **more: object) -> ContactProblem:
 
 def test_rigid_contact_of_bodies_that_do_not_yield_at_once_is_refused() -> None:
     bare = impact.single_mode(frequency_hz=1.0, mass=1.0)
-    with pytest.raises(ContactError, match=r"grow like 1/dt; add a residual \(impact.Residual\)"):
+    with pytest.raises(ContactError, match=r"1/dt.*impact\.Residual"):
         impact.solve(mass_on(bare), dt=0.01, duration=1.0)
     impact.solve(mass_on(bare, law=impact.Hertz(stiffness=1.0)), dt=0.01, duration=0.1)
     yielding = replace(bare, residual=Residual.exponential(1e-3, 0.1))
@@ -67,7 +67,7 @@ def test_advice_when_the_step_is_too_coarse_for_the_highest_mode() -> None:
     modes, contacts = impact.solve(mass_on(fast), dt=0.02, duration=1.0).advice
     assert modes.value == pytest.approx(2.0)
     assert "use dt <= 0.005 s" in str(modes)
-    assert contacts.name == "share of the impulse in contacts of fewer than 10 steps"
+    assert "contacts of fewer than 10 steps" in contacts.name
     assert contacts.value == 1.0
     assert not impact.solve(mass_on(fast), dt=0.004, duration=1.0).advice
 
@@ -76,7 +76,7 @@ def test_advice_on_a_contact_that_the_end_cuts() -> None:
     """Three steps of a force that rises are off by a third; three hundred are not."""
     rod = impact.fixed_rod(**ROD)
     (advice,) = impact.solve(mass_on(rod), dt=0.01, duration=0.03).advice
-    assert advice.name == "share of the impulse in contacts of fewer than 10 steps"
+    assert "contacts of fewer than 10 steps" in advice.name
     assert not impact.solve(mass_on(rod), dt=1e-4, duration=0.03).advice
 
 
@@ -138,7 +138,7 @@ def test_problems_that_share_discretised_bodies_are_marched_alike() -> None:
         for length, step in ((2 * duration, dt), (duration, dt / 2)):
             with pytest.raises(ContactError, match="must be those of the problem"):
                 impact.prepare(problem, step, length, bodies=(moving, still))
-    with pytest.raises(ContactError, match="must be those of the problem over 200 steps"):
+    with pytest.raises(ContactError, match="200 steps"):
         impact.prepare(mass_on(truncated_rod(10)), dt, duration, bodies=(moving, still))
 
 

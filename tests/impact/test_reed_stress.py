@@ -81,13 +81,13 @@ def test_free_vibration_in_one_mode() -> None:
 
 def test_impossible_stress_is_refused() -> None:
     two = reed(4, contact_at=(0.01, 0.02))
-    with pytest.raises(StressError, match=r"force \(5,\) and a reed with 2 contacts: give a column for each"):
+    with pytest.raises(StressError, match=r"force \(5,\).*2 contacts"):
         bending_stress(np.zeros(5), 1e-6, two, BEAM, X)
-    with pytest.raises(StressError, match=r"contact_at has 1 places, the reed 2 contacts"):
+    with pytest.raises(StressError, match=r"contact_at .*1 .*2 contacts"):
         bending_stress(np.zeros((5, 2)), 1e-6, two, BEAM, X)
     with pytest.raises(StressError, match=r"force \(5, 2\)"):
         bending_stress(np.zeros((5, 2)), 1e-6, reed(4), BEAM, X)
-    with pytest.raises(StressError, match="has no modes of bending; make it by cantilever_reed"):
+    with pytest.raises(StressError, match=r"bending.*cantilever_reed"):
         bending_stress(np.zeros(5), 1e-6, Body(impact.fixed_rod(young=1, density=1, area=1, length=1)), BEAM, X)
     with pytest.raises(StressError, match="has no modes"):
         bending_stress(np.zeros(5), 1e-6, Body(impact.spring(stiffness=1.0)), BEAM, X)

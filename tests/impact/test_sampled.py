@@ -35,7 +35,7 @@ def test_tails(tail, value, step, static):
 
 def test_forbid_says_how_far_it_is_known():
     g = SampledGreens(G, H)
-    with pytest.raises(GreensFunctionError, match=r"asked for at 1.5 s but known up to 1 s"):
+    with pytest.raises(GreensFunctionError, match=r"asked.*1.5 s.*1 s"):
         g.step_response(1.5)
     with pytest.raises(GreensFunctionError, match="known up to"):
         g.step_kernel(0.3, 4)
@@ -51,7 +51,7 @@ def test_forbid_says_how_far_it_is_known():
         ((np.array([-1.0, 1.0]), H), r"g\(0\+\) = -1"),
         ((np.array([1.0]), H), "n >= 2"),
         ((G, -H), "dt = -0.5 s must be positive"),
-        ((G, H, "mirror"), "tail 'mirror' is unknown; choose from zero, hold, rigid, forbid"),
+        ((G, H, "mirror"), "'mirror'.*unknown"),
         ((G, H, "zero", ("a", "b")), "2 port names for 1 ports"),
         ((np.array([[G, G], [2 * G, G]]), H), "differ by 5.0e-01"),
     ],
@@ -80,7 +80,7 @@ def test_from_series():
 def test_motion_before_the_blow():
     early = VALUE.copy()
     early[1] = 0.5
-    with pytest.raises(GreensFunctionError, match=r"not causal: 2 samples before t = 0 reach 0\.5 .* 1\.8 % .*drop"):
+    with pytest.raises(GreensFunctionError, match=r"2 samples.*t = 0.*0\.5 .* 1\.8 % .*drop"):
         SampledGreens.from_series(TIME, early)
     g = SampledGreens.from_series(TIME, early, pretrigger="drop", origin={"kind": "measured"})
     assert g.values[0, 0] == pytest.approx(G)
@@ -91,16 +91,16 @@ def test_motion_before_the_blow():
 @pytest.mark.parametrize(
     ("time", "values", "message"),
     [
-        (TIME + np.array([0, 0, 0, 0.1, 0]), VALUE, r"from sample 2 at 0 s to the next it is 0\.6 s, usually 0\.5 s"),
+        (TIME + np.array([0, 0, 0, 0.1, 0]), VALUE, r"sample 2.*0 s.*0\.6 s.*0\.5 s"),
         (-TIME, VALUE, "not equally spaced"),
         (TIME + 1.5, VALUE, r"starts at 0\.5 s"),
-        (TIME + 0.1, VALUE, r"no sample at t = 0, the nearest is at 0\.1 s"),
+        (TIME + 0.1, VALUE, r"t = 0.*nearest.*0\.1 s"),
         (TIME - 1.0, VALUE, "no sample at t = 0"),
-        (TIME[:3], VALUE, r"time \(3,\) and values \(5,\) do not match"),
+        (TIME[:3], VALUE, r"\(3,\).*\(5,\)"),
         (
             np.stack([[TIME, TIME], [TIME, 1.1 * TIME]]),
             np.ones((2, 2, 5)),
-            r"different times: sample 0 is at -1\.1 s for ports 2, 2 and at -1 s",
+            r"sample 0.*-1\.1 s.*2, 2.*-1 s",
         ),
     ],
 )
@@ -126,11 +126,11 @@ def test_read_impulse_response(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"is empty; the first line must be like"),
-        ("time [us],force [N]\n0,1\n", r"line 1, column 2: header 'force \[N\]' must be 'impulse_response \[unit\]'"),
+        ("", r"empty.*first"),
+        ("time [us],force [N]\n0,1\n", r"line 1, column 2:.*'force \[N\]'.*'impulse_response \[unit\]'"),
         ("time [us],impulse_response [um]\n0,1\n", r"m/\(N s\), mm/\(N s\)"),
         ("time [us],impulse_response [um/(N s)]\n0,1,2\n", "line 2: 3 columns"),
-        ("time [us],impulse_response [um/(N s)]\n0,1\n1,x\n", "line 3, column 2: 'x' must be a finite number"),
+        ("time [us],impulse_response [um/(N s)]\n0,1\n1,x\n", "line 3, column 2: 'x'"),
         ("time [us],impulse_response [um/(N s)]\n", "do not match"),
         ("time [us],impulse_response [um/(N s)]\n0,-1\n1,1\n", r"g\(0\+\) = -1e-06"),
     ],

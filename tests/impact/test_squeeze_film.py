@@ -197,7 +197,7 @@ def test_a_march_goes_on_with_its_film_and_with_no_other(tmp_path: Path) -> None
 
 def test_scenes_side_by_side_have_no_film() -> None:
     problem = impact.ContactProblem(impact.rigid_mass(mass=MASS, velocity=-1.0), seat(1), gap=GAP, film=FILM)
-    with pytest.raises(impact.ContactError, match=r"film is marched scene by scene; use impact\.solve"):
+    with pytest.raises(impact.ContactError, match=r"marched.*impact\.solve"):
         impact.solve_many(problem, dt=50e-9, duration=1e-6, gaps=[1e-6])
 
 

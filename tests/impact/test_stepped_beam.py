@@ -131,9 +131,9 @@ def test_the_beam_that_stands_for_a_flapper() -> None:
         (((1e-3, 8e-3), (L, 8e-3)), "positions must rise from 0"),
         (((0.0, 8e-3), (L, 8e-3), (20e-3, 8e-3)), "positions must rise from 0"),
         (((0.0, 8e-3), (L, 8e-3), (L, 4e-3)), "positions must rise from 0"),
-        (((0.0, 8e-3), (9e-3, 8e-3), (9e-3, 4e-3), (9e-3, 2e-3), (L, 2e-3)), "a position is given three times"),
-        (((0.0, 0.0), (L, 8e-3)), "all must be positive, the last may be 0"),
-        (((0.0, 8e-3), (L, -1e-3)), "all must be positive, the last may be 0"),
+        (((0.0, 8e-3), (9e-3, 8e-3), (9e-3, 4e-3), (9e-3, 2e-3), (L, 2e-3)), "three times"),
+        (((0.0, 0.0), (L, 8e-3)), "positive.*0"),
+        (((0.0, 8e-3), (L, -1e-3)), "positive.*0"),
     ],
 )
 def test_what_is_no_beam_is_refused(widths: tuple[tuple[float, float], ...], message: str) -> None:

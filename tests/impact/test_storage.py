@@ -110,7 +110,7 @@ def test_results_of_several_contacts_are_read_as_they_were_written(tmp_path: Pat
         short = opened["two/gap"][:, :1]
         del opened["two/gap"]
         opened["two/gap"] = short
-    with pytest.raises(StorageError, match="differ in their number of contacts"):
+    with pytest.raises(StorageError, match=r"differ.*contacts"):
         load_results(tmp_path / "r.h5")
 
 
@@ -137,22 +137,22 @@ def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> 
 def test_truncated_files_say_so(kept: float, file: Path) -> None:
     whole = file.read_bytes()
     file.write_bytes(whole[: int(kept * len(whole))])
-    with pytest.raises(StorageError, match=r"seat\.h5: truncated or damaged \(.*\); compute it again"):
+    with pytest.raises(StorageError, match=r"seat\.h5: .*damaged"):
         load_greens(file)
 
 
 def test_what_is_no_such_file_at_all(tmp_path: Path) -> None:
     with pytest.raises(StorageError, match=r"absent\.h5: no such file"):
         load_greens(tmp_path / "absent.h5")
-    with pytest.raises(StorageError, match="is a folder; a regular file is needed"):
+    with pytest.raises(StorageError, match="folder"):
         load_greens(tmp_path)  # a folder
     text = tmp_path / "scene.toml"
     text.write_text("title = 'not HDF5'\n" * 100)
-    with pytest.raises(StorageError, match=r"scene\.toml: truncated or damaged \(.*signature"):
+    with pytest.raises(StorageError, match=r"scene\.toml:.*\(.*signature"):
         load_greens(text)
     with h5py.File(tmp_path / "other.h5", "w") as other:
         other["x"] = 1.0
-    with pytest.raises(StorageError, match=r"other\.h5: holds 'something else', a 'greens' file is needed"):
+    with pytest.raises(StorageError, match=r"other\.h5:.*'something else'.*'greens'"):
         load_greens(tmp_path / "other.h5")
 
 
@@ -182,24 +182,24 @@ def shorten(name: str) -> Callable[[h5py.File], None]:
     [
         (
             set_attribute("schema", SCHEMA + 1),
-            f"schema {SCHEMA + 1} is newer than this version reads .*update the pack",
+            f"schema {SCHEMA + 1} .*update",
         ),
         (set_attribute("schema", "two"), "damaged .*'two'"),
-        (set_attribute("content", "result"), "holds 'result', a 'greens' file is needed"),
+        (set_attribute("content", "result"), "'result'.*'greens'"),
         (
             set_attribute("kind", "psychic"),
-            "unknown kind of Green's function 'psychic'; known: modal, sampled, poles, delay_r",
+            "'psychic'.*modal, sampled, poles, delay_r",
         ),
         (set_attribute("provenance", '{"dof": 1'), "damaged .*; compute it again"),
-        (set_attribute("ports", '["tip"]'), "damaged: shapes must match.*1 ports; compute it again"),
-        (remove("kind"), "damaged .*kind.*; compute it again"),
-        (remove("omega"), "damaged: omega is missing; compute it again"),
-        (remove("residual"), "damaged: residual/shapes is missing; compute it again"),
-        (shorten("zeta"), r"damaged: shapes must match: omega \(3,\), zeta \(2,\)"),
-        (put("omega", 1, np.nan), "damaged: omega has 1 values that are not finite; compute it again"),
-        (put("omega", 1, -5.0), "damaged: omega must be >= 0 .*smallest -5; compute it again"),
-        (put("residual/rates", 0, np.inf), "damaged: residual/rates has 1 values that are not finite"),
-        (put("residual/compliance", (0, 1), np.nan), "damaged: residual/compliance has 1 values"),
+        (set_attribute("ports", '["tip"]'), "shapes .*1 ports"),
+        (remove("kind"), "damaged .*kind"),
+        (remove("omega"), "omega .*missing"),
+        (remove("residual"), "residual/shapes .*missing"),
+        (shorten("zeta"), r"omega \(3,\), zeta \(2,\)"),
+        (put("omega", 1, np.nan), "omega .*finite"),
+        (put("omega", 1, -5.0), "omega .*>= 0.*-5"),
+        (put("residual/rates", 0, np.inf), "residual/rates .*finite"),
+        (put("residual/compliance", (0, 1), np.nan), "residual/compliance .*finite"),
     ],
 )
 def test_damage_is_named(file: Path, damage: Callable[[h5py.File], None], message: str) -> None:
@@ -215,20 +215,20 @@ def test_damaged_closed_forms_and_results_are_named(tmp_path: Path) -> None:
     save_greens(KINDS["rod"], rod)
     with h5py.File(rod, "r+") as opened:
         opened.attrs["provenance"] = '{"kind": "delay_rod", "impedance": 1.0}'
-    with pytest.raises(StorageError, match=r"rod\.h5: truncated or damaged .*round_trip"):
+    with pytest.raises(StorageError, match=r"rod\.h5:.*round_trip"):
         load_greens(rod)
     problem = impact.ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), impact.Body(KINDS["spring"]))
     results = tmp_path / "result.h5"
     save_results(results, {"wave": impact.solve(problem, dt=1e-6, duration=1e-4)}, {})
-    with pytest.raises(StorageError, match=r"result\.h5: holds 'result', a 'greens' file is needed"):
+    with pytest.raises(StorageError, match=r"result\.h5:.*'result'.*'greens'"):
         load_greens(results)
     with h5py.File(results, "r+") as opened:
         opened["wave/force"][3] = np.nan
-    with pytest.raises(StorageError, match=r"result\.h5: damaged: force has 1 values that are not finite"):
+    with pytest.raises(StorageError, match=r"result\.h5: .*force .*finite"):
         load_results(results)
     with h5py.File(results, "r+") as opened:
         del opened["wave/energy/input"]
-    with pytest.raises(StorageError, match=r"result\.h5: damaged: energy/input is missing; compute it again"):
+    with pytest.raises(StorageError, match=r"result\.h5:.*energy/input"):
         load_results(results)
 
 

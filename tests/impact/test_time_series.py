@@ -35,7 +35,7 @@ def test_beyond_the_record() -> None:
     np.testing.assert_array_equal(TimeSeries(time, value, "hold")(t), [3, 4, 5])
     np.testing.assert_array_equal(TimeSeries(time, value, "zero")(t), [0, 4, 0])
     forbidding = TimeSeries(time, value, name="p.csv")
-    with pytest.raises(TimeSeriesError, match=r"p\.csv: covers 1\.\.2 s, the run asks for 0\.5\.\.2\.5 s.*hold"):
+    with pytest.raises(TimeSeriesError, match=r"p\.csv:.*1\.\.2 s.*0\.5\.\.2\.5 s.*hold"):
         forbidding(t)
     np.testing.assert_array_equal(forbidding(np.array([1.0, 2.0])), [3, 5])
 
@@ -43,29 +43,29 @@ def test_beyond_the_record() -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "is empty; the first line must be like 'time \\[s\\],pressure"),
-        ("0,1\n1,2\n", "line 1, column 1: header '0' must be 'time \\[unit\\]'"),
+        ("", "empty.*'time \\[s\\],pressure"),
+        ("0,1\n1,2\n", "line 1, column 1:.*'0'.*'time \\[unit\\]'"),
         (
             "time [s],pressure\n0,1\n1,2\n",
-            "line 1, column 2: header 'pressure' has no unit: write 'pressure \\[unit\\]', or give units",
+            "line 1, column 2:.*'pressure'.*'pressure \\[unit\\]'",
         ),
-        ("time [s],force [N]\n0,1\n1,2\n", "line 1, column 2: header 'force \\[N\\]' must be 'pressure"),
-        ("time [h],pressure [Pa]\n0,1\n1,2\n", "column 1: header 'time \\[h\\]' .* with the unit s, ms, us"),
-        ("time [s]\n0\n1\n", "line 1: the header has 1 columns, 2 are needed: time and pressure$"),
-        ("time [s],pressure [Pa]\n0,1,5\n1,2,5\n", "line 2: 3 columns under 2 heads: commas divide .* export it with"),
+        ("time [s],force [N]\n0,1\n1,2\n", "line 1, column 2:.*'force \\[N\\]'.*'pressure"),
+        ("time [h],pressure [Pa]\n0,1\n1,2\n", "column 1: .*'time \\[h\\]'.*s, ms, us"),
+        ("time [s]\n0\n1\n", "line 1: .*1 columns, 2"),
+        ("time [s],pressure [Pa]\n0,1,5\n1,2,5\n", "line 2: 3 columns.*2 heads:"),
         (
             "time [s];pressure [Pa]\n0;1,5\n1;2.5\n",
-            "line 3: '2.5' has a decimal point, '1,5' .line 2. a comma: write all",
+            "line 3: '2.5'.*'1,5'.*2.",
         ),
-        ("time [s];pressure [Pa]\n0;1.234,5\n1;2\n", "line 2: '1.234,5' has points and commas: .* marks of thou"),
-        ("time [s];pressure [Pa]\n0;1_0\n1;2\n", "line 2, column 2: '1_0' must be a finite number"),
-        ("time [s];pressure [Pa];pressure [kPa]\n0;1;2\n1;2;3\n", "pressure is the head of 2 columns; give columns ="),
-        ("crank angle,pressure [Pa]\n0,1\n", "of a record in crank angle, 'angle \\[deg\\]', state rpm, too"),
-        ("time [s],pressure [Pa]\n0,1\n1,x\n", "line 3, column 2: 'x' must be a finite number"),
-        ("time [s],pressure [Pa]\n0,1\nnan,1\n", "line 3, column 1: 'nan' must be"),
-        ("time [s],pressure [Pa]\n0,1\n1,2,3\n", "line 3: 3 columns, 2 are needed"),
-        ("time [s],pressure [Pa]\n0,1\n\n2,1\n1,1\n", "line 5, column 1: time 1 must exceed the one before, 2"),
-        ("time [s],pressure [Pa]\n0,1\n0,1\n", "line 3, column 1: time 0 must exceed"),
+        ("time [s];pressure [Pa]\n0;1.234,5\n1;2\n", "line 2: '1.234,5'.*thou"),
+        ("time [s];pressure [Pa]\n0;1_0\n1;2\n", "line 2, column 2: '1_0'"),
+        ("time [s];pressure [Pa];pressure [kPa]\n0;1;2\n1;2;3\n", "2 columns.*columns ="),
+        ("crank angle,pressure [Pa]\n0,1\n", "'angle \\[deg\\]', state rpm"),
+        ("time [s],pressure [Pa]\n0,1\n1,x\n", "line 3, column 2: 'x'"),
+        ("time [s],pressure [Pa]\n0,1\nnan,1\n", "line 3, column 1: 'nan'"),
+        ("time [s],pressure [Pa]\n0,1\n1,2,3\n", "line 3: 3 columns, 2"),
+        ("time [s],pressure [Pa]\n0,1\n\n2,1\n1,1\n", "line 5, column 1:.*1.*2"),
+        ("time [s],pressure [Pa]\n0,1\n0,1\n", "line 3, column 1:.*0"),
         ("time [s],pressure [Pa]\n0,1\n", "1 samples, at least 2"),
     ],
 )
@@ -79,7 +79,7 @@ def test_files_that_are_no_text(tmp_path: Path) -> None:
         read_time_series(tmp_path / "none.csv", "force")
     path = tmp_path / "binary.csv"
     path.write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(TimeSeriesError, match=r"binary\.csv: is no CSV text in UTF-8"):
+    with pytest.raises(TimeSeriesError, match=r"binary\.csv:.*CSV.*UTF-8"):
         read_time_series(path, "force")
 
 
@@ -116,9 +116,9 @@ def test_crank_angles_repeat(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "rpm", "words"),
     [
-        (TURN, None, "header 'angle [deg]' must be 'time [unit]'.*state rpm, too"),
-        (GOOD, 3000.0, "header 'time [ms]' must be 'angle [unit]'.*rpm is for records in crank angle"),
-        (TURN + "400,1\n", 3000.0, "covers 400 deg, more than one turn of 360; cut the record"),
+        (TURN, None, "'angle [deg]'.*'time [unit]'.*rpm"),
+        (GOOD, 3000.0, "'time [ms]'.*'angle [unit]'.*rpm"),
+        (TURN + "400,1\n", 3000.0, "400 deg.*360"),
         (TURN, 0.0, "rpm = 0 must be positive"),
     ],
 )

@@ -79,7 +79,7 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         ends_as_here(crowd.address, path, tmp_path, monkeypatch)
         given_up(crowd.address)
         monkeypatch.setattr(cluster, "code_version", lambda: "0123")
-        with pytest.raises(ClusterError, match=r"worker tcp://.* has version \w+ of seatfem, this computer 0123"):
+        with pytest.raises(ClusterError, match=r"tcp://.* \w+ of seatfem, .*0123"):
             run_study(load_study(path), out, Effort(cluster=crowd.address))
 
 
@@ -124,7 +124,7 @@ def ends_as_here(address: str, path: Path, folder: Path, monkeypatch: pytest.Mon
     path.write_text('scene = "scene.toml"\n[vary]\nreed.mass = ["1 g", "2 g", "3 g"]\n', encoding="utf-8")
     table = run_study(load_study(path), folder / "dying", Effort(limit=1.5, cluster=address))
     assert list(table.columns["status"]) == ["done", "failed", "stopped"]
-    assert table.columns["message"][1] == "the process died (signal SIGKILL): no message"
+    assert table.columns["message"][1].startswith("the process died (signal SIGKILL)")
     assert table.columns["message"][2] == "no end within 1.5 s (--limit)"
 
 
@@ -150,10 +150,10 @@ def test_a_job_that_kills_computers_is_lost(tmp_path: Path) -> None:
             [(number, answer)] = ask(["die"], 60.0)
             assert number == 0
             assert isinstance(answer, Lost)
-            assert answer.in_words().startswith("the process died (with its computer): 1 workers were lost that had")
+            assert answer.in_words().startswith("the process died (with its computer): 1 workers")
             crowd.scheduler.kill()
             crowd.scheduler.wait()
-            with pytest.raises(ClusterError, match="the scheduler is gone; run the same command again"):
+            with pytest.raises(ClusterError, match=r"scheduler.*same command"):
                 list(ask(["well"], 60.0))
 
 
@@ -162,7 +162,7 @@ def test_a_job_that_kills_computers_is_lost(tmp_path: Path) -> None:
     ["host:8786", "http://host:80", "tcp://host", "tcp://host:99999", "tcp://me@host:1", "tls://host:1/x", ""],
 )
 def test_what_is_no_address(address: str) -> None:
-    with pytest.raises(ClusterError, match="write the scheduler's address, as tcp://HOST:8786"):
+    with pytest.raises(ClusterError, match="tcp://HOST:8786"):
         threads_of(address)
 
 
@@ -171,12 +171,12 @@ def test_nobody_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(cluster, "PATIENCE", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as held:
         address = f"tcp://127.0.0.1:{held.getsockname()[1]}"
-    with pytest.raises(ClusterError, match=rf"--cluster {address}: no scheduler of dask answers there within 0.3 s"):
+    with pytest.raises(ClusterError, match=rf"--cluster {address}:.*0.3 s"):
         threads_of(address)
     with pytest.raises(StudyError, match="leave it out beside --cluster"):
         run_study(load_study(study_of(tmp_path, 1)), tmp_path / "out", Effort(workers=2, cluster=address))
     monkeypatch.setattr(cluster, "find_spec", lambda name: None)
-    with pytest.raises(ClusterError, match=r"needs dask; install with: pip install 'seatfem\[cluster\]'"):
+    with pytest.raises(ClusterError, match=r"install.*'seatfem\[cluster\]'"):
         threads_of(address)
 
 
@@ -184,5 +184,5 @@ def test_files_are_bounded_before_they_are_read(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(cluster, "MOST", 800)
     for name in ("ball", "large"):
         (tmp_path / name).write_bytes(bytes(len(name) ** 4))
-    with pytest.raises(ClusterError, match=r"large: the files of the scene have .* together; at most"):
+    with pytest.raises(ClusterError, match=r"large: .*at most"):
         cluster._check_size(Parcel("", {name: tmp_path / name for name in ("ball", "large")}))

@@ -85,7 +85,7 @@ def test_pictures_without_egl_need_osmesa(monkeypatch: pytest.MonkeyPatch) -> No
 def test_pictures_without_their_packages(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(system, "PICTURE_PACKAGES", ("matplotlib", "no_such_package"))
     gap = system.picture_library_gap()
-    assert gap == "no pictures: no_such_package not installed; install with: pip install 'seatfem[pictures]'"
+    assert re.search(r"no_such_package .*pip install 'seatfem\[pictures\]'", gap)
 
 
 @pytest.mark.parametrize(
@@ -162,10 +162,10 @@ def test_on_a_machine_without_gl_it_says_what_is_missing_and_plans_are_made(tmp_
     done = without(HIDDEN, verbs, SEATFEM_STORE=store)
     assert re.findall(r"exit code \d: (\d)", done.stdout) == ["1", "0", "0", "1"], done
     told = " ".join(done.stdout.replace("│", " ").split())
-    assert "off-screen rendering gap no pictures: libEGL is missing" in told
+    assert re.search("off-screen rendering gap .*libEGL", told)
     meshing, run = done.stderr.splitlines()
     command = "apt-get install --no-install-recommends libglu1-mesa libgl1"
-    assert meshing == f"meshing: system libraries are missing; {command}"
+    assert re.fullmatch(f"meshing: .*; {command}", meshing)
     assert run.startswith("seatfem: gmsh cannot load a system library")
     assert run.endswith(command)
     assert (tmp_path / "out" / "summary.json").is_file()
@@ -179,5 +179,5 @@ def test_without_a_home_and_with_nothing_to_write_to(tmp_path: Path) -> None:
     assert "exit code 0: 0" in done.stdout
     assert done.stderr == ""
     told = " ".join(done.stdout.replace("│", " ").split())
-    assert "cache folder gap Not a directory" in told.replace("[Errno 20] ", "")
-    assert "set SEATFEM_STORE to a folder that can be written to" in told
+    assert re.search("cache folder gap .*Not a directory", told)
+    assert "set SEATFEM_STORE to a folder" in told

@@ -95,5 +95,5 @@ def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_t
     monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: of_seat)
     files, gaps = pictures.draw_run(scene, METHOD, Solved(SEAT), None, None, tmp_path / "out", lambda stage, done: None)
     assert "mesh.png" in {file.name for file in files}
-    assert gaps[0] == "skipped pictures: modes.png: MemoryError: no reason given"
-    assert gaps[1].startswith("pictures of the seat are not kept for later runs: ")
+    assert gaps[0].startswith("skipped pictures: modes.png: MemoryError")
+    assert gaps[1].startswith("pictures of the seat are not kept")

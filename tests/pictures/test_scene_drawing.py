@@ -148,7 +148,7 @@ def test_a_part_that_is_struck_from_below_is_drawn_upside_down(tmp_path: Path) -
     )
     (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
     layout = layout_of(load_scene(tmp_path / "scene.toml"))
-    assert layout.notes[0] == "the seat is drawn upside down: its contact face looks along -z of its file"
+    assert "upside down" in layout.notes[0]
     boss = crossings(layout.seat.views.section, -11e-3)
     assert (boss.min(), boss.max()) == pytest.approx((-10e-3, 10e-3), rel=0.01)
 
@@ -206,22 +206,20 @@ def test_a_format_that_is_none_is_refused(tmp_path: Path) -> None:
 
 def test_a_reed_beside_the_port_is_refused() -> None:
     narrow = example("suction_valve", reed__width="0.5 mm")
-    with pytest.raises(
-        SceneError, match=r"contact.at: 28 mm: in plan the reed, 34 x 0.5 mm, covers 3.5 % .*limit: 10 %.*wider reed"
-    ):
+    with pytest.raises(SceneError, match=r"contact.at: 28 mm: .*34 x 0.5 mm.*3.5 % .*limit: 10 %.*wider"):
         draw_scene(narrow, Path("never.png"))
     beside = example("tilted_landing", contact__offset=["6 mm", "0 mm"])
-    with pytest.raises(SceneError, match=r"contact.offset: \[6 mm, 0 mm\]: .*limit: all of it.*change the offset"):
+    with pytest.raises(SceneError, match=r"contact.offset: \[6 mm, 0 mm\]: .*limit: .*offset"):
         draw_scene(beside, Path("never.png"))
     small = example("tilted_landing", reed__paddle_diameter="9 mm")
-    with pytest.raises(SceneError, match=r"contact.offset: .*covers 18 % .*reaches 6 mm .*reed has 4.5 mm"):
+    with pytest.raises(SceneError, match=r"contact.offset: .*18 % .*6 mm .*4.5 mm"):
         draw_scene(small, Path("never.png"))
 
 
 def test_a_contact_on_what_holds_the_seat_is_refused() -> None:
     """The underside, which rests on its joint, and faces of both sides."""
-    with pytest.raises(SceneError, match=r"seat.contact: .*valve_body.step: a part of 'underside', which is held"):
+    with pytest.raises(SceneError, match=r"seat.contact: .*valve_body.step:.*'underside'"):
         draw_scene(example("flapper_on_valve_body", seat__contact={"number": 8}), Path("never.png"))
     faces = {"of": [{"number": 11}, {"number": 8}]}
-    with pytest.raises(SceneError, match=r"seat.contact: .*look to opposite sides of the body"):
+    with pytest.raises(SceneError, match=r"seat.contact: .*opposite sides"):
         draw_scene(example("flapper_on_valve_body", seat__contact=faces, seat__supports=None), Path("never.png"))

@@ -108,12 +108,12 @@ def test_regions_in_series_add_their_compliances_and_damp_by_their_own(kind):
 
 def test_bad_regions_are_listed():
     mesh = halves()
-    with pytest.raises(ModelError, match=r"no region 'middle'; it has high \(24 elements\), low \(24 elements\)"):
+    with pytest.raises(ModelError, match=r"'middle'.*\(24 elements\).*\(24 elements\)"):
         assemble(mesh, {"low": STEEL, "middle": STEEL})
-    with pytest.raises(ModelError, match="of 48 elements 24 have none and 0 have several"):
+    with pytest.raises(ModelError, match=r"48 elements 24.*0.*several"):
         assemble(mesh, {"low": STEEL})
     twice = mesh.with_subdomains({"all": np.arange(48), "low": mesh.subdomains["low"]})
-    with pytest.raises(ModelError, match="0 have none and 24 have several"):
+    with pytest.raises(ModelError, match="0 have none and 24"):
         assemble(twice, {"all": STEEL, "low": STEEL})
 
 
@@ -121,11 +121,11 @@ def test_loose_parts_and_flat_elements_are_located():
     mesh = block("tet", 1)
     far = mesh.translated((3.0, 0.0, 0.0))
     both = skfem.MeshTet(np.hstack([mesh.p, far.p]), np.hstack([mesh.t, far.t + mesh.p.shape[1]]))
-    with pytest.raises(ModelError, match=r"2 parts that share no node: 48 elements about \(0.*48 elements about \(3"):
+    with pytest.raises(ModelError, match=r"2 parts.*48 elements.*\(0.*48 elements.*\(3"):
         assemble(both.with_boundaries(FACES), STEEL)
     points = np.array(mesh.p)
     points[:, mesh.t[3, 5]] = points[:, mesh.t[:3, 5]].mean(axis=1)
-    with pytest.raises(ModelError, match=r"elements are flat \(no volume\), the first at \("):
+    with pytest.raises(ModelError, match=r"\(no volume\).*\("):
         assemble(skfem.MeshTet(points, mesh.t).with_boundaries(mesh.boundaries), STEEL)
 
 
@@ -149,7 +149,7 @@ def test_nearly_incompressible_solids_do_not_lock(kind, order, n):
 
 
 def test_linear_tetrahedra_of_rubber_are_refused():
-    with pytest.raises(ModelError, match="locks tetrahedra of order 1; use order=2"):
+    with pytest.raises(ModelError, match=r"order 1.*order=2"):
         assemble(block("tet", 1), RUBBER)
 
 

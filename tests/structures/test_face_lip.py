@@ -154,13 +154,13 @@ def test_the_face_of_a_drawing_and_of_a_mesh() -> None:
 @pytest.mark.parametrize(
     ("edges", "words"),
     [
-        (closed(circle(3e-3)), "hole is only 1.3 times as long as it is wide: .* strips at least 2"),
+        (closed(circle(3e-3)), "1.3 times.*at least 2"),
         (np.concatenate([closed(circle(r, 0.0)) for r in (1e-3, 2e-3, 3e-3)]), "hole is only 1.3 times as long"),
         (np.concatenate([closed(circle(1e-3, 9e-3)), closed(circle(3e-3))]), "hole is only 1.3 times as long"),
         (np.concatenate([closed(circle(2.5e-3, 0.7e-3)), closed(circle(3e-3))]), "cross each other"),
         (
             np.concatenate([closed(circle(2e-3)), closed(np.column_stack([circle(3e-3), circle(1e-5)[:, 0]]))]),
-            "not flat: its edges lie 0.02 mm apart",
+            "edges.*0.02 mm",
         ),
     ],
 )
@@ -174,7 +174,7 @@ def test_a_face_that_is_no_strip_is_refused() -> None:
     turns = 2 * np.pi * np.arange(CORNERS) / CORNERS
     winding = turns + 0.9 * np.sin(4 * turns) * (np.abs(turns - np.pi) < 2)
     bent = 4e-3 * np.column_stack([np.cos(winding), np.sin(winding)]) * (1 + 0.2 * np.cos(8 * turns))[:, None]
-    with pytest.raises(ModelError, match="cuts across it cross each other; take a narrower face"):
+    with pytest.raises(ModelError, match=r"cross.*narrower"):
         face(circle(1e-3), bent)
 
 
@@ -259,10 +259,10 @@ def test_two_faces_are_numbered_through() -> None:
     [
         (
             np.concatenate([closed(circle(3e-3)), closed(circle(3e-3, 4e-3))]),
-            "cross each other, as of faces that overlap",
+            "cross.*overlap",
         ),
         (np.concatenate([closed(circle(r, x)) for r, x in ((6e-3, 0), (1e-3, 3e-3), (1e-3, -3e-3))]), "has 2 holes"),
-        (closed(circle(2e-3))[:-1], "not closed, or touch each other"),
+        (closed(circle(2e-3))[:-1], "closed.*touch"),
     ],
 )
 def test_faces_that_overlap_or_have_several_holes(edges: np.ndarray, words: str) -> None:

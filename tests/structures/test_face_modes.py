@@ -113,14 +113,14 @@ def test_damping_that_couples_modes_is_refused() -> None:
     plain = model(8)
     mesh = plain.dofs.mesh  # type: ignore[union-attr]
     held = assemble(mesh, STEEL, lip=FaceLip(face(0.0), 8), supports=[Dashpot("contact", 1e6)])
-    with pytest.raises(ModelError, match=r"contact\.ports: lip segments need modes of the seat"):
+    with pytest.raises(ModelError, match=r"contact\.ports:.*segments"):
         face_greens(held, AIMS)
 
 
 def test_too_many_modes_are_refused_before_they_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """The band that is named has few enough."""
     monkeypatch.setattr(lip_modes, "MOST_MODES", 20)
-    with pytest.raises(ConvergenceError, match=r"has \d+ modes below 3 times .* \(limit 20\)") as caught:
+    with pytest.raises(ConvergenceError, match=r"\d+ modes .*\(limit 20\)") as caught:
         face_greens(model(8), Aims(4 * BAND, DURATION, 0.01))
     lower = parse_quantity(str(caught.value).rpartition("lower it to ")[2], "frequency")
     assert len(face_greens(model(8), Aims(lower, DURATION, 0.01))[0].omega) <= 20

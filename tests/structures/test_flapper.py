@@ -61,8 +61,8 @@ def test_the_sheet_is_a_solid_too() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"thickness": 0.0}, r"Flapper.thickness = 0 mm: must be a finite length > 0"),
-        ({"thickness": 6e-3}, r"Flapper.thickness = 6 mm: must be < 6 mm \(neck_width"),
+        ({"thickness": 0.0}, r"Flapper.thickness = 0 mm:.*finite.*> 0"),
+        ({"thickness": 6e-3}, r"Flapper.thickness = 6 mm:.*< 6 mm \(neck_width"),
     ],
 )
 def test_what_is_no_flapper_is_refused(change: dict[str, float], message: str) -> None:
@@ -82,7 +82,7 @@ def test_what_is_no_sheet_is_refused() -> None:
         mesh_sheet(REED, -1e-3)
     with pytest.raises(GeometryError, match="AnnularSeat has no plan"):
         mesh_sheet(AnnularSeat(4e-3, 1e-3), 1e-3)
-    with pytest.raises(MeshError, match="no node lies where it is clamped"):
+    with pytest.raises(MeshError, match=r"node.*clamped"):
         mesh_sheet(Elsewhere(**vars(REED)), 4e-3)
 
 
@@ -120,13 +120,13 @@ def test_the_mesh_has_its_holes(reed: Flapper) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"slot_width": 1e-3}, r"Flapper.slot_length = None: slot_width is given, a slot needs both"),
-        ({"slot_length": 1e-3}, r"Flapper.slot_width = None: slot_length is given"),
-        ({"slot_width": 5.4e-3, "slot_length": 8e-3}, r"Flapper.slot_width = 5.4 mm: must be < 5.4 mm \(neck"),
-        ({"slot_width": 1e-3, "slot_length": 13e-3}, r"Flapper.slot_length = 13 mm: must be < 13 mm \(neck_length"),
-        ({"slot_width": 1e-3, "slot_length": 1e-3}, r"Flapper.slot_length = 1 mm: must be > 1 mm \(slot_width"),
-        ({"hole_diameter": 15.4e-3}, r"Flapper.hole_diameter = 15.4 mm: must be < 15.4 mm \(paddle_diameter"),
-        ({"hole_diameter": 0.0}, r"Flapper.hole_diameter = 0 mm: must be a finite length > 0"),
+        ({"slot_width": 1e-3}, r"Flapper.slot_length = None: slot_width"),
+        ({"slot_length": 1e-3}, r"Flapper.slot_width = None: slot_length"),
+        ({"slot_width": 5.4e-3, "slot_length": 8e-3}, r"Flapper.slot_width = 5.4 mm:.*< 5.4 mm \(neck"),
+        ({"slot_width": 1e-3, "slot_length": 13e-3}, r"Flapper.slot_length = 13 mm:.*< 13 mm \(neck_length"),
+        ({"slot_width": 1e-3, "slot_length": 1e-3}, r"Flapper.slot_length = 1 mm:.*> 1 mm \(slot_width"),
+        ({"hole_diameter": 15.4e-3}, r"Flapper.hole_diameter = 15.4 mm:.*< 15.4 mm \(paddle_diameter"),
+        ({"hole_diameter": 0.0}, r"Flapper.hole_diameter = 0 mm:.*finite.*> 0"),
     ],
 )
 def test_what_does_not_fit_is_refused(change: dict[str, float], message: str) -> None:

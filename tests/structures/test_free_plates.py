@@ -93,10 +93,10 @@ def test_what_its_modes_leave_out(thin: SolvedSheet) -> None:
 @pytest.mark.parametrize(
     ("shape", "change", "message"),
     [
-        (RING, {"inner_diameter": 20e-3}, r"RingPlate.inner_diameter = 20 mm: must be < 20 mm \(outer_diameter"),
-        (RING, {"thickness": 5e-3}, r"RingPlate.thickness = 5 mm: must be < 5 mm \(the ring's radial width"),
-        (RING, {"inner_diameter": 0.0}, r"RingPlate.inner_diameter = 0 mm: must be a finite length > 0"),
-        (THIN, {"thickness": 10e-3}, r"Disc.thickness = 10 mm: must be < 10 mm \(half the diameter"),
+        (RING, {"inner_diameter": 20e-3}, r"RingPlate.inner_diameter = 20 mm:.*< 20 mm \(outer_diameter"),
+        (RING, {"thickness": 5e-3}, r"RingPlate.thickness = 5 mm:.*< 5 mm \(the"),
+        (RING, {"inner_diameter": 0.0}, r"RingPlate.inner_diameter = 0 mm:.*finite.*> 0"),
+        (THIN, {"thickness": 10e-3}, r"Disc.thickness = 10 mm:.*< 10 mm \(half"),
     ],
 )
 def test_what_is_no_plate_is_refused(shape: Flat, change: dict[str, float], message: str) -> None:
@@ -136,5 +136,5 @@ def test_a_plate_is_its_solid_while_waves_are_long() -> None:
     assert off[0] < 0.005
     assert off[1] < 0.025
     assert 0.04 < off[2] < 0.08
-    with pytest.raises(ModelError, match=r"reed\.thickness = 7\.52 mm is 0\.34 of a bending wave"):
+    with pytest.raises(ModelError, match=r"reed\.thickness = 7\.52 mm.*0\.34"):
         Sheet(RingPlate(24e-3, 8e-3, thickness), STEEL, 150e3).check()

@@ -11,11 +11,11 @@ from seatfem.structures.shapes.cad import stated_unit
 @pytest.mark.parametrize(
     ("spec", "values", "message"),
     [
-        (AnnularSeat, {"bore_radius": -4e-3}, r"AnnularSeat.bore_radius = -4 mm: must be a finite length > 0"),
+        (AnnularSeat, {"bore_radius": -4e-3}, r"AnnularSeat.bore_radius = -4 mm:.*finite.*> 0"),
         (AnnularSeat, {"thickness": math.nan}, r"AnnularSeat.thickness = nan"),
-        (AnnularSeat, {"outer_radius": 5e-3}, r"outer_radius = 5 mm: must be > 5 mm \(bore_radius \+ lip_width"),
-        (AnnularSeat, {"lip_edge_radius": 0.5e-3, "lip_height": 1e-3}, r"lip_edge_radius = 0.5 mm: must be < 0.5 mm"),
-        (AnnularSeat, {"lip_edge_radius": 0.3e-3, "lip_height": 0.2e-3}, r"must be < 0.2 mm \(the lip_height\)"),
+        (AnnularSeat, {"outer_radius": 5e-3}, r"outer_radius = 5 mm:.*> 5 mm \(bore_radius \+ lip_width"),
+        (AnnularSeat, {"lip_edge_radius": 0.5e-3, "lip_height": 1e-3}, r"lip_edge_radius = 0.5 mm:.*< 0.5 mm"),
+        (AnnularSeat, {"lip_edge_radius": 0.3e-3, "lip_height": 0.2e-3}, r"< 0.2 mm \(the lip_height\)"),
         (AnnularSeat, {"lip_edge_radius": -1e-4}, r"lip_edge_radius = -0.1 mm"),
         (Bar, {"length": 1.0, "width": 0.0, "height": 1.0}, r"Bar.width = 0 mm"),
         (
@@ -23,7 +23,7 @@ from seatfem.structures.shapes.cad import stated_unit
             dict.fromkeys(("width", "depth", "thickness", "patch_depth"), 1.0) | {"patch_width": 2.0},
             r"<= 1000 mm",
         ),
-        (CadPart, {"path": "seat.igs"}, r"seat.igs: unknown CAD format '.igs'"),
+        (CadPart, {"path": "seat.igs"}, r"seat.igs:.*CAD.*'.igs'"),
         (CadPart, {"path": "seat.brep"}, r"states no unit"),
         (CadPart, {"path": "seat.step", "unit": -1.0}, r"CadPart.unit = -1"),
         (PlaneFace, {"normal": (0.0, 0.0, 0.0), "offset": 0.0}, r"must not be zero"),

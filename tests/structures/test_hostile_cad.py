@@ -44,7 +44,7 @@ def test_a_part_that_points_to_other_files(tmp_path):
     sound = (MESHES / "block.step").read_text()
     path = tmp_path / "a.step"
     path.write_text(sound.replace("DATA;", "DATA;\n#99999 = DOCUMENT_FILE('/etc/other.step','',$,#1,'',$);", 1))
-    with pytest.raises(GeometryError, match="#99999 points to another file, which is not read"):
+    with pytest.raises(GeometryError, match="#99999 points"):
         check_readable(path)
 
 
@@ -62,5 +62,5 @@ def test_a_file_larger_than_is_read(tmp_path, monkeypatch):
     path = tmp_path / "a.step"
     with path.open("wb") as file:
         file.truncate(3 << 20)
-    with pytest.raises(GeometryError, match=r"a\.step: has 3 MB; such a file is read up to 1 MB"):
+    with pytest.raises(GeometryError, match=r"a\.step:.*3 MB.*file.*1 MB"):
         check_readable(path)

@@ -51,7 +51,7 @@ def test_a_mesh_that_is_a_script_is_refused_before_gmsh(tmp_path, spell, name, b
     text, mark = spell
     path = tmp_path / name
     path.write_bytes(before + text)
-    with pytest.raises(MeshError, match=r"is no \.m\w\w file; it begins with b'.* instead of .*Export it again"):
+    with pytest.raises(MeshError, match=r"\.m\w\w file; .*b'.*Export"):
         read_mesh(path)
     assert not mark.exists()
 
@@ -98,13 +98,13 @@ def test_a_part_that_is_a_script(tmp_path, spell, suffix):
 def test_pipes_devices_and_folders_are_no_meshes(tmp_path, name):
     path = tmp_path / name
     os.mkfifo(path)
-    with pytest.raises(MeshError, match="is a pipe; a regular file is needed"):
+    with pytest.raises(MeshError, match="pipe"):
         read_mesh(path)
     path.unlink()
     path.symlink_to("/dev/zero")
-    with pytest.raises(MeshError, match="is a device; a regular file is needed"):
+    with pytest.raises(MeshError, match="device"):
         read_mesh(path)
     path.unlink()
     path.mkdir()
-    with pytest.raises(MeshError, match="is a folder; a regular file is needed"):
+    with pytest.raises(MeshError, match="folder"):
         read_mesh(path)

@@ -49,7 +49,7 @@ def test_files_that_include_files_that_include_files(tmp_path):
     for level in range(8):
         (tmp_path / f"{level}.inp").write_text(f"*INCLUDE, INPUT={level + 1}.inp\n" * 14)
     (tmp_path / "8.inp").write_text(DECK)
-    with pytest.raises(MeshError, match=r"is included after 200 other files, the most of a deck; write one file"):
+    with pytest.raises(MeshError, match="200 other files"):
         read_mesh(tmp_path / "0.inp")
     assert len(with_included(tmp_path / "0.inp")) == 9
 
@@ -58,30 +58,30 @@ def test_a_deck_as_large_as_its_files_together(tmp_path, monkeypatch):
     monkeypatch.setattr(Budget.__init__, "__defaults__", (200, 3000))
     (tmp_path / "part.inp").write_text("** " + "x" * 1000)
     deck = "*INCLUDE, INPUT=part.inp\n" * 3
-    refused(tmp_path / "a.inp", deck, r"part\.inp: has .* MB; such a file is read up to")
+    refused(tmp_path / "a.inp", deck, r"part\.inp: .* MB; .*up to")
 
 
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        ("*NSET, NSET=A, GENERATE\n1,400000000\n", r"a\.inp:8: \*NSET: 4e\+08 members.*may have 2e\+05 together"),
+        ("*NSET, NSET=A, GENERATE\n1,400000000\n", r"a\.inp:8: \*NSET: 4e\+08 members.*2e\+05"),
         ("*NSET, NSET=A, GENERATE\n" + "1,30000\n" * 20, r"a\.inp:8: \*NSET: 3e\+04 members"),
         ("*NSET, NSET=A, GENERATE\n1," + "9" * 300 + "\n", r"a\.inp:8: \*NSET: 1e\+300 members"),
-        ("*NSET, NSET=A, GENERATE\n1,4,0\n", "GENERATE needs first, last, step"),
-        ("*NSET, NSET=A, GENERATE\n1\n", "GENERATE needs first, last, step"),
+        ("*NSET, NSET=A, GENERATE\n1,4,0\n", "GENERATE .*first, last, step"),
+        ("*NSET, NSET=A, GENERATE\n1\n", "GENERATE .*first, last, step"),
         ("*ELSET, ELSET=A, GENERATE\n1,400000000\n", r"\*ELSET: 4e\+08 members"),
         (
             "*NSET, NSET=S0, GENERATE\n1,5000\n"
             + "".join(f"*NSET, NSET=S{k + 1}\nS{k},S{k},S{k}\n" for k in range(30)),
-            r"\*NSET: 5000 members, 2\.05e\+05 with those before",
+            r"\*NSET: 5000 members, 2\.05e\+05",
         ),
         (
             "*ELSET, ELSET=E, GENERATE\n1,5000\n*SURFACE, NAME=S\n" + "E,S1\n" * 1000,
-            r"\*SURFACE: 5000 members, 2\.05e\+05 with those before",
+            r"\*SURFACE: 5000 members, 2\.05e\+05",
         ),
-        ("*ELEMENT,TYPE=C3D5\n²,1\n", "no surface group named|tetrahedra or hexahedra"),
-        ("*NSET, NSET=A\n²\n", "no NSET '²' before this line"),
-        ("*NSET, NSET=A\n--1\n", "no NSET '--1' before this line"),
+        ("*ELEMENT,TYPE=C3D5\n²,1\n", "surface group|tetrahedra"),
+        ("*NSET, NSET=A\n²\n", "NSET '²'"),
+        ("*NSET, NSET=A\n--1\n", "NSET '--1'"),
         ("*NSET" + ",\n" * 200_000, "NSET= is missing"),
     ],
 )
@@ -93,14 +93,14 @@ def test_sets_of_more_than_there_is(tmp_path, monkeypatch, lines, message):
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        ("SPC1,4,123,1,THRU,400000000\n", r"a\.bdf:6: SPC1: 4e\+08 nodes, .*may have 2e\+05 together"),
-        ("SPC1,4,123,1,THRU,90000\n" * 5, r"a\.bdf:8: SPC1: 9e\+04 nodes, 2\.7e\+05 with those before"),
+        ("SPC1,4,123,1,THRU,400000000\n", r"a\.bdf:6: SPC1: 4e\+08 nodes, .*2e\+05"),
+        ("SPC1,4,123,1,THRU,90000\n" * 5, r"a\.bdf:8: SPC1: 9e\+04 nodes, 2\.7e\+05"),
         (
             "".join(f"SPC1,{k},123,1,THRU,90000\n" for k in range(5)),
-            r"a\.bdf:8: SPC1: 9e\+04 nodes, 2\.7e\+05 with those before",
+            r"a\.bdf:8: SPC1: 9e\+04 nodes, 2\.7e\+05",
         ),
-        ("SPC1,4,123,²\n", "'²': must be a whole number or THRU"),
-        ("SPC1,4,123,1,THRU,²\n", "THRU must stand between two whole numbers"),
+        ("SPC1,4,123,²\n", "'²': .*THRU"),
+        ("SPC1,4,123,1,THRU,²\n", "THRU .*between"),
         ("CTETRA,2,3,²,2,3,4\n", "element 2 has 3 nodes"),
     ],
 )
@@ -112,7 +112,7 @@ def test_numbers_written_out(tmp_path, monkeypatch, lines, message):
 
 def test_a_universal_mesh_of_promises(tmp_path):
     promise = "    -1\n  2412\n" + f"{1:10}{111:10}{1:10}{1:10}{1:10}{400000000:10}\n         1\n    -1\n"
-    refused(tmp_path / "a.unv", promise, "not readable as a universal file")
+    refused(tmp_path / "a.unv", promise, "universal file")
 
 
 M3 = "%%MatrixMarket matrix coordinate real general\n"
@@ -142,25 +142,25 @@ def zipped(**members):
 def test_matrices_that_unfold(tmp_path, monkeypatch):
     monkeypatch.setattr("seatfem.structures.formats.matrices.FREE", 1 << 20)
     zeros = zipped(data=npy((1 << 20,), bytes(1 << 23)))
-    matrix_refused(tmp_path, "K.npz", zeros, r"K\.npz: .*its 1 arrays claim 8 MB in a file of .* MB; at most 1 MB")
+    matrix_refused(tmp_path, "K.npz", zeros, r"K\.npz: .*8 MB .* MB; .*1 MB")
     text = (M3 + "9 9 99999999\n" + "1 1 1\n" * 1_000_000).encode()
     matrix_refused(
         tmp_path,
         "K.mtx.gz",
         gzip.compress(text, 9),
-        r"K\.mtx\.gz: .*it unfolds to more than 1 MB, 20 times its size: unpack it",
+        r"K\.mtx\.gz: .*1 MB, 20 times .*unpack",
     )
 
 
 @pytest.mark.parametrize(
     ("name", "data", "message"),
     [
-        ("K.npy", npy((50_000, 50_000)), r"its head claims 1\.\d+e\+04 MB, must claim at most its 0\.000\d+ MB"),
-        ("K.npz", zipped(data=npy((1 << 30,)), indices=npy((1,))), "its head claims 8192 MB, must"),
-        ("K.npy", npy((2, 2), pickle.dumps([1]), "|O"), "must hold numbers, not Python objects"),
-        ("K.npz", zipped(data=npy((1,), pickle.dumps([1]), "|O")), "must hold numbers, not Python objects"),
-        ("K.mtx", (M3 + "9 9 900000000\n1 1 1\n").encode(), "900000000 entries, must have at most 9 x 9"),
-        ("K.mtx", (M3 + "99999 99999 900000000\n1 1 1\n").encode(), "it has 6 words; 900000000 entries"),
+        ("K.npy", npy((50_000, 50_000)), r"1\.\d+e\+04 MB, .*0\.000\d+ MB"),
+        ("K.npz", zipped(data=npy((1 << 30,)), indices=npy((1,))), "8192 MB"),
+        ("K.npy", npy((2, 2), pickle.dumps([1]), "|O"), "numbers, not Python objects"),
+        ("K.npz", zipped(data=npy((1,), pickle.dumps([1]), "|O")), "numbers, not Python objects"),
+        ("K.mtx", (M3 + "9 9 900000000\n1 1 1\n").encode(), "900000000 entries, .*9 x 9"),
+        ("K.mtx", (M3 + "99999 99999 900000000\n1 1 1\n").encode(), "6 words; 900000000 entries"),
         ("K.mtx", b"%%MatrixMarket matrix array real general\n90000 90000\n1\n", "it has 3 words; "),
         ("K.mtx", b"%%MatrixMarket matrix array real symmetric\n90000 90000\n1\n", "it has 3 words; "),
         ("K.mtx", (M3 + "%" + "x" * 5_000_000 + "\n1 1 1\n1 1 1\n").encode(), "at most 65536 characters"),
@@ -178,7 +178,7 @@ def test_degrees_of_freedom_that_are_no_numbers(tmp_path, rows):
     path.write_text(M3 + "2 2 2\n1 1 2\n2 2 2\n")
     port = tmp_path / "port.csv"
     port.write_text(f"dof,weight\n{rows}\n", encoding="utf-8")
-    with pytest.raises(ModelError, match=r"port\.csv, line 2: .* must be a dof number and a weight"):
+    with pytest.raises(ModelError, match=r"port\.csv, line 2: .*weight"):
         read_matrices(path, path, ports={"contact": port})
 
 
@@ -186,7 +186,7 @@ def test_degrees_of_freedom_that_are_no_numbers(tmp_path, rows):
 def test_tables_of_many_columns(tmp_path, text):
     path = tmp_path / "p.csv"
     path.write_text(text)
-    with pytest.raises(TimeSeriesError, match=r"p\.csv, line \d: \d+ columns, .*at most 64"):
+    with pytest.raises(TimeSeriesError, match=r"p\.csv, line \d: \d+ columns, .*64"):
         read_time_series(path, "force")
 
 
@@ -194,7 +194,7 @@ def test_tables_of_many_lines(tmp_path, monkeypatch):
     monkeypatch.setattr("impact.files.csv_table.MOST_LINES", 1000)
     path = tmp_path / "p.csv"
     path.write_text("time [s],force [N]\n" + "1,1\n" * 2000)
-    with pytest.raises(TimeSeriesError, match=r"p\.csv, line 1001: 2 columns, 1001 lines; at most"):
+    with pytest.raises(TimeSeriesError, match=r"p\.csv, line 1001: 2 columns, 1001 lines"):
         read_time_series(path, "force")
 
 
@@ -210,7 +210,7 @@ def test_tables_of_many_lines(tmp_path, monkeypatch):
 def test_records_from_devices(tmp_path, read, error):
     path = tmp_path / "a.csv"
     path.symlink_to("/dev/zero")
-    with pytest.raises(error, match=r"a\.csv: is a device; a regular file is needed"):
+    with pytest.raises(error, match=r"a\.csv: .*device"):
         read(path)
     with pytest.raises((TimeSeriesError, FrequencyResponseError, ValueError), match="no such file"):
         read(tmp_path / "none.csv")

@@ -111,7 +111,5 @@ def test_it_is_passive_and_reciprocal_and_the_same_all_around(eight: ModalGreens
 
 def test_what_cannot_be(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seatfem.structures.reduction.lip_modes.MOST", 6)
-    with pytest.raises(
-        ConvergenceError, match=r"\d harmonics cannot represent the compliance of the lip segments: take fewer"
-    ):
+    with pytest.raises(ConvergenceError, match=r"\d.*compliance"):
         in_arcs(32)

@@ -72,11 +72,11 @@ def test_means_over_arcs_have_their_closed_forms() -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ((5e-3, 0.0), "a width of 0 mm must be positive and at most 10 mm"),
-        ((5e-3, 10.1e-3), "a width of 10.1 mm must be positive"),
+        ((5e-3, 0.0), "0 mm.*positive.*10 mm"),
+        ((5e-3, 10.1e-3), "10.1 mm.*positive"),
         ((math.nan, 1e-3), "mean radius nan mm"),
-        ((5e-3, 1e-3, 0), "a lip of 0 segments by 1 rings: each at least 1"),
-        ((5e-3, 1e-3, MOST_PORTS // 2 + 1, 2), "2049 segments by 2 rings: .*fewer contact.ports"),
+        ((5e-3, 1e-3, 0), "0 segments.*1.*1"),
+        ((5e-3, 1e-3, MOST_PORTS // 2 + 1, 2), "2049 segments.*2 rings: .*fewer contact.ports"),
         ((5e-3, 1e-3, -4, -4), "-4 segments by -4 rings"),
     ],
 )
@@ -116,7 +116,7 @@ def test_fewer_parts_are_means_of_more() -> None:
     steps = divided_less(divided_less(greens, Division(6, 2)), Division(3, 1)).static_compliance()
     np.testing.assert_allclose(divided_less(greens, Division(3)).static_compliance(), steps, rtol=1e-10)
     np.testing.assert_allclose(ring_shares(2), 0.5, rtol=1e-15)
-    with pytest.raises(GreensFunctionError, match=r"contact\.ports = 5: .* in 12; take a divisor"):
+    with pytest.raises(GreensFunctionError, match=r"contact\.ports = 5: .*12.*divisor"):
         divided_less(greens, Division(5, 2))
 
     less = Division(6, 2)

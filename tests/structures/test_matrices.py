@@ -87,12 +87,12 @@ def test_penalties_and_empty_rows_are_told_and_taken_out(files: dict[str, Path],
     put(tmp_path / "held.mtx", held.tocsr(), symmetry="symmetric")
     put(tmp_path / "free.mtx", free.tocsr(), symmetry="symmetric")
     given = {"mass": tmp_path / "free.mtx", "stiffness": tmp_path / "held.mtx"}
-    with pytest.raises(ModelError, match=r"held.mtx: 2 unknowns are constrained .*dof 0, 3; .*constrained=.drop"):
+    with pytest.raises(ModelError, match=r"held.mtx: 2 unknowns.*dof 0, 3; .*constrained=.drop"):
         read_matrices(**given, ports={"contact": PORT})
     model = read_matrices(**given, ports={"contact": PORT}, constrained="drop")
     assert model.size == N - 2
     assert np.flatnonzero(model.ports["contact"].vector).tolist() == [N - 4, N - 3]
-    with pytest.raises(ModelError, match="port 'contact' must not act on the constrained dof 3"):
+    with pytest.raises(ModelError, match=r"'contact'.*constrained.*3"):
         read_matrices(**given, ports={"contact": {3: 1.0}}, constrained="drop")
 
 
@@ -105,14 +105,14 @@ def changed(matrix: sparse.csr_array, i: int, j: int, value: float) -> sparse.cs
 @pytest.mark.parametrize(
     ("matrix", "message"),
     [
-        (sparse.csr_array(K[:, :-1]), r"K.mtx: is 12 x 11: it must be square"),
-        (sparse.tril(K).tocsr(), "K.mtx: is not symmetric, .*one triangle only: mark it 'symmetric'"),
-        (changed(K, 0, 1, 5.0), "K.mtx: is not symmetric.*reciprocity"),
-        (changed(K, 2, 2, np.inf), "K.mtx: all values must be finite, 1 are not"),
+        (sparse.csr_array(K[:, :-1]), r"K.mtx:.*12 x 11:.*square"),
+        (sparse.tril(K).tocsr(), "K.mtx:.*one.*'symmetric'"),
+        (changed(K, 0, 1, 5.0), "K.mtx:.*symmetric.*reciprocity"),
+        (changed(K, 2, 2, np.inf), "K.mtx:.*values.*1"),
         (K.astype(complex), "K.mtx: is complex"),
-        (sparse.csr_array(K[:8, :8]), "M.mtx: M has 12 unknowns, must have the 8 of K in .*K.mtx"),
-        (changed(K, 2, 2, -1.0), "K.mtx: K is indefinite.*Lagrange"),
-        (changed(K, 2, 2, 0.0), r"K.mtx: K is indefinite: .* at 4 places, the first dof 1, 2"),
+        (sparse.csr_array(K[:8, :8]), "M.mtx: M.*12 unknowns.*8.*K.*K.mtx"),
+        (changed(K, 2, 2, -1.0), "K.mtx: K.*indefinite.*Lagrange"),
+        (changed(K, 2, 2, 0.0), r"K.mtx: K.*4 places.*1, 2"),
     ],
 )
 def test_bad_stiffness(files: dict[str, Path], matrix: sparse.csr_array, message: str) -> None:
@@ -130,20 +130,20 @@ def test_bad_files(files: dict[str, Path], tmp_path: Path) -> None:
     (tmp_path / "M.txt").write_text("1 2 3")
     refused("M.txt: .* must end in .mtx", tmp_path / "M.txt")
     (tmp_path / "cut.mtx").write_text(files["mass"].read_text()[:-40])
-    refused("cut.mtx: cannot be read as a matrix", tmp_path / "cut.mtx")
+    refused("cut.mtx: .*matrix", tmp_path / "cut.mtx")
     (tmp_path / "ones.mtx").write_text("%%MatrixMarket matrix coordinate pattern general\n1 1 1\n1 1\n")
     refused("ones.mtx: .*pattern.* no values", tmp_path / "ones.mtx")
     put(tmp_path / "light.mtx", changed(M, 5, 5, 0.0), symmetry="general")
-    refused(r"light.mtx: M has no mass at 1 unknowns \(dof 5\)", tmp_path / "light.mtx")
-    refused(r"port 'lip': dof 12 is outside 0 ... 11", lip={12: 1.0})
-    refused(r"port 'lip' is \(3,\), the matrices need \(12,\)", lip=np.ones(3))
+    refused(r"light.mtx: M .*1 unknowns \(dof 5\)", tmp_path / "light.mtx")
+    refused("port 'lip': dof 12 .*0 ... 11", lip={12: 1.0})
+    refused(r"port 'lip' .*\(3,\), .*\(12,\)", lip=np.ones(3))
     for text, message in (
-        ("node,weight\n1,1\n", "the first line must be 'dof,weight'"),
-        ("dof,weight\n1.5,1\n", "line 2: '1.5,1' must be a dof number"),
-        ("dof,weight\n1,1\n1,2\n", "line 3: dof 1 stands there twice"),
-        ("dof,weight\n1,one\n", "line 2, column 2: 'one' must be a finite number"),
+        ("node,weight\n1,1\n", "first line .*'dof,weight'"),
+        ("dof,weight\n1.5,1\n", "line 2: '1.5,1'"),
+        ("dof,weight\n1,1\n1,2\n", "line 3: dof 1 .*twice"),
+        ("dof,weight\n1,one\n", "line 2, column 2: 'one'"),
     ):
         (tmp_path / "lip.csv").write_text(text)
         refused(f"lip.csv.*{message}", lip=tmp_path / "lip.csv")
-    with pytest.raises(ModelError, match="system 'cgs' is unknown; choose from SI"):
+    with pytest.raises(ModelError, match=r"'cgs'.*unknown.*SI"):
         read_matrices(**files, ports={"contact": PORT}, system="cgs")  # type: ignore[arg-type]

@@ -216,12 +216,12 @@ ABAQUS_BAD = [
     ("*Nset, nset=Base", "*Ngen, nset=Base", r"seat.inp:\d+: \*NGEN: not supported"),
     ("*Instance, name=Seat-1, part=Seat", "*Instance, name=Seat-1, part=Seat\n1., 0., 0.", "moved or turned"),
     ("*End Part", "*End Part\n*Part, name=Reed", "2 blocks .PART .Seat, Reed."),
-    ("7, 17, 27, 37", "7, 17, 27, 99", r"node 99 is used and not defined, export it too \(1 such nodes\)"),
+    ("7, 17, 27, 37", "7, 17, 27, 99", r"node 99 .*\(1 such nodes\)"),
     ("7, 17, 27, 37", "7, 17, 27", "must be a multiple of 5"),
-    ("type=C3D4", "type=C3D6", "tetrahedra or hexahedra, all of one order, 1 or 2; found: 1 C3D6"),
+    ("type=C3D4", "type=C3D6", "tetrahedra or hexahedra, .*1 or 2; .*1 C3D6"),
     ("*Nset", "*Element, type=C3D5\n6, 7, 17, 27, 37, 7\n*Nset", "found: 1 C3D4, 1 C3D5"),
-    ("_Top, S4", "_Top, S5", r"seat.inp:\d+: \*SURFACE: _Top, S5: the face must be S1 to S4"),
-    ("_Top, S4", "_Side, S4", "no ELSET '_Side' before this line; there are: 'Steel', '_Top'"),
+    ("_Top, S4", "_Top, S5", r"seat.inp:\d+: \*SURFACE: _Top, S5: .*S1 to S4"),
+    ("_Top, S4", "_Side, S4", "ELSET '_Side' .*'Steel', '_Top'"),
     ("*Heading", "*Include, input=nodes.inp", "no such file"),
     ("*Heading", "*Node, system=C\n1, 1., 0., 0.", "SYSTEM=C: must be rectangular"),
     ("7, 0.0, 0.0, 0.0", "7, 0.0, zero, 0.0", "number, x, y, z expected"),
@@ -258,7 +258,7 @@ Steel,
     assert len(seat.mesh.boundaries["contact"]) == 6
     assert len(seat.mesh.boundaries["Everything"]) == 6
     assert seat.quality.areas["fixed"] == pytest.approx(1.0)
-    with pytest.raises(MeshError, match=r"named 'Line'; the file has: .*; node sets that hold no whole face: 'Line'"):
+    with pytest.raises(MeshError, match=r"'Line'.*'Line'"):
         read_mesh(path, contact="Whole", fixed="Line")
 
 
@@ -275,14 +275,14 @@ CTRIA3,3,5,1,3,4
 @pytest.mark.parametrize(
     ("text", "broken", "message"),
     [
-        ("GRID,4,", "GRID,4,7", r"seat.bdf:4: GRID: coordinate system 7: must be the basic one"),
-        ("GRID,4,,0.", "GRID,4,,o.", "field 4 is 'o.': must be a number"),
-        ("CTETRA,1,3,1,2,3,4", "CTETRA,1,3,1,2,3", "element 1 has 3 nodes: must be 4 or 10"),
+        ("GRID,4,", "GRID,4,7", r"seat.bdf:4: GRID:.*7:"),
+        ("GRID,4,,0.", "GRID,4,,o.", "field 4.*'o.':"),
+        ("CTETRA,1,3,1,2,3,4", "CTETRA,1,3,1,2,3", "element 1.*3 nodes:.*4.*10"),
         ("CTETRA,1,3,1,2,3,4", "CPENTA,1,3,1,2,3,4,1,2", "found: 1 CPENTA of 6 nodes"),
         ("CTRIA3,2", "CTETRA,1,3,1,2,3,4\nCTRIA3,2", "element 1 is there twice"),
-        ("CTRIA3,2", "PLOAD4,1,1,1.,,,,7,8\nCTRIA3,2", "nodes 7 and 8 must name a face of element 1"),
+        ("CTRIA3,2", "PLOAD4,1,1,1.,,,,7,8\nCTRIA3,2", "nodes 7 and 8 .*element 1"),
         ("CTRIA3,2", "INCLUDE 'more.bdf'\nCTRIA3,2", "INCLUDE: not supported"),
-        ("CTRIA3,2,4", "CTRIA3,2,6", "no surface group named 'PID 4'; the file has: 'PID 5', 'PID 6'"),
+        ("CTRIA3,2,4", "CTRIA3,2,6", "'PID 4'.*'PID 5', 'PID 6'"),
     ],
 )
 def test_bad_nastran_deck(tmp_path, text, broken, message):
@@ -295,7 +295,7 @@ def test_bad_nastran_deck(tmp_path, text, broken, message):
 
 
 def test_bricks_of_27_nodes_in_unv(written_meshes):
-    with pytest.raises(MeshError, match=r"hex-2-2.unv: .* of type 115 has 27 nodes: must be 8"):
+    with pytest.raises(MeshError, match=r"hex-2-2.unv: .*type 115.*27 nodes:.*8"):
         ring(written_meshes, "hex-2-2.unv")
 
 
@@ -313,7 +313,7 @@ def test_node_groups_of_unv(written_meshes, tmp_path):
     seat = read_mesh(path, fixed="floor", unit=UNIT)
     assert seat.quality.areas["fixed"] == pytest.approx(whole.quality.areas["fixed"], rel=1e-12)
     path.write_text(text.replace("2412", "2412\n  1"))
-    with pytest.raises(MeshError, match=r"nodes\.unv: not readable as a universal file"):
+    with pytest.raises(MeshError, match=r"nodes\.unv:.*universal"):
         read_mesh(path)
 
 
@@ -322,12 +322,12 @@ def test_node_groups_of_unv(written_meshes, tmp_path):
     [
         (
             {"unit": 100.0},
-            r"would be 200 x 200 x 100 m large \(unit = 100 m\); give the unit. Its numbers span 2 x 2 x 1",
+            r"200 x 200 x 100 m.*\(unit = 100 m\).*2 x 2 x 1",
         ),
         ({"unit": 1e-5}, "give the unit"),
         ({"unit": 0.0}, "unit = 0: must be > 0"),
         ({"merge": -1.0}, "merge = -1 m: must be >= 0"),
-        ({"contact": "fixed"}, "contact and fixed are both 'fixed'"),
+        ({"contact": "fixed"}, "contact.*'fixed'"),
     ],
 )
 def test_bad_requests(written_meshes, options, message):
@@ -340,7 +340,7 @@ def test_a_vtu_that_is_none(tmp_path):
     path.write_text("<VTKFile")
     with pytest.raises(MeshError, match=r"a\.vtu: not readable"):
         read_mesh(path)
-    with pytest.raises(MeshError, match=r"mesh files must be one of \.msh, \.med, \.unv, \.inp"):
+    with pytest.raises(MeshError, match=r"\.msh, \.med, \.unv, \.inp"):
         read_mesh(Path(__file__))
 
 

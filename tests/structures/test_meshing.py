@@ -47,7 +47,7 @@ def test_plane_selectors_on_a_step_file():
     path = MESHES / "annular_seat.step"
     part = make_mesh(CadPart(path, contact=top, fixed=under), COARSE)
     assert part.quality.cad_areas["contact"] == pytest.approx(math.pi * (4.9e-3**2 - 4.1e-3**2), rel=1e-9)
-    with pytest.raises(GeometryError, match=r"no face for 'contact' \(faces of colour \(0, 255, 0, 255\)\)") as caught:
+    with pytest.raises(GeometryError, match=r"'contact' \(faces.*\(0, 255, 0, 255\)\)") as caught:
         make_mesh(CadPart(path, contact=ColourFace((0, 255, 0, 255))), COARSE)
     assert "face 6: Plane, centre (0, 0, 8.5) mm, area 22.62 mm^2" in str(caught.value)
     assert "colour (255, 0, 0, 255)" in str(caught.value)
@@ -69,7 +69,7 @@ def test_meshing_is_reproducible_and_hashed(demo):
     ("values", "message"),
     [
         ({"size": 0.0}, r"MeshSpec.size = 0"),
-        ({"size": 1e-3, "contact_size": 2e-3}, r"contact_size = 2 mm: must be <= size = 1 mm"),
+        ({"size": 1e-3, "contact_size": 2e-3}, r"contact_size = 2 mm:.*<= size = 1 mm"),
         ({"size": 1e-3, "order": 3}, r"order = 3: must be 1 or 2"),
         ({"size": 1e-3, "grading": math.inf}, r"grading = inf"),
     ],
@@ -104,7 +104,7 @@ def use_fake_gmsh(monkeypatch, folder: Path, source: str) -> None:
 @pytest.mark.own_gmsh
 def test_missing_system_library_names_the_mend(monkeypatch, tmp_path):
     use_fake_gmsh(monkeypatch, tmp_path, "raise OSError('libGLU.so.1: cannot open shared object file')")
-    with pytest.raises(MeshingError, match=r"libGLU.so.1.*apt-get install --no-install-recommends libglu1-mesa"):
+    with pytest.raises(MeshingError, match=r"libGLU.so.1.*apt-get.*--no-install-recommends libglu1-mesa"):
         make_mesh(AnnularSeat(), COARSE)
 
 
@@ -113,7 +113,7 @@ def test_crash_is_an_error_and_leaves_no_file(monkeypatch, tmp_path):
     use_fake_gmsh(monkeypatch, tmp_path, FAKE_GMSH.format(act="os.kill(os.getpid(), signal.SIGSEGV)"))
     out = tmp_path / "out"
     out.mkdir()
-    with pytest.raises(MeshingError, match=r"gmsh crashed \(SIGSEGV\) while starting gmsh: try another element size"):
+    with pytest.raises(MeshingError, match=r"\(SIGSEGV\).*element size"):
         make_mesh(AnnularSeat(), COARSE, msh=out / "a.msh")
     assert not list(out.iterdir())
 

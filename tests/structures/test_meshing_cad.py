@@ -122,13 +122,13 @@ def corners_area(mesh, facets) -> float:
 
 
 def test_regions_that_are_not_there_list_what_is():
-    with pytest.raises(GeometryError, match=r"no solid for the region 'ring' \(colour \(1, 2, 3, 255\)\)") as caught:
+    with pytest.raises(GeometryError, match=r"'ring' \(colour \(1, 2, 3, 255\)\)") as caught:
         make_mesh(CadPart(INSERT, regions=(Region("ring", colour=(1, 2, 3, 255)),)), COARSE)
     assert "solid 2: name" in str(caught.value)
     assert str(ORANGE) in str(caught.value)
-    with pytest.raises(GeometryError, match="belong to 'b' and to another region"):
+    with pytest.raises(GeometryError, match=r"'b'.*another"):
         make_mesh(CadPart(INSERT, regions=(Region("a", order=1), Region("b", colour=GREY))), COARSE)
-    with pytest.raises(GeometryError, match="exactly one of order, colour and solid"):
+    with pytest.raises(GeometryError, match="order, colour and solid"):
         Region("a", order=1, solid="x")
     with pytest.raises(GeometryError, match="each name must stand once"):
         CadPart(INSERT, groups=(Group("fixed", CylinderFace(1e-3)),))
@@ -166,14 +166,14 @@ def test_cone_selector():
 
 
 def test_point_on_an_edge_is_ambiguous():
-    with pytest.raises(GeometryError, match=r"ambiguous selection for 'contact'.*2 faces meet there"):
+    with pytest.raises(GeometryError, match=r"'contact'.*2 faces"):
         body_areas(contact=PointFace((10e-3, 0.0, 14e-3)))
-    with pytest.raises(GeometryError, match=r"no face for 'contact' \(face at the point \(50, 0, 0\) mm\)"):
+    with pytest.raises(GeometryError, match=r"'contact' \(face.*\(50, 0, 0\) mm\)"):
         body_areas(contact=PointFace((50e-3, 0.0, 0.0)))
 
 
 def test_face_names(tmp_path):
-    with pytest.raises(GeometryError, match="names did not survive the export") as caught:
+    with pytest.raises(GeometryError, match=r"names.*export") as caught:
         body_areas(contact=NamedFace("SEAT"))
     assert "half angle" not in str(caught.value)
     assert "Cylinder" in str(caught.value)
@@ -195,9 +195,7 @@ def test_face_names(tmp_path):
 def test_sector_of_a_part_keeps_its_colours():
     quarter = make_mesh(CadPart(BODY), COARSE, sector=4).quality
     assert quarter.cad_areas["contact"] == pytest.approx(ring(10e-3, 4e-3) / 4, rel=1e-9)
-    with pytest.raises(
-        GeometryError, match=r"sector = 3: the part beside y = 0 must be 1/3 of the volume, it is 0\.\d+"
-    ):
+    with pytest.raises(GeometryError, match=r"sector = 3:.*y = 0.*1/3.*0\.\d+"):
         make_mesh(CadPart(BODY), COARSE, sector=3)
 
 
@@ -213,11 +211,9 @@ def test_unit_against_header_and_size():
         "overrule = True",
     ):
         assert part in message
-    with pytest.raises(
-        GeometryError, match=r"measures 4e\+04 .* At 0\.001 m per unit it would measure 40 x 40 x 14 mm"
-    ):
+    with pytest.raises(GeometryError, match=r"4e\+04 .*0\.001 m.*40 x 40 x 14 mm"):
         make_mesh(CadPart(BODY, unit=1.0, overrule=True), COARSE)
-    with pytest.raises(GeometryError, match=r"measures 0\.04 x 0\.04 x 0\.014 mm at 1e-06 m per unit"):
+    with pytest.raises(GeometryError, match=r"0\.04 x 0\.04 x 0\.014 mm.*1e-06 m"):
         make_mesh(CadPart(BODY, unit=1e-6, overrule=True), COARSE)
 
 
@@ -225,7 +221,7 @@ def test_unit_against_header_and_size():
     ("name", "text", "message"),
     [
         ("a.step", "", "is empty"),
-        ("a.step", "solid cube\nfacet", r"is no STEP file; it begins with 'solid cube"),
+        ("a.step", "solid cube\nfacet", r"STEP.*'solid cube"),
         ("a.stp", "ISO-10303-21;\nHEADER;", "is cut off"),
         ("a.brep", "ISO-10303-21;", "is no BREP file"),
     ],
@@ -233,7 +229,7 @@ def test_unit_against_header_and_size():
 def test_unreadable_files_are_named(tmp_path, name, text, message):
     path = tmp_path / name
     path.write_text(text)
-    with pytest.raises((GeometryError, MeshingError), match=rf"{name}: {message}"):
+    with pytest.raises((GeometryError, MeshingError), match=rf"{name}: .*{message}"):
         make_mesh(CadPart(path, unit=1e-3), COARSE)
 
 
@@ -257,10 +253,7 @@ def test_a_contradictory_surface_is_named_with_its_place(tmp_path):
     with pytest.raises(MeshingError) as caught:
         make_mesh(CadPart(path), COARSE)
     message = str(caught.value)
-    assert (
-        "bad.step: cannot be meshed, check and heal it; as it is: surface 2 (Cylinder): its edges lie up to 2 mm off "
-        "it, at (" in message
-    )
+    assert re.search(r"bad\.step: .*check and heal it; .*surface 2 \(Cylinder\): .*2 mm .*\(", message)
     for rung in LADDER:
         assert f"{rung.name}: surface 2" in message
 

@@ -118,11 +118,11 @@ def test_each_land_is_a_group_of_its_own():
 @pytest.mark.parametrize(
     ("geometry", "spec", "sector", "message"),
     [
-        (BAR, HEX, 3, r"sector = 3: must be 2 or 4, the equal sectors of a Bar"),
+        (BAR, HEX, 3, r"sector = 3:.*2.*4.*sectors"),
         (BAR, HEX, 0, r"sector = 0: must be >= 1"),
-        (PLATE, TET, 4, r"sector = 4: a ValvePlate with 3 ports on a circle"),
+        (PLATE, TET, 4, r"sector = 4:.*ValvePlate.*3 ports"),
         (ROW, TET, 3, r"ports in a row.*choose 2 or 4"),
-        (CadPart("meshes/bar.step"), HEX, 1, r"a CAD part is meshed by tetrahedra"),
+        (CadPart("meshes/bar.step"), HEX, 1, r"CAD.*tetrahedra"),
     ],
 )
 def test_what_cannot_be_made(geometry, spec, sector, message):
@@ -133,10 +133,10 @@ def test_what_cannot_be_made(geometry, spec, sector, message):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"pitch": 7e-3}, r"ValvePlate.pitch = 7 mm: must be > 8 mm"),
-        ({"ports": 0}, r"ValvePlate.ports = 0: must be >= 1"),
-        ({"clamp_width": 5e-3}, r"clamp_width = 5 mm: must be < 5 mm"),
-        ({"land_width": 6e-3, "ports": 1}, r"land_width = 6 mm: must be < 5 mm"),
+        ({"pitch": 7e-3}, r"ValvePlate.pitch = 7 mm:.*> 8 mm"),
+        ({"ports": 0}, r"ValvePlate.ports = 0:.*>= 1"),
+        ({"clamp_width": 5e-3}, r"clamp_width = 5 mm:.*< 5 mm"),
+        ({"land_width": 6e-3, "ports": 1}, r"land_width = 6 mm:.*< 5 mm"),
         ({"layout": "grid"}, r"layout = 'grid'"),
     ],
 )

@@ -153,7 +153,7 @@ def test_xml_that_brings_more_in(tmp_path):
     item = '<Xdmf Version="3.0"><Domain><Grid><DataItem Format="HDF">{}:/x</DataItem></Grid></Domain></Xdmf>'
     for name in ("/etc/secret.h5", "../secret.h5", "sub/secret.h5", "..", "input.xdmf"):
         refused(tmp_path / "a.xdmf", item.format(name), "put it into the same folder")
-    refused(tmp_path / "a.xdmf", item.format("b").replace("HDF", "Binary"), "a file of raw bytes, which is not read")
+    refused(tmp_path / "a.xdmf", item.format("b").replace("HDF", "Binary"), "raw bytes")
 
 
 def test_a_grid_that_unfolds(tmp_path):
@@ -167,5 +167,5 @@ def test_a_grid_that_unfolds(tmp_path):
         'compressor="vtkZLibDataCompressor"><UnstructuredGrid><Piece NumberOfPoints="1" NumberOfCells="1"><Points>'
         f'<DataArray type="Float64" NumberOfComponents="3" format="binary">{data}</DataArray></Points>'
         "</Piece></UnstructuredGrid></VTKFile>",
-        r"a\.vtu: not readable as a \.vtu file \(MemoryError",
+        r"a\.vtu: .*\(MemoryError",
     )

@@ -157,21 +157,21 @@ def test_constant_curvature_on_distorted_elements(h: float) -> None:
 def test_what_cannot_be_is_refused() -> None:
     mesh = grid((2, 2), (1.0, 1.0))
     for thickness in (0.0, -1e-3, float("nan")):
-        with pytest.raises(ModelError, match=r"thickness = .* m must be positive and finite"):
+        with pytest.raises(ModelError, match=r"thickness = .*positive"):
             assemble_plate(mesh, STEEL, thickness)
-    with pytest.raises(ModelError, match="4 of 4 elements are inside out or folded, the first about"):
+    with pytest.raises(ModelError, match=r"4.*4 elements.*inside"):
         PlateMesh(mesh.points[:, ::-1], mesh.cells)
     folded = mesh.points.copy()
     folded[mesh.cells[0, 2]] = [0.1, 0.1]
     with pytest.raises(ModelError, match="inside out or folded"):
         PlateMesh(folded, mesh.cells)
-    with pytest.raises(ModelError, match="no line 'root'; the mesh has left, right, bottom, top"):
+    with pytest.raises(ModelError, match=r"'root'.*left, right, bottom, top"):
         assemble_plate(mesh, STEEL, 0.1, clamped="root")
     with pytest.raises(ModelError, match="'tip' reaches off it"):
         assemble_plate(mesh, STEEL, 0.1, ports={"tip": patch_of(Lip.disc(0.1), (0.95, 0.5))})
-    with pytest.raises(ModelError, match="must be positive and at most 400 mm"):
+    with pytest.raises(ModelError, match=r"positive.*400 mm"):
         Lip(0.2, 0.5)
-    with pytest.raises(ModelError, match=r"cells of shape \(4, 8\) must be"):
+    with pytest.raises(ModelError, match=r"\(4, 8\)"):
         PlateMesh(mesh.points, mesh.cells[:, :8])
     with pytest.raises(ModelError, match="each must be in one"):
         PlateMesh(np.vstack([mesh.points, [[2.0, 2.0]]]), mesh.cells)

@@ -200,14 +200,14 @@ def test_auto_chooses_and_says_why(block):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"bandwidth": 0.0}, "bandwidth = 0.0 must be positive"),
-        ({"bandwidth": np.inf}, "bandwidth = inf must be positive and finite"),
-        ({"damping_ratio": -0.1, "method": "transient"}, "damping_ratio = -0.1 must be >= 0"),
-        ({"damping_ratio": np.nan, "method": "transient"}, "damping_ratio = nan must be >= 0"),
+        ({"bandwidth": 0.0}, "bandwidth = 0.0"),
+        ({"bandwidth": np.inf}, "bandwidth = inf"),
+        ({"damping_ratio": -0.1, "method": "transient"}, "damping_ratio = -0.1.*>= 0"),
+        ({"damping_ratio": np.nan, "method": "transient"}, "damping_ratio = nan.*>= 0"),
         ({"method": "magic"}, "method 'magic' is unknown"),
-        ({"damping_ratio": -0.1, "method": "krylov"}, "damping_ratio = -0.1 must be >= 0"),
-        ({"damping_ratio": 0.1, "method": "transient"}, "uniform modal damping is a function of M\\^-1 K"),
-        ({"ports": ["lip"]}, "no port lip; the model has contact"),
+        ({"damping_ratio": -0.1, "method": "krylov"}, "damping_ratio = -0.1.*>= 0"),
+        ({"damping_ratio": 0.1, "method": "transient"}, "M\\^-1 K"),
+        ({"ports": ["lip"]}, "port lip.*contact"),
     ],
 )
 def test_refused_arguments(rod, arguments, message):
@@ -228,11 +228,11 @@ def test_refused_damping(rod):
 
 
 def test_what_is_not_reached_is_stated_with_numbers(rod, block):
-    with pytest.raises(ConvergenceError, match=r"30 Krylov vectors leave an estimated error of \d"):
+    with pytest.raises(ConvergenceError, match=r"30 Krylov .*\d"):
         Krylov().reduce(rod, Damping(), Aims(1e6, 1e-4, 1e-4, 30))
-    with pytest.raises(ConvergenceError, match=r"modes lie below .* MHz \(limit 5\)"):
+    with pytest.raises(ConvergenceError, match=r"modes .*MHz \(limit 5\)"):
         Modal(most=5).reduce(block, Damping(), Aims(1e6, 1e-5, 1e-3))
-    with pytest.raises(ConvergenceError, match=r"\d+ steps would be needed \(limit 100\)"):
+    with pytest.raises(ConvergenceError, match=r"\d+ steps .*\(limit 100\)"):
         Transient(most=100).reduce(rod, rod.damping, Aims(1e6, 1e-4, 1e-4))
 
 
@@ -274,7 +274,7 @@ def test_g_is_known_for_as_long_as_it_was_computed(block):
     assert late_error(block, greens, 0.0, 30 * SHORT) > 3 * greens.error_estimate.reduction
     problem = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1.0), greens)
     impact.prepare(problem, 1e-8, SHORT)
-    with pytest.raises(impact.GreensFunctionError, match=r"lasts 6e-06 s but g is known up to 5e-06 s .* 500 steps"):
+    with pytest.raises(impact.GreensFunctionError, match=r"6e-06 s.*5e-06 s .* 500 steps"):
         impact.prepare(problem, 1e-8, 6e-6)
 
 
@@ -287,7 +287,7 @@ def test_modes_are_modes_at_any_time(block):
 @pytest.mark.parametrize("method", ["krylov", "second_order"])
 def test_the_number_of_vectors_can_be_given(block, method):
     arguments = {"bandwidth": 1 / WIDTH, "duration": SPAN, "tolerance": 1e-4, "method": method}
-    with pytest.raises(ConvergenceError, match=r"(?s)^(12|14) .*max_vectors \(seat\.greens\.max_vectors in a scene\)"):
+    with pytest.raises(ConvergenceError, match=r"(?s)^(12|14) .*max_vectors \(seat\.greens\.max_vectors"):
         greens_function(block, **arguments, max_vectors=12)
     with pytest.raises(ModelError, match="max_vectors = 0"):
         greens_function(block, **arguments, max_vectors=0)
@@ -307,7 +307,7 @@ def test_the_number_of_vectors_can_be_given(block, method):
 def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, message):
     port = rod.ports["contact"]
     model = SecondOrderModel(as_csr(mass * rod.M), None, rod.K, {"contact": Port(weight * port.vector)})
-    with pytest.raises(ModelError, match=rf"^{message}: its largest entry is .* check its units"):
+    with pytest.raises(ModelError, match=rf"^{message}: .*units"):
         greens_function(model, bandwidth=1e5, duration=2e-5, tolerance=2e-2, method=method)
 
 

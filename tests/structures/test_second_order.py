@@ -89,7 +89,7 @@ def test_a_uniform_loss_factor_is_half_of_it_as_a_ratio_and_ratios_add():
     damping = lossy.damping.plus(0.01)
     assert damping.ratio == pytest.approx(0.04, rel=1e-12)
     assert damping.ratios(np.array([0.0, 1e6])) == pytest.approx([0.04, 0.045], rel=1e-12)
-    with pytest.raises(ModelError, match="defined by the frequency and cannot be stepped"):
+    with pytest.raises(ModelError, match=r"frequency .*stepped"):
         greens_function(lossy, bandwidth=1e5, duration=1e-5, tolerance=1e-2, method="transient")
 
 
@@ -100,7 +100,7 @@ def test_refusals():
         greens_function(feeding, bandwidth=1e5, duration=1e-5, tolerance=1e-2, method="second_order")
     b = model.port_matrix[:, 0]
     damped = SecondOrderModel(model.M, sparse.csr_array(Z * np.outer(b, b)), model.K, {"contact": Port(b)})
-    with pytest.raises(ConvergenceError, match=r"25 second-order Krylov vectors leave .*method='transient'"):
+    with pytest.raises(ConvergenceError, match=r"25 second-order.*method='transient'"):
         SecondOrderKrylov().reduce(damped, damped.damping, Aims(1e6, 1e-4, 1e-4, 25))
 
 

@@ -134,12 +134,12 @@ def test_a_mode_that_inertia_counts_and_nobody_finds_is_an_error(monkeypatch):
 def test_unusable_requests(square_block):
     model = assemble(square_block, STEEL, fixed="fixed", order=2)
     for arguments, message in (
-        ({"n": 0}, "n = 0 modes asked for"),
-        ({"up_to_hz": -1.0}, "up_to_hz = -1.0 must be positive"),
-        ({"shift_hz": np.nan}, "shift_hz = nan must be positive"),
+        ({"n": 0}, "n = 0"),
+        ({"up_to_hz": -1.0}, "up_to_hz = -1.0"),
+        ({"shift_hz": np.nan}, "shift_hz = nan"),
     ):
         with pytest.raises(ModelError, match=message):
             solve_modes(model, **arguments)
-    with pytest.raises(ConvergenceError, match=r"modes lie below .* \(limit 5\)"):
+    with pytest.raises(ConvergenceError, match=r"modes .*\(limit 5\)"):
         Spectrum(model).below((2 * np.pi * 1e6) ** 2, 5)
     assert len(solve_modes(model, up_to_hz=1.0).omega) == 0

@@ -74,16 +74,16 @@ def test_other_curves_become_arcs(drawn: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("oblique", r"its face, normal \(0, -0.2955, 0.9553\), is square to no axis"),
-        ("two_faces", "it holds 2 faces without a solid; export one"),
-        ("two_solids", "it holds 2 solids; a sheet is one"),
-        ("conical", "its solid is no plate of even thickness"),
-        ("bent", "its face is no plane but a Cylinder"),
+        ("oblique", r"\(0, -0.2955, 0.9553\)"),
+        ("two_faces", "2 faces.*export"),
+        ("two_solids", "holds 2 solids"),
+        ("conical", "solid.*thickness"),
+        ("bent", "plane.*Cylinder"),
         ("wire", "it holds no face, only curves"),
     ],
 )
 def test_what_is_no_sheet_is_refused(drawn: Path, name: str, message: str) -> None:
-    with pytest.raises(GeometryError, match=rf"^Outlined.file = {name}.step: {message}"):
+    with pytest.raises(GeometryError, match=rf"^Outlined.file = {name}.step: .*{message}"):
         outline_in(drawn / f"{name}.step")
 
 
@@ -91,5 +91,5 @@ def test_what_is_no_sheet_is_refused(drawn: Path, name: str, message: str) -> No
 def test_a_damaged_file_is_refused(tmp_path: Path, kept: int) -> None:
     path = tmp_path / "reed.step"
     path.write_bytes((MESHES / "flapper.step").read_bytes()[:kept])
-    with pytest.raises(GeometryError, match=r"^Outlined.file = .*reed.step: is (empty|cut off)"):
+    with pytest.raises(GeometryError, match=r"^Outlined.file = .*reed.step: .*(empty|cut off)"):
         outline_in(path)

@@ -109,8 +109,8 @@ def test_where_it_stands(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Non
 
 
 def test_what_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(StoreError, match=r"'\.\./escape' must be a content hash"):
+    with pytest.raises(StoreError, match=r"'\.\./escape'.*content"):
         Store(tmp_path).get("../escape")
     (tmp_path / "file").write_text("")
-    with pytest.raises(StoreError, match=r"file: cannot be written to .* set SEATFEM_STORE"):
+    with pytest.raises(StoreError, match=r"file:.*SEATFEM_STORE"):
         Store(tmp_path / "file").put(KEY, SEAT)

@@ -168,7 +168,7 @@ def test_bad_supports():
     with pytest.raises(ModelError, match=r"Foundation\('z0'\): normal = -1"):
         Foundation("z0", -1.0)
     mesh = box([0, 1], [0, 1], [0, 1])
-    with pytest.raises(ModelError, match="Absorbing: the mesh has no boundary 'wall'; it has contact, x0"):
+    with pytest.raises(ModelError, match=r"Absorbing:.*'wall'.*x0"):
         assemble(mesh, STEEL, fixed=(), supports=(Absorbing("wall"),), ports={"top": "z1"})
     with pytest.raises(ModelError, match="nothing is left to move"):
         assemble(box([0, 1], [0, 1], [0, 1], 1), STEEL, fixed=("x0", "x1"), ports={"top": "z1"})

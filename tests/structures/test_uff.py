@@ -91,38 +91,36 @@ def test_an_impulse_response(tmp_path: Path) -> None:
     read = read_impulse_response_uff(path, ports={"lip": PORTS["lip"]}, units="mm-N-s")
     assert read.values[0, 0] == pytest.approx(g, abs=1e-9 * np.abs(g).max())
     assert read.ports == ("lip",)
-    with pytest.raises(UffError, match="2 ports; impulse responses are read for one"):
+    with pytest.raises(UffError, match=r"2 ports.*responses"):
         read_impulse_response_uff(path, ports=PORTS, units="SI")
-    with pytest.raises(UffError, match="0 time responses of port 'stop'"):
+    with pytest.raises(UffError, match=r"0.*responses.*'stop'"):
         read_impulse_response_uff(path, ports={"stop": PORTS["stop"]}, units="SI")
 
 
 def test_what_is_refused(tmp_path: Path) -> None:
     masses = np.ones(3)
     path = write_sets(tmp_path / "modes.uff", *modes(masses, masses))
-    with pytest.raises(UffError, match=r"modes.uff: states no units \(dataset 164\); give units=, one of SI"):
+    with pytest.raises(UffError, match=r"modes.uff:.*\(dataset 164\).*units=.*SI"):
         read_modes_uff(path, ports=PORTS)
     with pytest.raises(UffError, match="units 'cgs' are unknown"):
         read_modes_uff(path, ports=PORTS, units="cgs")  # type: ignore[arg-type]
-    with pytest.raises(UffError, match="mode 1 has no node 5; it has 3 from 7 to 9"):
+    with pytest.raises(UffError, match=r"mode 1.*node 5.*3.*7.*9"):
         read_modes_uff(path, ports={"lip": (5, "+z")}, units="SI")
-    with pytest.raises(UffError, match=r"no dataset 58 in it; it holds \[55\]"):
+    with pytest.raises(UffError, match=r"dataset 58.*\[55\]"):
         read_frf_uff(path, ports=PORTS, units="SI")
     with pytest.raises(UffError, match=r"none.uff: no such file"):
         read_frf_uff(tmp_path / "none.uff", ports=PORTS)
     (tmp_path / "text.uff").write_text("no universal file")
-    with pytest.raises(UffError, match="no dataset 58 in it; it holds nothing"):
+    with pytest.raises(UffError, match=r"dataset 58.*nothing"):
         read_frf_uff(tmp_path / "text.uff", ports=PORTS)
     massless = write_sets(tmp_path / "massless.uff", *modes(0 * masses, masses))
-    with pytest.raises(UffError, match=r"modal mass 0; give modal_mass=1.0"):
+    with pytest.raises(UffError, match=r"modal.*0.*modal_mass=1.0"):
         read_modes_uff(massless, ports=PORTS, units="SI")
     assert read_modes_uff(massless, ports=PORTS, units="SI", modal_mass=1.0).shapes == pytest.approx(BODY.shapes)
     one = function(0, 0, G[:, 0, 0])
-    with pytest.raises(
-        UffError, match=r"no frequency response for the ports stop / lip, stop / stop; it holds .*7:3/7:3"
-    ):
+    with pytest.raises(UffError, match=r"stop / lip, stop / stop; .*7:3/7:3"):
         read_frf_uff(write_sets(tmp_path / "one.uff", one), ports=PORTS, units="SI")
-    with pytest.raises(UffError, match="two frequency responses from port 'lip' to 'lip'"):
+    with pytest.raises(UffError, match=r"'lip'.*'lip'"):
         read_frf_uff(write_sets(tmp_path / "twice.uff", one, one), ports={"lip": PORTS["lip"]}, units="SI")
     strain = function(0, 0, G[:, 0, 0], ordinate_spec_data_type=3)
     with pytest.raises(UffError, match="data type 3 over 13"):
@@ -134,5 +132,5 @@ def test_without_pyuff_the_message_says_how_to_get_it(monkeypatch: pytest.Monkey
         raise ModuleNotFoundError(f"No module named {name!r}")
 
     monkeypatch.setattr(uff, "import_module", missing)
-    with pytest.raises(UffError, match=r"needs pyuff.*pip install 'seatfem\[uff\]'"):
+    with pytest.raises(UffError, match=r"pyuff.*pip.*'seatfem\[uff\]'"):
         read_frf_uff(tmp_path / "a.uff", ports=PORTS)

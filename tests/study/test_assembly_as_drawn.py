@@ -164,7 +164,5 @@ def test_a_frame_that_is_stated(folder: Path) -> None:
     )
     assert scene.reed.geometry().centre == pytest.approx((22e-3, 0.0))
     assert scene.reed.geometry().is_mirrored
-    with pytest.raises(
-        SceneError, match=r"reed\.frame\.normal: it is not square to the plate in tumbled_flapper\.step"
-    ):
+    with pytest.raises(SceneError, match=r"reed\.frame\.normal:.*tumbled_flapper\.step"):
         loaded(folder, "tumbled_plate", "tumbled_flapper", alone, ("clamped =", f"{stated}[0, 0, 1] }}\nclamped ="))

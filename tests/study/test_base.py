@@ -1,5 +1,6 @@
 """[[base]]: bodies that are carried and shaken, by files; the same in another frame; what is refused."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -84,30 +85,30 @@ def test_a_rod_follows_a_slow_base_and_refuses_a_fast_one(tmp_path: Path) -> Non
     scene = scene_of(tmp_path, ROD + REED + base("seat"))
     assert run(scene).energy.residual < 1e-9
     long = scene_of(tmp_path, ROD.replace("10 mm", "10 m") + REED + base("seat"))
-    with pytest.raises(GreensFunctionError, match=r"its lowest frequency is 126\.2 Hz, and 800 m/s\^2 would bend it"):
+    with pytest.raises(GreensFunctionError, match=r"126\.2 Hz.*800 m/s\^2"):
         run(long)
 
 
 def test_a_record_shorter_than_the_run_is_refused(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, SPRING + REED + base("reed"))
     (tmp_path / "displacement.csv").write_text("time [ms],displacement [um]\n0,0\n1,1\n", encoding="utf-8")
-    with pytest.raises(TimeSeriesError, match=r"displacement covers 0\.\.0\.001 s, the run asks for"):
+    with pytest.raises(TimeSeriesError, match=r"displacement.*0\.\.0\.001 s"):
         run(scene)
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (SPRING + MASS + base("reed"), "base.0.of: reed.kind = 'rigid_mass' is free to move: it has no base"),
-        (SPRING + REED + base("stopper"), "base.0.of: there is no [stopper]"),
-        (SPRING + REED + base("seat") + base("seat"), "base.1.of: the base of the seat has a table before"),
-        (SPRING + REED + base("seat") + 'velocity = "velocity.csv"\n', "base.0.velocity: displacement and velocity"),
-        (SPRING + REED + '[[base]]\nof = "seat"\n', "base.0.displacement: nothing says how it moves: give exactly one"),
-        (SPRING + REED + base("seat").replace("nt.csv", "nt.txt"), "base.0.displacement: no such file"),
+        (SPRING + MASS + base("reed"), "base.0.of: reed.kind = 'rigid_mass'"),
+        (SPRING + REED + base("stopper"), r"base.0.of:.*\[stopper\]"),
+        (SPRING + REED + base("seat") + base("seat"), "base.1.of:.*before"),
+        (SPRING + REED + base("seat") + 'velocity = "velocity.csv"\n', "base.0.velocity: displacement"),
+        (SPRING + REED + '[[base]]\nof = "seat"\n', "base.0.displacement: nothing"),
+        (SPRING + REED + base("seat").replace("nt.csv", "nt.txt"), "base.0.displacement:.*file"),
         (SPRING + REED + '[[base]]\nof = "seat"\ndisplacement = { file = "displacement.csv" }\n',
-         "base.0.displacement: {'file': 'displacement.csv'} is no path of a file; write the path alone, in quotes"),
-        (SPRING + REED + base("seat") + 'columns = { force = "F" }\n', "columns and units know time and displacement"),
+         r"base.0.displacement: \{'file': 'displacement.csv'\}"),
+        (SPRING + REED + base("seat") + 'columns = { force = "F" }\n', "columns.*displacement"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:
-    assert words in refusal(scene_of, tmp_path, text)
+    assert re.search(words, refusal(scene_of, tmp_path, text))

@@ -104,13 +104,13 @@ HEIGHTS = 'curvature = { heights = [["0 mm", "0 um"], ["20 mm", "9 um"]] }'
 @pytest.mark.parametrize(
     ("keys", "contact", "seat", "message"),
     [
-        ("curvature = {}", "", SEAT, "reed.curvature.heights: give exactly one of heights, file and deflection"),
-        (HEIGHTS.replace("0 mm", "30 mm", 1), "", SEAT, "reed.curvature.heights: x must increase"),
+        ("curvature = {}", "", SEAT, "reed.curvature.heights:.*deflection"),
+        (HEIGHTS.replace("0 mm", "30 mm", 1), "", SEAT, "reed.curvature.heights:.*increase"),
         (BOWED.replace("deflection", 'file = "no.csv", deflection'), "", SEAT, "no such file"),
         ('curvature = { heights = [["0 mm", "0 um"], ["40 mm", "9 um"]], shape = "mode" }', "", SEAT,
          "only a deflection"),
-        (BOWED, "ports = 1", SEAT, "contact.ports: a single contact point has only a mean gap"),
-        (BOWED, "", SPRING, "reed.curvature: a seat of kind 'spring'"),
+        (BOWED, "ports = 1", SEAT, "contact.ports: .*mean gap"),
+        (BOWED, "", SPRING, "reed.curvature:.*'spring'"),
     ],
 )  # fmt: skip
 def test_keys_that_do_not_fit(tmp_path: Path, keys: str, contact: str, seat: str, message: str) -> None:
@@ -122,11 +122,11 @@ def test_keys_that_do_not_fit(tmp_path: Path, keys: str, contact: str, seat: str
     ("text", "message"),
     [
         ("", "no table; a header such as x"),
-        ("x [mm],height\n0,1\n", "shape.csv:1: column 'height'; known are"),
+        ("x [mm],height\n0,1\n", "shape.csv:1:.*'height'"),
         ("x [mm],height [s]\n0,1\n", "shape.csv:1: column 'height"),
-        ("x [mm],y [mm]\n0,1\n", "shape.csv:1: add a column height"),
-        ("x [mm],height [um]\n0,1\n2\n", "shape.csv, line 3: 1 columns, 2 are needed"),
-        ("x [mm],height [um]\n0,1\n2,nan\n", "shape.csv, line 3, column 2: 'nan' must be a finite number"),
+        ("x [mm],y [mm]\n0,1\n", "shape.csv:1:.*column"),
+        ("x [mm],height [um]\n0,1\n2\n", "shape.csv, line 3: 1.*2"),
+        ("x [mm],height [um]\n0,1\n2,nan\n", "shape.csv, line 3, column 2: 'nan'"),
         ("x [mm],height [um]\n2,1\n1,1\n", "x must increase"),
         ("x [mm],y [mm],height [um]\n0,0,1\n1,1,1\n2,2,1\n", "its points lie on one line"),
     ],
@@ -139,8 +139,8 @@ def test_tables_that_are_none(tmp_path: Path, text: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        (HEIGHTS, r"reed.curvature.heights: x from 0 to 20 mm must cover the lip, 16.4\d* to 28.4\d* mm"),
-        ("x [mm],y [mm],height [um]\n0,0,1\n30,0,1\n30,5,2\n", r"reed.curvature.file: its points must surround"),
+        (HEIGHTS, r"reed.curvature.heights:.*0.*20 mm.*16.4\d*.*28.4\d*"),
+        ("x [mm],y [mm],height [um]\n0,0,1\n30,0,1\n30,5,2\n", r"reed.curvature.file:.*surround"),
     ],
 )
 def test_shapes_that_do_not_cover_the_lip(tmp_path: Path, keys: str, message: str) -> None:

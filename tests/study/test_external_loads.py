@@ -1,6 +1,7 @@
 """[[load]]: falls and oscillations known exactly, the same loads by the reed's own keys, what is wrong with them."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -100,44 +101,44 @@ def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("reed", "load", "words"),
     [
-        (MASS, "", "load.0.pressure: nothing acts: give exactly one of pressure, force, gravity, base_motion"),
-        (MASS, 'force = "1 N"\ngravity = "1 m/s^2"\n', "load.0.gravity: force and gravity are given"),
-        (MASS, 'pressure = "1 bar"\n', "load.0.area: required key is missing"),
-        (MASS, 'force = "1 N"\narea = "1 mm^2"\n', "load.0.area: there is no pressure"),
-        (MASS, 'gravity = "1 m/s^2"\nat = "1 mm"\n', "load.0.at: only a force has a place"),
-        (MASS, 'force = "1 N"\nat = "1 mm"\n', "load.0.at: a rigid mass has no positions"),
-        (REED, 'force = "1 N"\nat = "26 mm"\n', "load.0.at: 26 mm must lie on the reed"),
+        (MASS, "", "load.0.pressure:.*base_motion"),
+        (MASS, 'force = "1 N"\ngravity = "1 m/s^2"\n', "load.0.gravity: force"),
+        (MASS, 'pressure = "1 bar"\n', "load.0.area: required"),
+        (MASS, 'force = "1 N"\narea = "1 mm^2"\n', "load.0.area:.*pressure"),
+        (MASS, 'gravity = "1 m/s^2"\nat = "1 mm"\n', "load.0.at:.*force"),
+        (MASS, 'force = "1 N"\nat = "1 mm"\n', "load.0.at:.*positions"),
+        (REED, 'force = "1 N"\nat = "26 mm"\n', "load.0.at: 26 mm.*reed"),
         (MASS, 'pressure = "1 bar"\narea = [["1 mm", "1 mm^2"], ["0 mm", "2 mm^2"]]\n',
-         "load.0.area.lift: the lifts must increase: 0 mm follows 1 mm"),
+         "load.0.area.lift:.*increase: 0 mm.*1 mm"),
         (MASS, 'pressure = "1 bar"\narea = [["0 mm", "1 mm^2"], ["1 mm", "-2 mm^2"]]\n',
-         "load.0.area.area: an area of -2 mm^2: areas must be positive"),
-        (MASS, 'pressure = "1 bar"\narea = [["-1 mm", "1 mm^2"]]\n', "load.0.area.lift: a lift of -1 mm"),
-        (MASS, 'pressure = "1 bar"\narea = ["1 mm^2"]\n', "load.0.area: rows of lift and area"),
-        (MASS, 'pressure = { value = "1 bar", rpm = 3000 }\narea = "1 mm^2"\n', "load.0.pressure.rpm: there is no"),
-        (MASS, 'forse = "1 N"\n', "load.0.forse: unknown key; did you mean 'force'?"),
-        (ROD, 'gravity = "1 m/s^2"\n', "load.0.gravity: of a reed of kind 'rod' it is not known how its mass is"),
+         r"load.0.area.area:.*-2 mm\^2:"),
+        (MASS, 'pressure = "1 bar"\narea = [["-1 mm", "1 mm^2"]]\n', "load.0.area.lift:.*lift.*-1 mm"),
+        (MASS, 'pressure = "1 bar"\narea = ["1 mm^2"]\n', "load.0.area: rows"),
+        (MASS, 'pressure = { value = "1 bar", rpm = 3000 }\narea = "1 mm^2"\n', "load.0.pressure.rpm: .*no"),
+        (MASS, 'forse = "1 N"\n', r"load.0.forse:.*'force'\?"),
+        (ROD, 'gravity = "1 m/s^2"\n', "load.0.gravity:.*'rod'"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_named(reed: str, load: str, words: str, tmp_path: Path) -> None:
     told = refusal(scene_of, tmp_path, f"{reed}[[load]]\n{load}")
-    assert words in told
+    assert re.search(words, told)
     assert int(told.split("scene.toml:")[1].split(":")[0]) >= (SEAT + reed).count("\n") + 1
 
 
 def test_loads_need_no_other_motion(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, REED.split("release")[0] + '[[load]]\nforce = "1 N"\n')
     assert run(scene).gap.max() > 1e-4
-    with pytest.raises(SceneError, match=r"reed.release: required key is missing"):
+    with pytest.raises(SceneError, match=r"reed.release: required"):
         scene_of(tmp_path, REED.split("release")[0])
 
 
 @pytest.mark.parametrize(
     ("rows", "words"),
     [
-        ("0,0\n20,1\n10,1\n", "p.csv, line 4, column 1: angle 10 must exceed the one before, 20"),
-        ("0,0\n60,20\n120,0\n", "line 4, column 1: no sample between 120 and 360 deg, 240 deg of the turn (limit 90"),
-        ("0,0\n80,1\n180,0\n270,0\n", "p.csv, line 3, column 1: no sample between 80 and 180 deg, 100 deg of the turn"),
-        ("0,0\n10,\n", "p.csv, line 3, column 2: '' must be a finite number"),
+        ("0,0\n20,1\n10,1\n", "p.csv, line 4, column 1: angle 10.*20"),
+        ("0,0\n60,20\n120,0\n", r"line 4, column 1:.*120.*360 deg, 240 deg.*\(limit 90"),
+        ("0,0\n80,1\n180,0\n270,0\n", "p.csv, line 3, column 1:.*80.*180 deg, 100 deg"),
+        ("0,0\n10,\n", "p.csv, line 3, column 2: ''"),
     ],
 )
 def test_a_record_that_is_none_is_told_with_its_key(rows: str, words: str, tmp_path: Path) -> None:
@@ -145,4 +146,4 @@ def test_a_record_that_is_none_is_told_with_its_key(rows: str, words: str, tmp_p
     load = '[[load]]\npressure = { file = "p.csv", rpm = 3000 }\narea = "1 mm^2"\n'
     with pytest.raises(SceneError, match=r"scene\.toml:\d+: load\.0\.pressure\.file: ") as caught:
         scene_of(tmp_path, f"{MASS}{load}")
-    assert words in str(caught.value)
+    assert re.search(words, str(caught.value))

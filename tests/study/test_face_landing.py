@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -127,7 +128,7 @@ def test_a_mesh_that_is_given(tmp_path: Path) -> None:
     solved = seat_of(scene)
     assert Division.from_greens(solved.in_rings) == Division(16)
     assert solved.greens.ports == Division(8).names
-    with pytest.raises(ModelError, match=r"contact\.ports = 128: .* only about 5\d elements .*: take fewer$"):
+    with pytest.raises(ModelError, match=r"contact\.ports = 128: .*5\d elements .*fewer"):
         seat_of(scene_of(tmp_path, MESHED, "ports = 128\n"))
 
 
@@ -139,7 +140,7 @@ def test_plans_mesh_each_arc(tmp_path: Path) -> None:
     assert plan.method.ports == 48
     assert plan.method.seat.contact_size <= PER_ARC * lip.length / 48 * (1 + 1e-9)
     sizes = 'model = "spring"\nmesh = { size = "3 mm", contact_size = "1.5 mm" }\n'
-    with pytest.raises(ModelError, match=r"contact\.ports = 48: .* refine seat\.mesh\.contact_size to 0\.6 mm or less"):
+    with pytest.raises(ModelError, match=r"contact\.ports = 48: .*seat\.mesh\.contact_size.*0\.6 mm"):
         seat_of(scene_of(tmp_path, SLOT + sizes, "ports = 48\n"))
 
 
@@ -164,8 +165,8 @@ def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("seat", "words"),
     [
-        (cad("conical_seat"), "conical_seat.step: the struck face is not flat: take flat faces, or strike it as a"),
-        (cad("block"), "block.step: a struck face without a hole is only 1.5 times as long as it is wide"),
+        (cad("conical_seat"), "conical_seat.step:.*struck"),
+        (cad("block"), "block.step:.*1.5 times"),
     ],
 )
 @pytest.mark.parametrize(("contact", "key"), [("ports = 8\n", "ports"), ('tilt = "1 deg"\n', "tilt")])
@@ -173,13 +174,13 @@ def test_faces_of_files_that_are_no_lips(tmp_path: Path, seat: str, words: str, 
     with pytest.raises(SceneError) as caught:
         check_files(scene_of(tmp_path, seat, contact))
     assert f"contact.{key}: " in str(caught.value)
-    assert words in str(caught.value)
+    assert re.search(words, str(caught.value))
 
 
 @pytest.mark.parametrize(
     ("seat", "words"),
     [
-        (SLOT + 'model = "sector"\n', "with model = 'sector' is struck as a whole, not in arcs"),
+        (SLOT + 'model = "sector"\n', "model = 'sector'"),
         ('kind = "bar"\nlength = "9 mm"\nwidth = "3 mm"\nheight = "3 mm"\n' + STEEL, "not struck on a flat ring"),
     ],
 )
@@ -192,14 +193,14 @@ def test_seats_that_have_no_lips(tmp_path: Path, seat: str, words: str) -> None:
 @pytest.mark.parametrize(
     ("seat", "contact", "words"),
     [
-        (cad("valve_plate"), "ports = 8\n", "contact.ports: of 8 segments of equal areas some would lie on two"),
-        (cad("kidney_seat"), 'waviness = [["0 deg", "1 um"]]\n', "contact.waviness: the struck lip is a strip"),
+        (cad("valve_plate"), "ports = 8\n", "contact.ports:.*8 segments"),
+        (cad("kidney_seat"), 'waviness = [["0 deg", "1 um"]]\n', "contact.waviness:.*struck"),
     ],
 )
 def test_keys_that_a_lip_has_no_place_for(tmp_path: Path, seat: str, contact: str, words: str) -> None:
     with pytest.raises(SceneError) as caught:
         check_files(scene_of(tmp_path, seat, contact))
-    assert words in str(caught.value)
+    assert re.search(words, str(caught.value))
     assert "ports" not in contact or "take 12" in str(caught.value)
 
 
@@ -212,7 +213,7 @@ def test_a_lip_of_several_faces_has_whole_arcs_on_each(tmp_path: Path) -> None:
 
 def test_a_slot_off_the_reed(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, SLOT, 'ports = 8\noffset = ["2.5 mm", "0 mm"]\n')
-    with pytest.raises(ModelError, match=r"contact\.offset: the seat's lip, from 2\.5 to 6 mm about .* reaches off"):
+    with pytest.raises(ModelError, match=r"contact\.offset: .*2\.5 to 6 mm"):
         solved_striker(scene)
 
 

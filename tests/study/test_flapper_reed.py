@@ -97,13 +97,13 @@ def test_what_its_function_depends_on(tmp_path: Path) -> None:
 
 
 def test_motion_is_required(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"reed.release.*required key is missing"):
+    with pytest.raises(SceneError, match=r"reed.release.*required.*missing"):
         scene_of(tmp_path, FLAPPER)
 
 
 def test_torsion_leaves_the_centre_at_rest(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, FLAPPER + COARSE, more='release = { mode = 2, velocity = "-2 m/s" }\n')
-    with pytest.raises(ModelError, match=r"reed.release.mode = 2: it does not move the paddle's centre"):
+    with pytest.raises(ModelError, match=r"reed.release.mode = 2:.*centre"):
         striker_of(scene)
 
 
@@ -118,17 +118,15 @@ def test_a_landing_that_begins_in_touch(tmp_path: Path) -> None:
 
 def test_a_mode_above_the_band_is_refused(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, FLAPPER + COARSE, more='release = { mode = 500, velocity = "-2 m/s" }\n')
-    with pytest.raises(
-        ModelError, match=r"reed.release.mode = 500: there are .* below three times reed.greens.bandwidth"
-    ):
+    with pytest.raises(ModelError, match=r"reed.release.mode = 500:.*reed.greens.bandwidth"):
         striker_of(scene)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ('greens = { bandwidth = "3.6 MHz" }\n', r"reed.greens.bandwidth = 3.6 MHz: the plate has about"),
-        ('mesh = { size = "1 um" }\n', r"reed.mesh.size = 0.001 mm makes about 2.91e\+08 elements"),
+        ('greens = { bandwidth = "3.6 MHz" }\n', r"reed.greens.bandwidth = 3.6 MHz:"),
+        ('mesh = { size = "1 um" }\n', r"reed.mesh.size = 0.001 mm.*2.91e\+08 elements"),
     ],
 )
 def test_too_much_is_refused(tmp_path: Path, change: str, message: str) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -145,7 +146,7 @@ def test_steps_follow_the_crank(tmp_path: Path) -> None:
     assert fallback_step(scene.run, scene.gas, impact.spring(stiffness=1e6)) == pytest.approx(most)
     assert (plan_scene(scene).method.time_step or 0.0) <= most * (1 + 1e-9)
     stated = scene_of(tmp_path, GAS + CRANK, RUN + 'time_step = "2 us"\n')
-    with pytest.raises(RunError, match=r"gas\.rpm = 3000: use at most 0\.868 us"):
+    with pytest.raises(RunError, match=r"gas\.rpm = 3000:.*0\.868 us"):
         check_step(stated)
 
 
@@ -159,33 +160,33 @@ P = GAS + 'cylinder_pressure = "p.csv"\n'
 @pytest.mark.parametrize(
     ("text", "csv", "words"),
     [
-        (GAS, "", "gas.bore: required key is missing: diameter of the cylinder; or give cylinder_pressure"),
-        (GAS + CRANK.replace('"80 mm"', '"20 mm"'), "", "gas.rod: rod = 20 mm is no longer than half the stroke"),
-        (GAS + CRANK.replace("4 cm^3", "0 cm^3"), "", "gas.clearance: '0 cm^3' must be positive"),
+        (GAS, "", "gas.bore:.*cylinder_pressure"),
+        (GAS + CRANK.replace('"80 mm"', '"20 mm"'), "", "gas.rod: rod = 20 mm"),
+        (GAS + CRANK.replace("4 cm^3", "0 cm^3"), "", r"gas.clearance: '0 cm\^3'"),
         (GAS.replace("3000", "-1") + CRANK, "", "gas.rpm: -1 must be positive"),
-        (GAS.replace("5 bar", "0.5 bar") + CRANK, "", "gas.discharge.pressure: 50 kPa is not above"),
-        (GAS + CRANK + "cycles = 3\n", "", "gas.cycles: 3 turns take 60 ms, run.duration is 20 ms"),
-        (GAS + CRANK + 'fluid = "helum"\n', "", "gas.fluid: 'helum' is no gas known here; take air"),
-        (GAS + CRANK + "fluid = { k = 1.3 }\n", "", "gas.fluid.k: a gas needs a name, or k and molar_mass"),
-        (table("flow", '["0 mm", "-1 mm^2"]'), "", "gas.flow.forward.area: an area of -1 mm^2"),
-        (table("flow", '["1 mm", "1 mm^2"]'), "", "gas.flow.forward.area: the table begins at a lift of 1 mm"),
-        (table("force", '["0 mm", "1 mm^2"], ["0 mm", "2 mm^2"]'), "", "gas.force.forward.area: the lifts must"),
-        (table("force", '["0 mm", "0 mm^2"], ["1 mm", "2 mm^2"]'), "", "gas.force: the force area at lift 0 is 0"),
-        (table("flow", '["0 mm", "1 mm^2"]').replace('"bench"', '" "'), "", "gas.flow.forward.source: is empty"),
-        (P + CRANK, "angle [deg],pressure [bar]\n0,1\n", "gas.bore: cylinder_pressure prescribes the pressure"),
-        (P, "angle [deg],pressure [bar]\n0,1\n20,\n", "line 3, column 2: '' must be a finite number"),
-        (P, "angle [deg],pressure [bar]\n0,1\n20,1\n10,1\n", "line 4, column 1: angle 10 must exceed"),
-        (P, "angle [deg],pressure [bar]\n0,1\n20,1\n300,1\n330,1\n", "line 3, column 1: no sample between 20 and 300"),
-        (P, "time [ms],pressure [bar]\n0,1\n30,-0.2\n", "-20 kPa: pressures are absolute"),
-        (P, "time [ms],pressure [bar]\n0,1\n10,1\n", "gas.cylinder_pressure: the record covers 0 ms to 10 ms, the"),
-        (GAS + CRANK + 'columns = { time = "t" }\n', "", "gas.columns: there is no cylinder_pressure; remove the key"),
-        (GAS.replace("20 degC", "20 bar") + CRANK, "", "gas.suction.temperature: '20 bar' is no temperature"),
+        (GAS.replace("5 bar", "0.5 bar") + CRANK, "", "gas.discharge.pressure: 50 kPa"),
+        (GAS + CRANK + "cycles = 3\n", "", "gas.cycles: 3 turns.*60 ms, run.duration.*20 ms"),
+        (GAS + CRANK + 'fluid = "helum"\n', "", "gas.fluid: 'helum'"),
+        (GAS + CRANK + "fluid = { k = 1.3 }\n", "", "gas.fluid.k:.*molar_mass"),
+        (table("flow", '["0 mm", "-1 mm^2"]'), "", r"gas.flow.forward.area:.*-1 mm\^2"),
+        (table("flow", '["1 mm", "1 mm^2"]'), "", "gas.flow.forward.area:.*begins.*1 mm"),
+        (table("force", '["0 mm", "1 mm^2"], ["0 mm", "2 mm^2"]'), "", "gas.force.forward.area:.*lifts"),
+        (table("force", '["0 mm", "0 mm^2"], ["1 mm", "2 mm^2"]'), "", "gas.force:.*lift 0.*0"),
+        (table("flow", '["0 mm", "1 mm^2"]').replace('"bench"', '" "'), "", "gas.flow.forward.source:.*empty"),
+        (P + CRANK, "angle [deg],pressure [bar]\n0,1\n", "gas.bore: cylinder_pressure"),
+        (P, "angle [deg],pressure [bar]\n0,1\n20,\n", "line 3, column 2: ''"),
+        (P, "angle [deg],pressure [bar]\n0,1\n20,1\n10,1\n", "line 4, column 1: angle 10"),
+        (P, "angle [deg],pressure [bar]\n0,1\n20,1\n300,1\n330,1\n", "line 3, column 1:.*20.*300"),
+        (P, "time [ms],pressure [bar]\n0,1\n30,-0.2\n", "-20 kPa:"),
+        (P, "time [ms],pressure [bar]\n0,1\n10,1\n", "gas.cylinder_pressure:.*record.*0 ms.*10 ms"),
+        (GAS + CRANK + 'columns = { time = "t" }\n', "", "gas.columns:.*cylinder_pressure"),
+        (GAS.replace("20 degC", "20 bar") + CRANK, "", "gas.suction.temperature: '20 bar'"),
     ],
 )
 def test_what_is_wrong_is_named(text: str, csv: str, words: str, tmp_path: Path) -> None:
     (tmp_path / "p.csv").write_text(csv, encoding="utf-8")
     told = refusal(scene_of, tmp_path, text)
-    assert words in told
+    assert re.search(words, told)
     assert int(told.split("scene.toml:")[1].split(":")[0]) > (SEAT + REED).count("\n")
 
 

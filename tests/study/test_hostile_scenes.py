@@ -21,14 +21,14 @@ SLOW = 6.0  # s of the processor; each took a minute, or grew with a power of it
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("".join(f"k{k} = 1\n" for k in range(10_000)) + SCENE, "9900 more problems from here on"),
-        (SCENE + "".join(f"[t{k}]\n" for k in range(10_000)), "9900 more problems from here on"),
-        (".".join(["a"] * 100_000) + " = 1\n" + SCENE, "scene.toml:1: a key of more than 32 parts"),
-        (SCENE + "[" + " . ".join(['"a b"'] * 100_000) + "]\n", "scene.toml:10: a key of more than 32 parts"),
+        ("".join(f"k{k} = 1\n" for k in range(10_000)) + SCENE, "9900 more"),
+        (SCENE + "".join(f"[t{k}]\n" for k in range(10_000)), "9900 more"),
+        (".".join(["a"] * 100_000) + " = 1\n" + SCENE, "scene.toml:1:.*32 parts"),
+        (SCENE + "[" + " . ".join(['"a b"'] * 100_000) + "]\n", "scene.toml:10:.*32 parts"),
         ("a = [" + "1,\n" * 100_000 + "]\n" + SCENE, "a: unknown key"),
         ("a = " + "[" * 100_000 + "]" * 100_000 + "\n" + SCENE, "nested too deeply"),
         ("a = " + "{a=" * 100_000 + "1" + "}" * 100_000 + "\n" + SCENE, "nested too deeply"),
-        (SCENE.replace('"20 N/um"', '"20 ' + " " * 300_000 + 'x"'), "has 300004 characters; a quantity has at most 80"),
+        (SCENE.replace('"20 N/um"', '"20 ' + " " * 300_000 + 'x"'), "300004 characters.*80"),
         (SCENE.replace('"20 N/um"', '"20 m' + "*m" * 100_000 + '"'), "a quantity has at most 80"),
         (SCENE.replace('"20 N/um"', '"' + "1" * 300_000 + ' N/m"'), "a quantity has at most 80"),
     ],
@@ -37,7 +37,7 @@ def test_a_scene_of_many_of_a_kind(text, message, tmp_path):
     start = time.process_time()
     with pytest.raises(SceneError) as told:
         load_text(tmp_path, text)
-    assert message in str(told.value)
+    assert re.search(message, str(told.value))
     assert len(told.value.problems) <= 101
     assert time.process_time() - start < SLOW
 
@@ -55,7 +55,7 @@ def test_a_unit_of_blanks(blank):
 
 
 def test_a_scene_larger_than_is_read(tmp_path):
-    with pytest.raises(SceneError, match=r"scene\.toml: cannot be read: has 1\.\d+ MB; such a file is read up to 1 MB"):
+    with pytest.raises(SceneError, match=r"scene\.toml:.*1\.\d+ MB.*1 MB"):
         load_text(tmp_path, SCENE + "#" * (1 << 20))
 
 
@@ -70,7 +70,7 @@ def test_pipes_devices_and_folders_are_no_scenes(verb, kind, tmp_path, capsys):
     else:
         scene.mkdir()
     assert run_command([verb, str(scene)]) == BAD_INPUT
-    assert f"scene.toml: cannot be read: is a {kind}; a regular file is needed" in capsys.readouterr().err
+    assert re.search(f"scene.toml: .* {kind}; .*regular file", capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("kind", ["pipe", "device", "folder"])
@@ -123,4 +123,4 @@ def test_what_takes_long_is_priced_or_refused_first(tmp_path):
     (cone,) = run_bounded([["run", "cone.toml"]], tmp_path)
     assert re.search(r"about \d.* s and \d+ GB predicted for the first round", run.said), run.said
     assert run.said.index("predicted for the first round") < run.said.index("meshing")
-    assert_refused(cone, "cone.toml:2: seat.arc: 5.72958e-05 deg must lie between 0.36 and 360 deg")
+    assert_refused(cone, "cone.toml:2: seat.arc: 5.72958e-05 deg", "0.36 and 360 deg")

@@ -64,7 +64,7 @@ def test_a_record_that_no_start_reaches_tells_nothing(bounces, tmp_path):
     path = write_files(tmp_path, bounces, 'contact.gap = { start = "0.12 mm", from = "0.1 mm", to = "0.15 mm" }')
     result = identify(path)
     said = "\n".join(result.sentences())
-    assert "the fit does not reach force, and tells no key: another start or bounds may" in said
+    assert "does not reach force, and tells no key" in said
     assert "nothing nearer was found" in said or "from another start" in said
     assert not result.as_json()["keys"][0]["told"]
 
@@ -76,4 +76,4 @@ def test_the_part_of_the_step_is_in_the_interval_and_said(bounces, tmp_path):
     [(_, fitted, _, ends)] = result
     assert fitted.value(ends.low) <= 0.05 <= fitted.value(ends.high)
     assert not fitted.value(ends.low + ends.of_step) <= 0.05 <= fitted.value(ends.high - ends.of_step)
-    assert "may be the step's, 0.5 us: state a finer run.time_step" in "\n".join(result.sentences())
+    assert "0.5 us: state a finer run.time_step" in "\n".join(result.sentences())

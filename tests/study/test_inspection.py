@@ -1,5 +1,6 @@
 """Files that scenes name, opened before anything is planned: all that is wrong at once, at its line; read once."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -70,7 +71,7 @@ def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest
     found = told(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
     assert [line.split(":")[1:3] for line in found] == [["5", " seat.contact"], ["6", " seat.fixed"]]
     found = told(tmp_path, MESH + 'supports = [{ kind = "sliding", on = "x" }]\n', capsys)
-    assert found[0].startswith("scene.toml:5: seat.supports.0.on: no face named 'x'; there are: 'contact'")
+    assert re.match("scene.toml:5: seat.supports.0.on: .*'x'; .*'contact'", found[0])
 
 
 @pytest.mark.parametrize(
@@ -94,7 +95,7 @@ def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
 def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) -> None:
     seat = '[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\nmaterial = "steel"\n'
     scene = load_scene(written(tmp_path, seat + 'supports = [{ kind = "sliding", on = "top" }]\n'))
-    with pytest.raises(SceneError, match="no face named 'top'; there are: 'contact', 'fixed'"):
+    with pytest.raises(SceneError, match=r"'top'.*'contact', 'fixed'"):
         check_files(scene)
 
 

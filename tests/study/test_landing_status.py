@@ -134,7 +134,7 @@ def test_an_optimum_of_what_needs_no_landing(tmp_path: Path, monkeypatch: pytest
 def test_no_optimum_where_nothing_lands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
     text = SOUGHT.replace('"0 mm"', '"0.3 mm"') % "impulse_Ns"
-    with pytest.raises(StudyError, match=r"none of \d+ scenes has the numbers .* left out: \d+ no landing"):
+    with pytest.raises(StudyError, match=r"\d+ scenes .*\d+ no landing"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
 
 

@@ -68,7 +68,7 @@ def test_what_applies_and_what_is_chosen(text, levels, chosen, seat):
 
 
 def test_a_level_that_does_not_apply_is_refused_with_what_does(seat: Callable[[str], Drawn]) -> None:
-    with pytest.raises(LevelError, match=r"seat.model = 'axisymmetric' does not apply: .* choose one of sector, 3d"):
+    with pytest.raises(LevelError, match=r"seat.model = 'axisymmetric' .*sector, 3d"):
         seat(PLATE + 'model = "axisymmetric"\n').level(0.01)
 
 

@@ -212,7 +212,7 @@ def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:
     restore_checkpoint(second, tmp_path / "part.h5")
     second.advance(prepared.steps - 700)
     assert np.array_equal(second.force, result.force[1:])
-    with pytest.raises(impact.ContactError, match="for a single contact without preload"):
+    with pytest.raises(impact.ContactError, match=r"contact.*preload"):
         impact.solve_many(problem, gaps=[0.0, 1e-6], dt=DT, duration=1e-4)
 
 

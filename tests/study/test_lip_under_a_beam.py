@@ -34,5 +34,5 @@ def test_a_note_says_how_much_of_the_lip_is_covered(tmp_path: Path, at: float, w
 
 def test_a_lip_behind_the_clamp_is_refused(tmp_path: Path) -> None:
     scene(tmp_path, 5.0)
-    with pytest.raises(SceneError, match=r"contact.at: the lip's middle is 4.9 mm from the clamp.*5 mm.*behind"):
+    with pytest.raises(SceneError, match=r"contact.at: .*4.9 mm .*5 mm.*behind"):
         scene(tmp_path, 4.9)

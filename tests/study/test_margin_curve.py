@@ -59,9 +59,9 @@ def test_none_allowed_where_no_values_enclose_it(scene: Path, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("key", "values", "said"),
     [
-        (KEY, ["-1 m/s", "-2 mm/s"], "values in m/s and mm/s; give all of them in one unit"),
-        (KEY, ["-1 m/s", "-1 m/s"], "a curve needs two values or more, not 1"),
-        (KEY, ["fast", "slow"], "'fast' must start with a number"),
+        (KEY, ["-1 m/s", "-2 mm/s"], "m/s.*mm/s"),
+        (KEY, ["-1 m/s", "-1 m/s"], "values.*1"),
+        (KEY, ["fast", "slow"], "'fast'.*number"),
     ],
 )
 def test_values_refused(scene: Path, tmp_path: Path, key: str, values: list[str], said: str) -> None:
@@ -80,11 +80,11 @@ def test_values_in_place_of_those_of_the_file(scene: Path) -> None:
     changed = load_scene(scene, {"contact.gap": "0.1 mm", "reed.release.velocity": "-3 m/s"})
     assert (changed.contact.gap, changed.reed.release.velocity) == (pytest.approx(1e-4), -3.0)  # type: ignore[attr-defined]
     assert math.isclose(load_scene(scene).reed.release.velocity, -2.0)  # type: ignore[attr-defined]
-    with pytest.raises(SceneError, match=r"scene\.toml:3: reed\.release\.velocity: .*towards the seat"):
+    with pytest.raises(SceneError, match=r"scene\.toml:3: reed\.release\.velocity: .*towards"):
         load_scene(scene, {"reed.release.velocity": "3 m/s"})
     with pytest.raises(SceneError, match=r"reed\.tip: unknown key"):
         load_scene(scene, {"reed.tip": "3 m/s"})
     with pytest.raises(SceneError, match=r"load: "):
         load_scene(scene, {"load.0.gravity": "-9.81 m/s^2"})
-    with pytest.raises(SceneError, match=r"reed\.length\.x: there is no table with such a key"):
+    with pytest.raises(SceneError, match=r"reed\.length\.x:.*table"):
         load_scene(scene, {"reed.length.x": "1 mm"})

@@ -94,9 +94,9 @@ def test_lines_that_do_not_fit_are_advised(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('magnitude = "H1"', 'magnitude = "H2"', "columns.magnitude = 'H2' is the head of 0 columns; give columns"),
-        ('response = "dB re 1 g/N", ', "", "must be like 'frequency .Hz.,mobility real"),
-        ('quantity = "accelerance"', 'quantity = "mobility"', "must be like 'frequency .Hz.,mobility real"),
+        ('magnitude = "H1"', 'magnitude = "H2"', "columns.magnitude = 'H2'.*0"),
+        ('response = "dB re 1 g/N", ', "", "like 'frequency .Hz.,mobility real"),
+        ('quantity = "accelerance"', 'quantity = "mobility"', "like 'frequency .Hz.,mobility real"),
         ('quantity = "accelerance"', "averages = 0", "seat.averages: "),
     ],
 )
@@ -116,5 +116,5 @@ def test_courses_of_any_header(tmp_path: Path) -> None:
     pressure = load_scene(tmp_path / "scene.toml").load[0].pressure.course
     assert pressure(np.array([0.0, 1.5e-3])) == pytest.approx([-1e4, 2e4])
     (tmp_path / "scene.toml").write_text(text.replace('file = "p.csv"', 'value = "1 bar"'), encoding="utf-8")
-    with pytest.raises(SceneError, match="columns: there is no file; remove the key"):
+    with pytest.raises(SceneError, match=r"columns:.*remove"):
         load_scene(tmp_path / "scene.toml")

@@ -155,5 +155,5 @@ def test_matrices_have_modes_and_springs_have_none(tmp_path):
     exact = np.sqrt(scipy.linalg.eigvalsh(K.toarray(), M.toarray())[:5]) / (2 * np.pi)
     assert outcome.summary["frequencies_hz"] == pytest.approx(exact, rel=1e-9)
     spring = seat_of('[seat]\nkind = "spring"\nstiffness = "1 MN/m"\n', tmp_path)
-    with pytest.raises(RunError, match="neither finite elements nor matrices"):
+    with pytest.raises(RunError, match=r"elements.*matrices"):
         write_modes(spring, tmp_path / "none")

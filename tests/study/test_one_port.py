@@ -1,5 +1,6 @@
 """One port in place of a lip's arcs: where a plan chooses it, what its bar is made of, and how a round undoes it."""
 
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -62,14 +63,14 @@ def test_a_flat_landing_whose_total_force_is_asked_for_goes_through_one_port(fol
     ("more", "target", "also", "why"),
     [
         ('tilt = "0.05 deg"', 40, "", "tilt"),
-        ("", 40, ', "line_impulse"', "line_impulse needs lip segments"),
-        ("", 0.5, "", "a single contact point would be off by"),
+        ("", 40, ', "line_impulse"', "line_impulse.*segments"),
+        ("", 0.5, "", "single contact"),
     ],
 )
 def test_what_one_port_cannot_tell_or_not_so_well_takes_arcs(folder, more, target, also, why):
     plan = plan_of(folder, more, target, also)
     assert (plan.method.ports or 0) >= 16
-    assert why in plan.choice(PORTS).reason
+    assert re.search(why, plan.choice(PORTS).reason)
     assert "lip" not in plan.shares
 
 

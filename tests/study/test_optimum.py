@@ -96,7 +96,7 @@ def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.Monkey
     assert found.as_json()["failed"] > 3
     assert 0.6 <= number(found, "seat.stiffness") < 0.63
     answer_by(monkeypatch, lambda _: 1 / 0)
-    with pytest.raises(StudyError, match=r"none of 13 scenes has the numbers.*ZeroDivisionError"):
+    with pytest.raises(StudyError, match=r"13 scenes .*ZeroDivisionError"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none")
     answer_by(monkeypatch, closed_form)
     with pytest.raises(StudyError, match="ZeroDivisionError"):

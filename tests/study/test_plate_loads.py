@@ -1,5 +1,6 @@
 """Loads on plates and their releases: by the plate's own integrals, against its stiffness; energy under contact."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -88,14 +89,14 @@ def test_loads_of_the_scene_are_those_of_the_reed(own: str, load: str, tmp_path:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ('pressure = "1 mbar"\npressure_radius = "9 mm"\n', "reed.pressure_radius: 9 mm must be at most what the"),
-        ('gravity = "9 m/s^2"\npressure_radius = "5 mm"\n', "reed.pressure_radius: there is no pressure"),
-        ('point_force = { value = "1 N", at = "40 mm" }\n', "reed.point_force.at: 40 mm must lie on the reed, which"),
-        ('release = { deflection = "1 mm", velocity = "-1 m/s" }\n', "reed.release.velocity: deflection is given too"),
-        ('release = { velocity = "-1 m/s", shape = "force" }\n', "reed.release.shape: the shape is that of the mode"),
-        ('[[load]]\nforce = "1 N"\nat = "40 mm"\n', "load.0.at: 40 mm must lie on the reed, which ends at 30.4"),
-        ("release = { mode = 2 }\n", "reed.release.velocity: required key is missing"),
+        ('pressure = "1 mbar"\npressure_radius = "9 mm"\n', "reed.pressure_radius: 9 mm.*most"),
+        ('gravity = "9 m/s^2"\npressure_radius = "5 mm"\n', "reed.pressure_radius: .*no pressure"),
+        ('point_force = { value = "1 N", at = "40 mm" }\n', "reed.point_force.at: 40 mm.*reed"),
+        ('release = { deflection = "1 mm", velocity = "-1 m/s" }\n', "reed.release.velocity: deflection"),
+        ('release = { velocity = "-1 m/s", shape = "force" }\n', "reed.release.shape: .*mode"),
+        ('[[load]]\nforce = "1 N"\nat = "40 mm"\n', "load.0.at: 40 mm.*30.4"),
+        ("release = { mode = 2 }\n", "reed.release.velocity: required"),
     ],
 )
 def test_what_is_wrong_is_named(more: str, words: str, tmp_path: Path) -> None:
-    assert words in refusal(scene_of, tmp_path, more)
+    assert re.search(words, refusal(scene_of, tmp_path, more))

@@ -208,7 +208,7 @@ def test_rings_need_a_patch(tmp_path: Path) -> None:
     file.write_text(
         (SCENE % "rings = 4").replace(seat, '\n[seat]\nkind = "spring"\nstiffness = "1 GN/m"\n'), encoding="utf-8"
     )
-    with pytest.raises(SceneError, match=r"contact\.rings: a seat of kind 'spring'"):
+    with pytest.raises(SceneError, match=r"contact\.rings:.*'spring'"):
         load_scene(file)
     with pytest.raises(SceneError, match=r"contact\.rings"):
         load_scene(scene_file(tmp_path, "rings = 0"))

@@ -134,18 +134,18 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "scene", "message"),
     [
-        ('error_bars = "sampled"\n[vary]\nreed.mass = ["1 g", "2 g"]', SPRING, r"study\.toml:4: vary\.reed\.mass: is"),
+        ('error_bars = "sampled"\n[vary]\nreed.mass = ["1 g", "2 g"]', SPRING, r"study\.toml:4: vary\.reed\.mass:"),
         ('error_bars = "few"\n[vary]\nreed.mass = ["1 g", "2 g"]', SPRING, r"study\.toml:2: error_bars: .*'every'"),
         ('error_bars = "sampled"\n[vary]\ncontact.gap = ["0 mm", "1 um"]\n[outputs]\nmeasures = ["restitution"]',
-         SPRING, r"study\.toml:6: outputs\.measures: 'restitution' takes a run in full"),
+         SPRING, r"study\.toml:6: outputs\.measures: 'restitution'"),
         ('error_bars = "sampled"\n[vary]\nreed.velocity = ["-1 m/s", "-2 m/s"]',
          SPRING + '[contact.film]\nviscosity = "18 uPa s"\nfloor = "1 um"\nwidth = "1 mm"\nlength = "9 mm"\n',
-         r"study\.toml:2: error_bars: 'sampled' marches scenes side by side, which a film"),
+         r"study\.toml:2: error_bars: 'sampled' .*film"),
         (
             'error_bars = "sampled"\n[vary]\nreed.velocity = { from = "-2 m/s", to = "-1 m/s" }\n[optimise]\n'
             'minimise = "impulse_Ns"',
             SPRING,
-            r"study\.toml:2: error_bars: 'sampled' is for designs",
+            r"study\.toml:2: error_bars: 'sampled'",
         ),
     ],
 )  # fmt: skip

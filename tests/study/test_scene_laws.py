@@ -43,19 +43,19 @@ def test_a_scenes_law(law, expected, tmp_path):
 @pytest.mark.parametrize(
     ("law", "words"),
     [
-        ('law = "hertz"', "contact.law.stiffness: required key is missing"),
-        ('law = { kind = "hertz", stiffness = "5 N/m" }', "contact.law.stiffness: '5 N/m' is a stiffness; a Hertz"),
-        ('law = { kind = "spring", stiffness = "-5 N/m" }', "contact.law.stiffness: '-5 N/m' must be positive"),
+        ('law = "hertz"', "contact.law.stiffness: required"),
+        ('law = { kind = "hertz", stiffness = "5 N/m" }', "contact.law.stiffness: '5 N/m'"),
+        ('law = { kind = "spring", stiffness = "-5 N/m" }', "contact.law.stiffness: '-5 N/m'"),
         ('law = { kind = "spring", k = "5 N/m", stiffness = "5 N/m" }', "contact.law.k: unknown key"),
         ("law = 3", "contact.law"),
         ('law = { kind = "rough_joint", force = "8 kN", closure = "2 um", recovery = 1.1 }',
          "contact.law.recovery: 1.1"),
-        ('law = { kind = "rough_joint", force = "8 kN" }', "contact.law.closure: required key is missing"),
+        ('law = { kind = "rough_joint", force = "8 kN" }', "contact.law.closure: required"),
         ('law = { kind = "table_joint", file = "none.csv" }', "contact.law.file"),
         (
             'law = { kind = "rough_joint", force = "8 kN", closure = "2 um" }\n'
             'film = { viscosity = "18 uPa s", floor = "2 um", width = "1 mm", length = "9 mm" }',
-            "contact.film: how the fluid in a joint",
+            "contact.film:.*fluid",
         ),
     ],
 )  # fmt: skip
@@ -79,7 +79,7 @@ def test_a_joint_is_read_from_its_table(tmp_path):
     ("wrong", "words"),
     [
         (("unloading [kN]", "unloading"), "column 'unloading'"),
-        (("2,8,0", "2,8,9"), "softer than it was loaded|must be 0 up to a closure"),
+        (("2,8,0", "2,8,9"), "softer|closure"),
         (("3,18,18", "3,18,17"), "one force in both columns"),
     ],
 )

@@ -120,9 +120,7 @@ def test_a_lip_pressed_all_around_in_arcs_bears_what_it_bears_as_a_whole(tmp_pat
 def test_what_is_refused_is_refused_before_the_contact(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pipeline, "rounds", lambda *_, **__: pytest.fail("the contact was run"))
     file = scene(tmp_path, 'points = [["4.5 mm", "0 mm", "1 mm"], ["9 mm", "0 mm", "1 mm"]]', RING)
-    with pytest.raises(
-        SceneError, match=r"stress\.points\.1: \(9, 0, 1\) mm lies off the seat.* 1\.02 mm away"
-    ) as caught:
+    with pytest.raises(SceneError, match=r"stress\.points\.1: \(9, 0, 1\).*seat.* 1\.02 mm") as caught:
         pipeline.run_scene(load_scene(file), tmp_path, pictures=False)
     assert [problem.path for problem in caught.value.problems] == [("stress", "points", 1)]
 

@@ -1,5 +1,6 @@
 """Reeds of varying width in scenes."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -46,10 +47,10 @@ def test_a_tapered_one_lands(tmp_path: Path) -> None:
         ('widths = [["0 mm", "8 mm"], ["20 mm", "-1 mm"]]', "", "reed.widths", "'-1 mm'"),
         ('widths = [["0 mm", "0 mm"], ["20 mm", "8 mm"]]', "", "reed.widths", "all must be positive"),
         ('widths = [["0 mm", "8 mm"]]', "", "reed.widths", "at least 2"),
-        (UNIFORM, '[contact]\nat = "21 mm"\n', "contact.at", "on the reed, which ends at 20 mm"),
+        (UNIFORM, '[contact]\nat = "21 mm"\n', "contact.at", "reed.*20 mm"),
     ],
 )
 def test_keys_that_do_not_fit(tmp_path: Path, section: str, contact: str, key: str, message: str) -> None:
     told = refusal(scene_of, tmp_path, "stepped", section, contact)
     assert key in told
-    assert message in told
+    assert re.search(message, told)

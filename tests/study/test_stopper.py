@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -288,34 +289,33 @@ def test_pre_runs_meet_the_stopper(tmp_path: Path) -> None:
 
 
 REFUSED = [
-    ("", '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n', "stopper.gap: required key is missing: distance from"),
-    ("", '[stopper]\ngap = "1 mm"\n', "stopper.kind: required key is missing"),
-    ("", '[stopper]\nkind = "sprin"\ngap = "1 mm"\n', "stopper.kind: 'sprin' is not one of"),
-    ("", STOPPER.replace("stiffness", "stifness"), "stopper.stifness: unknown key; did you mean 'stiffness'?"),
-    ("", STOPPER + 'gapp = "1 mm"\n', "stopper.gapp: unknown key; did you mean 'gap'?"),
-    ("", STOPPER.replace('"4 N/um"', '"4 mm"'), "stopper.stiffness: '4 mm' is a length"),
-    ("", STOPPER.replace('"0.2 mm"', '"-0.2 mm"'), "stopper.gap: '-0.2 mm' must be >= 0"),
-    ("", STOPPER + 'lift = "0.3 mm"\n', "stopper.lift: gap is given too; keep one of the two"),
-    ("", STOPPER.replace('gap = "0.2', 'lift = "0.0'), "stopper.lift: 0 mm: the reed could not leave its seat"),
-    ("", STOPPER.replace('gap = "0.2 mm"', 'lift = "0.09 mm"'), "stopper.lift: 0.09 mm is less than contact.gap ="),
+    ("", '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n', "stopper.gap: .*missing"),
+    ("", '[stopper]\ngap = "1 mm"\n', "stopper.kind: .*missing"),
+    ("", '[stopper]\nkind = "sprin"\ngap = "1 mm"\n', "stopper.kind: 'sprin'"),
+    ("", STOPPER.replace("stiffness", "stifness"), "stopper.stifness: .*'stiffness'"),
+    ("", STOPPER + 'gapp = "1 mm"\n', "stopper.gapp: .*'gap'"),
+    ("", STOPPER.replace('"4 N/um"', '"4 mm"'), "stopper.stiffness: '4 mm' .*length"),
+    ("", STOPPER.replace('"0.2 mm"', '"-0.2 mm"'), "stopper.gap: '-0.2 mm' .*>= 0"),
+    ("", STOPPER + 'lift = "0.3 mm"\n', "stopper.lift: gap .*keep one"),
+    ("", STOPPER.replace('gap = "0.2', 'lift = "0.0'), "stopper.lift: 0 mm: .*leave"),
+    ("", STOPPER.replace('gap = "0.2 mm"', 'lift = "0.09 mm"'), "stopper.lift: 0.09 mm .*contact.gap ="),
     (REED + '[contact]\ngap = "0.1 mm"\n', ABOVE.replace("gap", "lift"), "stopper.lift: with contact.gap = 0.1 mm"),
     (
         REED + '[contact]\ngap = "0.1 mm"\n',
         ABOVE.replace('gap = "0.8 mm"', 'lift = "1.05 mm"').replace('at = "18 mm"\n', ""),
-        "stopper.lift: 1.05 mm: at the start the reed stands 1 mm off its undeformed place there, inside the stopper "
-        "(limit: stopper.lift); make the lift at least 1.1 mm",
+        "stopper.lift: 1.05 mm: .* 1 mm .*1.1 mm",
     ),
-    ("", STOPPER + 'law = "hertzz"\n', "stopper.law.kind: 'hertzz' is not one of"),
-    ("", STOPPER + 'at = "1 mm"\n', "stopper.at: a rigid mass has no positions; remove the key"),
+    ("", STOPPER + 'law = "hertzz"\n', "stopper.law.kind: 'hertzz'"),
+    ("", STOPPER + 'at = "1 mm"\n', "stopper.at: .*positions"),
     ("", "stopper = 3\n", "stopper"),
-    (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 26 mm must lie on the reed, which ends at 25.4 mm"),
+    (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 26 mm .*25.4 mm"),
 ]
 
 
 @pytest.mark.parametrize(("reed", "stopper", "words"), REFUSED, ids=[words[:40] for _, _, words in REFUSED])
 def test_what_is_wrong_is_named(reed: str, stopper: str, words: str, tmp_path: Path) -> None:
     text = stopper + SEAT + MASS + RUN if stopper.startswith("stopper =") else SEAT + (reed or MASS) + stopper + RUN
-    assert f": {words}" in refusal(load_text, tmp_path, text)
+    assert re.search(f": {words}", refusal(load_text, tmp_path, text))
 
 
 @pytest.mark.parametrize(
@@ -336,8 +336,9 @@ def test_a_reed_that_starts_inside_the_stopper_is_refused(release: str, at: str,
         )
 
     told = refusal(load_text, tmp_path, with_gap(0.999 * limit))
-    assert f"stopper.gap: {0.999 * limit:.6g} mm: at the start the reed stands {limit:.3g}"[:60] in told
-    assert "(limit: stopper.gap); make the gap at least" in told
+    found = re.search(rf"stopper\.gap: {0.999 * limit:.6g} mm: .*gap at least ([\d.]+) mm", told)
+    assert found
+    assert float(found[1]) == pytest.approx(limit, rel=2e-3)
     assert load_text(tmp_path, with_gap(1.002 * limit)).stopper is not None
 
 

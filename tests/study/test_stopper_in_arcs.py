@@ -1,6 +1,7 @@
 """A plate meets its stopper in arcs: uniform loads, ledger and momentum, tilt, what is refused."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -99,7 +100,7 @@ def test_more_arcs_of_a_stopper_than_elements_are_refused(tmp_path: Path) -> Non
     """In keys of its own table."""
     path = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
     scene = scene_of(tmp_path, f'kind = "mesh"\nfile = "{path}"\n{STEEL}arcs = 64\n')
-    with pytest.raises(ModelError, match=r"^stopper\.arcs = 64: .* only about 5\d elements along its .*: take fewer$"):
+    with pytest.raises(ModelError, match=r"^stopper\.arcs = 64: .*5\d elements .*fewer$"):
         stopper_of(scene)
 
 
@@ -143,21 +144,21 @@ MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
 @pytest.mark.parametrize(
     ("stopper", "reed", "words"),
     [
-        (SPRING + "arcs = 8\n", MASS, "stopper.arcs: a reed of kind 'rigid_mass' touches with one rigid face"),
-        (SPRING + 'tilt = "1 deg"\n', MASS, "stopper.tilt: a reed of kind 'rigid_mass' touches with one rigid face"),
-        (SPRING + 'tilt = "31 deg"\n', REED, "stopper.tilt: 31 deg must be at most 30 deg"),
-        (SPRING + 'arcs = 1\ntilt = "1 deg"\n', REED, "stopper.arcs: a single contact point has only a mean gap"),
-        (SPRING + "arcs = 2100\nrings = 2\n", REED, "stopper.arcs: 2100 segments in 2 rings are more than 4096"),
+        (SPRING + "arcs = 8\n", MASS, "stopper.arcs:.*'rigid_mass'"),
+        (SPRING + 'tilt = "1 deg"\n', MASS, "stopper.tilt:.*'rigid_mass'"),
+        (SPRING + 'tilt = "31 deg"\n', REED, "stopper.tilt: 31 deg.*30 deg"),
+        (SPRING + 'arcs = 1\ntilt = "1 deg"\n', REED, "stopper.arcs: .*mean gap"),
+        (SPRING + "arcs = 2100\nrings = 2\n", REED, "stopper.arcs: 2100 segments.*2 rings.*4096"),
         (SPRING + "arcs = 0\n", REED, "stopper.arcs"),
     ],
 )
 def test_keys_that_do_not_fit(tmp_path: Path, stopper: str, reed: str, words: str) -> None:
-    assert words in refusal(scene_of, tmp_path, stopper, reed)
+    assert re.search(words, refusal(scene_of, tmp_path, stopper, reed))
 
 
 def test_a_stopper_that_the_reed_misses(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, DISC.replace('"9 mm"', '"12 mm"').replace('"6 mm"', '"9 mm"') + "arcs = 8\n")
-    with pytest.raises(ModelError, match=r"stopper\.arcs: the stopper's face, from 0 to 9 mm .* which has 8 mm there"):
+    with pytest.raises(ModelError, match=r"stopper\.arcs:.*face.*0.*9 mm .*8 mm"):
         problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
 
 
@@ -165,7 +166,7 @@ def test_a_stopper_of_a_file_without_a_face_in_arcs(tmp_path: Path) -> None:
     """A round patch of a CAD part is neither a ring nor a strip."""
     file = Path(__file__).parents[2] / "meshes" / "stopper.step"
     scene = scene_of(tmp_path, f'kind = "cad"\nfile = "{file}"\n{STEEL}arcs = 8\n')
-    with pytest.raises(SceneError, match=r"stopper\.arcs: .*stopper\.step: a struck face without a hole is only 1\.3"):
+    with pytest.raises(SceneError, match=r"stopper\.arcs: .*stopper\.step:.*1\.3"):
         check_files(scene)
 
 

@@ -67,24 +67,24 @@ def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> No
 @pytest.mark.parametrize(
     ("changed", "told"),
     [
-        (('source = "invented for tests"', ""), "source: required key is missing: citation"),
-        (('"invented for tests"', '"  "'), "2: source: is empty: measured numbers need a citation"),
+        (('source = "invented for tests"', ""), "source: required"),
+        (('"invented for tests"', '"  "'), "2: source: .*empty"),
         (('"1800 MPa"', "1800"), "8: ultimate: 1800 has no unit"),
-        (('"1800 MPa"', '"1800 mm"'), "is a length; a pressure is needed"),
-        (("ultimate", "ultimat"), "unknown key; did you mean 'ultimate'?"),
-        (('"120 degC"', '"250 degF"'), "is no temperature; write '120 degC' or '393 K'"),
+        (('"1800 MPa"', '"1800 mm"'), "length.*pressure"),
+        (("ultimate", "ultimat"), r"unknown.*'ultimate'\?"),
+        (('"120 degC"', '"250 degF"'), "'120 degC'.*'393 K'"),
         (('"120 degC"', '"-300 degC"'), "temperature"),
-        (("loading_ratio = 0", "loading_ratio = 1"), "loading_ratio: 1 must be below 1"),
+        (("loading_ratio = 0", "loading_ratio = 1"), "loading_ratio: 1.*1"),
         (("= 0.65", "= nan"), "walker_exponent"),
-        (('"8 m/s"', '"-8 m/s"'), "impact_velocity: '-8 m/s' must be positive"),
+        (('"8 m/s"', '"-8 m/s"'), "impact_velocity: '-8 m/s'"),
         (("slope = 12", "slope = 0.08"), "curve.slope: 0.08"),
         (("slope = 12", ""), "missing: slope"),
         (("slope = 12", 'slope = 12\npoints = [["500 MPa", 1e5], ["400 MPa", 1e6]]'),
-         "by a knee and slopes or by points"),
+         "knee.*points"),
         (("slope = 12", "slope = 12\nsecond_slope = 9\nendurance_limit = true"), "leaves no second slope"),
         (('survival = "90 %"', "survival = 1"), "curve.survival"),
         (('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5], ["420 MPa", 1e6]]'),
-         "curve.points: S-N points rise: from 4e+08 Pa at 100000 cycles to 4.2e+08 Pa at"),
+         r"curve.points: S-N.*4e\+08 Pa.*100000 cycles.*4.2e\+08 Pa"),
         (('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5]]'),
          "two points or more"),
     ],
@@ -92,7 +92,7 @@ def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> No
 def test_what_is_refused(tmp_path: Path, changed: tuple[str, str], told: str) -> None:
     text = WHOLE.replace(*changed)
     assert text != WHOLE
-    with pytest.raises(SceneError, match=re.escape(told)):
+    with pytest.raises(SceneError, match=told):
         load_strength(written(tmp_path, text))
 
 
@@ -110,23 +110,21 @@ def test_a_curve_of_a_table(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "told"),
     [
-        ("stress [MPa],cycles\n500,1e5\n,1e7\n", "sn.csv, line 3, column 1: '' must be a finite number"),
-        ("stress [MPa],cycles\n500,1e5\n400\n", "sn.csv, line 3: 1 columns, 2 are needed (separator ',')"),
-        ("stress [MPa],cycles\n500,1e5\n400,nan\n", "sn.csv, line 3, column 2: 'nan' must be a finite number"),
-        ("stress,cycles\n500,1e5\n400,1e7\n", "column 'stress'; known are stress [unit],cycles"),
-        ("stress [mm],cycles\n500,1e5\n400,1e7\n", "is a length; a pressure is needed"),
+        ("stress [MPa],cycles\n500,1e5\n,1e7\n", "sn.csv, line 3, column 1: ''"),
+        ("stress [MPa],cycles\n500,1e5\n400\n", r"sn.csv, line 3: 1.*2.*\(separator ','\)"),
+        ("stress [MPa],cycles\n500,1e5\n400,nan\n", "sn.csv, line 3, column 2: 'nan'"),
+        ("stress,cycles\n500,1e5\n400,1e7\n", r"'stress'.*\[unit\],cycles"),
+        ("stress [mm],cycles\n500,1e5\n400,1e7\n", "length.*pressure"),
         ("stress [MPa]\n500\n400\n", "sn.csv:1: add a column cycles"),
-        ("stress [MPa],cycles\n400,1e5\n420,1e7\n", "curve.file: S-N points rise: from 4e+08 Pa at 100000 cycles"),
-        ("stress [MPa],cycles\n400,1e5\n-20,1e7\n", "stress and cycles must be positive"),
-        ("stress [MPa],cycles\n400,1e5\n", "needs two points or more, not 1"),
+        ("stress [MPa],cycles\n400,1e5\n420,1e7\n", r"curve.file: S-N.*4e\+08 Pa.*100000 cycles"),
+        ("stress [MPa],cycles\n400,1e5\n-20,1e7\n", "stress.*positive"),
+        ("stress [MPa],cycles\n400,1e5\n", "points.*1"),
         ("", "sn.csv: no table"),
     ],
 )
 def test_a_table_that_is_none(tmp_path: Path, rows: str, told: str) -> None:
     (tmp_path / "sn.csv").write_text(rows, encoding="utf-8")
-    with pytest.raises(
-        SceneError, match=r"\.toml:3: curve\.file: (.|\n)*" + re.escape(told.removeprefix("curve.file: "))
-    ):
+    with pytest.raises(SceneError, match=r"\.toml:3: curve\.file: (.|\n)*" + told.removeprefix("curve.file: ")):
         load_strength(written(tmp_path, 'source = "x"\n[curve]\nfile = "sn.csv"\n'))
 
 

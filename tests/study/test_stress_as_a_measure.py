@@ -77,7 +77,7 @@ def test_stress_of_a_ball_is_that_below_a_disk_under_uniform_pressure(tmp_path: 
 
 def test_a_margin_is_asked_of_a_strength(tmp_path: Path) -> None:
     text = RING.replace('"impulse", "stress"', '"life_margin"')
-    with pytest.raises((SceneError, KeyProblem), match=r"life_margin is asked.*life\.strength"):
+    with pytest.raises((SceneError, KeyProblem), match=r"life_margin .*life\.strength"):
         load_text(tmp_path, text)
 
 

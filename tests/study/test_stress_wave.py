@@ -172,9 +172,9 @@ def test_the_map_of_margins_is_drawn_and_written(pressed: tuple[Any, Any], tmp_p
 @pytest.mark.parametrize(
     ("stress", "said"),
     [
-        ('frames_from = "10 us"', "stress.frames_from: there are no frames: state their number, or remove the key"),
-        ('frames = 9\nframes_from = "20 us"\nframes_until = "10 us"', "stress.frames_until: 10 us must be later than"),
-        ('frames = 9\nframes_until = "400 us"', "stress.frames_until: 0.4 ms must be at most run.duration = 0.36 ms"),
+        ('frames_from = "10 us"', "stress.frames_from:.*frames:"),
+        ('frames = 9\nframes_from = "20 us"\nframes_until = "10 us"', "stress.frames_until: 10 us.*later"),
+        ('frames = 9\nframes_until = "400 us"', "stress.frames_until: 0.4 ms.*run.duration = 0.36 ms"),
         ("frames = 501", "stress.frames: "),
     ],
 )

@@ -1,5 +1,6 @@
 """Who may strike, how it starts, and what drives it."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -95,26 +96,26 @@ def test_a_free_function_strikes_as_the_mass_it_is_of(tmp_path: Path) -> None:
 
 
 WRONG = {
-    "release = { mode = 1 }": "reed.release.deflection: required key is missing beside mode",
-    'release = { mode = 1, tip_deflection = "1 mm" }': "reed.release.tip_deflection: mode is given too",
-    'release = { velocity = "-1 m/s" }': "reed.release.mode: required key is missing beside velocity",
+    "release = { mode = 1 }": "reed.release.deflection: .*beside mode",
+    'release = { mode = 1, tip_deflection = "1 mm" }': "reed.release.tip_deflection: mode",
+    'release = { velocity = "-1 m/s" }': "reed.release.mode: .*beside velocity",
     'release = { mode = 1, velocity = "1 m/s" }': "reed.release.velocity",
-    'pressure = "3 mm"': "reed.pressure.value: '3 mm' is a length; a pressure is needed",
-    'point_force = { value = "1 N", at = "30 mm" }': "reed.point_force.at: 30 mm must lie on the reed",
-    'pressure = { value = "1 bar", file = "scene.toml" }': "reed.pressure.value: give exactly one of value and file",
-    "": "reed.release: required key is missing: how the reed starts",
+    'pressure = "3 mm"': "reed.pressure.value: '3 mm' .*length.* pressure",
+    'point_force = { value = "1 N", at = "30 mm" }': "reed.point_force.at: 30 mm",
+    'pressure = { value = "1 bar", file = "scene.toml" }': "reed.pressure.value: .*value and file",
+    "": "reed.release: .*missing",
 }
 
 
 @pytest.mark.parametrize("more", WRONG)
 def test_what_a_striker_needs_is_told(more: str, tmp_path: Path) -> None:
-    assert WRONG[more] in refusal(scene_of, tmp_path, CANTILEVER, more + "\n")
+    assert re.search(WRONG[more], refusal(scene_of, tmp_path, CANTILEVER, more + "\n"))
 
 
 def test_what_is_struck_is_at_rest(tmp_path: Path) -> None:
     seat = "[seat]\n" + CANTILEVER + 'release = { tip_deflection = "1 mm" }\n'
     ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
-    with pytest.raises(SceneError, match=r"seat.release: the struck body is at rest"):
+    with pytest.raises(SceneError, match=r"seat.release:.*struck"):
         scene_of(tmp_path, ball, seat=seat)
     struck = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER)
     assert summary_of(struck, tmp_path / "out")["seat_kind"] == "cantilever"
@@ -135,7 +136,7 @@ def test_finite_elements_strike(tmp_path: Path) -> None:
 
 def test_what_is_held_has_no_velocity(tmp_path: Path) -> None:
     more = 'model = "rod"\nvelocity = "-1 m/s"\n'
-    with pytest.raises(ValueError, match=r"reed.velocity = -1 m/s: a body of kind 'bar' that is held cannot translate"):
+    with pytest.raises(ValueError, match=r"reed.velocity = -1 m/s:.*'bar'"):
         run_scene(scene_of(tmp_path, BAR, more), tmp_path / "out")
 
 
@@ -160,7 +161,7 @@ def test_a_coarse_striker_is_told_of_and_not_the_seat(tmp_path: Path) -> None:
     assert found["error_mesh_impulse_Ns"] == 0.0
     assert found["error_bar_impulse_Ns"] > 1.5 * found["error_striker_impulse_Ns"]
     assert found["accuracy_rounds"] == 1
-    assert any("largest part: model of the reed; refine reed.mesh" in told for told in outcome.messages)
+    assert any("refine reed.mesh" in told for told in outcome.messages)
 
 
 def test_what_is_not_known_of_a_striker_is_named(tmp_path: Path) -> None:
@@ -177,7 +178,7 @@ def test_a_rod_thrown_over_a_gap_is_planned_by_its_contact(tmp_path: Path) -> No
         assert 0 < max(plan.error.values()) <= 0.1
         assert "no contact" not in "\n".join(plan.notes)
     assert far.method.time_step == pytest.approx(near.method.time_step, rel=0.51)
-    assert far.choice("history").reason.endswith("general method, because the reed has no uncoupled modes")
+    assert far.choice("history").reason.split("; ")[1].startswith("general method")
 
 
 def test_half_the_step_is_looked_at_of_every_striker_with_waves(tmp_path, monkeypatch):
@@ -197,19 +198,17 @@ def test_half_the_step_is_looked_at_of_every_striker_with_waves(tmp_path, monkey
 
 FIXED_ROD = FREE_ROD.replace('far_end = "free"\nvelocity = "-0.1 m/s"\n', "")
 IMMOBILE = {
-    FIXED_ROD + 'velocity = "-1 m/s"\n': "reed.velocity: a rod that is held cannot translate; set far_end = 'free'",
-    FIXED_ROD
-    + 'deflection = "1 um"\n': "reed.deflection: a rod in closed form has no modes to be set in motion; take kind",
-    FIXED_ROD
-    + 'force = "-1 N"\n': "reed.force: a rod in closed form has no modes to be set in motion; take kind = 'bar'",
-    FREE_ROD + 'force = "-1 N"\n': "reed.force: a free rod in closed form has no modes to be set in motion; use",
-    BAR + 'model = "rod"\nforce = "-1 N"\n': "reed.model: a rod in closed form has no modes to be set in motion; use",
+    FIXED_ROD + 'velocity = "-1 m/s"\n': "reed.velocity: .*far_end = 'free'",
+    FIXED_ROD + 'deflection = "1 um"\n': "reed.deflection: .*closed form.* kind = 'bar'",
+    FIXED_ROD + 'force = "-1 N"\n': "reed.force: .*closed form.* kind = 'bar'",
+    FREE_ROD + 'force = "-1 N"\n': "reed.force: .*free rod in closed form",
+    BAR + 'model = "rod"\nforce = "-1 N"\n': "reed.model: .*rod in closed form",
 }
 
 
 @pytest.mark.parametrize("striker", IMMOBILE)
 def test_a_motion_that_no_key_can_bring_about_is_told_at_once(striker: str, tmp_path: Path) -> None:
-    assert IMMOBILE[striker] in refusal(scene_of, tmp_path, striker)
+    assert re.search(IMMOBILE[striker], refusal(scene_of, tmp_path, striker))
 
 
 def test_a_striker_is_told_of_in_keys_of_its_own_table(tmp_path: Path) -> None:
@@ -220,7 +219,7 @@ def test_a_striker_is_told_of_in_keys_of_its_own_table(tmp_path: Path) -> None:
         "seat": lambda: scene_of(tmp_path, ball, seat="[seat]\n" + wrong),
         "reed": lambda: scene_of(tmp_path, wrong + 'deflection = "1 um"\n'),
     }.items():
-        with pytest.raises(LevelError, match=rf"^{role}.model = 'axisymmetric' does not apply"):
+        with pytest.raises(LevelError, match=rf"^{role}.model = 'axisymmetric'"):
             striker_of(scene()) if role == "reed" else stated_method(scene())
 
 
@@ -252,7 +251,7 @@ def test_a_beam_that_is_struck_has_an_error_of_its_modes(tmp_path: Path) -> None
 def test_a_seat_is_no_thicker_than_its_theory(tmp_path: Path) -> None:
     ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
     thick = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER + 'thickness = "8 mm"\n')
-    with pytest.raises(RunError, match=r"^seat.thickness = 8 mm over seat.length = 25.4 mm"):
+    with pytest.raises(RunError, match=r"^seat.thickness = 8 mm.*seat.length = 25.4 mm"):
         check_step(thick)
 
 

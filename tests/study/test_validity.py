@@ -40,10 +40,10 @@ def scene_of(folder: Path, length: float, thickness: float, deflection: float = 
 def test_a_reed_that_is_no_beam_is_refused(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "400")
     scene = scene_of(tmp_path, 25, 40)
-    with pytest.raises(RunError, match=r"reed.thickness = 40 mm over reed.length = 25 mm is 1.6 \(limit 0.2\)"):
+    with pytest.raises(RunError, match=r"reed.thickness = 40 mm.*reed.length = 25 mm.*1.6 \(limit 0.2\)"):
         check_step(scene)
     assert run_command(["plan", str(tmp_path / "scene.toml")]) == BAD_INPUT
-    assert "a beam so thick bends by shear too" in " ".join(capsys.readouterr().err.split())
+    assert "bends by shear" in " ".join(capsys.readouterr().err.split())
     assert scene_of(tmp_path, 25, 5).reed.slender.too_thick() == ""
     assert scene_of(tmp_path, 25, 5.01).reed.slender.too_thick() != ""
 

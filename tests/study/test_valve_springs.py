@@ -1,6 +1,7 @@
 """[[spring]]: what valve springs do to reeds of all kinds, their forces in results, what is wrong with their places."""
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -166,19 +167,19 @@ def test_the_drawing_has_them_in_their_places(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("reed", "spring", "words"),
     [
-        (RING, '[[spring]]\npreload = "6 N"\n', "spring.0.stiffness: required key is missing"),
-        (RING, f'{SPRING}number = 4\n', "spring.0.radius: required key is missing: springs on a circle"),
-        (RING, f'{SPRING}number = 4\nradius = "11 mm"\n', "spring.0.radius: 11 mm from the plate's centre is off"),
-        (RING, f'{SPRING}points = [["1 mm", "0 mm"]]\n', "spring.0.points: 1 mm from the plate's centre is off"),
-        (RING, f'{SPRING}at = "3 mm"\n', "spring.0.at: a ring plate has no positions; remove the key"),
-        (MASS, f'{SPRING}points = [["1 mm", "0 mm"]]\n', "spring.0.points: a rigid mass has no places across its face"),
-        (BEAM, f'{SPRING}at = "30 mm"\n', "spring.0.at: 30 mm must lie on the reed, which ends at 25 mm"),
-        (BEAM, f'{SPRING}at = "3 mm"\nnumber = 2\nradius = "1 mm"\n', "spring.0.number: at is given too; keep one"),
+        (RING, '[[spring]]\npreload = "6 N"\n', "spring.0.stiffness: required"),
+        (RING, f'{SPRING}number = 4\n', "spring.0.radius: required"),
+        (RING, f'{SPRING}number = 4\nradius = "11 mm"\n', "spring.0.radius: 11 mm.*centre"),
+        (RING, f'{SPRING}points = [["1 mm", "0 mm"]]\n', "spring.0.points: 1 mm.*centre"),
+        (RING, f'{SPRING}at = "3 mm"\n', "spring.0.at:.*positions"),
+        (MASS, f'{SPRING}points = [["1 mm", "0 mm"]]\n', "spring.0.points:.*places"),
+        (BEAM, f'{SPRING}at = "30 mm"\n', "spring.0.at: 30 mm.*reed.*25 mm"),
+        (BEAM, f'{SPRING}at = "3 mm"\nnumber = 2\nradius = "1 mm"\n', "spring.0.number:.*given"),
         (BEAM, '[[spring]]\nstiffness = "4 N/mm"\npreload = "-6 N"\n', "spring.0.preload"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_springs(reed: str, spring: str, words: str, tmp_path: Path) -> None:
-    assert words in refusal(scene_of, tmp_path, reed, spring)
+    assert re.search(words, refusal(scene_of, tmp_path, reed, spring))
 
 
 def test_a_plate_that_its_springs_leave_free_to_rock(tmp_path: Path) -> None:

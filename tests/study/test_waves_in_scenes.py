@@ -94,14 +94,14 @@ def test_a_gauge_on_a_beam_sees_its_bending(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('far_end = "endless"\n[reed]', 'far_end = "fixed"\n[reed]', "wave.0.of: the seat is no endless rod"),
-        ("peak = -1e-3", "", "wave.0.strain: nothing says what comes"),
-        ('rise = "10 us"\n', "", "wave.0.rise: required key is missing"),
-        ('rise = "10 us"', 'rise = "80 us"', "wave.0.rise: a trapezoid rises in less"),
+        ('far_end = "endless"\n[reed]', 'far_end = "fixed"\n[reed]', "wave.0.of:.*endless"),
+        ("peak = -1e-3", "", "wave.0.strain: nothing"),
+        ('rise = "10 us"\n', "", "wave.0.rise: required"),
+        ('rise = "10 us"', 'rise = "80 us"', "wave.0.rise:.*trapezoid"),
         ("peak = -1e-3", "peak = -0.2", "wave.0.peak"),
         ('peak = -1e-3\nrise = "10 us"\nduration = "60 us"', 'strain = "wave.csv"', "give times that count from"),
-        ('name = "second"', 'name = "first"', "gauge.1.name: 'first' is the name of another"),
-        ('of = "reed"\nat = "250', 'of = "stopper"\nat = "250', r"gauge.1.of: there is no \[stopper\]"),
+        ('name = "second"', 'name = "first"', "gauge.1.name: 'first'"),
+        ('of = "reed"\nat = "250', 'of = "stopper"\nat = "250', r"gauge.1.of:.*\[stopper\]"),
         ('name = "second"', 'name = "2 nd"', "gauge.1.name"),
     ],
 )
@@ -115,9 +115,9 @@ def test_impossible_waves_and_gauges_are_refused(old, new, words, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('at = "1 m"', 'at = "900 mm"', "stopper.at: a rod is met at its struck end, or free and undamped at its back"),
+        ('at = "1 m"', 'at = "900 mm"', "stopper.at:.*undamped"),
         ('at = "400 mm"', 'at = "1.2 m"', "gauge.0.at"),
-        ('velocity = "-10 m/s"', "", "reed.velocity: required key is missing"),
+        ('velocity = "-10 m/s"', "", "reed.velocity: required"),
         ('velocity = "-10 m/s"', 'force = "1 N"', "stopper.force"),
     ],
 )
@@ -145,7 +145,7 @@ def test_other_bodies_have_no_gauges(tmp_path):
     body = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
     text = '[seat]\nkind = "spring"\nstiffness = "1 kN/m"\n' + body + '[run]\nduration = "0.1 ms"\n'
     for of in ("reed", "seat"):
-        with pytest.raises(SceneError, match=r"gauge.0.at: of a (rigid mass|spring) no strain is known at places"):
+        with pytest.raises(SceneError, match=r"gauge.0.at: .*(rigid mass|spring)"):
             load_text(tmp_path, f'{text}[[gauge]]\nname = "root"\nof = "{of}"\nat = "5 mm"\n')
 
 

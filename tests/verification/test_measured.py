@@ -80,9 +80,9 @@ def test_a_set_with_as_many_fits_as_predictions_does_not_count(tmp_path: Path) -
     ("changed", "words"),
     [
         (TEXT.replace("licence", "license"), "licence missing"),
-        (TEXT.replace("value = 1.0", "value = nan"), "value is nan, must be a finite number"),
-        (TEXT.replace("uncertainty = 0.1", "uncertainty = true"), "uncertainty is True, must be a finite number"),
-        (TEXT.replace("uncertainty = 0.1", "uncertainty = -0.1"), "uncertainty is -0.1, must be 0 or more"),
+        (TEXT.replace("value = 1.0", "value = nan"), "value .*nan"),
+        (TEXT.replace("uncertainty = 0.1", "uncertainty = true"), "uncertainty .*True"),
+        (TEXT.replace("uncertainty = 0.1", "uncertainty = -0.1"), "uncertainty .*-0.1"),
         (TEXT.replace("[[predicted]]", "[[measured]]"), "no [[predicted]]"),
         (TEXT.replace("unit =", "units ="), "unit missing"),
         ("[source", "is no TOML file"),
@@ -131,7 +131,7 @@ def test_verify_measured_fails_where_a_set_states_otherwise(
 def test_a_set_whose_module_leaves_a_number_out_is_refused() -> None:
     record = SETS["pipe_round_trip"]
     more = replace(record, predicted=(*record.predicted, Prediction("mass", 1.0, 0.1, "kg")))
-    with pytest.raises(VerificationError, match=r"pipe_round_trip\.py must predict mass"):
+    with pytest.raises(VerificationError, match=r"pipe_round_trip\.py.*predict"):
         measured_table(records=[more])
 
 

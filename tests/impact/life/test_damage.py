@@ -68,7 +68,7 @@ def test_a_table_goes_through_its_points() -> None:
 @pytest.mark.parametrize(
     ("made", "told"),
     [
-        (lambda: tabled([(400e6, 1e5), (420e6, 1e6)]), r"points rise: from 4e\+08 Pa at 100000 cycles to 4.2e\+08 Pa"),
+        (lambda: tabled([(400e6, 1e5), (420e6, 1e6)]), r"4e\+08 Pa.*100000 cycles.*4.2e\+08 Pa"),
         (lambda: tabled([(400e6, 1e5), (300e6, 1e5)]), "points rise"),
         (lambda: tabled([(400e6, 1e5)]), "two points or more"),
         (lambda: tabled([(400e6, 1e5), (-300e6, 1e6)]), "must be positive"),
@@ -144,7 +144,7 @@ def test_a_part_that_breaks_says_so() -> None:
     found = life(broken, INVENTED, Morrow(2000e6), blocks=1e6)
     assert (found.damage, found.blocks) == (math.inf, 0.0)
     assert [each.name for each in found.advice] == ["mean_stress", "largest_stress"]
-    assert "limit 2e+09): no cycle survives that mean, says morrow" in str(found.advice[0])
+    assert "limit 2e+09): no cycle survives" in str(found.advice[0])
 
 
 def test_a_curve_of_pulsating_stress() -> None:
@@ -191,7 +191,7 @@ def test_a_design_number_is_a_number(blocks: float) -> None:
 
 
 def test_a_life_needs_a_curve() -> None:
-    with pytest.raises(LifeError, match=r"a life needs curve of the material \(a data sheet\)"):
+    with pytest.raises(LifeError, match=r"curve .*\(a data sheet\)"):
         damage(reversed_cycles(1e8), Strength("a data sheet"), SmithWatsonTopper())
 
 
@@ -246,9 +246,9 @@ def test_a_curve_at_another_ratio_is_the_same_point(name: str, amplitude: float,
 
 
 def test_messages_name_what_is_missing() -> None:
-    with pytest.raises(LifeError, match=r"goodman needs ultimate of the material \(a data sheet\)"):
+    with pytest.raises(LifeError, match=r"goodman .*ultimate .*\(a data sheet\)"):
         mean_stress("goodman", Strength("a data sheet"))
-    with pytest.raises(LifeError, match=r"no criterion named 'godman'; did you mean 'goodman'\?"):
+    with pytest.raises(LifeError, match=r"'godman'.*'goodman'\?"):
         mean_stress("godman", INVENTED)
 
 

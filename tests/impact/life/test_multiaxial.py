@@ -58,7 +58,7 @@ def test_both_limits_are_met_exactly(kind: type[Multiaxial], ratio: float) -> No
     ],
 )
 def test_limits_that_make_no_criterion(kind: type[Multiaxial], ratio: float) -> None:
-    with pytest.raises(LifeError, match=rf"= {ratio}: {kind.name} holds above"):
+    with pytest.raises(LifeError, match=rf"= {ratio}: {kind.name}"):
         kind(ratio * BENDING, BENDING)
 
 
@@ -127,7 +127,7 @@ def test_the_quadrature_is_of_third_order_and_meets_its_tolerance() -> None:
 
 def test_a_mean_that_does_not_settle_says_so() -> None:
     path = np.random.default_rng(1).normal(size=(5, 6))
-    with pytest.raises(LifeError, match=r"from 128 to 256 polar angles, too much for a tolerance of 1e-12"):
+    with pytest.raises(LifeError, match=r"128 .*256 .*1e-12"):
         multiaxial.mean_square_shear(path, 1e-12)
 
 

@@ -52,7 +52,7 @@ def test_tensors_are_judged_beside_and_only_where_a_criterion_is_stated() -> Non
     found = judged(both, replace(DEMAND, several_axes=Crossland(310e6, 500e6)))
     assert (found.at, found.tensor_at) == ("root", "fillet")
     assert found.tensor_margin == pytest.approx(2.0, rel=1e-6)
-    with pytest.raises(LifeError, match="fillet: stress of several axes needs a criterion"):
+    with pytest.raises(LifeError, match=r"fillet: .*several axes"):
         judged(both, DEMAND)
 
 
@@ -60,7 +60,7 @@ def test_nothing_to_judge() -> None:
     assert judged([], DEMAND).life is None
     at_rest = judged([("root", np.full(5, 3e6))], DEMAND)
     assert at_rest.life.margin == np.inf
-    with pytest.raises(LifeError, match="root: stress of one axis needs a criterion of mean stress"):
+    with pytest.raises(LifeError, match=r"root: .*mean stress"):
         judged([("root", np.full(5, 3e6))], replace(DEMAND, judge=None))
 
 
@@ -79,7 +79,7 @@ def test_a_contact_of_hertz_at_its_largest_force() -> None:
     assert float(deepest.split()[0]) == pytest.approx(0.481e6 * whole.half_width, rel=0.05)  # the next depth: 8 %
     found = judged(paths.items(), replace(DEMAND, judge=None, several_axes=Crossland(310e6, 500e6)))
     assert found.tensor_at == deepest
-    with pytest.raises(LifeError, match="must be positive, the force not below 0"):
+    with pytest.raises(LifeError, match="under -1 N"):
         list(hertz_path(-1.0, stiffness=stiffness, modulus=modulus))
 
 
