@@ -15,6 +15,7 @@ FILE: Final = Path(__file__).with_name("numbers.json")
 BAR: Final = "error_bar_"
 MOST_LANDINGS: Final = 3  # of a scene; later ones are of the same kind
 MOST_OF_BARS: Final = 1.5  # ratio of a bar to that on file: bars are sums of differences between two runs
+ROUND_OFF: Final = 1e-7  # of a value: the digits on file; a bar below it is no more than round-off
 WORTH_TELLING: Final = 0.1  # of its bar: who moves a value by more says so in CHANGELOG.md
 
 Numbers = Mapping[str, tuple[float, float]]
@@ -64,14 +65,15 @@ def moved(now: Numbers, frozen: Numbers) -> list[str]:
     lines += [f"{key}: is new" for key in sorted(now.keys() - frozen.keys())]
     for key in sorted(frozen.keys() & now.keys()):
         (value, bar), (before, bar_before) = now[key], frozen[key]
-        if not math.isclose(value, before, rel_tol=1e-9, abs_tol=bar_before):
+        if not math.isclose(value, before, rel_tol=ROUND_OFF, abs_tol=bar_before):
             lines.append(f"{key}: {before:.6g} -> {value:.6g}, error bar {bar_before:.2g}")
-        if not min(bar, bar_before) * MOST_OF_BARS >= max(bar, bar_before):
+        if not min(bar, bar_before) * MOST_OF_BARS >= max(bar, bar_before) - ROUND_OFF * abs(before):
             lines.append(f"{key}: error bar {bar_before:.3g} -> {bar:.3g}")
     return lines
 
 
 def worth_telling(now: Numbers, frozen: Numbers) -> list[str]:
     """Return a line for each value that moved within its bar, but by more than a tenth of it."""
-    shares = {key: abs(now[key][0] - value) / bar for key, (value, bar) in frozen.items() if key in now and bar > 0}
+    told = {key: pair for key, pair in frozen.items() if key in now and pair[1] > ROUND_OFF * abs(pair[0])}
+    shares = {key: abs(now[key][0] - value) / bar for key, (value, bar) in told.items()}
     return [f"{key}: moved by {share:.2f} of its bar" for key, share in shares.items() if share > WORTH_TELLING]
