@@ -133,7 +133,7 @@ def test_a_scene_is_computed_for_its_reduced_model(folder: Path, tmp_path: Path)
 
 def test_the_folder_of_a_run_makes_decks(folder: Path, tmp_path: Path) -> None:
     assert run_command(["export", str(folder), "--to", "calculix", "-o", str(tmp_path), "--quiet"]) == DONE
-    assert "CAX8" in (tmp_path / "README.txt").read_text(encoding="utf-8")
+    assert "CAX6" in (tmp_path / "README.txt").read_text(encoding="utf-8")
     assert "seat.model = '3d'" in (tmp_path / "README.txt").read_text(encoding="utf-8")
 
 

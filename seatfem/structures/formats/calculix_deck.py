@@ -18,7 +18,7 @@ the plate are right. A block in free flight away from the bodies, BALLAST, there
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -26,22 +26,21 @@ from numpy.typing import NDArray
 from skfem import (
     ElementHex2,
     ElementHexS2,
-    ElementQuad2,
-    ElementQuadS2,
     ElementTetP2,
     ElementTriP2,
-    FacetBasis,
-    LinearForm,
 )
 from skfem.assembly import Dofs
 
 from impact.greens.oscillator import hann
 from seatfem.structures.elements.assembly import solids_by_region
+from seatfem.structures.elements.axisymmetric import Section, ring_surface
 from seatfem.structures.elements.mindlin import PlateMesh
+from seatfem.structures.elements.shape_functions import discretize, surface
 from seatfem.structures.materials import Material, Solid
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 
 Integers = NDArray[np.int64]
+DEGREE: Final = 8  # degree of the quadrature over the patch
 
 
 @dataclass(frozen=True)
@@ -71,10 +70,6 @@ KINDS: Final[Mapping[str, Kind]] = {
     "RefTri": Kind(
         "CAX6", ElementTriP2(), ElementTriP2(), tuple(range(6)), (0, 2, 1, 5, 4, 3), ((0, 1), (1, 2), (0, 2))
     ),
-    "RefQuad": Kind(
-        "CAX8", ElementQuad2(), ElementQuadS2(), tuple(range(8)), (0, 3, 2, 1, 7, 6, 5, 4),
-        ((0, 1), (1, 2), (2, 3), (0, 3)),
-    ),
 }  # fmt: skip
 
 
@@ -94,16 +89,18 @@ def oriented(points: Array, cells: Integers, kind: Kind, plane: bool) -> Integer
 
 def loads_of(mesh: Any, kind: Kind, struck: str, used: Integers, plane: bool) -> Array:
     """Return b (nodes, 3): consistent nodal forces of a unit load, uniform over the patch, along its outward normal."""
-    basis = FacetBasis(mesh, kind.theirs, facets=mesh.boundaries[struck], intorder=8)
-    radius = basis.global_coordinates()[0] if plane else 1.0
-    area = float(np.sum(radius * basis.dx))
+    ours, theirs = Dofs(mesh, kind.ours).element_dofs[: len(kind.nodes)], Dofs(mesh, kind.theirs).element_dofs
+    if plane:
+        patch = ring_surface(Section.from_mesh(mesh, 2), struck, "port", 1.0, DEGREE)
+    else:
+        made = replace(discretize(mesh, 2), element=kind.theirs, cells=np.asarray(theirs.T))
+        patch = surface(made, struck, "port", DEGREE)
+    place = np.full(int(theirs.max()) + 1, -1, dtype=np.int64)
+    place[theirs] = np.searchsorted(used, ours)
     loads = np.zeros((len(used), 3))
-    columns = Dofs(mesh, kind.ours).element_dofs[: len(kind.nodes)], Dofs(mesh, kind.theirs).element_dofs
-    place = np.full(int(columns[1].max()) + 1, -1, dtype=np.int64)
-    place[columns[1]] = np.searchsorted(used, columns[0])
-    for axis in range(2 if plane else 3):
-        form = LinearForm(lambda v, w, axis=axis: (w.x[0] if plane else 1.0) * w.n[axis] * v / area)
-        loads[place, axis] = form.assemble(basis)
+    normals = patch.normals[..., [0, 2, 1]] if plane else patch.normals
+    of_nodes = np.einsum("fqn,fqa,fq->fna", patch.shapes, normals, patch.weights / patch.area)
+    np.add.at(loads, place[patch.cells], of_nodes)
     loads[np.abs(loads) < 1e-14 * np.abs(loads).max()] = 0.0
     return loads
 
@@ -229,7 +226,7 @@ def calculix_body(
         struck: name of the boundary that is the patch.
         copies: number of copies of the model in the whole body.
 
-    Hexahedra of 27 nodes become C3D20, quadrilaterals of 9 CAX8, without nodes inside faces and elements.
+    Hexahedra of 27 nodes become C3D20, without nodes inside faces and elements.
 
     Raises:
         ModelError: a model without its mesh, elements of first order, a sliding support that is oblique to the axes.

@@ -286,7 +286,7 @@ def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
 
 def _views(seat: SeatModel, rates: Machine, *, modes: bool) -> float:
     """Return the time for pictures of the mesh and, with ``modes``, of modes [s], drawn in another process."""
-    faces, frames = seat.sizes.surface * (2 if seat.hexahedra else 1), FRAMES if modes else 0
+    faces, frames = seat.sizes.surface, FRAMES if modes else 0
     if seat.section:
         faces = 2 * seat.sizes.surface * SLICES + 2 * seat.sizes.elements
         return rates.sheet + (APART * rates.start if modes else 0.0) + frames * (rates.view + faces * rates.face)

@@ -364,8 +364,8 @@ transient.inp    *DYNAMIC, DIRECT, ALPHA=0: a unit Hann pulse of T = {width:g} s
 Run each by, e.g., ccx frequency; what is asked for is printed to the .dat file.
 
 No deck has damping, and our answers beside them have none either, whatever the scene states. What remains between both:
-CalculiX integrates the mass of a C3D10 by four points, we exactly (some 0.1 %); C3D20 and CAX8 lack the nodes inside
-faces that our hexahedra and quadrilaterals have, and our hexahedra have a nodal mass (some 1 %, less on finer meshes);
+CalculiX integrates the mass of a C3D10 by four points, we exactly (some 0.1 %); C3D20 lack the nodes inside faces that
+our hexahedra have, which have a nodal mass (some 1 %, less on finer meshes);
 from poisson = 0.45 on we project the change of volume, which CalculiX does not; direct dynamics lags
 behind by its time step, by some 1 % at the end of the pulse and more later: halve the step to see it.
 """
