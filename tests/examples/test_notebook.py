@@ -25,7 +25,7 @@ import skfem.io.meshio
 import seatfem
 from seatfem.structures.shapes import Bar
 
-size = seatfem.MeshSpec(size=2e-3, contact_size=2e-3, shape="hex")
+size = seatfem.MeshSpec(size=2e-3, contact_size=2e-3)
 body = seatfem.make_mesh(Bar(length=20e-3, width=4e-3, height=2e-3), size)
 model = seatfem.assemble(body, seatfem.Material(200e9, 0.3, 7850.0))
 modes = seatfem.solve_modes(model, 3)

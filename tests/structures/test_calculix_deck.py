@@ -32,16 +32,16 @@ def block(kind: type = skfem.MeshTet, material: Material | Orthotropic = STEEL, 
     return assemble(mesh.with_boundaries(named), material, order=2, sliding=cut, copies=copies)
 
 
-def ring(kind: type) -> SecondOrderModel:
+def ring() -> SecondOrderModel:
     """The half section of one, clamped below, pushed above."""
-    mesh = kind.init_tensor(np.linspace(2e-3, 5e-3, 4), np.linspace(0, 4e-3, 5))
+    mesh = skfem.MeshTri.init_tensor(np.linspace(2e-3, 5e-3, 4), np.linspace(0, 4e-3, 5))
     named = {"contact": lambda x: x[1] > 4e-3 - 1e-9, "fixed": lambda x: x[1] < 1e-9}
     return assemble_axisymmetric(mesh.with_boundaries(named), STEEL, order=2)
 
 
 def test_the_loads_are_those_of_the_port() -> None:
-    """Found by another integration than the port's."""
-    for model, axis in ((block(), 2), (ring(skfem.MeshTri), 2), (ring(skfem.MeshQuad), 2)):
+    """On the nodes of the deck, in its order."""
+    for model, axis in ((block(), 2), (ring(), 2)):
         deck, [port] = calculix_body(model, STEEL), model.ports.values()
         of_port = model.expand(port.vector)[axis][: len(deck.loads)]
         np.testing.assert_allclose(deck.loads[:, deck.axis - 1], of_port, atol=1e-12 * of_port.max())
@@ -54,10 +54,9 @@ def test_the_loads_are_those_of_the_port() -> None:
         (block(), STEEL, "C3D10", 4e-3),
         (block(material=WOOD), WOOD, "C3D10", 4e-3),
         (block(skfem.MeshHex), STEEL, "C3D20", 1e-2),
-        (ring(skfem.MeshTri), STEEL, "CAX6", 6e-3),
-        (ring(skfem.MeshQuad), STEEL, "CAX8", 4e-3),
+        (ring(), STEEL, "CAX6", 6e-3),
     ],
-    ids=["tetrahedra", "orthotropic", "hexahedra", "triangles", "quadrilaterals"],
+    ids=["tetrahedra", "orthotropic", "hexahedra", "triangles"],
 )
 def test_frequencies(model: SecondOrderModel, material: Material, element: str, apart: float) -> None:
     """What CalculiX's fewer points or nodes leave on these coarse meshes; 3 % of the modulus are 1.5 %."""
@@ -70,7 +69,7 @@ def test_frequencies(model: SecondOrderModel, material: Material, element: str, 
 @here
 @pytest.mark.parametrize(
     ("model", "copies"),
-    [(block(), 1), (block(copies=2), 2), (ring(skfem.MeshTri), 1)],
+    [(block(), 1), (block(copies=2), 2), (ring(), 1)],
     ids=["whole", "half", "section"],
 )
 def test_the_patch_gives_way_as_ours(model: SecondOrderModel, copies: int) -> None:
@@ -158,7 +157,7 @@ lip_height = "0 mm"
 outer_radius = "4 mm"
 thickness = "2 mm"
 material = "steel"
-mesh = { size = "4 mm", contact_size = "2 mm", shape = "hex" }
+mesh = { size = "4 mm", contact_size = "2 mm" }
 greens = { bandwidth = "100 kHz", tolerance = "5 %" }
 [reed]
 kind = "sheet"
@@ -196,7 +195,7 @@ def exported(scene: str, folder: Path) -> Path:
 def test_a_reed_lands_tilted(tmp_path: Path) -> None:
     """On a lip of the whole seat, that the run itself has as a half section; C3D20R of 2 mm are 1 % too stiff."""
     deck = exported(LANDING, tmp_path)
-    assert "CAX8" in (deck / "README.txt").read_text(encoding="utf-8")
+    assert "CAX6" in (deck / "README.txt").read_text(encoding="utf-8")
     lines = (deck / "contact.inp").read_text(encoding="ascii").splitlines()
     assert lines[0] == "*INCLUDE, INPUT=whole.inp"
     text, _ = calculix.run([(deck / "whole.inp").read_text(encoding="ascii"), *lines[1:]])

@@ -25,8 +25,8 @@ SEAT = AnnularSeat(
 )  # fmt: skip
 
 
-def drawn(finer: float, shape: str = "tet") -> MeridianMesh:
-    return make_meridian(SEAT, MeshSpec(0.8e-3 / finer, 0.2e-3 / finer, fillets=finer, shape=shape))  # type: ignore[arg-type]
+def drawn(finer: float) -> MeridianMesh:
+    return make_meridian(SEAT, MeshSpec(0.8e-3 / finer, 0.2e-3 / finer, fillets=finer))
 
 
 def on_the_fillet(points: Array) -> Array:
@@ -43,11 +43,10 @@ def largest(mesh: MeridianMesh) -> float:
     return float(stress[on_the_fillet(sites.points)].max())
 
 
-@pytest.mark.parametrize("shape", ["tet", "hex"])
-def test_the_largest_stress_in_the_fillet_converges(shape: str) -> None:
+def test_the_largest_stress_in_the_fillet_converges() -> None:
     """By more than order 1.4, whether nodes meet the largest or miss it, and to 1 % with the elements of a run."""
-    exact = largest(drawn(5.0, "hex"))
-    errors = [abs(largest(drawn(finer, shape)) / exact - 1) for finer in (0.25, 1.0)]
+    exact = largest(drawn(5.0))
+    errors = [abs(largest(drawn(finer)) / exact - 1) for finer in (0.25, 1.0)]
     assert errors[1] < 0.01
     assert math.log(errors[0] / errors[1], 4.0) > 1.4
 
@@ -63,9 +62,7 @@ def test_the_fillet_has_the_elements_that_are_stated_and_is_no_singular_edge() -
     assert near(corner, singular_points(sharp, ("fixed",)), RADIUS).any()
 
 
-@pytest.mark.parametrize("shape", ["tet", "hex"])
-def test_its_elements_are_counted_beforehand(shape: str) -> None:
-    mesh = drawn(1.0, shape)
-    coarse = MeshSpec(4e-3, 2e-3, shape=mesh.provenance.spec["shape"])
-    counted = predicted_sizes(SEAT, MeshSpec(**mesh.provenance.spec), "axisymmetric", 1, coarse)
+def test_its_elements_are_counted_beforehand() -> None:
+    mesh = drawn(1.0)
+    counted = predicted_sizes(SEAT, MeshSpec(**mesh.provenance.spec), "axisymmetric", 1, MeshSpec(4e-3, 2e-3))
     assert counted.elements == pytest.approx(mesh.quality.elements, rel=0.2)

@@ -15,7 +15,7 @@ from seatfem.structures.mesh.plane_meshes import mesh_sheet
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.shapes import AnnularSeat, Flapper, GeometryError, decode, encode
+from seatfem.structures.shapes import Flapper, GeometryError, decode, encode
 from seatfem.structures.sheets import Sheet, plate_modes
 
 REED = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)
@@ -80,8 +80,6 @@ class Elsewhere(Flapper):
 def test_what_is_no_sheet_is_refused() -> None:
     with pytest.raises(GeometryError, match=r"MeshSpec.size = -0.001"):
         mesh_sheet(REED, -1e-3)
-    with pytest.raises(GeometryError, match="AnnularSeat has no plan"):
-        mesh_sheet(AnnularSeat(4e-3, 1e-3), 1e-3)
     with pytest.raises(MeshError, match=r"node.*clamped"):
         mesh_sheet(Elsewhere(**vars(REED)), 4e-3)
 

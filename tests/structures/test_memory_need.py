@@ -121,8 +121,8 @@ def test_a_seat_is_refused_by_the_memory_of_what_solves_for_it(monkeypatch):
     """Iterations on two grids need a fraction of a factor: large seats were refused although they fit."""
     how = Method(reduction="auto", tolerance=0.01)
     assert solver_of(CUBE, how) == "two grids"
-    assert solver_of(CUBE, replace(how, order=1)) == solver_of(CUBE, how, section=True) != "two grids"
-    assert solver_of(CUBE, replace(how, reduction="modes")) == solver_of(CUBE, how, hexahedra=True) == "double"
+    assert solver_of(CUBE, replace(how, order=1)) == solver_of(CUBE, how, tetrahedra=False) != "two grids"
+    assert solver_of(CUBE, replace(how, reduction="modes")) == "double"
     assert solver_of(CUBE, replace(how, tolerance=1e-6)) == "double"
     grids, double = (memory_need(CUBE, solver) for solver in ("two grids", "double"))
     assert grids < 0.6 * double

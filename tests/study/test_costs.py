@@ -81,26 +81,13 @@ def test_elements_of_a_bar_thinner_than_they_are_follow_one_another(length):
     assert rough[1] == pytest.approx(2 * rough[0], rel=0.01)
 
 
-@pytest.mark.parametrize("shape", ["tet", "hex"])
 @pytest.mark.parametrize(("body", "parts"), BODIES[:4], ids=NAMES[:4])
-def test_counts_of_half_sections_are_those_of_the_mesh(body, parts, shape):
-    spec = MeshSpec(size=0.8e-3, contact_size=0.3e-3, shape=shape)
+def test_counts_of_half_sections_are_those_of_the_mesh(body, parts):
+    spec = MeshSpec(size=0.8e-3, contact_size=0.3e-3)
     mesh = make_meridian(body, spec)
-    sizes = predicted_sizes(body, spec, "axisymmetric", 1, replace(COARSE, shape=shape))
+    sizes = predicted_sizes(body, spec, "axisymmetric", 1, COARSE)
     assert sizes.elements == pytest.approx(mesh.quality.elements, rel=0.25)
     assert sizes.nodes == pytest.approx(mesh.quality.nodes, rel=0.25)
-
-
-@pytest.mark.parametrize("body", [BODIES[0][0], BODIES[7][0], BODIES[8][0]], ids=["annular", "bar", "block"])
-def test_counts_of_hexahedra_are_those_of_the_mesh(body):
-    """Grids of bars and blocks are known exactly."""
-    spec = MeshSpec(size=1.5e-3, contact_size=0.7e-3, shape="hex")
-    mesh = make_mesh(body, spec, sector=4)
-    sizes = predicted_sizes(body, spec, "sector", 4, replace(COARSE, shape="hex"))
-    exact = not isinstance(body, AnnularSeat)
-    assert sizes.elements == pytest.approx(mesh.quality.elements, rel=1e-12 if exact else 0.25)
-    assert sizes.nodes == pytest.approx(mesh.quality.nodes, rel=1e-12 if exact else 0.25)
-    assert sizes.counts.nnz == pytest.approx(counts_of(mesh).nnz, rel=1e-12 if exact else 0.25)
 
 
 def test_counts_follow_the_power_of_the_size():

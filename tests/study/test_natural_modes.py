@@ -28,7 +28,7 @@ ANNULAR = (
 )
 BAR = (
     f'[seat]\nkind = "bar"\nlength = "12 mm"\nwidth = "2 mm"\nheight = "2 mm"\n{STEEL}'
-    'mesh = { size = "1 mm", contact_size = "1 mm", shape = "hex" }\n'
+    'mesh = { size = "1 mm", contact_size = "1 mm" }\n'
 )
 
 
@@ -71,12 +71,12 @@ def test_shares_are_parts_of_the_static_compliance(tmp_path):
 
 
 def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
-    """Two planes of bending, one frequency: below the bar's only mode that its end's load excites."""
+    """Two planes of bending, one frequency but for the mesh: below the bar's only mode that its end's load excites."""
     modes = found(BAR, tmp_path, 3).modes
-    assert modes[0].frequency_hz == pytest.approx(modes[1].frequency_hz, rel=1e-6)
+    assert modes[0].frequency_hz == pytest.approx(modes[1].frequency_hz, rel=1e-3)
     beam = 1.8751**2 * 2e-3 / math.sqrt(12) * math.sqrt(200e9 / 7850) / (2 * math.pi * (12e-3) ** 2)
     assert 0.9 * beam < modes[0].frequency_hz < 1.02 * beam  # shear and rotary inertia, slenderness 6
-    assert max(mode.share for mode in modes[:2]) < 1e-9
+    assert max(mode.share for mode in modes[:2]) < 1e-6
 
 
 def test_an_arc_shares_among_its_harmonics(tmp_path):

@@ -122,7 +122,9 @@ def test_bad_scenes(load: Load, old: str, new: str, message: str) -> None:
     assert re.search(message, told)
 
 
-@pytest.mark.parametrize(("key", "value"), [("greens.backend", "slepc"), ("greens.method", "lanczos")])
+@pytest.mark.parametrize(
+    ("key", "value"), [("greens.backend", "slepc"), ("greens.method", "lanczos"), ("mesh.shape", "hex")]
+)
 def test_what_is_no_more_is_named_with_what_to_do(load: Load, key: str, value: str) -> None:
     table, name = key.split(".")
     (message,) = messages(load, changed("[reed]", f'[seat.{table}]\n{name} = "{value}"\n[reed]'))

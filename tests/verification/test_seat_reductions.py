@@ -19,7 +19,7 @@ from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import Material
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.shapes import AnnularSeat, Bar, ConicalSeat, ValvePlate
+from seatfem.structures.shapes import AnnularSeat, ConicalSeat, ValvePlate
 
 STEEL = Material(200e9, 0.3, 7850.0)
 TOLERANCE = 3e-2
@@ -37,8 +37,10 @@ def annular(rayleigh=None):
 
 def bar():
     """Hexahedra with a nodal mass."""
-    mesh = make_mesh(Bar(length=20e-3, width=6e-3, height=6e-3), MeshSpec(size=3e-3, shape="hex")).mesh
-    return assemble(mesh, STEEL, mass="nodal", rayleigh=(0.0, 3e-8))
+    sides = {"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 20e-3 - 1e-9}
+    grid = np.linspace(-3e-3, 3e-3, 3), np.linspace(-3e-3, 3e-3, 3), np.linspace(0, 20e-3, 8)
+    mesh = skfem.MeshHex.init_tensor(*grid).with_boundaries(sides)
+    return assemble(mesh, STEEL, order=2, mass="nodal", rayleigh=(0.0, 3e-8))
 
 
 def block(**options):

@@ -3,7 +3,7 @@
     n = sum of max(1, a int dV/h^d + b int dS/h^(d - 1), c int dL/h)
 
 over the elements of the coarse mesh, with element size h of the finer mesh, volume V, surface S, and d = 3 for
-tetrahedra, 2 for half sections and plans. An element never becomes less than one, as fillets and thin walls require;
+tetrahedra, 2 for half sections. An element never becomes less than one, as fillets and thin walls require;
 the second term adds elements along the surface; the third counts those along sharp edges L of bars thinner than h. The
 sum is corrected such that the coarse mesh has its own number of elements.
 """
@@ -28,7 +28,6 @@ from seatfem.structures.mesh.spec import COARSE, GROWTH, SIZE_PER_WIDTH, MeshSpe
 from seatfem.structures.shapes import CadPart, Geometry, encode
 
 Integers = NDArray[np.int64]
-HALVED: Final = 2.0  # factor by which gmsh meshes coarser before it divides elements into quadrilaterals
 PLACES: Final = 64  # sample points in an element near the struck face, where sizes change; one in others
 BINS, CLOSEST = 40, 1e-4  # bins of distance in which the points of an element are joined; the smallest over the largest
 NEAR: Final = 1.5  # distance within which an element is near the struck face, over its extent
@@ -64,7 +63,6 @@ class Law:
 LAWS: Final = {
     "tetrahedra": Law(((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)), 3, 2.26, 4.77, (3.3, 2.2), 2.69, 0.145, 0.347),
     "triangles": Law(((0, 1), (1, 2), (2, 0)), 2, 2.23, 1.06, (0.0, 0.0), 1.2, 0.5, 0.5),
-    "quadrilaterals": Law(((0, 1), (1, 2), (2, 3), (3, 0)), 2, 3.5, 3.23, (0.0, 0.0), 2.9, 1.0, 0.5),
 }
 
 
@@ -129,8 +127,6 @@ class CoarseMesh:
     def _per_part(self, spec: MeshSpec) -> tuple[Array, Array]:
         """Return the numbers by `Law` in place of each coarse element and of each coarse facet."""
         law, m, n = LAWS[self.kind], round(self.own.elements), round(self.own.facets)
-        if self.kind == "quadrilaterals":
-            spec = replace(spec, size=HALVED * spec.size, contact_size=HALVED * spec.patch_size)
         inside = law.inside * self.inner.per_row(spec, law.dimension, m)
         area = self.outer.per_row(spec, law.dimension - 1, n)
         elements, edges = inside + law.along * np.bincount(self.owner, area, m), self.edges.per_row(spec, 1, n)
@@ -145,9 +141,8 @@ def _at_least_one(now: Array, before: Array) -> float:
     return float(max(np.maximum(1.0, now - np.maximum(0.0, before - 1.0)).sum(), now.sum()))
 
 
-TASKS: Final = {"solid": "mesh", "section": "section", "plan": "plan"}
-Part = Literal["solid", "section", "plan"]
-"""The part of a body that gmsh meshes: the solid or a sector, its half section, or its plan, which is swept."""
+Part = Literal["solid", "section"]
+"""The part of a body that gmsh meshes: the solid or a sector, or its half section."""
 
 
 def count_elements(
@@ -165,29 +160,22 @@ def count_elements(
     if isinstance(geometry, CadPart):
         coarse_mesh = _inspected(inspection.cad.inspect_geometry(geometry))
     else:
-        struck = geometry.plan.top["contact"] if part == "plan" and geometry.plan is not None else ()
-        coarse_mesh = _drawn(json.dumps(encode(geometry), sort_keys=True), coarse, part, sectors, tuple(struck))
+        coarse_mesh = _drawn(json.dumps(encode(geometry), sort_keys=True), coarse, part, sectors)
     return None if coarse_mesh is None else coarse_mesh.count(spec)
 
 
 @lru_cache(maxsize=8)
-def _drawn(geometry: str, spec: MeshSpec, part: Part, sectors: int, areas: tuple[str, ...]) -> CoarseMesh | None:
-    """Return the coarse mesh of a geometry in JSON, by the same gmsh job as a run, which can then reuse it; ``areas``:
-    names of the struck areas of a plan."""
-    job: dict[str, Any] = {"task": TASKS[part], "geometry": json.loads(geometry), "spec": asdict(spec)}
-    job |= {} if part == "section" else {"sectors": sectors}
+def _drawn(geometry: str, spec: MeshSpec, part: Part, sectors: int) -> CoarseMesh | None:
+    """Return the coarse mesh of a geometry in JSON, by the same gmsh job as a run, which can then reuse it."""
+    job: dict[str, Any] = {"task": "section", "geometry": json.loads(geometry), "spec": asdict(spec)}
+    job |= {} if part == "section" else {"task": "mesh", "sectors": sectors, "msh": None}
     try:
-        arrays = remembered_gmsh(job | ({"msh": None} if part == "solid" else {}))
+        arrays = remembered_gmsh(job)
     except (GeometryError, MeshingError, OSError):  # the run reports the error
         return None
-    kind = "tetrahedra" if part == "solid" else "triangles" if spec.shape == "tet" else "quadrilaterals"
+    kind, struck = ("triangles", "line:contact") if part == "section" else ("tetrahedra", "surface:contact")
     points, cells = arrays["points"], arrays["cells"][:, : len(LAWS[kind].sides)]
-    if part != "plan":
-        struck = arrays["surface:contact" if part == "solid" else "line:contact"]
-    else:
-        rows = [arrays[f"area:{name}"] for name in areas if f"area:{name}" in arrays]
-        struck = cells[np.unique(np.concatenate(rows))] if rows else cells
-    return _with_places(kind, spec, points, cells, points[struck])
+    return _with_places(kind, spec, points, cells, points[arrays[struck]])
 
 
 @lru_cache(maxsize=4)
@@ -259,22 +247,14 @@ def _distances(points: Array, struck: Array) -> Array:
 
 
 def _spread_points(corners: Array, number: int) -> Array:
-    """Return (m number, d) points spread over each of m simplices or quadrilaterals (m, corners, d)."""
+    """Return (m number, d) points spread over each of m simplices (m, corners, d)."""
     count, dimension = corners.shape[1:]
-    if count == 4 and dimension == 2:
-        u, v = np.random.default_rng(1).random((2, number))
-        shares = np.column_stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])
-    else:
-        shares = np.random.default_rng(1).dirichlet(np.ones(count), number)
+    shares = np.random.default_rng(1).dirichlet(np.ones(count), number)
     return np.asarray(np.einsum("qk,mkd->mqd", shares, corners).reshape(-1, dimension))
 
 
 def _measures(corners: Array) -> Array:
     """Return the (m,) lengths, areas or volumes of elements (m, corners, d)."""
-    count, dimension = corners.shape[1:]
-    if count == 4 and dimension == 2:
-        edges = np.stack([corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]], axis=1)
-        return np.asarray(np.abs(np.linalg.det(edges)) / 2)
     edges = corners[:, 1:] - corners[:, :1]
     gram = np.linalg.det(edges @ edges.transpose(0, 2, 1))
-    return np.asarray(np.sqrt(np.maximum(gram, 0.0)) / math.factorial(count - 1))
+    return np.asarray(np.sqrt(np.maximum(gram, 0.0)) / math.factorial(corners.shape[1] - 1))

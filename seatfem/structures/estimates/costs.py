@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from seatfem.structures.mesh.meshing import SeatMesh
 
 
-SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # time to mesh one of these elements, over that of a tetrahedron
+SECTION_ELEMENT: Final = 0.5  # time to mesh a triangle of a section, over that of a tetrahedron
 SECTION_ENTRY: Final = 10.0  # time to assemble an entry of a section's matrix, over that of a solid's
 SINGLE_FACTOR, SINGLE_SOLVE = 0.6, 0.62  # times of factor and solve in single precision, over those in double
 GRIDS_SOLVE: Final = 1.0  # time of a solve on two grids, over that of a product with the matrix
@@ -55,7 +55,6 @@ class Numbers:
         modes: number of modes in the band, by Weyl's law.
         runs: number of harmonics, each reduced by itself; 1 for other bodies.
         section: whether the mesh is a half section.
-        hexahedra: whether elements are hexahedra or quadrilaterals.
         drawn: whether gmsh makes the mesh.
         kept: poles of the Green's function, if fewer than those of the reductions.
     """
@@ -64,7 +63,6 @@ class Numbers:
     modes: float
     runs: float = 1.0
     section: bool = False
-    hexahedra: bool = False
     drawn: bool = True
     kept: float | None = None
 
@@ -98,7 +96,7 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
         return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER
     counts = numbers.sizes.counts
-    solver = solver_of(counts, method, rings, section=numbers.section, hexahedra=numbers.hexahedra)
+    solver = solver_of(counts, method, rings, tetrahedra=not numbers.section)
     return SeatModel(**vars(numbers), vectors=min(vectors, counts.dof), solver=solver)
 
 
@@ -115,7 +113,7 @@ def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
         lengths = 2 * math.pi * profile_of(body.geometry()).outer_radius * method.bandwidth / body.slowest
         around = max(FEWEST_HARMONICS, 0.9 * lengths * (BEYOND if method.in_arcs else 1.0))
     poles = _lip_poles(method, body.measures_inside("3d"), body.slowest) if method.in_arcs else None
-    return Numbers(sizes, modes, around, section, spec.shape == "hex", kept=poles)
+    return Numbers(sizes, modes, around, section, kept=poles)
 
 
 def _lip_poles(method: Method, volume: float, slowest: float) -> float:
@@ -175,7 +173,7 @@ def _sizes_of(mesh: SeatMesh) -> Sizes:
 def seat_seconds(model: SeatModel, *, static: bool = False) -> Mapping[str, float]:
     """Return the times of mesh, assembly and reduction [s]; ``static``: with one static solution as the reduction."""
     counts, sizes = model.sizes.counts, model.sizes
-    weight = SECTION_ELEMENT if model.section else (HEXAHEDRON if model.hexahedra else 1.0)
+    weight = SECTION_ELEMENT if model.section else 1.0
     effort, solver = SECTION_FACTOR if model.section else 1.0, "double" if static else model.solver
     assembly = counts.nnz * rates.ENTRY * (SECTION_ENTRY if model.section else 1.0)
     n, vectors = counts.dof, 1.0 if static else model.vectors

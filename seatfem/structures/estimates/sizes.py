@@ -24,7 +24,7 @@ from seatfem.machine.resources import available_memory
 from seatfem.structures import reduction
 from seatfem.structures.estimates.coarse import Tally, count_elements, size_at
 from seatfem.structures.estimates.surrogate import Patch
-from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec, graded, half_axis
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     AUTO,
     CHEAPEST_FIRST,
@@ -35,8 +35,7 @@ from seatfem.structures.method import (
     cheapest_solver,
     compactness,
 )
-from seatfem.structures.shapes import Geometry, GeometryError
-from seatfem.structures.shapes.shape import Rectangle
+from seatfem.structures.shapes import Geometry
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -125,15 +124,13 @@ def memory_need(counts: Counts, solver: Solver = "double") -> float:
     return float(max(assembly, factorized))
 
 
-def solver_of(
-    counts: Counts, method: Method, rings: float = 1, *, section: bool = False, hexahedra: bool = False
-) -> Solver:
-    """Return the solver by which a reduction computes its vectors, on tetrahedra, a ``section`` or ``hexahedra``."""
+def solver_of(counts: Counts, method: Method, rings: float = 1, *, tetrahedra: bool = True) -> Solver:
+    """Return the solver by which a reduction computes its vectors; ``tetrahedra``: whether these are the elements."""
     named = None if method.reduction == AUTO else reduction.greens.named(method.reduction)
-    if hexahedra or not (named is None or named.bears_rounding):
+    if not (named is None or named.bears_rounding):
         return "double"
     solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)
-    if solver == "two grids" and not section and method.order == 2:
+    if solver == "two grids" and tetrahedra and method.order == 2:
         return solver
     return "single" if solver != "double" and libraries.has_pardiso() else "double"
 
@@ -176,7 +173,7 @@ def check_elastic(body: structure.Structure, mesh: SeatMesh | MeridianMesh, leve
     levels = [option.level for option in body.levels() if option.applies and option.level in cheaper]
     size: Any = mesh.provenance.spec.get("size")
     counts, rings = counts_of(solid := cast("SeatMesh", mesh)), method.rings or 1
-    solver = solver_of(counts, method, rings, hexahedra=solid.shape == "hexahedron")
+    solver = solver_of(counts, method, rings, tetrahedra=solid.shape == "tetrahedron")
     check_memory(counts, solver=solver, size=size, levels=levels)
 
 
@@ -202,9 +199,9 @@ def _fitting_fraction(counts: Counts, solver: Solver, available: float) -> float
     return max(low, 1e-12)
 
 
-SECTION_ENTRIES: Final = {"tet": 11.5, "hex": 16.0}  # coupled nodes for each node of a section of order 2
-ROUGHLY: Final = {"tet": 4.0, "hex": 1.3, "section": 2.3}  # rough number of elements over int dV/h^d
-IN_A_BAR: Final = {"tet": 13.0, "hex": 1.0}  # elements in a length h of a bar that is thinner than h
+SECTION_ENTRIES: Final = 11.5  # coupled nodes for each node of a section of order 2
+ROUGHLY_INSIDE, ROUGHLY_IN_A_SECTION = 4.0, 2.3  # rough number of elements over int dV/h^d
+IN_A_BAR: Final = 13.0  # elements in a length h of a bar that is thinner than h
 STEPS: Final = 200  # steps of distance from the patch in that integral
 MARGIN: Final = 4.0  # factor on rough numbers: a mesh that may fit after all is made, and counted exactly
 MOST_ELEMENTS: Final = 2e7  # most elements: gmsh makes some 1e5 in a second, and needs 1 kB for each
@@ -232,8 +229,6 @@ def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: i
     if level in ("axisymmetric", "harmonics"):
         counted = count_elements(geometry, spec, coarse, "section")
         return None if counted is None else _section(counted, spec, 3 if level == "harmonics" else 2)
-    if spec.shape == "hex":
-        return _hexahedra(geometry, spec, sectors, coarse)
     counted = count_elements(geometry, spec, coarse, "solid", sectors)
     return None if counted is None else _tetrahedra(counted, spec)
 
@@ -250,45 +245,9 @@ def _tetrahedra(counted: Tally, spec: MeshSpec) -> Sizes:
 def _section(counted: Tally, spec: MeshSpec, directions: int) -> Sizes:
     elements, nodes = counted.elements, counted.vertices
     if spec.order == 2:
-        nodes += nodes + elements - 1 + (elements if spec.shape == "hex" else 0.0)
-    entries = directions**2 * SECTION_ENTRIES[spec.shape] * nodes
+        nodes += nodes + elements - 1
+    entries = directions**2 * SECTION_ENTRIES * nodes
     return Sizes(elements, nodes, counted.facets, Counts(directions * nodes, entries, entries / directions, 0.0))
-
-
-def _hexahedra(geometry: Geometry, spec: MeshSpec, sectors: int, coarse: MeshSpec) -> Sizes | None:
-    plan, profile, rectangle = geometry.plan, geometry.profile, geometry.rectangle
-    if plan is not None:
-        layers = spec.layers or len(graded(plan.height, spec.patch_size, spec.size, spec.grading)) - 1
-        plane = (
-            count_elements(geometry, spec, coarse, "plan", sectors)
-            if rectangle is None
-            else _grid(rectangle, spec, sectors)
-        )
-        return None if plane is None else _swept(plane, layers, spec, closed=False)
-    if profile is None:
-        raise GeometryError(f"{geometry.source} is neither a solid of revolution nor extruded; set shape = 'tet'")
-    around = spec.layers or max(LEAST_LAYERS, math.ceil(2 * math.pi * profile.outer_radius / spec.size))
-    plane = count_elements(geometry, spec, coarse, "section")
-    return None if plane is None else _swept(plane, math.ceil(around / sectors), spec, closed=sectors == 1)
-
-
-def _grid(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> Tally:
-    """Return the exact numbers of the grid in the plan of a rectangular solid."""
-    sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
-    x, y = (len(half_axis(side, edge, spec)) - 1 for side, edge in zip(sides, patch, strict=True))
-    x, y = x * (1 if sectors == 4 else 2), y * (1 if sectors > 1 else 2)
-    return Tally(x * y, 2 * (x + y), (x + 1) * (y + 1))
-
-
-def _swept(plane: Tally, layers: int, spec: MeshSpec, *, closed: bool) -> Sizes:
-    """Return the numbers of hexahedra swept from a plane mesh, ``closed`` around an axis or not."""
-    levels = layers if closed else layers + 1
-    elements, points = plane.elements * layers, plane.vertices * levels
-    edges = (plane.vertices + plane.elements - 1) * levels + plane.vertices * layers
-    faces = plane.elements * levels + (plane.vertices + plane.elements - 1) * layers
-    surface = plane.facets * layers + (0.0 if closed else 2 * plane.elements)
-    nodes, counts = counts_from("hexahedron", spec.order, (points, edges, faces, elements), surface)
-    return Sizes(elements, nodes, surface, counts)
 
 
 def rough_sizes(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> Sizes:
@@ -305,16 +264,14 @@ def rough_sizes(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> Si
     pieces = (front[1:] + front[:-1]) / 2 * step
     near = np.cumsum(pieces) < inside
     h = size_at((distance[1:] + distance[:-1]) / 2, spec)
-    dimension, shape = 2 if plane else 3, "section" if plane else spec.shape
+    dimension, roughly = (2, ROUGHLY_IN_A_SECTION) if plane else (3, ROUGHLY_INSIDE)
     rest = inside - float(pieces[near].sum())
-    elements = max(1.0, ROUGHLY[shape] * float(np.sum((pieces / h**dimension)[near]) + rest / spec.size**dimension))
-    elements = elements if plane else max(elements, IN_A_BAR[spec.shape] * patch.depth / spec.size)
+    elements = max(1.0, roughly * float(np.sum((pieces / h**dimension)[near]) + rest / spec.size**dimension))
+    elements = elements if plane else max(elements, IN_A_BAR * patch.depth / spec.size)
     outside = 4 * elements ** (1 - 1 / dimension)
     if plane:
         return _section(Tally(elements, outside, elements), spec, 3 if level == "harmonics" else 2)
-    if spec.shape == "tet":
-        return _tetrahedra(Tally(elements, outside, 0.2 * elements + 4), spec)
-    return _swept(Tally(elements, outside, elements), 1, spec, closed=False)
+    return _tetrahedra(Tally(elements, outside, 0.2 * elements + 4), spec)
 
 
 def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method: Method | None = None) -> None:
@@ -324,8 +281,8 @@ def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method
     """
     sizes = body.rough_sizes(spec, level)
     how = body.stated() if method is None else method
-    section, hexahedra = level in ("axisymmetric", "harmonics"), spec.shape == "hex"
-    need = memory_need(sizes.counts, solver_of(sizes.counts, how, how.rings or 1, section=section, hexahedra=hexahedra))
+    tetrahedra = level not in ("axisymmetric", "harmonics")
+    need = memory_need(sizes.counts, solver_of(sizes.counts, how, how.rings or 1, tetrahedra=tetrahedra))
     available = available_memory()
     if need <= MARGIN * available and sizes.elements <= MARGIN * MOST_ELEMENTS:
         return

@@ -88,7 +88,7 @@ class Drawn(elastic.Elastic):
 
     def inputs(self) -> structure.Inputs:
         made = super().inputs()
-        return structure.Inputs({**made.content, "shape": self.mesh.shape}, (*made.classes, type(self.geometry())))
+        return structure.Inputs(made.content, (*made.classes, type(self.geometry())))
 
     def problems(self) -> Iterator[structure.Finding]:
         yield from self.unknown_names(self.geometry().patches, ("seat",))
@@ -99,8 +99,8 @@ class Drawn(elastic.Elastic):
     def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
         """Return the outlines, of a block by its sides, of other bodies by the triangulation of their surface."""
         shape, name = self.geometry(), self.kind.replace("_", " ")
-        if shape.rectangle is not None and shape.plan is not None:
-            views = outlines.of_prism(name, shape.rectangle.sides, shape.rectangle.patch, shape.plan.height)
+        if (cuboid := shape.cuboid) is not None:
+            views = outlines.of_prism(name, cuboid.sides, cuboid.patch, cuboid.height)
             return views if self.clamped else replace(views, held=())
         inspected, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
         normals = [face.normal for face in inspected.faces if struck in face.groups]
@@ -169,7 +169,7 @@ class Drawn(elastic.Elastic):
         per_wavelength = PER_WAVELENGTH[self.elements_of(method)]
         size = method.size or self.slowest / (per_wavelength * method.bandwidth)
         contact = method.contact_size or 0.4 * size
-        return MeshSpec(size, contact, order=method.order, shape=self.mesh.shape, rings=method.rings or 1)
+        return MeshSpec(size, contact, order=method.order, rings=method.rings or 1)
 
     def numbers(self, method: Method, coarser: float = 1.0) -> estimates.costs.Numbers | None:
         return estimates.costs.numbers_of_drawn(self, method, coarser)
@@ -179,7 +179,7 @@ class Drawn(elastic.Elastic):
         if (patch := self.patch()) is None:
             return None
         sizes = sizes_for(patch, patch.first_resonance, ERRORS[0], self.mesh.order)
-        return MeshSpec(sizes.size, sizes.contact_size, order=self.mesh.order, shape=self.mesh.shape)
+        return MeshSpec(sizes.size, sizes.contact_size, order=self.mesh.order)
 
     def rough_sizes(self, spec: MeshSpec, level: Level) -> estimates.sizes.Sizes:
         """Return the order of magnitude of the numbers of a mesh, without generating one."""

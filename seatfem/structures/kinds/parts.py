@@ -156,13 +156,13 @@ class Mesh(fields.Table):
 size = "2 mm"
 contact_size = "0.5 mm"
 """
+    former: ClassVar[Mapping[str, str]] = {"shape": "swept hexahedra are no longer made; remove this key"}
 
     size: fields.Length | None = Field(None, description="element size in the bulk; from the bandwidth where absent")
     contact_size: fields.Length | None = Field(
         None, description="element size at the contact face; finer than the bulk where absent"
     )
     order: Literal[1, 2] = Field(2, description="polynomial order of the elements")
-    shape: Literal["tet", "hex"] = Field("tet", description="of the elements; hexes where the seat can be swept")
 
     @model_validator(mode="after")
     def _finer_at_the_contact(self) -> Self:

@@ -1,4 +1,4 @@
-"""The gmsh process, started by `seatfem.structures.mesh.gmsh_process` only, and its plane meshes of sections and plans.
+"""The gmsh process, started by `seatfem.structures.mesh.gmsh_process` only; plane meshes of sections and sheets.
 
 Jobs come as JSON lines on standard input; the process ends when that is closed. Progress and failure are reported as
 JSON lines on standard output. Lengths inside gmsh are in the unit of the geometry (millimetres), those exchanged with
@@ -26,10 +26,10 @@ from seatfem.structures.mesh._gmsh_base import KeptModel, arrays, handed_over, r
 from seatfem.structures.mesh._gmsh_inspect import inspect, outline
 from seatfem.structures.mesh._gmsh_solid import make
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import Geometry, GeometryError, Turning, decode, revolved
+from seatfem.structures.shapes import Flat, GeometryError, Turning, decode, revolved
 from seatfem.structures.shapes.inspect import area_of
 from seatfem.structures.shapes.profile import PER_ARC
-from seatfem.structures.shapes.shape import EVERYWHERE, cut
+from seatfem.structures.shapes.shape import cut
 
 TRIANGLES = {1: 2, 2: 9}  # gmsh's element types by order
 QUADRILATERALS = {1: 3, 2: 10}
@@ -44,10 +44,14 @@ GOOD = np.deg2rad(15.0)  # smallest angle of triangles at which no more neighbou
 MOST_MERGED = 4  # most elements of a union
 
 
-def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], arcs: Mapping[int, int], unit: float) -> None:
-    """Mesh the model's surfaces by ``spec``, finest at the curves ``refined``; ``arcs``: least number along curves."""
+def mesh_plane(
+    gmsh: Any, spec: MeshSpec, refined: list[int], arcs: Mapping[int, int], unit: float, *, quadrilaterals: bool
+) -> dict[str, NDArray[Any]]:
+    """Mesh the model's surfaces by ``spec``, finest at the curves ``refined``; ``arcs``: least number along curves.
+
+    Return "points" (n, 2) [m] and "cells" (m, 3 | 4 | 6 | 9).
+    """
     option, mesh = gmsh.option.setNumber, gmsh.model.mesh
-    quadrilaterals = spec.shape == "hex"
     option("Mesh.SecondOrderLinear", 0)
     if quadrilaterals:
         option("Mesh.Algorithm", FRONTAL_FOR_QUADS)
@@ -63,6 +67,10 @@ def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], arcs: Mapping[in
         mesh.refine()
     option("Mesh.SecondOrderLinear", 0 if spec.curved else 1)
     mesh.setOrder(spec.order)
+    tags, coordinates, _ = mesh.getNodes()
+    kind = (QUADRILATERALS if quadrilaterals else TRIANGLES)[spec.order]
+    _, cells = _cells(mesh, kind, -1, mesh.getElementProperties(kind)[3])
+    return {"points": unit * coordinates.reshape(-1, 3)[:, :2], "cells": rows_of(tags)[cells]}
 
 
 def _mend(gmsh: Any) -> bool:
@@ -104,26 +112,6 @@ def _points(mesh: Any) -> NDArray[np.float64]:
 def _cells(mesh: Any, kind: int, tag: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     elements, nodes = mesh.getElementsByType(kind, tag)
     return elements.astype(np.int64), nodes.reshape(-1, width).astype(np.int64)
-
-
-def plane_arrays(
-    gmsh: Any, spec: MeshSpec, lines: dict[str, list[int]], areas: dict[str, list[int]], unit: float
-) -> dict[str, NDArray[Any]]:
-    """Return "points" (n, 2) [m], "cells" (m, 3 | 4 | 6 | 9), "line:NAME" (k, 2) and "area:NAME" (k,)."""
-    mesh = gmsh.model.mesh
-    tags, coordinates, _ = mesh.getNodes()
-    index = rows_of(tags)
-    kind = (QUADRILATERALS if spec.shape == "hex" else TRIANGLES)[spec.order]
-    width = mesh.getElementProperties(kind)[3]
-    elements, cells = _cells(mesh, kind, -1, width)
-    row = rows_of(elements)
-    out: dict[str, NDArray[Any]] = {"points": unit * coordinates.reshape(-1, 3)[:, :2], "cells": index[cells]}
-    for name, curves in lines.items():
-        ends = [_cells(mesh, {1: 1, 2: 8}[spec.order], tag, spec.order + 1)[1][:, :2] for tag in curves]
-        out[f"line:{name}"] = index[np.concatenate(ends)]
-    for name, surfaces in areas.items():
-        out[f"area:{name}"] = row[np.concatenate([_cells(mesh, kind, tag, width)[0] for tag in surfaces])]
-    return out
 
 
 def corner_angles(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -257,40 +245,34 @@ def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
 
     drawing = model.built(gmsh, job, built)
     stage("meshing the section", 0.3)
-    mesh_section(gmsh, spec, drawing.groups["contact"], drawing.arcs, unit)
-    return plane_arrays(gmsh, spec, drawing.groups, {}, unit)
+    found = mesh_plane(gmsh, spec, drawing.groups["contact"], drawing.arcs, unit, quadrilaterals=False)
+    mesh = gmsh.model.mesh
+    index = rows_of(mesh.getNodes()[0])
+    for name, curves in drawing.groups.items():
+        ends = [_cells(mesh, {1: 1, 2: 8}[spec.order], tag, spec.order + 1)[1][:, :2] for tag in curves]
+        found[f"line:{name}"] = index[np.concatenate(ends)]
+    return found
 
 
 def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Carry out task "plan": plan of an extruded solid or a sector of it -> plane arrays and exact areas."""
-    geometry: Geometry = decode(job["geometry"])
-    spec = MeshSpec(**job["spec"])
+    """Carry out task "plan": a sheet, or the half of one, -> plane arrays and its exact area."""
+    geometry: Flat = decode(job["geometry"])
     unit = geometry.unit_of_model
-    stage("building the plan", 0.0)
-    areas = model.built(gmsh, job, lambda: _plan_areas(gmsh, geometry, job["sectors"]))
-    assert geometry.plan is not None
-    struck = {name for names in geometry.plan.top.values() for name in names}
-    faces = [(2, tag) for name, tags in areas.items() if name in struck for tag in tags]
-    edges = gmsh.model.getBoundary(faces, combined=False, oriented=False)
-    stage("meshing the plan", 0.3)
+    stage("building the sheet", 0.0)
+
+    def built() -> list[int]:
+        whole = geometry.sheet(gmsh.model.occ)
+        pieces = cut(gmsh.model.occ, 2, job["sectors"]) if job["sectors"] > 1 else [[(2, whole)]]
+        gmsh.model.occ.synchronize()
+        return [tag for piece in pieces for _, tag in piece]
+
+    faces = model.built(gmsh, job, built)
+    edges = gmsh.model.getBoundary([(2, tag) for tag in faces], combined=False, oriented=False)
+    stage("meshing the sheet", 0.3)
     arcs = {tag: PER_ARC for _, tag in gmsh.model.getEntities(1) if gmsh.model.getType(1, tag) == "Circle"}
-    mesh_section(gmsh, spec, sorted({tag for _, tag in edges}), arcs, unit)
-    cad = {name: area_of(gmsh.model, tags, unit) for name, tags in areas.items()}
-    cad[EVERYWHERE] = area_of(gmsh.model, [tag for _, tag in gmsh.model.getEntities(2)], unit)
-    sizes = {f"cad:{name}": np.float64(value) for name, value in cad.items()}
-    return plane_arrays(gmsh, spec, {}, areas, unit) | sizes
-
-
-def _plan_areas(gmsh: Any, geometry: Geometry, sectors: int) -> dict[str, list[int]]:
-    occ = gmsh.model.occ
-    areas = geometry.areas(occ)
-    if sectors > 1:
-        whole = [tag for _, tag in occ.getEntities(2)]
-        pieces = dict(zip(whole, cut(occ, 2, sectors), strict=True))
-        areas = {name: [piece for tag in tags for _, piece in pieces[tag]] for name, tags in areas.items()}
-        areas = {name: tags for name, tags in areas.items() if tags}
-    occ.synchronize()
-    return areas
+    refined = sorted({tag for _, tag in edges})
+    found = mesh_plane(gmsh, MeshSpec(**job["spec"]), refined, arcs, unit, quadrilaterals=True)
+    return found | {"area": np.float64(area_of(gmsh.model, faces, unit))}
 
 
 TASKS: dict[str, Callable[[Any, dict[str, Any], KeptModel], dict[str, Any]]] = {

@@ -10,7 +10,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import Basis, ElementQuad0, ElementTriP0, MeshQuad, MeshQuad2, MeshTri, MeshTri2
+from skfem import Basis, ElementTriP0, MeshTri, MeshTri2
 from skfem.quadrature import get_quadrature
 
 from impact.greens.base import Array
@@ -20,12 +20,10 @@ from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.mesh import checks, io, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import Flat, Geometry, GeometryError, Profile, Shape, encode, fingerprint
+from seatfem.structures.shapes import Flat, Geometry, GeometryError, Profile, encode, fingerprint
 from seatfem.structures.shapes.profile import profile_of
-from seatfem.structures.shapes.shape import EVERYWHERE
 
-PlaneMesh: TypeAlias = MeshTri | MeshTri2 | MeshQuad | MeshQuad2
-MESHES: Mapping[int, type[PlaneMesh]] = {3: MeshTri, 6: MeshTri2, 4: MeshQuad, 9: MeshQuad2}
+PlaneMesh: TypeAlias = MeshTri | MeshTri2
 QUADRATURE = 8
 
 
@@ -33,8 +31,8 @@ QUADRATURE = 8
 class MeridianMesh:
     """Half section of a solid of revolution: x = r and y = z in metres.
 
-    ``mesh``: scikit-fem's, of triangles or quadrilaterals (isoparametric for order 2), with the geometry's groups
-    as boundaries: "contact", "fixed", and "axis" where the section touches r = 0.
+    ``mesh``: scikit-fem's, of triangles (isoparametric for order 2), with the geometry's groups as boundaries:
+    "contact", "fixed", and "axis" where the section touches r = 0.
     """
 
     mesh: PlaneMesh
@@ -50,8 +48,8 @@ def make_meridian(
 ) -> MeridianMesh:
     """Mesh the half section of a solid of revolution with gmsh, graded like `make_mesh`.
 
-    ``spec.shape`` = "tet" gives triangles, "hex" quadrilaterals; ``gmsh``: as in `make_mesh`. Raises
-    `GeometryError` for a geometry that is no solid of revolution, and `MeshingError` where gmsh fails.
+    ``gmsh``: as in `make_mesh`. Raises `GeometryError` for a geometry that is no solid of revolution, and
+    `MeshingError` where gmsh fails.
     """
     profile = profile_of(geometry)
     section = gmsh({"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}, progress)
@@ -74,21 +72,18 @@ def make_meridian(
 def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
     """Return scikit-fem's mesh of "points" (n, 2) = (r, z), "cells", and every "line:NAME" as a boundary."""
     cells, points = section["cells"], section["points"]
-    corners = cells.shape[1] if cells.shape[1] < 6 else {6: 3, 9: 4}[cells.shape[1]]
-    used, t = np.unique(cells[:, :corners], return_inverse=True)
-    t = np.ascontiguousarray(t.reshape(-1, corners).T)
+    used, t = np.unique(cells[:, :3], return_inverse=True)
+    t = np.ascontiguousarray(t.reshape(-1, 3).T)
     number = np.full(len(points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
-    kind = MESHES[cells.shape[1]]
-    straight = kind(np.ascontiguousarray(points[used].T), t) if corners == cells.shape[1] else None
-    flat = straight if straight is not None else MESHES[corners](np.ascontiguousarray(points[used].T), t)
-    places = flat.doflocs
-    if straight is None:  # meshes of order 2 do not sort the vertices of an element
-        kept = MeshTri(flat.doflocs, t, sort_t=False) if isinstance(flat, MeshTri) else flat
-        places = io.node_places(kept, kind.elem(), points, cells, range(cells.shape[1]))
+    flat = MeshTri(np.ascontiguousarray(points[used].T), t)
     lines = io.groups(section, "line")
     boundaries = {name: io.matched_facets(flat, number[ends], name, "meridian") for name, ends in lines.items()}
-    return kind(places, t, boundaries)
+    if cells.shape[1] == 3:
+        return MeshTri(flat.doflocs, t, boundaries)
+    kept = MeshTri(flat.doflocs, t, sort_t=False)  # meshes of order 2 do not sort the vertices of an element
+    places = io.node_places(kept, MeshTri2.elem(), points, cells, range(cells.shape[1]))
+    return MeshTri2(places, t, boundaries)
 
 
 def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
@@ -97,8 +92,7 @@ def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
 
 
 def _measure(mesh: PlaneMesh, profile: Profile) -> checks.MeshQuality:
-    constant = ElementTriP0() if isinstance(mesh, MeshTri) else ElementQuad0()
-    cells = Basis(mesh, constant, intorder=QUADRATURE)
+    cells = Basis(mesh, ElementTriP0(), intorder=QUADRATURE)
     places, weights = get_quadrature(mesh.brefdom, QUADRATURE)
     areas = {}
     for name, facets in mesh.boundaries.items():  # a FacetBasis would invert the elements' maps, to an absolute 1e-12
@@ -124,31 +118,30 @@ ON_THE_LINE: Final = 1e-9  # largest distance of a node on the line of symmetry,
 AREA_TOLERANCE: Final = 0.01  # largest relative error of the area; that of a circle of eight curved elements is 1e-3
 
 
-def mesh_sheet(shape: Shape, size: float, gmsh: Gmsh = run_gmsh) -> PlateMesh:
-    """Return the plan of an extruded solid, meshed evenly with quadrilaterals of nine nodes that follow its outline.
+def mesh_sheet(shape: Flat, size: float, gmsh: Gmsh = run_gmsh) -> PlateMesh:
+    """Return a sheet, meshed evenly with quadrilaterals of nine nodes that follow its outline.
 
-    A sheet symmetric about y = 0 is meshed on one side and mirrored, so that the mesh is symmetric as well. The nodes
-    of a clamp are the line "clamped" of the mesh.
+    One that is symmetric about y = 0 is meshed on one side and mirrored, so that the mesh is symmetric as well. The
+    nodes of a clamp are the line "clamped" of the mesh.
 
     ``size``: element size [m].
 
     Raises:
-        GeometryError: no plan, or a size that is not positive. MeshingError: gmsh fails. MeshError: an area that
-        differs from the drawing's, or a clamp without nodes. ModelError: folded elements.
+        GeometryError: a size that is not positive. MeshingError: gmsh fails. MeshError: an area that differs from the
+        drawing's, or a clamp without nodes. ModelError: folded elements.
     """
-    if shape.plan is None:
-        raise GeometryError(f"{shape.source} has no plan: a plate must be a sheet of even thickness")
-    spec, parts = MeshSpec(size, order=2, shape="hex"), 2 if isinstance(shape, Flat) and shape.is_mirrored else 1
-    arrays = gmsh({"task": "plan", "geometry": encode(shape), "spec": asdict(spec), "sectors": parts})
+    parts = 2 if shape.is_mirrored else 1
+    spec = asdict(MeshSpec(size))
+    arrays = gmsh({"task": "plan", "geometry": encode(shape), "spec": spec, "sectors": parts})
     used, rows = np.unique(arrays["cells"], return_inverse=True)
     points, cells, lines = arrays["points"][used], rows.reshape(arrays["cells"].shape), {}
     if parts == 2:
         points, cells = with_image(points, cells)
-    if isinstance(shape, Flat) and shape.is_clamped:
+    if shape.is_clamped:
         lines[CLAMPED] = np.flatnonzero(shape.clamped(points))
         if not len(lines[CLAMPED]):
             raise io.MeshError(f"{shape.source}: no node lies where it is clamped; mesh finer")
-    mesh, drawn = PlateMesh(points, cells, lines), parts * float(arrays[f"cad:{EVERYWHERE}"])
+    mesh, drawn = PlateMesh(points, cells, lines), parts * float(arrays["area"])
     if abs(mesh.area / drawn - 1) > AREA_TOLERANCE:
         raise io.MeshError(
             f"{shape.source}: the mesh has {percent(mesh.area / drawn - 1, sign=True)} more area than the drawing"

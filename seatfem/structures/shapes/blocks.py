@@ -44,12 +44,8 @@ class Bar(shape.Shape):
         }
 
     @property
-    def plan(self) -> shape.Plan:
-        return shape.Plan(self.length, {"contact": (shape.EVERYWHERE,)}, {"fixed": (shape.EVERYWHERE,)})
-
-    @property
-    def rectangle(self) -> shape.Rectangle:
-        return shape.Rectangle((self.width / 2, self.height / 2))
+    def cuboid(self) -> shape.Cuboid:
+        return shape.Cuboid((self.width / 2, self.height / 2), self.length)
 
     def build(self, occ: Any) -> None:
         """Add the box (millimetres) to the given gmsh OpenCASCADE model."""
@@ -84,12 +80,9 @@ class Block(shape.Shape):
         return {"contact": (patch,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
 
     @property
-    def plan(self) -> shape.Plan:
-        return shape.Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (shape.EVERYWHERE,)})
-
-    @property
-    def rectangle(self) -> shape.Rectangle:
-        return shape.Rectangle((self.width / 2, self.depth / 2), (self.patch_width / 2, self.patch_depth / 2))
+    def cuboid(self) -> shape.Cuboid:
+        patch = self.patch_width / 2, self.patch_depth / 2
+        return shape.Cuboid((self.width / 2, self.depth / 2), self.thickness, patch)
 
     def build(self, occ: Any) -> None:
         """Add the box (millimetres) with the patch imprinted on its top to the given gmsh OpenCASCADE model."""
@@ -184,12 +177,6 @@ class ValvePlate(shape.Shape):
     def patches(self) -> Patches:
         return self.patches_in(1)
 
-    @property
-    def plan(self) -> shape.Plan:
-        lands = tuple(f"land_{number}" for number in range(1, self.ports + 1))
-        top = {"contact": lands} | {name: (name,) for name in lands}
-        return shape.Plan(self.thickness, top, {"fixed": ("rim",)})
-
     def check_sectors(self, sectors: int) -> None:
         row = self.layout == "row"
         if not (sectors in (2, 4) if row else self.ports == 1 or (2 * self.ports) % sectors == 0):
@@ -202,13 +189,6 @@ class ValvePlate(shape.Shape):
         solid = occ.extrude(self._base(occ), 0, 0, 1e3 * self.thickness)
         lands = [self._land(occ, centre, 1e3 * self.thickness) for centre in self.centres]
         occ.fragment([entity for entity in solid if entity[0] == 3], [*lands, self._rim(occ)])
-
-    def areas(self, occ: Any) -> dict[str, list[int]]:
-        """Add the plan (millimetres), split into its areas; return their surface tags."""
-        lands = [self._land(occ, centre, 0.0) for centre in self.centres]
-        _, pieces = occ.fragment(self._base(occ), [*lands, self._rim(occ)])
-        names = [f"land_{number}" for number in range(1, self.ports + 1)]
-        return {name: [tag for _, tag in piece] for name, piece in zip([*names, "rim"], pieces[1:], strict=True)}
 
     def _outline(self, occ: Any, inset: float) -> tuple[int, int]:
         if self.layout == "circle":

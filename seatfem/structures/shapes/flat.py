@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops, selectors
-from seatfem.structures.shapes.shape import Plan, Shape, key, require_above, require_below, require_positive
+from seatfem.structures.shapes.shape import Shape, key, require_above, require_below, require_positive
 
 THINNER: Final = 'a sheet is thinner than it is wide; a solid reed is kind = "cad" or "mesh"'
 
@@ -87,13 +87,6 @@ class Flat(Shape):
     @property
     def patches(self) -> selectors.Patches:
         return {"contact": (selectors.PlaneFace((0.0, 0.0, 1.0), self.thickness),)}
-
-    @property
-    def plan(self) -> Plan:
-        return Plan(self.thickness, {"contact": ("sheet",)}, {})
-
-    def areas(self, occ: Any) -> dict[str, list[int]]:
-        return {"sheet": [self.sheet(occ)]}
 
     def build(self, occ: Any) -> None:
         """Add the sheet (millimetres) to the given gmsh OpenCASCADE model."""

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
-import numpy as np
-
-from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.rings import ring_borders
 from seatfem.structures.shapes import selectors, shape
@@ -281,20 +277,3 @@ class Stopper(Turning):
         centre = (0.0, self.thickness - self.dome_radius)
         domed = tuple(Edge(edge.start, edge.end, centre, edge.name) for edge in edges[2:-1])
         return Profile((*edges[:2], *domed, edges[-1]))
-
-    @property
-    def plan(self) -> shape.Plan:
-        return shape.Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (shape.EVERYWHERE,)})
-
-    @property
-    def dome(self) -> Callable[[Array], Array] | None:
-        if self.dome_radius is None:
-            return None
-        radius, thickness = self.dome_radius, self.thickness
-        return lambda points: np.asarray(thickness - radius + np.sqrt(radius**2 - np.sum(points**2, axis=1)))
-
-    def areas(self, occ: Any) -> dict[str, list[int]]:
-        """Add the disc (millimetres) and the patch in it, in the given gmsh OpenCASCADE model."""
-        disc, patch = (occ.addDisk(0, 0, 0, 1e3 * r, 1e3 * r) for r in (self.radius, self.contact_radius))
-        _, pieces = occ.fragment([(2, disc)], [(2, patch)])
-        return {"patch": [tag for _, tag in pieces[1]]}

@@ -1,4 +1,4 @@
-"""Interface of every geometry: faces, building in gmsh, division into sectors, sweeping; checks of its fields."""
+"""Interface of every geometry: faces, building in gmsh, division into sectors; checks of its fields."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import hashlib
 import math
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import Field, dataclass
 from dataclasses import field as new_field
 from importlib.util import module_from_spec, spec_from_file_location
@@ -15,7 +15,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, ClassVar, Final, Literal
 
-from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.profile import Profile
 from seatfem.structures.shapes.selectors import HalfPlaneFace, Patches
@@ -63,10 +62,6 @@ def _run(file: str, name: str) -> ModuleType:
     finally:
         sys.path.pop()
     return module
-
-
-EVERYWHERE = ""
-"""Name of the whole plan as an area."""
 
 
 @dataclass(frozen=True)
@@ -124,34 +119,20 @@ def _refusal(spec: object, name: str, what: str) -> GeometryError:
 
 
 @dataclass(frozen=True)
-class Plan:
-    """Plan of an extruded solid: ``height`` above z = 0 (metres); ``top``, ``bottom``: group -> areas of the plan."""
-
-    height: float
-    top: Mapping[str, tuple[str, ...]]
-    bottom: Mapping[str, tuple[str, ...]]
-
-    @property
-    def areas(self) -> tuple[str, ...]:
-        """Return the names of all areas except the whole plan."""
-        groups = (*self.top.values(), *self.bottom.values())
-        return tuple(dict.fromkeys(area for names in groups for area in names if area != EVERYWHERE))
-
-
-@dataclass(frozen=True)
-class Rectangle:
-    """A rectangular plan centred on the origin: half the sides along x and y of the plan and of the patch; ``None``:
-    the patch is the whole plan."""
+class Cuboid:
+    """A rectangular solid on z = 0 about the z axis: half its sides along x and y, its height, and half the sides of
+    the patch on its top; ``None``: the patch is the whole top [m]."""
 
     sides: tuple[float, float]
+    height: float
     patch: tuple[float, float] | None = None
 
 
 class Shape(ABC):
     """A geometry in SI units: a frozen dataclass that checks itself.
 
-    A family of shapes is a subclass with a name ``family``. Its methods `build` and `areas` run in the gmsh process,
-    with the OpenCASCADE part of a gmsh model, in millimetres. A solid of revolution is a `Turning`.
+    A family of shapes is a subclass with a name ``family``. Its method `build` runs in the gmsh process, with the
+    OpenCASCADE part of a gmsh model, in millimetres. A solid of revolution is a `Turning`.
     """
 
     family: ClassVar[str]
@@ -193,36 +174,20 @@ class Shape(ABC):
         return None
 
     @property
-    def plan(self) -> Plan | None:
-        """Return the plan of a solid extruded along z, which can be meshed by hexahedra; ``None`` for other solids."""
+    def cuboid(self) -> Cuboid | None:
+        """Return a rectangular solid's measures; ``None`` for other solids."""
         return None
-
-    @property
-    def rectangle(self) -> Rectangle | None:
-        """Return a rectangular plan, which is meshed as a grid without gmsh; ``None`` for other plans."""
-        return None
-
-    def areas(self, occ: Any) -> dict[str, list[int]]:
-        """Add the plan (millimetres), split into its areas, in the given gmsh OpenCASCADE model: their surface tags."""
-        raise NotImplementedError
 
     @property
     def volume(self) -> float | None:
         """Return the volume [m^3]; ``None`` if it is known only after building the solid."""
         if self.profile is not None:
             return self.profile.volume
-        if self.plan is None or self.rectangle is None:
-            return None
-        return 4 * math.prod(self.rectangle.sides) * self.plan.height
-
-    @property
-    def dome(self) -> Callable[[Array], Array] | None:
-        """Return the height of the upper side at points (n, 2) of the plan; ``None``: flat."""
-        return None
+        return None if self.cuboid is None else 4 * math.prod(self.cuboid.sides) * self.cuboid.height
 
     def check_sectors(self, sectors: int) -> None:
         """Raise `GeometryError` if it is known not to consist of ``sectors`` >= 2 equal sectors between planes."""
-        if self.rectangle is not None and sectors not in (2, 4):
+        if self.cuboid is not None and sectors not in (2, 4):
             raise GeometryError(
                 f"sector = {sectors}: must be 2 or 4, the equal sectors of a {type(self).__name__} between planes of "
                 "symmetry"

@@ -65,7 +65,7 @@ SAME_ANSWER: Final = "another way to the same g, to within its tolerance"
 LEFT_OUT: Final[Mapping[str, str]] = {
     f"{role}.{key}": SAME_ANSWER
     for role in ("seat", "reed", "stopper")
-    for key in ("greens.method", "greens.max_vectors", "mesh.shape")
+    for key in ("greens.method", "greens.max_vectors")
 }
 """Keys of how a scene is computed that have no ladder, with the reason."""
 

@@ -280,7 +280,7 @@ def contact_seconds(model: ContactModel) -> Mapping[str, float]:
 
 def _views(seat: SeatModel, *, modes: bool) -> float:
     """Return the time for pictures of the mesh and, with ``modes``, of modes [s], drawn in another process."""
-    faces, frames = seat.sizes.surface * (2 if seat.hexahedra else 1), FRAMES if modes else 0
+    faces, frames = seat.sizes.surface, FRAMES if modes else 0
     if seat.section:
         faces = 2 * seat.sizes.surface * SLICES + 2 * seat.sizes.elements
         return rates.SHEET + (APART * rates.START if modes else 0.0) + frames * (rates.VIEW + faces * rates.FACE)
