@@ -181,7 +181,7 @@ def enclosing_sphere(points: Array) -> tuple[Array, float]:
     scale = float(np.abs(points - origin).max())
     if scale == 0.0:
         return origin, 0.0
-    centre, squared, converged = _smallest((points - origin) / scale, _INSIDE, _MOST)
+    centre, squared, converged = _smallest((points - origin) / scale)
     if not converged:
         raise LifeError(f"no smallest sphere around {len(points)} points after {_MOST} exchanges; report this history")
     return origin + scale * centre, scale * math.sqrt(squared)
@@ -200,15 +200,15 @@ def _furthest(points, centre):  # type: ignore[no-untyped-def]
 
 
 @compiled()
-def _smallest(points, inside, most):  # type: ignore[no-untyped-def]
+def _smallest(points):  # type: ignore[no-untyped-def]
     """Return the centre, the squared distance of the furthest point, and whether the iteration converged."""
     size = points.shape[1]
     held = np.empty((size + 2, size))
     held[0] = points[_furthest(points, points[0])[1]]
     count, centre, squared = 1, held[0].copy(), 0.0
-    for _ in range(most):
+    for _ in range(_MOST):
         distance, at = _furthest(points, centre)
-        if distance <= squared * (1 + inside):
+        if distance <= squared * (1 + _INSIDE):
             return centre, distance, True
         held[count] = points[at]
         new_centre, new_squared, chosen = _around(held[: count + 1])

@@ -335,7 +335,6 @@ def _clamped_ends(flat: Flat) -> Array:
 
 
 def of_ported_plate(
-    name: str,
     outline: Array,
     rim: Array,
     ports: Array,
@@ -346,7 +345,6 @@ def of_ported_plate(
     """Return the views of a flat plate with round ports, lands around them and a clamped rim below.
 
     Args:
-        name: of the plate.
         outline, rim: loops around it and within its clamped rim [m].
         ports: (n, 2) centres [m]; of those whose land is struck, by their places ``struck``, the mean is the origin.
         radii: of a port and of its land [m].
@@ -370,7 +368,7 @@ def of_ported_plate(
     )
     sides = (first, inner[0]), (inner[-1], last)
     return _extruded(
-        name,
+        "valve plate",
         (whole, *openings),
         tuple(loop for k in struck for loop in (lands[k], openings[k])),
         thickness,

@@ -207,7 +207,7 @@ clamp_width = "2 mm"
             outline, rim = box((-x, -y), (x, y)), box((inset - x, inset - y), (x - inset, y - inset))
         struck = range(self.ports) if self.struck is None else (self.struck - 1,)
         radii = (plate.port_radius, plate.port_radius + plate.land_width)
-        return of_ported_plate("valve plate", outline, rim, np.array(plate.centres), radii, struck, plate.thickness)
+        return of_ported_plate(outline, rim, np.array(plate.centres), radii, struck, plate.thickness)
 
     def struck_part(self) -> tuple[float, float, float]:
         plate = self.geometry()

@@ -112,7 +112,7 @@ def _landing(
     if (unknowns := 3 * deck.node) > MOST:
         raise ModelError(f"seat.mesh: {unknowns} unknowns are more than ccx can march ({MOST}); state a larger size")
     if deck.centre is None:
-        raise ModelError("seat: the struck face must be flat and face up along z; give another face, or turn the part")
+        raise ModelError(f"seat.kind = {body.kind!r}: its struck face must be flat and face up along z; turn the part")
     seat = solve_body("seat", scene.seat, method.seat, scene.run.duration, progress, mesh_error=False)
     solved = reed.solved(method.reed.lip, method.reed.bandwidth, mesh_error=False)
     assert seat is not None

@@ -286,9 +286,9 @@ measures = ["impulse_Ns", "filtered_peak_force_N"]                       # keys 
 """
 
 
-def study_template(*, file: str, scene: str = "flapper.toml") -> str:
-    """Return the text of a study of ``scene``, every key with its meaning; ``file``: name of the study in comments."""
-    values = {"scene": scene, "design": "latin_hypercube", "number": 32}
+def study_template(*, file: str) -> str:
+    """Return the text of a study of flapper.toml, every key with its meaning; ``file``: its name in comments."""
+    values = {"scene": "flapper.toml", "design": "latin_hypercube", "number": 32}
     keys = table_lines(Study, values, leave=("vary", "outputs", "optimise"))
     return "\n".join([_HEAD.replace("{file}", file), *keys, "", _VARY.replace("{file}", file)])
 
