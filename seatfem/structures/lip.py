@@ -229,9 +229,9 @@ class Lip(AnyLip):
         super().__post_init__()
 
     @staticmethod
-    def disc(radius: float, arcs: int = 1, rings: int = 1) -> Lip:
+    def disc(radius: float) -> Lip:
         """Return all of a disc."""
-        return Lip(radius / 2, radius, arcs, rings)
+        return Lip(radius / 2, radius)
 
     @property
     def content(self) -> Mapping[str, object]:

@@ -94,7 +94,7 @@ def test_the_rate_is_that_of_small_differences() -> None:
 
 def test_bodies_that_never_part_have_no_horizon() -> None:
     with pytest.raises(impact.march.problem.ContactError, match="never part"):
-        twin_of(dropped(1.0), np.full((3, 1), -1e-6))
+        twin_of(dropped(1.0), np.full((3, 1), -1e-6), PERTURBATION)
 
 
 def test_between_two_walls_a_ball_falls_behind_by_two_a_flight() -> None:

@@ -82,8 +82,8 @@ class Identified:
         """Yield values with intervals, then keys that the records do not determine, then the misfit of each record."""
         for key, fitted, value, interval in self:
             yield f"{fitted.name or key} = {_with_ends(fitted, value, interval)}"
-        for key, fitted, value, interval in self:
-            yield from _not_told(key, fitted, value, interval)
+        for key, fitted, _, interval in self:
+            yield from _not_told(key, fitted, interval)
         for key, fitted, _, interval in self:
             yield from self._of_the_step(fitted.name or key, fitted, interval)
         keys = list(self.asked.fit)
@@ -275,7 +275,7 @@ def _with_ends(fitted: Fitted, value: float, interval: Interval) -> str:
     return f"{rounded(value, places)}{unit} ({rounded(low, places)} to {rounded(high, places)}, 95 %)"
 
 
-def _not_told(key: str, fitted: Fitted, value: float, interval: Interval) -> Iterator[str]:
+def _not_told(key: str, fitted: Fitted, interval: Interval) -> Iterator[str]:
     name, unit = fitted.name or key, f" {fitted.unit}" if fitted.unit else ""
     low, high = fitted.low[0], fitted.high[0]
     if (interval.at_low and interval.at_high) or _filled(interval) >= FILLS:

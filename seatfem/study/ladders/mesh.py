@@ -228,7 +228,7 @@ class Tolerance(ladder.BodyLadder):
             if not option.seat.static:
                 reach = band * max(1.0, FEWER_POLES * highest_pole(elements.model, tolerance))
                 errors = {BAND: context.sensitivity.above(reach), TOLERANCE: context.per_g(tolerance)}
-            costs = _costs(context, elements, tolerance, band, static=option.seat.static)
+            costs = _costs(elements, tolerance, band, static=option.seat.static)
             yield option.with_seat(errors, {"tolerance": tolerance}, **costs)
 
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
@@ -238,9 +238,7 @@ class Tolerance(ladder.BodyLadder):
                 yield ladder.Neighbour(f"tolerance {tolerance:g}", "tolerance", {TOLERANCE: tolerance})
 
 
-def _costs(
-    context: PlanningContext, elements: ladder.Elements, tolerance: float, band: float, *, static: bool
-) -> Mapping[str, float]:
+def _costs(elements: ladder.Elements, tolerance: float, band: float, *, static: bool) -> Mapping[str, float]:
     """Return the predicted time, memory and number of poles of a seat reduced to a tolerance."""
     over_band, model = UNCOUNTED * band, elements.model
     if model is None:
