@@ -14,9 +14,13 @@ from typing import Any
 import pytest
 
 from impact.notices import Progress, silent
+from seatfem.faces import cli
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.mesh import gmsh_process
+from tests import refusals
 from tests.gallery import Gallery
+
+pytest.raises, cli.placed = refusals.raises, refusals.placed
 
 MOST_MESHES = 200  # kept in memory, of some hundred kB each
 DISCRETISE = "seatfem.structures.finite_elements"  # which starts a process for the two meshes of a seat

@@ -237,7 +237,7 @@ def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge:
         return math.nan
     end = _step(result, groups[0, 1])
     if end + 1 >= len(result.time):
-        raise MeasureError("the bodies are still in contact at the end of the record; run longer")
+        raise MeasureError(f"the bodies are still in contact at the end, {result.time[-1]:g} s; run longer")
     gap = of_contact(result, contact).gap
     return float(gap[end + 1] - gap[end]) / result.dt
 
@@ -265,12 +265,12 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
         raise MeasureError(f"group = {group}: it must be one of the {len(groups)} of this contact, numbered from 0")
     if one.force[0] and group == 0:
         raise MeasureError(
-            "a preload presses the bodies on each other, so that nothing comes in; run it without preload"
+            f"a preload of {one.force[0]:.4g} N presses the bodies on each other, nothing comes in; run it without"
         )
     if math.isinf(result.striker_mass):
         start, end = groups[group]
         if end >= result.time[-1]:
-            raise MeasureError("the bodies are still in contact at the end of the record; run longer")
+            raise MeasureError(f"the bodies are still in contact at the end, {result.time[-1]:g} s; run longer")
         energy, before, after = result.energy.striker, _step(result, start), _step(result, end) + 1
         if not energy[before] > 0:
             raise MeasureError(
@@ -285,7 +285,7 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
             "total_impulse(result)/result.striker_mass, its change of velocity"
         )
     if one.solid[-1] > 0:
-        raise MeasureError("the bodies are still in contact at the end of the record; run longer")
+        raise MeasureError(f"the bodies are still in contact at the end, {result.time[-1]:g} s; run longer")
     approach = (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
     if approach <= 0:
         raise MeasureError(
@@ -322,7 +322,7 @@ def _known_side(one: ImpactResult) -> int:
     side = _side(one)
     if side == 0:
         raise MeasureError(
-            "a record in which this contact never opens does not show whether it is a seat or a stopper; "
+            f"a contact that never opens up to {one.time[-1]:g} s does not show whether it is a seat or a stopper; "
             "run longer, or let it start open"
         )
     return side

@@ -74,12 +74,12 @@ def _objects(file: Any, path: Path, error: type[Exception]) -> Iterator[tuple[st
     while waiting:
         prefix, group, depth = waiting.pop()
         if depth > DEEPEST:
-            raise error(f"{path}: {prefix} is nested more than {DEEPEST} deep: refused")
+            raise error(f"{path}: {prefix} is nested more than {DEEPEST} deep: refused; write it flatter")
         for name in group:
             key = f"{prefix}/{name}".lstrip("/")
             objects += 1
             if objects > MOST_OBJECTS:
-                raise error(f"{path}: has more than {MOST_OBJECTS} objects: refused")
+                raise error(f"{path}: has more than {MOST_OBJECTS} objects: refused; write fewer")
             link = group.get(name, getlink=True)
             if not isinstance(link, h5py.HardLink):
                 raise error(

@@ -119,7 +119,7 @@ class SumGreens(Combination):
 
     def __post_init__(self) -> None:
         if not self.parts:
-            raise answers.GreensFunctionError("a sum needs at least one part")
+            raise answers.GreensFunctionError("a sum of 0 parts: give at least one part")
         for part in self.parts:
             if part.ports != self.parts[0].ports:
                 raise answers.GreensFunctionError(

@@ -221,7 +221,7 @@ class Strength:
 
     def needed(self, what: str, *names: str) -> list[Any]:
         """Return the values of these fields. Raises `LifeError` if some that ``what`` needs are missing."""
-        if missing := [name for name in names if getattr(self, name) is None]:
+        if missing := [repr(name) for name in names if getattr(self, name) is None]:
             raise LifeError(f"{what} needs {', '.join(missing)} of the material ({self.source}): measure or cite it")
         return [getattr(self, name) for name in names]
 

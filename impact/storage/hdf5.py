@@ -176,7 +176,7 @@ def _write_greens(file: Any, greens: base.GreensFunction, depth: int = 0) -> Non
     stored = greens.stored()
     if stored is None or stored.kind not in _KINDS:
         raise StorageError(
-            f"a Green's function of type {type(greens).__name__} has no file form; sample it, and save the samples"
+            f"a Green's function of type {type(greens).__name__!r} has no file form; sample it, and save the samples"
         )
     if (depth >= DEEPEST and stored.parts) or len(stored.parts) >= MOST_PARTS:
         raise StorageError(

@@ -120,7 +120,7 @@ def _loops(edges: Array, near: float) -> list[Array]:
     ends = ends[ends[:, 0] != ends[:, 1]]
     if np.any(np.bincount(ends.ravel(), minlength=number) != 2):
         raise errors.ModelError(
-            "the lines that bound the struck faces are not closed, or touch each other: choose separate faces"
+            "contact: the lines that bound the struck faces are not closed, or touch each other: choose separate faces"
         )
     place = np.empty((number, 2))
     place[corner] = points
@@ -146,8 +146,8 @@ def _inside(loop: Array, larger: Array) -> bool:
     within = inside([larger], loop)
     if 0 < within.sum() < len(within):
         raise errors.ModelError(
-            "the lines that bound the struck faces cross each other, as of faces that overlap: take faces that stand "
-            "apart, or strike them as a whole"
+            "contact: the lines that bound the struck faces cross each other, as of faces that overlap: take faces "
+            "that stand apart, or strike them as a whole"
         )
     return bool(within.any())
 

@@ -276,7 +276,7 @@ class SecondOrderModel:
         """
         unknown = [name for name in names if name not in self.ports]
         if unknown:
-            raise ModelError(f"no port {', '.join(unknown)}; the model has {', '.join(self.ports)}")
+            raise ModelError(f"no port {', '.join(map(repr, unknown))}; the model has {', '.join(self.ports)}")
         return replace(self, ports={name: self.ports[name] for name in names}, known=self.damping)
 
     def expand(self, vector: Array) -> Array:

@@ -10,10 +10,8 @@ import pytest
 
 import impact
 from impact.bodies.reeds import reed
-from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.structure import kind_of
-from seatfem.study.impacts import bodies
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
@@ -123,20 +121,3 @@ def test_a_striker_is_planned_run_and_told_of(kind: str, tmp_path: Path) -> None
         assert (f"striker's {name}" in str(found["error_unknown"])) == (value is None)
     if any(value and value > 1e-12 for value in stated):  # more than round-off
         assert found["error_striker_filtered_peak_force_N"] > 0
-
-
-@pytest.mark.parametrize("kind", ["annular", "cantilever", "flapper", "greens"])
-def test_what_is_wrong_with_a_striker_is_told_in_its_table(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene = scene_of(kind, tmp_path)
-    key = next(key for key in type(scene.reed).model_fields if key != "kind")
-
-    def wrong(*given: object, **more: object) -> None:
-        raise ModelError(f"seat.{key} is wrong")
-
-    monkeypatch.setattr(bodies, "build", wrong)
-    monkeypatch.setattr(type(scene.reed), "body", wrong)
-    bodies._solved.cache_clear()
-    with pytest.raises(ModelError, match=rf"^reed.{key} is wrong"):
-        bodies.striker_of(scene)

@@ -6,6 +6,7 @@ In a later version the line may say "left" in place of "->", and the entry goes.
 """
 
 import importlib
+import inspect
 import re
 import sys
 import tomllib
@@ -13,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from impact.after import measures
 from impact.names import lazy_names
 
 FILE = Path(__file__).with_name("public_names.txt")
@@ -21,6 +23,14 @@ PACKAGES = (
     "seatfem.structures.shapes",
 )  # fmt: skip
 """Those whose names stand on the pages of Python names."""
+MEASURES = [name for name, it in inspect.getmembers(measures, inspect.isfunction) if it.__module__ == measures.__name__]
+PUBLIC = {
+    f"{package}.{name}": getattr(importlib.import_module(package), name)
+    for package, names in (*((p, importlib.import_module(p).__all__) for p in PACKAGES), (measures.__name__, MEASURES))
+    for name in names
+    if not name.startswith("_") and not inspect.ismodule(getattr(importlib.import_module(package), name))
+}
+"""What stands on those pages, by its whole name."""
 VERSION = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text("utf-8"))["project"]["version"]
 MOVED = re.compile(r"(?P<name>[\w.]+) (?P<how>->|left) (?P<place>[\w.:]+) \(warns since (?P<since>[\d.]+)\)")
 LINES = [line for line in FILE.read_text("utf-8").splitlines() if line and not line.startswith("#")]

@@ -1,33 +1,13 @@
-"""Each result is declared once: who shows results reads the table, and names no key."""
+"""Each result is declared once, and stands on the page of summary.json's keys with words and unit."""
 
 from __future__ import annotations
 
-import ast
-from pathlib import Path
+import json
+
+from summary_page import lines_of_page
 
 from seatfem.results import RESULTS, ResultSource, label_of, rows_of
-
-ROOT = Path(__file__).parents[2]
-COMPUTING = (
-    "results.py", "study/impacts/", "study/runs/", "study/scene/measures.py", "study/sweep/side_by_side.py",
-    "study/error_budget.py",
-)  # fmt: skip
-"""What declares results, and what computes them or their errors."""
-WORDS = {"ports", "restitution"}
-"""Keys of results that are keys of scenes or names of measures, too."""
-
-
-def test_no_key_is_named_where_results_are_shown() -> None:
-    keys = {result.key for result in RESULTS} - WORDS - {"tilt_deg"}
-    named = [
-        f"{path.relative_to(ROOT)}:{node.lineno} {node.value!r}"
-        for path in (ROOT / "seatfem").rglob("*.py")
-        if not path.relative_to(ROOT / "seatfem").as_posix().startswith(COMPUTING)
-        if any(f'"{key}"' in (text := path.read_text(encoding="utf-8")) for key in keys)
-        for node in ast.walk(ast.parse(text))
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in keys
-    ]
-    assert named == []
+from tests.frozen.recorded import FILE
 
 
 def test_every_key_is_declared_once() -> None:
@@ -47,3 +27,11 @@ def test_a_declared_measure_has_its_row_and_its_label() -> None:
     finally:
         del Loudness.name
     assert label_of("stopper_impulse_Ns") == "at the stopper: impulse [N s]"
+
+
+def test_what_frozen_runs_show_is_on_the_page() -> None:
+    scenes = json.loads(FILE.read_text(encoding="utf-8"))["scenes"]
+    page = "\n".join(lines_of_page())
+    shown = {row.key for run in scenes.values() for rows in rows_of(run).values() for row in rows}
+    assert len(shown) > 40
+    assert [key for key in shown if f"| `{key}` | " not in page] == []

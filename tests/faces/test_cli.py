@@ -261,7 +261,7 @@ def test_a_bad_scene_is_told_line_by_line(
 @pytest.mark.parametrize(
     ("error", "code", "message"),
     [
-        (GeometryError("the lip is too wide"), BAD_INPUT, "the lip is too wide"),
+        (GeometryError("lip_width: must be > 0"), BAD_INPUT, "lip_width: must be > 0"),
         (system.MissingLibraryError("libGLU; apt-get"), FAILED, "libGLU; apt-get"),
         (FileNotFoundError(2, "No such file", "x.step"), BAD_INPUT, "x.step: .*check"),
         (PermissionError(13, "Permission denied", "out"), FAILED, "Permission denied: 'out'"),

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.cli import BAD_INPUT, run_command
-from tests.contracts.test_error_texts import REMEDY
+from tests.refusals import lacks
 from tests.study import test_scene
 
 NAMES = re.compile(r"(?:'[\w+-]+'(?:, | or )?){4,}|(?:\.?\b\w+, ){2,}\.?\w+")
@@ -31,7 +31,7 @@ def check(lines: list[str], written: str, widest: int) -> None:
     assert lines
     for line in lines:
         assert re.match(r"scene\.toml(?::\d+)?: ", line)
-        assert REMEDY.search(line), line
+        assert not lacks(line), line
         assert not PYTHON.search(line.replace(written, ""))
         assert len(NAMES.sub("", line)) <= widest, line
 

@@ -128,7 +128,7 @@ def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> 
         def provenance(self) -> dict[str, object]:
             return {}
 
-    with pytest.raises(StorageError, match="type Odd has no file form"):
+    with pytest.raises(StorageError, match="'Odd' has no file form"):
         save_greens(Odd(1.0, 0.5), tmp_path / "odd.h5")
     assert list(tmp_path.iterdir()) == []
 

@@ -111,7 +111,7 @@ def test_a_shape_comes_from_its_file_whatever_else_has_its_name(tmp_path: Path) 
 def test_a_shape_in_no_file_is_refused(tmp_path: Path) -> None:
     made = module(tmp_path, SHAPE.format(more="HEIGHT = 3e-3"), "pucks_lost")
     del sys.modules["pucks_lost"]
-    with pytest.raises(GeometryError, match="Puck is in no file"):
+    with pytest.raises(GeometryError, match="'Puck' is in no file"):
         encode(made.Puck(5e-3))
 
 

@@ -207,7 +207,7 @@ def test_auto_chooses_and_says_why(block):
         ({"method": "magic"}, "method 'magic' is unknown"),
         ({"damping_ratio": -0.1, "method": "krylov"}, "damping_ratio = -0.1.*>= 0"),
         ({"damping_ratio": 0.1, "method": "transient"}, "M\\^-1 K"),
-        ({"ports": ["lip"]}, "port lip.*contact"),
+        ({"ports": ["lip"]}, "port 'lip'.*contact"),
     ],
 )
 def test_refused_arguments(rod, arguments, message):

@@ -32,7 +32,7 @@ def home_of(spec: type[Any]) -> list[str]:
     """
     file, name = getattr(sys.modules.get(spec.__module__), "__file__", None), spec.__qualname__
     if not file:
-        raise GeometryError(f"the shape {name} is in no file, where gmsh's process could find it: write it into one")
+        raise GeometryError(f"the shape {name!r} is in no file, where gmsh's process could find it: write it into one")
     if "<locals>" in name:
         raise GeometryError(f"{file}: the shape {name} is made by a function; define it at the top of the file")
     if spec.__module__.startswith(_ELSEWHERE):
