@@ -14,7 +14,7 @@ FILES = sorted([*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.p
 
 MESHING = ("seatfem/structures/shapes/", "seatfem/structures/mesh/_gmsh_")
 PICTURES = ("pyvista", "vtk", "matplotlib", "PIL")
-LEAVES = ("seatfem.machine.calibration", "seatfem.machine.doctor", "seatfem.verify")
+LEAVES = ("seatfem.machine.doctor", "seatfem.verify")
 """What a verb alone imports, and what may import everything below the faces."""
 NOT_FOR_IMPACT = ("gmsh", "skfem", "meshio", "pyvista", "pydantic", "pint", "seatfem")
 
