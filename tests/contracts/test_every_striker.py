@@ -97,6 +97,7 @@ def test_every_kind_that_may_strike_is_here() -> None:
     assert set(STRIKERS) == {kind_of(kind) for kind in kinds_of() if may_strike(kind)}
 
 
+@pytest.mark.slow(but="rod")
 @pytest.mark.parametrize("kind", STRIKERS)
 def test_a_striker_is_planned_run_and_told_of(kind: str, tmp_path: Path) -> None:
     """Its contact is seen by the plan; what it is known to be off by is in the bars, or named beside them."""

@@ -188,6 +188,7 @@ def test_its_static_compliance_is_where_the_step_response_ends(name: str, greens
             assert abs(greens.step_response(np.array([1e6]), i, j)[0]) > 1e3
 
 
+@pytest.mark.slow(but="power law of a mass")
 def test_filtered_is_g_after_a_pulse(greens: GreensFunction) -> None:
     """By the general rule, an integral of the pulse's slope times the step response, which a class may replace.
 

@@ -35,6 +35,7 @@ ERRANDS = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("errand", "code", "not_needed"), ERRANDS, ids=["help", "wrong key", "mass on a spring"])
 def test_an_errand_loads_no_more_than_it_needs(
     tmp_path: Path, errand: list[str], code: int, not_needed: set[str]

@@ -82,6 +82,7 @@ def test_impact_stands_alone(package: str) -> None:
     assert offenders(package, (), files) == []
 
 
+@pytest.mark.slow
 def test_gmsh_is_imported_where_it_has_a_process_of_its_own() -> None:
     assert offenders("gmsh", MESHING, FILES) == []
     users = [path for path in FILES if any(name.partition(".")[0] == "gmsh" for _, name in imports(path))]
@@ -168,6 +169,7 @@ def _longest(name: str, modules: dict[str, Path]) -> str:
     return next((beginning for beginning in beginnings if beginning in modules), "")
 
 
+@pytest.mark.slow
 def test_impact_runs_where_nothing_of_seatfem_is_installed() -> None:
     blocked = (*NOT_FOR_IMPACT, *PICTURES, "cyclopts", "rich", "pymetis", "pypardiso")
     code = f"""
@@ -190,6 +192,7 @@ assert solve
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_a_plan_loads_no_finite_elements(tmp_path: Path) -> None:
     """Half of what a plan takes is loading code: what computes, draws and stores is left for the run, unless something
     of the seat is to be chosen, which is looked at."""

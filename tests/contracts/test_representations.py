@@ -44,6 +44,7 @@ def asked(tree: ast.AST, known: set[str]) -> Iterator[tuple[int, str]]:
                     yield getattr(each, "lineno", 0), str(name)
 
 
+@pytest.mark.slow
 def test_nobody_asks_a_greens_function_for_its_class() -> None:
     known = set(representations())
     assert {"ModalGreens", "PoleGreens", "SampledGreens", "SumGreens", "ScaledGreens", "DelayRod"} <= known

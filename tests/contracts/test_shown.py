@@ -42,6 +42,7 @@ def test_html_is_the_text_as_a_table_and_nothing_in_it_is_markup(result: impact.
     assert as_html("a\nb: c: d").count("</t") == as_html("a\nb: c: d").count("<t")
 
 
+@pytest.mark.slow
 def test_a_run_as_a_data_frame(result: impact.ImpactResult) -> None:
     frame = result.to_dataframe()
     assert frame.index.name == "time_s"
@@ -76,6 +77,7 @@ def test_without_pandas_the_remedy_is_told(monkeypatch: pytest.MonkeyPatch) -> N
         frame_of({})
 
 
+@pytest.mark.slow
 def test_plots_return_figures_to_be_shown(result: impact.ImpactResult) -> None:
     rod = impact.fixed_rod(young=2e11, density=7850.0, area=1e-6, length=0.01)
     figures = [plot(result) for plot in (impact.plot_force, impact.plot_motion, impact.plot_energy)]

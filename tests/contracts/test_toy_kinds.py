@@ -115,6 +115,7 @@ def test_a_toy_reed_strikes(tmp_path: Path) -> None:
     assert summary["error_bar_impulse_Ns"] < 0.3 * summary["impulse_Ns"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("toys")
 def test_a_toy_seat_is_planned_meshed_and_struck(tmp_path: Path) -> None:
     """Its compliance is that of a ring on a disc: stiffer than a column as high, softer than the rim alone."""

@@ -65,6 +65,7 @@ def written(folder: Path, kind: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("toy")
 def test_a_toy_law_is_planned_and_run(tmp_path: Path) -> None:
     """Half the energy is lost: restitution 1/sqrt(2), to what steps of a 500th of the blow leave."""
@@ -92,6 +93,7 @@ def test_a_toy_law_is_gone_afterwards(tmp_path: Path) -> None:
         load_scene(written(tmp_path, "toy_rubber"))
 
 
+@pytest.mark.slow
 def test_a_law_in_a_file_of_its_own_counts_when_it_is_imported_between_ours(tmp_path: Path) -> None:
     """After the tables of scenes are made, before they are read."""
     (tmp_path / "toy_soft.py").write_text(SOFT, encoding="utf-8")

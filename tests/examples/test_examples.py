@@ -54,6 +54,7 @@ def names(paths: list[Path]) -> list[str]:
     return [path.stem for path in paths]
 
 
+@pytest.mark.slow(but="ball_on_plate")
 @pytest.mark.parametrize("script", SCRIPTS, ids=names(SCRIPTS))
 def test_script(
     script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -126,6 +127,7 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
     return float(found.y[-1, -1])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_pre_runs")
 @pytest.mark.parametrize("path", REEDS, ids=names(REEDS))
 def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,6 +160,7 @@ def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         assert summary["spring_peak_force_N"] < summary["peak_force_N"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_pre_runs")
 def test_flapper_between_stops(tmp_path: Path) -> None:
     """The pulse throws the reed against the stopper once, which sends it back to the seat sooner."""
@@ -186,6 +189,7 @@ def test_flapper_between_stops(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 def test_life_of_a_flapper(gallery: Gallery) -> None:
     """The margin is that of the curves at the scene's own speed and tilt, falls with the speed, and is 1 at the allowed
     one, to the width of the last bracket."""
@@ -207,6 +211,7 @@ def test_life_of_a_flapper(gallery: Gallery) -> None:
     assert summary["life_strength_source"] == "invented for this example; not a material"
 
 
+@pytest.mark.slow
 def test_suction_flapper(gallery: Gallery) -> None:
     """Shut, opened, against the stopper, and shut again: it travels the lift, and carries the pressure in the end."""
     scene = load_scene(ROOT / "examples" / "suction_flapper.toml")
@@ -225,6 +230,7 @@ def test_suction_flapper(gallery: Gallery) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 def test_compressor_cycle(gallery: Gallery) -> None:
     """The reed opens once the clearance's gas has expanded to the plenum's pressure, V = 4 cm^3 5^(1/1.4) at 35.0 deg,
     stands at its stopper, closes after the bottom dead centre, and what it lets in leaves at the end of the turn."""
@@ -250,6 +256,7 @@ def test_the_struck_plate_has_no_symmetry() -> None:
     assert [level.level for level in seat.levels() if level.applies] == ["3d"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_pre_runs")
 def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mesh file against the same seat drawn here as a half section: stiffness, impulse and duration."""
@@ -293,6 +300,7 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "momentum", "least"),
     [("ring_plate", 7850 * 1e-3 * np.pi * 75e-6 * 2.0, 0.0), ("ball_on_seat", 7850 * np.pi / 6 * 10e-3**3 * 0.5, 0.97)],
@@ -307,6 +315,7 @@ def test_a_free_body_lands_once(name: str, momentum: float, least: float, galler
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_pre_runs")
 def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It touches with one flank first, and not all of the lip at once; one port and a beam would press far harder."""
@@ -330,6 +339,7 @@ def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_pre_runs")
 def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Places are lengths along the lip; the lower end, at -y, touches first, and so does one side of the stopper."""
@@ -352,6 +362,7 @@ def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_pre_runs")
 def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The end towards the reed's tip touches first; the scene is its mirror image, and so is the contact."""
@@ -374,6 +385,7 @@ def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_pre_runs")
 def test_ring_valve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It closes as a mass under its springs and a pressure that turns round, m x'' = -(P + k x) - A p(t); the impulse

@@ -42,6 +42,7 @@ def blocks(page: Path) -> list[tuple[str, str]]:
 TO_RUN = [page for page in PAGES if any(language not in OTHERS for language, _ in blocks(page))]
 
 
+@pytest.mark.slow(but="studies")
 @pytest.mark.parametrize("page", TO_RUN, ids=[page.stem for page in TO_RUN])
 def test_snippets(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copytree(ROOT / "examples", tmp_path / "examples")

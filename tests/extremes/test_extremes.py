@@ -71,6 +71,7 @@ DRAWN = subset([cell for cell in CELLS if not cell.end and quick(cell)], 30, see
 NAMED = [next(cell for cell in CELLS if cell.name == name) for name in CHOSEN]
 
 
+@pytest.mark.slow(but="length / thickness, Euler-Bernoulli = 1000")
 @pytest.mark.parametrize("cell", [*NAMED, *ENDS, *DRAWN], ids=lambda cell: cell.name[:70])
 def test_no_cell_is_wrong(cell: Cell) -> None:
     outcome = carry_out(cell)
@@ -172,6 +173,7 @@ def test_mixed_scenes_hold_every_pair_and_come_again() -> None:
     assert drawn == [cell.name for cell in random_cells(SHORT + 2)][:SHORT]
 
 
+@pytest.mark.slow(but="9")
 @pytest.mark.parametrize("number", [3, 4, 9, 19])
 def test_random_scenes_keep_their_balances(number: int) -> None:
     outcome = carry_out(random_cells(number + 1)[number])
@@ -237,6 +239,7 @@ def one_worker(worker: LineWorker, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(desk, "LineWorker", lambda *given, **named: kept)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("one_worker")
 def test_a_run_is_resumed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Outcomes come from the worker once; a cut line and those of other sources are computed again."""
@@ -258,6 +261,7 @@ def test_a_run_is_resumed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert third[cells[0].name].seconds != first[cells[0].name].seconds
 
 
+@pytest.mark.slow
 def test_a_hang_ends_as_an_outcome(tmp_path: Path) -> None:
     """Almost no time: the worker is stopped."""
     cells = [next(c for c in CELLS if c.name == "run length in contact, steps = 1e+06")]
@@ -345,6 +349,7 @@ def test_a_part_renews_its_lines_of_the_table(tmp_path: Path, monkeypatch: pytes
     assert (docs / "images" / "extremes.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_the_first_blow_by_another_way() -> None:
     """Impulse of equal masses, by energy: what the rod keeps is what the mass has lost."""
     rest = 1 + math.exp(-2) / 2

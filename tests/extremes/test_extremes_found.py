@@ -29,6 +29,7 @@ def disc(band: str) -> SceneRun:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_plate_whose_band_holds_rigid_motions_only_has_a_bar_that_knows_its_bending() -> None:
     rigid, bending = disc("100 Hz"), disc("300 kHz")
     key = "landing_filtered_peak_force_N"
@@ -85,6 +86,7 @@ print((peak() - before) / sheet.memory(modes))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux alone tells the peak of a process by itself")
 def test_the_memory_of_a_plate_is_foreseen() -> None:
     """Within the fifth that is stated, and what the libraries keep beside: 12,675 unknowns, 142 modes."""

@@ -140,6 +140,7 @@ MUTANTS: tuple[tuple[Callable[[Patch], None], tuple[str, ...]], ...] = (
 )  # fmt: skip
 
 
+@pytest.mark.slow(but="frequencies-run length in free motion")
 @pytest.mark.parametrize(
     ("mutate", "name"),
     [(mutate, name) for mutate, names in MUTANTS for name in names],

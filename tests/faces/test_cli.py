@@ -196,6 +196,7 @@ def test_how_many_modes_are_asked_for(pipeline: Pipeline, capsys: pytest.Capture
     assert "50 mm" in capsys.readouterr().err
 
 
+@pytest.mark.slow(but="bash")
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_knows_verbs_and_options(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command(["completion", shell]) == DONE
@@ -380,6 +381,7 @@ def test_init_knows_no_such_kind(tmp_path: Path, capfd: pytest.CaptureFixture[st
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_interrupting_the_program_ends_it_cleanly(tmp_path: Path) -> None:
     code = """
 import sys, time, types
@@ -432,6 +434,7 @@ def test_letters_that_a_terminal_lacks_end_nothing() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "12.0 ? 0.1 N\n", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("asked", "threads"), [(None, "1"), ("3", "3")])
 def test_dense_products_take_one_thread_unless_asked_for_more(asked: str | None, threads: str) -> None:
     """Set before numpy is there, which reads it once."""

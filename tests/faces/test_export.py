@@ -42,6 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return where / "r"
 
 
+@pytest.mark.slow
 def test_spreadsheets(folder: Path, tmp_path: Path) -> None:
     assert run_command(["export", str(folder), "--to", "csv", "-o", str(tmp_path), "--quiet"]) == DONE
     run = load_results(folder / "result.h5")["wave"]
@@ -120,6 +121,7 @@ def test_reduced_models(folder: Path, tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_scene_is_computed_for_its_reduced_model(folder: Path, tmp_path: Path) -> None:
     scene = folder.parent / "scene.toml"
     assert run_command(["export", str(scene), "--to", "reduced", "-o", str(tmp_path), "--quiet"]) == DONE

@@ -68,6 +68,7 @@ def folder_of(tmp_path, **files):
     return tmp_path / "scene.toml"
 
 
+@pytest.mark.slow(but="greens")
 @pytest.mark.parametrize("verb", ["run", "plan", "greens"])
 def test_titles_are_printed_visibly(verb, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -115,6 +116,7 @@ def test_arguments_are_told_visibly(arguments, capsys):
     assert len(seen(out + err)) > 20
 
 
+@pytest.mark.slow
 def test_a_traceback_that_was_asked_for(tmp_path):
     scene = folder_of(tmp_path, scene_toml=f"[seat]\nkind = 'greens'\nfile = {QUOTED}\n")
     done = subprocess.run(

@@ -20,6 +20,7 @@ def plan() -> Plan:
     return plan_scene(load_scene(SLEEVE))
 
 
+@pytest.mark.slow
 def test_the_program_prints_one_object_and_nothing_else(plan: Plan, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command(["plan", str(SLEEVE), "--json"]) == DONE
     out, err = capsys.readouterr()

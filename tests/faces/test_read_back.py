@@ -59,6 +59,7 @@ def test_struck_faces_releases_and_strengths_are_told() -> None:
     assert float(coarse[1]) % 10 ** (len(coarse[1]) - 2) == 0  # two digits: its triangles are coarse
 
 
+@pytest.mark.slow(but="bar_on_bar.toml")
 @pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.toml") if "study" not in path.name))
 def test_every_example_is_told_in_short(name: str) -> None:
     told = read(name)
@@ -66,6 +67,7 @@ def test_every_example_is_told_in_short(name: str) -> None:
     assert all(0 < len(words) < 700 and "None" not in words and "Path(" not in words for words in told.values())
 
 
+@pytest.mark.slow
 def test_plan_run_and_json_begin_with_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """Where something was read from a file: of others the scene says it already."""
     scene = tmp_path / "scene.toml"

@@ -47,6 +47,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return where / "result"
 
 
+@pytest.mark.slow
 def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert len(page) < 15e6
@@ -64,6 +65,7 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
     assert page.count("data:image/png;base64") >= 2
 
 
+@pytest.mark.slow
 def test_it_begins_with_the_drawing_of_the_scene(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     drawing = base64.b64encode((folder / "drawing.png").read_bytes()).decode("ascii")
@@ -199,6 +201,7 @@ def test_a_scene_is_no_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFix
     assert "valve.toml: is a file; give the folder" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the browser is named by the variable BROWSER")
 def test_view_opens_the_page_in_the_browser(folder: Path, tmp_path: Path) -> None:
     page, asked = tmp_path / "a page.html", tmp_path / "asked"
@@ -217,6 +220,7 @@ def _no_browser(address: str) -> bool:
     raise webbrowser.Error("could not locate runnable browser")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("screen", ["", ":0"])
 def test_view_without_a_browser_says_where_the_page_is(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, screen: str

@@ -149,6 +149,7 @@ def test_bad_studies(verb: str, text: str, message: str, study: Path, tmp_path: 
 SOUGHT = '[vary]\nreed.mass = { from = "1 g", to = "2.9 g" }\n[optimise]\n'
 
 
+@pytest.mark.slow
 def test_an_optimum_is_found_and_told(
     study: Path, tmp_path: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -75,6 +75,7 @@ except OSError as problem:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
 def test_hdf5_beyond_the_largest_file_is_one_error(tmp_path: Path) -> None:
     """HDF5 itself prints dozens of tracebacks and crashes."""
@@ -88,6 +89,7 @@ def test_hdf5_beyond_the_largest_file_is_one_error(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ["seat.h5"]
 
 
+@pytest.mark.slow
 def test_a_run_onto_a_full_disk_says_one_line(tiny_disk: Path, tmp_path: Path) -> None:
     """The folder can be written to at first; result.h5 does not fit."""
     text = SPRING + BALL.replace('"30 us"', '"2 ms"') + 'time_step = "0.2 us"\n'
@@ -164,6 +166,7 @@ def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:
         check_writable(tmp_path / "result.h5")
 
 
+@pytest.mark.slow(but="/proc")
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("store", ["a file", "/proc/nowhere", "disk"])
 def test_a_cache_that_cannot_be_written_costs_a_warning(
@@ -314,6 +317,7 @@ def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         assert (ROOT / name).exists(), f"{name}: renamed? Its successor would count"
 
 
+@pytest.mark.slow
 def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
     """Two real programs: each ends well, and what they leave is whole."""
     scene = scene_file(tmp_path, BLOCK + BALL)
@@ -390,6 +394,7 @@ def read_only(tmp_path: Path) -> Iterator[tuple[Path, list[str]]]:
     folder.chmod(0o755)
 
 
+@pytest.mark.slow
 @pytest.mark.own_gmsh
 def test_faces_of_a_part_in_a_folder_that_is_read_only(read_only: tuple[Path, list[str]]) -> None:
     """The table is told; of the picture its own name, no temporary one, and the remedy."""

@@ -56,6 +56,7 @@ BLOCK = (
 )
 
 
+@pytest.mark.slow
 def test_a_sample_of_the_cases(tmp_path: Path) -> None:
     """60 cases take some ten seconds."""
     command = [sys.executable, "-m", "tests.fuzz", "--cases", "60", "--seed", "7", "--folder", str(tmp_path)]
@@ -272,6 +273,7 @@ def test_filters_narrower_than_any_run_can_resolve(tmp_path: Path) -> None:
         check_step(load_scene(path))
 
 
+@pytest.mark.slow
 def test_a_cad_kernel_that_finds_no_end_is_ended() -> None:
     code = "import time, seatfem.structures.mesh._gmsh_base as m; m.LONGEST = 1; m.stage('building the geometry', 0); "
     command = [sys.executable, "-c", code + "time.sleep(60)"]

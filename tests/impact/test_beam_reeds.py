@@ -37,6 +37,7 @@ def test_contact_points_have_the_exact_static_compliance(beam: RectangularBeam, 
     assert np.linalg.eigvalsh(left_out)[0] >= -1e-16 * exact.max()
 
 
+@pytest.mark.slow(but="0.1-0.6")
 @pytest.mark.parametrize(("at", "waves"), [(1.0, 1), (0.6, 2)])
 @pytest.mark.parametrize("zeta", [0.0, 0.1])
 def test_timoshenko_starts_with_its_shear_wave_impedance(at: float, waves: int, zeta: float) -> None:

@@ -35,6 +35,7 @@ def two_seats(*laws: Law) -> ContactProblem:
     return ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), contacts=contacts)
 
 
+@pytest.mark.slow(but="mass_on")
 @pytest.mark.parametrize("problem", [mass_on, lambda law: two_seats(law, impact.LinearSpring(stiffness=500.0), law)])
 def test_a_law_of_ones_own_is_the_built_in_one(problem: Callable[[Law], ContactProblem]) -> None:
     """Plain and compiled bit for bit; the built-in law of the same formula differs by the order of its operations."""
@@ -173,6 +174,7 @@ def test_impossible_laws_are_refused(make: Callable[[], object], words: str) -> 
         make()
 
 
+@pytest.mark.slow
 def test_a_failing_law_is_told_where_it_fails() -> None:
     """By the step that meets it, and by a batch."""
     problem = mass_on(PlainLaw(broken))

@@ -143,6 +143,7 @@ def test_a_joint_closed_beyond_its_table_is_told() -> None:
     assert not struck(TABLE, 1e-3, "auto").advice
 
 
+@pytest.mark.slow
 def test_one_contact_many_and_lanes_march_alike() -> None:
     """One joint; the same in two halves on one port; and 20 scenes side by side."""
     rod = impact.free_rod(young=4.0, density=1.0, area=3.0, length=2.0)

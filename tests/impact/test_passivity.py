@@ -155,6 +155,7 @@ def test_repaired_kernels_never_gain_energy(seed, level, tail, n, late, stride):
     assert left <= 1 + 1e-9
 
 
+@pytest.mark.slow
 def test_unrepaired_contact_gains_energy():
     """The test above can fail: a seat that answers against the push sends the mass back faster than it came."""
     t = DT * np.arange(400)

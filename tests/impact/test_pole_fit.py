@@ -67,6 +67,7 @@ def test_exact_responses_give_the_modes_back(truth: impact.ModalGreens) -> None:
     assert fit.error_estimate.reduction < 1e-9
 
 
+@pytest.mark.slow(but="2-one port")
 @pytest.mark.parametrize("truth", [SEAT, TWO], ids=["one port", "two ports"])
 @pytest.mark.parametrize("seed", range(3))
 def test_one_percent_noise(truth: impact.ModalGreens, seed: int) -> None:
@@ -121,6 +122,7 @@ def test_modes_above_the_band_count_as_compliance() -> None:
     assert filtered_error(fit, many) < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ports", [1, 2])
 @pytest.mark.parametrize("dashpot", [40.0, 400.0])
 def test_modes_coupled_by_damping_need_complex_residues(dashpot: float, ports: int) -> None:
@@ -235,6 +237,7 @@ def accelerance(body: impact.GreensFunction, noise: float, seed: int) -> Frequen
     return receptance(HAMMER_F, exact + white, "accelerance")
 
 
+@pytest.mark.slow(but="1")
 @pytest.mark.parametrize("seed", range(3))
 def test_a_noisy_accelerance_gives_its_modes_and_its_static_compliance(seed: int) -> None:
     """Divided by the squared frequency, the noise of the lowest lines is 400 times the receptance."""
@@ -252,6 +255,7 @@ def test_a_noisy_accelerance_gives_its_modes_and_its_static_compliance(seed: int
     assert report["unexplained_lines_hz"] == []
 
 
+@pytest.mark.slow
 def test_lines_that_no_mode_explains_are_named() -> None:
     response = accelerance(hammered(), 0.002, 0)
     odd = (response.frequency > 8.4e3) & (response.frequency < 9.0e3)

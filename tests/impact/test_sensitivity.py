@@ -89,6 +89,7 @@ def difference(case, key, width):
     return (high - low) / (2 * width * value), alike
 
 
+@pytest.mark.slow(but="modes-deflection")
 @pytest.mark.parametrize(("case", "key"), KEYS, ids=[f"{case.__name__}-{key}" for case, key in KEYS])
 def test_it_is_what_two_marches_differ_by(case, key):
     stepper = marched(case)
@@ -102,6 +103,7 @@ def test_it_is_what_two_marches_differ_by(case, key):
 SMOOTH = [(mass, "gap"), (mass, "damping_ratio"), (bars, "recovery"), (pair, "recovery"), (modes, "damping_ratio")]
 
 
+@pytest.mark.slow(but="modes")
 @pytest.mark.parametrize(("case", "key"), SMOOTH, ids=[f"{case.__name__}-{key}" for case, key in SMOOTH])
 def test_marches_come_near_it_with_the_square_of_their_distance(case, key):
     """Of keys in which the march is bent enough to be seen above round-off, and keeps its contact steps."""

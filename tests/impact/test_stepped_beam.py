@@ -94,6 +94,7 @@ def test_static_compliance_with_the_residual() -> None:
     assert np.linalg.eigvalsh(greens.residual.static())[0] >= 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beam", [TAPERED, STEP])
 def test_pressure_and_gravity_act_where_it_is_wide(beam: SteppedCantilever) -> None:
     """The tip's static deflection, by the modes, under p b(x) and g rho h b(x): the integral of the compliance."""

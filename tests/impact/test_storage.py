@@ -133,6 +133,7 @@ def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow(but="0.3")
 @pytest.mark.parametrize("kept", [0.0, 0.01, 0.3, 0.7, 0.999])
 def test_truncated_files_say_so(kept: float, file: Path) -> None:
     whole = file.read_bytes()
@@ -210,6 +211,7 @@ def test_damage_is_named(file: Path, damage: Callable[[h5py.File], None], messag
         load_greens(file)
 
 
+@pytest.mark.slow
 def test_damaged_closed_forms_and_results_are_named(tmp_path: Path) -> None:
     rod = tmp_path / "rod.h5"
     save_greens(KINDS["rod"], rod)

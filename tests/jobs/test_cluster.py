@@ -51,6 +51,7 @@ def study_of(folder: Path, number: int) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two workers that cannot open its files, one of which is killed in its midst: every row once, bit for bit those of
     a study here. The other one goes on: a job that kills its process, hangs, or is given up costs itself alone."""
@@ -142,6 +143,7 @@ def given_up(address: str) -> None:
     assert time.monotonic() - begun < 30
 
 
+@pytest.mark.slow
 def test_a_job_that_kills_computers_is_lost(tmp_path: Path) -> None:
     """After as many as the scheduler allows; and a scheduler that ends is told."""
     with Crowd(tmp_path / "theirs", hidden=tmp_path / "mine", losses=0) as crowd:

@@ -111,6 +111,7 @@ def next_start(folder: Path) -> None:
         assert process.wait(60) == 0, process.stderr.read()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "which"),
     [(("greens",), "_gmsh_worker"), (("trade", "--quick"), "_gmsh_worker")],
@@ -134,6 +135,7 @@ from tests.fuzz.trial import Case; case = Case(Specimen('rod-area', 'scene.toml'
 run_cases([case], Path('corpus'), Path('work'), Path('log'), print)"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("code", "which", "busy"), [(BATTERY, "extremes.worker", 0.5), (FUZZER, "fuzz.worker", 0.1)])
 def test_workers_of_batteries_do_not_survive_kill_9(code: str, which: str, busy: float, tmp_path: Path) -> None:
     """Those of the fuzzer have sessions of their own."""
@@ -144,6 +146,7 @@ def test_workers_of_batteries_do_not_survive_kill_9(code: str, which: str, busy:
         assert alive(family) == []
 
 
+@pytest.mark.slow
 def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
     with seatfem(tmp_path, "run", scene(tmp_path), "-o", "out") as process:
         family = workers(process, "_gmsh_worker", busy=0.5)
@@ -157,6 +160,7 @@ def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
     assert not list((tmp_path / "out").glob("*"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
 def test_the_exit_code_names_the_signal(number: signal.Signals, code: int, tmp_path: Path) -> None:
     text = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup, around the tests, ignores SIGHUP
@@ -170,6 +174,7 @@ def test_the_exit_code_names_the_signal(number: signal.Signals, code: int, tmp_p
         assert re.fullmatch("seatfem: interrupted.*\n", process.stderr.read())
 
 
+@pytest.mark.slow
 def test_a_trade_asked_to_end_ends_its_points(tmp_path: Path) -> None:
     """They have sessions of their own, which no signal to the program reaches."""
     with seatfem(tmp_path, "trade", "--quick", scene(tmp_path)) as process:
@@ -343,6 +348,7 @@ def test_two_programs_share_a_journal(tmp_path: Path) -> None:
         assert [entry["k"] for entry in found if entry["who"] == who] == list(range(300))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("python_path", ["{root}", "{root}:", ":{root}"])
 def test_no_module_is_taken_from_the_current_folder(tmp_path: Path, python_path: str) -> None:
     """What a file from elsewhere is called beside which the program runs."""

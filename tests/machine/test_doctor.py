@@ -21,6 +21,7 @@ def no_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(system, "_loads", lambda library: False)
 
 
+@pytest.mark.slow
 def test_here_everything_that_is_required_works() -> None:
     gaps = [found for found in doctor_report() if found.required and not found.ok]
     assert gaps == []
@@ -149,6 +150,7 @@ def without(libraries: tuple[str, ...], verbs: list[list[str]], **environment: s
     return subprocess.run(command, capture_output=True, text=True, env={k: v for k, v in env.items() if v}, timeout=120)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="system libraries of Linux")
 def test_on_a_machine_without_gl_it_says_what_is_missing_and_plans_are_made(tmp_path: Path) -> None:
     """gmsh cannot be loaded: plans of drawn seats and runs without a mesh are as ever, a mesh ends in one command."""
@@ -171,6 +173,7 @@ def test_on_a_machine_without_gl_it_says_what_is_missing_and_plans_are_made(tmp_
     assert (tmp_path / "out" / "summary.json").is_file()
 
 
+@pytest.mark.slow
 def test_without_a_home_and_with_nothing_to_write_to(tmp_path: Path) -> None:
     """HOME in a folder that is not there and cannot be made: the cache is a gap with its remedy."""
     (tmp_path / "file").write_text("", encoding="utf-8")

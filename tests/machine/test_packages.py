@@ -23,6 +23,7 @@ def answer(folder: Path, module: str, code: str, *arguments: str) -> str:
     return " ".join(done.stderr.split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "code", "whose", "reason"),
     [
@@ -39,6 +40,7 @@ def test_a_broken_package_is_named(module: str, code: str, whose: str, reason: s
     assert "this is a bug" not in told
 
 
+@pytest.mark.slow
 def test_a_package_of_an_extra_is_named_with_it(tmp_path: Path) -> None:
     """Universal files need pyuff, of the extra uff."""
     (tmp_path / "modes.uff").write_text("    -1\n", encoding="utf-8")

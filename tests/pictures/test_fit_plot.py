@@ -33,6 +33,7 @@ def frf_scene(tmp_path: Path) -> Path:
     return scene
 
 
+@pytest.mark.slow
 def test_a_run_on_a_measured_seat_draws_its_fit(frf_scene: Path, tmp_path: Path) -> None:
     scene = load_scene(frf_scene)
     (picture,) = _seat_pictures(scene.seat, scene.run.filter_width, Solved(scene.seat.fit().greens))  # type: ignore[arg-type]

@@ -69,6 +69,7 @@ def _another(name: str, values: Any) -> Callable[[h5py.File], None]:
     return change
 
 
+@pytest.mark.slow(but="change-damaged3")
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -52,6 +52,7 @@ def drawers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     return drawers
 
 
+@pytest.mark.slow
 def test_another_process_draws_while_this_one_goes_on(drawers, tmp_path: Path) -> None:
     out = tmp_path / "out"
     out.mkdir()
@@ -63,6 +64,7 @@ def test_another_process_draws_while_this_one_goes_on(drawers, tmp_path: Path) -
     assert {path.name for path in out.iterdir()} == {"a.png", "b.png"}
 
 
+@pytest.mark.slow
 def test_a_crash_costs_the_picture_it_happened_at(drawers, tmp_path: Path) -> None:
     jobs = [("a.png", drawers.crashing), ("b.png", drawers.failing), ("c.png", drawers.fine)]
     with drawn_apart(jobs, tmp_path) as drawn:
@@ -72,6 +74,7 @@ def test_a_crash_costs_the_picture_it_happened_at(drawers, tmp_path: Path) -> No
     assert (tmp_path / "c.png").exists()
 
 
+@pytest.mark.slow
 def test_what_hangs_is_ended(drawers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rendering, "TIMEOUT", 0.5)
     with drawn_apart([("a.png", drawers.hanging)], tmp_path) as drawn:

@@ -97,11 +97,13 @@ def test_force_figure_states_the_measured_numbers(runs: list[impact.ImpactResult
         assert f">{text(impact.measures.impulse(run), 'N s')}<" in written
 
 
+@pytest.mark.slow
 def test_energy_figure_states_the_residual(runs: list[impact.ImpactResult], tmp_path: Path) -> None:
     plots.plot_energy(runs[0], tmp_path / "energy.svg")
     assert f"balance error {escape(percent(runs[0].energy.residual))}<" in (tmp_path / "energy.svg").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_every_figure_is_a_whole_png_and_leaves_the_settings_alone(
     runs: list[impact.ImpactResult], modal: ModalGreens, tmp_path: Path
 ) -> None:
@@ -130,6 +132,7 @@ def test_figures_of_a_run_without_contact_and_without_baseline(tmp_path: Path) -
     assert ">none<" in (tmp_path / "force.svg").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow(but="plate")
 @pytest.mark.parametrize(
     "greens",
     [
@@ -148,6 +151,7 @@ def test_greens_figure_of_every_kind_of_function(greens: impact.GreensFunction, 
     assert ("static " in written) == finite
 
 
+@pytest.mark.slow
 def test_greens_figure_counts_the_poles_of_its_port_alone(tmp_path: Path) -> None:
     """Two arcs of a ring: as a whole they do not see the mode that turns one against the other."""
     rocking = ModalGreens(
@@ -283,6 +287,7 @@ def test_vtu_holds_quadratic_cells_and_shapes(
     assert [p.name for p in tmp_path.iterdir()] == ["modes.vtu"]
 
 
+@pytest.mark.slow
 def test_mode_pictures(grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path) -> None:
     from PIL import Image
 
@@ -309,6 +314,7 @@ def test_animation_is_a_loop_that_moves(
     assert (tmp_path / "mode.gif").stat().st_size < 2e6
 
 
+@pytest.mark.slow
 def test_mesh_picture_shows_contact_and_fixed_faces(block, drawing: None, tmp_path: Path) -> None:
     from PIL import Image
 

@@ -63,6 +63,7 @@ def words_in(picture: Path) -> list[str]:
     return [re.sub(r"<[^>]+>", "", each) for each in re.findall(r"<text.*?</text>", text, re.DOTALL)]
 
 
+@pytest.mark.slow(but="mass_on_bar")
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_every_example_is_drawn_with_its_sizes(name: str, tmp_path: Path) -> None:
     layout = draw_scene(example(name), tmp_path / "drawing.svg")

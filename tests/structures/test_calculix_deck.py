@@ -127,6 +127,7 @@ target = "30 %"
 """
 
 
+@pytest.mark.slow
 @here
 def test_the_verb_writes_decks_that_run_and_our_answers(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "bar.toml").write_text(SCENE, encoding="utf-8")
@@ -208,6 +209,7 @@ def test_a_reed_lands_tilted(tmp_path: Path) -> None:
     assert np.abs(smooth[1] - smooth[0]).max() < 0.04 * smooth[0].max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [

@@ -71,6 +71,7 @@ def test_parts_under_one_load_are_the_whole_face(arcs: int, rings: int, straight
     assert sum(port.impedance or 0.0 for port in parts.ports.values()) == pytest.approx(whole.impedance, rel=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("static", [True, False])
 def test_one_load_on_all_arcs_is_that_of_one_port(static: bool) -> None:
     """Statics to round-off; in the band to how the exponentials of both begin."""
@@ -100,6 +101,7 @@ def off(slices: int, c: float = 1.0) -> tuple[float, float]:
     return static, float(np.abs(mine - right).max() / np.abs(right).max())
 
 
+@pytest.mark.slow
 def test_a_body_of_revolution_answers_as_one() -> None:
     """The same section: slices alone differ, whose error falls with their second power (measured 0.77 % with 16, 0.33 %
     with 24, 0.18 % with 32, where harmonics leave up to 0.2 %); as much in the band. A modulus 3 % higher is seen."""

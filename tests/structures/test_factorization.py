@@ -39,6 +39,7 @@ def test_solves_one_and_several_right_hand_sides(model, backend):
     assert np.allclose(factor.solve(rhs[:, 1]), several[:, 1], rtol=1e-9, atol=1e-12 * np.abs(several).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_counts_the_eigenvalues_below_a_shift(model, backend):
     values = eigvalsh(model.K.toarray(), model.M.toarray())
@@ -112,6 +113,7 @@ BODIES = [
 ]
 
 
+@pytest.mark.slow(but="plate of 0.2 mm")
 @pytest.mark.skipif(not _pardiso_class(), reason="no MKL")
 @pytest.mark.parametrize(("make", "band", "how"), [case[1:] for case in BODIES], ids=[case[0] for case in BODIES])
 def test_single_precision_is_refined_or_refused_where_it_leaves_too_much(make, band, how):

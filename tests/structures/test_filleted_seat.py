@@ -43,6 +43,7 @@ def largest(mesh: MeridianMesh) -> float:
     return float(stress[on_the_fillet(sites.points)].max())
 
 
+@pytest.mark.slow
 def test_the_largest_stress_in_the_fillet_converges() -> None:
     """By more than order 1.4, whether nodes meet the largest or miss it, and to 1 % with the elements of a run."""
     exact = largest(drawn(5.0))

@@ -77,6 +77,7 @@ class Elsewhere(Flapper):
         return np.asarray(points[:, 0] > 1.0)
 
 
+@pytest.mark.slow
 def test_what_is_no_sheet_is_refused() -> None:
     with pytest.raises(GeometryError, match=r"MeshSpec.size = -0.001"):
         mesh_sheet(REED, -1e-3)
@@ -107,6 +108,7 @@ def test_area_and_widths(reed: Flapper, less: float) -> None:
     assert decode(encode(reed)) == reed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reed", [SLOTTED, replace(SLOTTED, hole_diameter=1e-3, slot_width=0.5e-3)])
 def test_the_mesh_has_its_holes(reed: Flapper) -> None:
     fine, coarse = (plate_modes(Sheet(reed, STEEL, 20e3), factor) for factor in (1.0, COARSENING))

@@ -46,6 +46,7 @@ def thin() -> SolvedSheet:
     return solved_sheet(Sheet(THIN, STEEL, 1.5e3), (Lip.disc(1e-3),), 0.0)
 
 
+@pytest.mark.slow
 def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
     """To 0.1 % of Kirchhoff's plate: elements a fifth of the wave at the cutoff leave 0.06 %; pairs to that."""
     rigidity = STEEL.young * THIN.thickness**3 / (12 * (1 - STEEL.poisson**2))

@@ -75,6 +75,7 @@ def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_a_shape_of_the_script_that_runs_is_meshed(tmp_path: Path) -> None:
     """What it imports from beside it is found, too."""
     (tmp_path / "beside.py").write_text("HEIGHT = 3e-3\n")
@@ -83,6 +84,7 @@ def test_a_shape_of_the_script_that_runs_is_meshed(tmp_path: Path) -> None:
     assert int(done.stdout) > 50
 
 
+@pytest.mark.slow
 def test_a_script_that_would_start_itself_again_and_again_is_told(tmp_path: Path) -> None:
     done = run(tmp_path, SHAPE.format(more="HEIGHT = 3e-3") + RUNS)
     assert "mine.py is read for its shape Puck" in done.stderr

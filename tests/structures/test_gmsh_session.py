@@ -44,6 +44,7 @@ def assert_same(mesh: SeatMesh | MeridianMesh, expected: SeatMesh | MeridianMesh
         np.testing.assert_array_equal(np.sort(mesh.mesh.boundaries[name]), np.sort(faces))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("make", "geometry"), [(make_mesh, Stopper()), (make_meridian, AnnularSeat())], ids=["tetrahedra", "triangles"]
 )
@@ -62,6 +63,7 @@ def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geome
     assert processes[0].returncode is not None
 
 
+@pytest.mark.slow
 def test_a_session_goes_on_after_a_failure(monkeypatch) -> None:
     """With another process: the one that failed is not asked again."""
     processes = started(monkeypatch)

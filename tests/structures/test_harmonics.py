@@ -54,6 +54,7 @@ def test_fourier_series_of_patches_sums_to_their_own_pressure():
     np.testing.assert_allclose(beyond, by_sum, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_stated_error_covers_a_ten_times_finer_tolerance(three):
     fine = solve({name: RingPatch(0.3 + 2 * math.pi * k / 3, 0.6) for k, name in enumerate("abc")}, 1e-3)
     assert fine.origin["harmonics"] > three.origin["harmonics"]

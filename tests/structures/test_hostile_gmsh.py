@@ -27,6 +27,7 @@ def spell(tmp_path):
     return f'SystemCall "touch {mark}";\nPrintf("") > "{mark}";\n'.encode(), mark
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "before"),
     [
@@ -56,6 +57,7 @@ def test_a_mesh_that_is_a_script_is_refused_before_gmsh(tmp_path, spell, name, b
     assert not mark.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("between", [b"", b"$Comments\n"])
 def test_a_script_behind_a_sound_head_is_not_run(tmp_path, spell, between):
     text, mark = spell
@@ -68,6 +70,7 @@ def test_a_script_behind_a_sound_head_is_not_run(tmp_path, spell, between):
     assert not mark.exists()
 
 
+@pytest.mark.slow
 def test_what_lies_beside_a_mesh_or_in_the_home_folder_is_not_run(tmp_path, spell, monkeypatch):
     text, mark = spell
     mesh = tmp_path / "good.msh"

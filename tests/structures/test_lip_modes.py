@@ -56,6 +56,7 @@ def off(one: ModalGreens, other: ModalGreens, c: float = 1.0) -> float:
     return float(np.abs(here - there).max() / np.abs(there).max())
 
 
+@pytest.mark.slow
 def test_against_all_harmonics_by_krylov_vectors(eight: ModalGreens) -> None:
     """Statics: each interpolates between other harmonics, to 0.2 % of an arc's own. In the band: modes up to nine times
     it leave 0.6 %."""

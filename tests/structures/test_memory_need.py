@@ -78,6 +78,7 @@ print(1024 * (solve((10, 10, 10)) - before))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak is read from /proc")
 def test_the_prediction_is_within_a_factor_of_a_process_of_its_own():
     """28 000 unknowns; a factor 1.5 either way."""

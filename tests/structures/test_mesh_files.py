@@ -43,6 +43,7 @@ def reference(written_meshes):
     return {name: ring(written_meshes, f"{name}-2.msh4.msh") for name in ("tet-1", "tet-2", "hex-1", "hex-2")}
 
 
+@pytest.mark.slow(but="tet-1-bdf")
 @pytest.mark.parametrize(("name", "ending"), CASES)
 def test_every_format_gives_the_same_mesh(written_meshes, reference, name, ending):
     seat, same = ring(written_meshes, f"{name}-2.{ending}"), reference[name.replace("hex20", "hex")]
@@ -203,6 +204,7 @@ VTK |= {"vtkTriQuadraticHexahedron": 29}
 VTK_FACES = {4: 5, 10: 22, 8: 9, 20: 23, 27: 28}  # cell type of the face of a cell of so many nodes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", VTK)
 def test_vtu_by_vtk_itself(tmp_path, name):
     pyvista = pytest.importorskip("pyvista")

@@ -24,6 +24,7 @@ def demo():
     return make_mesh(AnnularSeat(), DEMO_SPEC)
 
 
+@pytest.mark.slow
 def test_demo_mesh_is_sound(demo):
     assert demo.order == 2
     assert set(demo.mesh.boundaries) == {"contact", "fixed"}
@@ -42,6 +43,7 @@ def test_msh_file_is_the_parametric_seat(demo):
     assert (MESHES / "annular_seat.msh").stat().st_size < 1.5e6
 
 
+@pytest.mark.slow
 def test_plane_selectors_on_a_step_file():
     top, under = PlaneFace((0.0, 0.0, 1.0), 8.5e-3), PlaneFace((0.0, 0.0, -1.0), 0.0)
     path = MESHES / "annular_seat.step"
@@ -55,6 +57,7 @@ def test_plane_selectors_on_a_step_file():
         make_mesh(CadPart(path, contact=under, fixed=under), COARSE)
 
 
+@pytest.mark.slow
 def test_meshing_is_reproducible_and_hashed(demo):
     first, second = demo, make_mesh(AnnularSeat(), DEMO_SPEC)
     assert np.array_equal(first.mesh.doflocs, second.mesh.doflocs)

@@ -71,6 +71,7 @@ def test_every_file_is_listed_and_small():
     assert max(path.stat().st_size for path in paths) < 300_000
 
 
+@pytest.mark.slow(but="bar")
 @pytest.mark.parametrize("name", FILES)
 def test_every_file_is_meshed_by_its_colours(name):
     seat = make_mesh(CadPart(MESHES / f"{name}.step"), COARSE)
@@ -82,6 +83,7 @@ def test_every_file_is_meshed_by_its_colours(name):
     assert seat.provenance.notes == ()
 
 
+@pytest.mark.slow
 def test_fillet_and_bolt_holes_count_in_the_volume():
     body = make_mesh(CadPart(MESHES / "valve_body.step"), MeshSpec(4e-3, curvature=12)).quality
     fillet = 1.5e-3
@@ -121,6 +123,7 @@ def corners_area(mesh, facets) -> float:
     return float(np.linalg.norm(np.cross((b - a).T, (c - a).T), axis=1).sum()) / 2
 
 
+@pytest.mark.slow
 def test_regions_that_are_not_there_list_what_is():
     with pytest.raises(GeometryError, match=r"'ring' \(colour \(1, 2, 3, 255\)\)") as caught:
         make_mesh(CadPart(INSERT, regions=(Region("ring", colour=(1, 2, 3, 255)),)), COARSE)
@@ -141,6 +144,7 @@ def body_areas(**faces) -> dict[str, float]:
     return dict(make_mesh(CadPart(BODY, **faces), COARSE).quality.cad_areas)
 
 
+@pytest.mark.slow
 def test_geometric_selectors_and_unions():
     areas = body_areas(
         contact=(PlaneFace(UP, 14e-3), PointFace((7e-3, 0.0, 14e-3))),  # the same face twice
@@ -165,6 +169,7 @@ def test_cone_selector():
     assert make_mesh(part, COARSE).quality.cad_areas["contact"] == pytest.approx(area, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_point_on_an_edge_is_ambiguous():
     with pytest.raises(GeometryError, match=r"'contact'.*2 faces"):
         body_areas(contact=PointFace((10e-3, 0.0, 14e-3)))
@@ -172,6 +177,7 @@ def test_point_on_an_edge_is_ambiguous():
         body_areas(contact=PointFace((50e-3, 0.0, 0.0)))
 
 
+@pytest.mark.slow
 def test_face_names(tmp_path):
     with pytest.raises(GeometryError, match=r"names.*export") as caught:
         body_areas(contact=NamedFace("SEAT"))
@@ -192,6 +198,7 @@ def test_face_names(tmp_path):
     assert sorted(areas) == pytest.approx([9e-6, *[90e-6] * 4], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_sector_of_a_part_keeps_its_colours():
     quarter = make_mesh(CadPart(BODY), COARSE, sector=4).quality
     assert quarter.cad_areas["contact"] == pytest.approx(ring(10e-3, 4e-3) / 4, rel=1e-9)
@@ -199,6 +206,7 @@ def test_sector_of_a_part_keeps_its_colours():
         make_mesh(CadPart(BODY), COARSE, sector=3)
 
 
+@pytest.mark.slow
 def test_unit_against_header_and_size():
     with pytest.raises(GeometryError) as caught:
         make_mesh(CadPart(BODY, unit=1.0), COARSE)
@@ -233,6 +241,7 @@ def test_unreadable_files_are_named(tmp_path, name, text, message):
         make_mesh(CadPart(path, unit=1e-3), COARSE)
 
 
+@pytest.mark.slow
 def test_brep_file(tmp_path):
     path = tmp_path / "box.brep"
     script = (
@@ -244,6 +253,7 @@ def test_brep_file(tmp_path):
     assert make_mesh(part, COARSE).quality.volume == pytest.approx(200e-9, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_contradictory_surface_is_named_with_its_place(tmp_path):
     path = tmp_path / "bad.step"
     text = (MESHES / "annular_seat.step").read_text()

@@ -60,6 +60,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow(but=".post-tet-2")
 @pytest.mark.usefixtures("read_by_one_process")
 @pytest.mark.parametrize(("suffix", "name"), CASES)
 def test_a_mesh_comes_back(seats, tmp_path, suffix, name):
@@ -83,6 +84,7 @@ def test_a_mesh_comes_back(seats, tmp_path, suffix, name):
 REFUSED = [(suffix, name) for suffix, (names, _) in HELD.items() for name in ALL if name not in names]
 
 
+@pytest.mark.slow(but=".ele-hex-1")
 @pytest.mark.parametrize(("suffix", "name"), [*REFUSED, (".su2", "tet-1")])
 def test_what_a_format_would_lose_is_refused(seats, tmp_path, suffix, name):
     with pytest.raises(MeshError, match=rf"a\{suffix}: "):
@@ -156,6 +158,7 @@ def test_xml_that_brings_more_in(tmp_path):
     refused(tmp_path / "a.xdmf", item.format("b").replace("HDF", "Binary"), "raw bytes")
 
 
+@pytest.mark.slow
 def test_a_grid_that_unfolds(tmp_path):
     """4 GB of zeros, packed into 4 MB, for the reader's process to choke on."""
     block = zlib.compress(bytes(1 << 26), 9)

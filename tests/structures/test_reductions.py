@@ -81,6 +81,7 @@ def test_closed_form_pulse_response_is_the_quadrature(zeta):
     assert greens.filtered_matrix(t, 1.3)[0, 1] == pytest.approx(quadrature, abs=1e-6 * np.abs(quadrature).max())
 
 
+@pytest.mark.slow(but="damping2")
 @pytest.mark.parametrize(
     ("damping", "tolerance", "bandwidth"),
     [
@@ -101,6 +102,7 @@ def test_krylov_error_is_below_its_estimate(rod, block, damping, tolerance, band
         assert stated <= 15 * error
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not has_pardiso(), reason="no MKL")
 @pytest.mark.parametrize(("damping", "tolerance"), [(Damping(), 1e-2), (Damping(0.02), 1e-3)])
 def test_vectors_of_rounded_solutions_make_the_same_g(block, monkeypatch, damping, tolerance):
@@ -266,6 +268,7 @@ def late_error(model, greens, ratio, duration):
     return float(np.abs(truth - found).max() / np.abs(truth).max())
 
 
+@pytest.mark.slow
 def test_g_is_known_for_as_long_as_it_was_computed(block):
     """Pairs near the edge of the band are fitted to the duration: measured, 7 % off after 30 times 5 us."""
     greens = greens_function(block, bandwidth=1 / WIDTH, duration=SHORT, tolerance=2e-2, method="krylov")
@@ -340,6 +343,7 @@ def test_a_band_below_the_lowest_mode_is_answered(block):
     assert true_error(greens, block, Damping(), 2e4, 1e-4) <= greens.error_estimate.reduction <= 2e-2
 
 
+@pytest.mark.slow
 def test_where_krylov_crawls_it_starts_again_with_a_higher_shift(block):
     """Undamped and to 1e-3, the band's own shift needs more than 60 vectors a port; damped bodies stay with it."""
     easy = Krylov().reduce(block, Damping(0.1), Aims(4e5, 2e-5, 1e-2)).greens

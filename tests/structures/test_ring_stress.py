@@ -73,6 +73,7 @@ def solid_mesh(slices: int) -> skfem.MeshHex2:
     return around(meridian(), slices).with_boundaries({"contact": struck, "fixed": lambda x: np.isclose(x[2], 0.0)})
 
 
+@pytest.mark.slow
 def test_one_arc_makes_the_stress_of_a_solid_mesh() -> None:
     """The same quadratic functions in the section, the mean over the elements that meet there on both. Left are the
     slices, whose stress errs by (2 pi n/slices)^2/12 of a harmonic n: 5 % of n = 4 with 32, a fifth of the whole there,

@@ -41,6 +41,7 @@ SPECTRA = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "backend"), [*((name, "auto") for name in SPECTRA), ("clusters", "superlu")])
 def test_random_pencils_are_solved_whole(name, backend):
     values = SPECTRA[name]
@@ -74,6 +75,7 @@ def test_a_shift_that_is_an_eigenvalue_is_moved():
         assert shift.count == np.sum(values < shift.value)
 
 
+@pytest.mark.slow
 def test_several_shifts_are_taken_for_many(monkeypatch):
     monkeypatch.setattr(spectrum, "_AT_ONCE", 12)
     values, model = SPECTRA["clusters"], pencil(SPECTRA["clusters"])
@@ -89,6 +91,7 @@ def square_block():
     return named
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fixed", "known"), [((), True), ((), False), ("fixed", True)])
 def test_double_and_rigid_modes_of_a_square_block(square_block, fixed, known):
     model = assemble(square_block, STEEL, fixed=fixed, order=2)
@@ -118,6 +121,7 @@ def test_it_says_so_where_nothing_counts(square_block, monkeypatch):
     assert found.frequencies_hz == pytest.approx(exact.frequencies_hz, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_mode_that_inertia_counts_and_nobody_finds_is_an_error(monkeypatch):
     """One pivot too many is counted everywhere: the search goes on, and ends in words."""
     model = pencil(SPECTRA["spread"])

@@ -71,6 +71,7 @@ def test_other_curves_become_arcs(drawn: Path) -> None:
     assert abs(loops.area(loops.as_loop(found.outline))) == pytest.approx(math.pi * 60e-6, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "message"),
     [

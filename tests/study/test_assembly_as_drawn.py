@@ -42,6 +42,7 @@ def loaded(folder: Path, seat: str, reed: str, *changes: tuple[str, str]) -> Sce
     return scene
 
 
+@pytest.mark.slow(but="turned_")
 @pytest.mark.parametrize("moved", ["", "turned_", "tumbled_"])
 def test_a_pair_lies_as_it_is_drawn_wherever_it_is_moved(folder: Path, moved: str) -> None:
     """The same gap, the same place, no tilt; the reed has its x axis from clamp to lip, so that one half is meshed."""
@@ -103,6 +104,7 @@ def test_ways_to_say_what_is_clamped(folder: Path, clamped: str) -> None:
     assert np.abs(reed.segment) == pytest.approx(np.array([(0.0, 4e-3), (0.0, 4e-3)]), abs=LENGTH)
 
 
+@pytest.mark.slow
 def test_a_turned_pair_lands_the_same(folder: Path) -> None:
     """Both parts turned by 30 deg and shifted: the impulse to 1e-6. The seat, of few elements, is a thousand times
     stiffer than iron, because gmsh meshes it otherwise in another position."""
@@ -143,6 +145,7 @@ WRONG = [
 ]
 
 
+@pytest.mark.slow(but="plate flapper-change15")
 @pytest.mark.parametrize(("pair", "change", "key", "words"), WRONG)
 def test_what_does_not_fit_together(
     folder: Path, pair: str, change: tuple[str, ...], key: str, words: list[str]

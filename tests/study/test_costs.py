@@ -35,6 +35,7 @@ BODIES = [
 NAMES = ["annular", "flat", "conical", "stopper", "dome", "plate", "row", "bar", "block"]
 
 
+@pytest.mark.slow(but="bar")
 @pytest.mark.parametrize(("body", "parts"), BODIES, ids=NAMES)
 def test_volumes_are_those_of_the_meshes(body, parts):
     """Curved elements of order 2: circles of four are 1.3 % off."""
@@ -49,6 +50,7 @@ def test_half_sections_have_the_area_of_their_elements(body):
     assert body.profile.section_area == pytest.approx(float(np.abs(a * d - b * c).sum()) / 2, rel=0.005)
 
 
+@pytest.mark.slow(but="block, sector")
 @pytest.mark.parametrize(
     ("body", "cut"),
     [*BODIES, *((BODIES[k][0], 1) for k in (0, 5, 8))],
@@ -67,6 +69,7 @@ def test_counts_of_solids_are_those_of_the_mesh(body, cut):
     assert need == pytest.approx(real_need, rel=0.4)  # the factor grows with n^(4/3)
 
 
+@pytest.mark.slow(but="1.0")
 @pytest.mark.parametrize("length", [1.0, 3.0])
 def test_elements_of_a_bar_thinner_than_they_are_follow_one_another(length):
     """Volume and surface alone say a fifth of them; of 310 m gmsh took hours over what was predicted to take 1 s."""
@@ -127,6 +130,7 @@ def test_no_element_of_the_coarse_mesh_is_lost_in_a_finer_one():
     assert [each.elements for each in counted] == sorted(each.elements for each in counted)
 
 
+@pytest.mark.slow
 def test_a_mesh_is_roughly_counted_before_any_is_made():
     """Within the margin of what is refused; small meshes, of which the surface asks for more, are not."""
     for level, spec in (("3d", MeshSpec(0.9e-3, 0.3e-3)), ("axisymmetric", MeshSpec(0.15e-3, 0.03e-3))):
@@ -156,6 +160,7 @@ def cost_at(scene, level):
     return predict_cost(scene, stated_method(scene).replaced({MODEL: level}))
 
 
+@pytest.mark.slow(but="axisymmetric")
 @pytest.mark.parametrize("level", ["axisymmetric", "sector", "3d"])
 def test_finer_meshes_cost_more_time_and_memory(level):
     costs = [cost_at(demo(size, steps=1e5), level) for size in (1.5e-3, 1e-3, 0.5e-3, 0.3e-3)]
@@ -181,6 +186,7 @@ def test_parts_add_up_and_carry_the_stopwatch_s_names():
     assert named <= set(cost.parts)
 
 
+@pytest.mark.slow(but="mass_on_meshed_seat")
 @pytest.mark.parametrize(
     "name", [path.stem for path in sorted({*EXAMPLES.glob("*.toml")} - {*EXAMPLES.glob("*_study.toml")})]
 )

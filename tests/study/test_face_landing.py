@@ -74,6 +74,7 @@ def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tup
     assert gaps.min() >= GAP + 0.99 * rise * 0.5e-3  # the straight side that lies lowest, on its centre line
 
 
+@pytest.mark.slow
 def test_a_pitched_landing_around_a_slot_is_its_mirror_image(tmp_path: Path) -> None:
     """Of y, but for the meshes of seat and reed; its figure shows arcs where they are, by their angles."""
     pytest.importorskip("matplotlib")
@@ -122,6 +123,7 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
         assert 0 < abs(values[name] - right[name]) < budget.bar(name), name
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_given(tmp_path: Path) -> None:
     """Its patch in twice as many arcs, for the error bar; no more than it has elements."""
     scene = scene_of(tmp_path, MESHED, "ports = 8\n")
@@ -132,6 +134,7 @@ def test_a_mesh_that_is_given(tmp_path: Path) -> None:
         seat_of(scene_of(tmp_path, MESHED, "ports = 128\n"))
 
 
+@pytest.mark.slow
 def test_plans_mesh_each_arc(tmp_path: Path) -> None:
     """One element at least, by a spring here; a coarser stated one is refused with what would do."""
     plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'ports = 48\ntilt = "0.2 deg"\n', 0.04))
@@ -144,6 +147,7 @@ def test_plans_mesh_each_arc(tmp_path: Path) -> None:
         seat_of(scene_of(tmp_path, SLOT + sizes, "ports = 48\n"))
 
 
+@pytest.mark.slow
 def test_plans_choose_arcs_of_a_face(tmp_path: Path) -> None:
     """As of a circle: in pre-runs on a half-space under the same face."""
     plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'tilt = "0.2 deg"\n', 0.04))
@@ -152,6 +156,7 @@ def test_plans_choose_arcs_of_a_face(tmp_path: Path) -> None:
     assert plan.method.reed.lip.arcs == plan.method.ports
 
 
+@pytest.mark.slow
 def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
     """Of a plate with one port: four quarters, where its land is struck as a whole."""
     one = PLATE.replace("ports = 4", "ports = 1")

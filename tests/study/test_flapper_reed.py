@@ -54,6 +54,7 @@ def test_frequencies_and_static_compliance(tmp_path: Path) -> None:
     assert 0 < error.mesh < 0.05
 
 
+@pytest.mark.slow
 def test_the_mesh_error_covers_the_truth(tmp_path: Path) -> None:
     """Against elements half as large."""
     reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed

@@ -48,6 +48,7 @@ def stress(done: Round) -> float:
     return largest_since
 
 
+@pytest.mark.slow
 def test_what_is_left_out_is_borne_at_rest(tmp_path: Path) -> None:
     """A soft landing: the modes above the lower band follow the force, the static part stands for them.
 
@@ -56,11 +57,13 @@ def test_what_is_left_out_is_borne_at_rest(tmp_path: Path) -> None:
     assert low == pytest.approx(high, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_thin_plate(tmp_path: Path) -> None:
     """Rigid motions yield far more than it bends, which no round-off of theirs may hide: inertia balances its loads."""
     assert stress(landed(tmp_path, 0.5, stiffness=0.02, thickness=0.1, size=1.2)) > 0
 
 
+@pytest.mark.slow
 def test_twice_the_speed_at_twice_the_tilt_is_twice_the_stress(tmp_path: Path) -> None:
     """Linear bodies and laws: all lengths, gaps too, grow with the speed, and time stays."""
     done = landed(tmp_path, 8)

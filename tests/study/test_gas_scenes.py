@@ -92,6 +92,7 @@ def test_directions_have_areas_of_their_own(tmp_path: Path) -> None:
     assert "gas.force" not in gas_notes(scene.gas)[0]
 
 
+@pytest.mark.slow
 def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
     """Two cycles: angles, impacts, masses, balances; the record adds up to the summary."""
     text = GAS + CRANK + 'cycles = 2\nstart_pressure = "5 bar"\nother_valve_area = "60 mm^2"\n'

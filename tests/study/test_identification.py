@@ -28,6 +28,7 @@ def fitted(result):
     return {key: (value, each.value(ends.low), each.value(ends.high)) for key, each, value, ends in result}
 
 
+@pytest.mark.slow
 def test_intervals_hold(record, tmp_path):
     """Records by another mesh, step and law than the fit's. The table of 100 draws is in docs/howto/identify.md."""
     time, force = record
@@ -41,6 +42,7 @@ def test_intervals_hold(record, tmp_path):
     assert sum(held.values()) >= 45, held  # of 50; of intervals of 60 %, 30
 
 
+@pytest.mark.slow
 def test_a_coefficient_that_is_off_by_three_percent_is_seen(record, tmp_path):
     """With a fifth of the noise the true values come back, and a modulus of 3 % more moves one out of its interval."""
     time, force = record
@@ -72,6 +74,7 @@ def test_the_derivatives_are_those_of_the_records(record, tmp_path):
 GAIN = "gain.force = { start = 1.0, from = 0.5, to = 2.0 }"
 
 
+@pytest.mark.slow
 def test_what_is_told_only_together_is_said(record, tmp_path):
     """A wider gap is a later touch, and so is a delay."""
     damped = SCENE.replace("damping_ratio = 0.02", "damping_ratio = 0.03")
@@ -118,6 +121,7 @@ def test_the_profile_of_a_line_is_exact():
     assert (best[0] - ends.low, ends.high - best[0]) == pytest.approx((half, half), rel=intervals.CLOSE)
 
 
+@pytest.mark.slow
 def test_two_shots_and_a_quiet_part(record, tmp_path):
     """Each shot has its own velocity; the noise of one is taken from before it touches, its offset taken off."""
     time, force = record
@@ -137,6 +141,7 @@ def test_two_shots_and_a_quiet_part(record, tmp_path):
     assert low < TRUE["contact.law.closure"] < high
 
 
+@pytest.mark.slow
 def test_the_verb_writes_numbers_and_a_picture(record, tmp_path, capsys):
     time, force = record
     path = write_files(tmp_path, time, force + NOISE * noise(len(time), 2))

@@ -48,6 +48,7 @@ def write_files(folder, bounces, fit, sigma=NOISE):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", FITS)
 def test_a_start_whose_pulses_miss_those_of_the_record(key, bounces, tmp_path):
     """Least squares alone stay where they begin, at 3.5 to 4.2 times the noise."""
@@ -60,6 +61,7 @@ def test_a_start_whose_pulses_miss_those_of_the_record(key, bounces, tmp_path):
     assert "reached from another start than yours" in "\n".join(result.sentences())
 
 
+@pytest.mark.slow
 def test_a_record_that_no_start_reaches_tells_nothing(bounces, tmp_path):
     path = write_files(tmp_path, bounces, 'contact.gap = { start = "0.12 mm", from = "0.1 mm", to = "0.15 mm" }')
     result = identify(path)
@@ -69,6 +71,7 @@ def test_a_record_that_no_start_reaches_tells_nothing(bounces, tmp_path):
     assert not result.as_json()["keys"][0]["told"]
 
 
+@pytest.mark.slow
 def test_the_part_of_the_step_is_in_the_interval_and_said(bounces, tmp_path):
     """With little noise the step of the fit moves the gap out of the interval that noise alone would have."""
     fit = 'contact.gap = { start = "0.052 mm", from = "0.02 mm", to = "0.2 mm" }'

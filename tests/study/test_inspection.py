@@ -99,6 +99,7 @@ def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) ->
         check_files(scene)
 
 
+@pytest.mark.slow
 def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the plan, and not again by the same process; a changed file is."""
     calls: list[str] = []
@@ -176,6 +177,7 @@ def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
     assert shape.volume == pytest.approx(drawn.volume, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -> None:
     """From its faces: lands 1 mm wide, on a plate that bends between its rim; not a patch as wide as the reed."""
     drawn = Plate.model_validate(
@@ -200,6 +202,7 @@ def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -
     assert ahead.further > 0
 
 
+@pytest.mark.slow
 def test_more_rounds_are_expected_where_the_target_is_missed(tmp_path: Path) -> None:
     part = CAD.format(MESHES / "block.step")
     path = written(tmp_path, part)
@@ -222,6 +225,7 @@ def test_a_mesh_file_is_planned_from_its_mesh(tmp_path: Path) -> None:
     assert not any("nothing is known" in note for note in plan.notes)
 
 
+@pytest.mark.slow
 def test_faces_as_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = written(tmp_path, CAD.format(MESHES / "valve_body.step") + "contact = { number = 9 }\n")
     for part, said in (

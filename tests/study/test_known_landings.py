@@ -37,6 +37,7 @@ def summary_of(folder: Path, scene: Path) -> dict[str, object]:
     return dict(json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8")))
 
 
+@pytest.mark.slow
 def test_a_shaken_ball_is_known_for_some_landings_only(tmp_path: Path) -> None:
     summary = summary_of(tmp_path, shaken(tmp_path, "1.6 s", "ensemble = 4"))
     known, inputs = summary[results.KNOWN_LANDINGS], summary[results.KNOWN_OF_INPUTS]
@@ -61,6 +62,7 @@ def test_a_shaken_ball_is_known_for_some_landings_only(tmp_path: Path) -> None:
     assert "Mean of the others over 4 runs: closing speed" in words
 
 
+@pytest.mark.slow
 def test_a_run_with_two_landings_has_no_horizon(tmp_path: Path) -> None:
     summary = summary_of(tmp_path, shaken(tmp_path, "70 ms"))
     assert len(list(summary["landings"])) == 2  # type: ignore[call-overload]
@@ -68,6 +70,7 @@ def test_a_run_with_two_landings_has_no_horizon(tmp_path: Path) -> None:
     assert horizon(summary) == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("duration", "number"), [("30 ms", 1), ("70 ms", 2)])
 def test_restitution_on_a_shaken_table_is_that_of_the_only_landing(tmp_path: Path, duration: str, number: int) -> None:
     """Impulses of all blows over the first approach would be above 1: the table and gravity give speed in between."""
@@ -140,6 +143,7 @@ def test_a_sentence_has_one_unit() -> None:
     assert horizon(summary).endswith("closing speed 458 ± 105 mm/s (of single landings ± 310 mm/s)")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("duration", ["70 ms", "250 ms"])
 def test_where_all_landings_are_known_there_are_no_others(tmp_path: Path, duration: str) -> None:
     """Twins may land once more before the end, which is no statistic of this run: no member is marched."""

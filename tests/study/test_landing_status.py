@@ -82,6 +82,7 @@ outputs = {{ measures = ["landing_impulse_Ns"] }}
     assert indices.blocks == landed.reshape(4, 64).all(axis=0).sum() < 64
 
 
+@pytest.mark.slow
 def test_side_by_side_they_are_told_apart_as_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By when the mass arrives and leaves; bars of a sample are those of scenes that land, and of no others."""
     answer_here(monkeypatch)
@@ -112,6 +113,7 @@ contact.gap = { from = "0 mm", to = "0.4 mm" }
 SOUGHT = '[vary]\ncontact.gap = { from = "0 mm", to = "0.4 mm" }\n[optimise]\nminimise = "%s"\nmost = 12\n'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("measure", ["landing_impulse_Ns", "impulse_Ns"])
 def test_an_optimum_lands(measure: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Half of the range has no impulse at all, a quarter a part of it; the least is 2 m v of the scenes that land."""
@@ -124,6 +126,7 @@ def test_an_optimum_lands(measure: str, tmp_path: Path, monkeypatch: pytest.Monk
     assert found.as_json()["left_out"].endswith(("cut off", "no landing"))
 
 
+@pytest.mark.slow
 def test_an_optimum_of_what_needs_no_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
     found = run_optimum(load_study(study_file(tmp_path, SOUGHT % "landing_count")), tmp_path / "out")
@@ -138,6 +141,7 @@ def test_no_optimum_where_nothing_lands(tmp_path: Path, monkeypatch: pytest.Monk
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_what_the_program_says(tmp_path, monkeypatch, capsys):
     """How many are left out; a measure that stays empty, in all scenes that count or in some."""
     answer_here(monkeypatch)

@@ -60,6 +60,7 @@ def test_the_landing_of_a_valve_is_not_the_gas_that_presses_it(tmp_path: Path) -
     assert [float(row["time_s"]) for row in rows] == [each["time_s"] for each in summary["landings"]]
 
 
+@pytest.mark.slow
 def test_first_and_run_speak_of_the_first_landing_and_of_the_run(tmp_path: Path) -> None:
     first, _ = run(tmp_path, VALVE, accuracy__landing="first")
     assert first["accuracy_judged_keys"] == "first_landing_impulse_Ns, first_landing_filtered_peak_force_N"

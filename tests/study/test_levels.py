@@ -91,6 +91,7 @@ def stated(answer: Solved) -> float:
     return total + answer.level_error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "models", "band"),
     [

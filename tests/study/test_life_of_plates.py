@@ -52,6 +52,7 @@ def run(
     return dict(outcome.summary), kept
 
 
+@pytest.mark.slow
 def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(tmp_path, monkeypatch):
     """One mode without Poisson's ratio: its largest von Mises stress is of one axis and fully reversed, so that the
     margin is S(N) over it, and Crossland's t/(sqrt(J2a) + k pmax) = f over it."""
@@ -90,6 +91,7 @@ def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monke
     assert ranges.max() == ranges[chosen].max()
 
 
+@pytest.mark.slow
 def test_a_plate_that_meets_its_stopper_alone_has_a_bar(tmp_path: Path) -> None:
     """What half the step changes of stress and margin is within the bars, as it is of the stopper's force."""
     bent = REED + 'release = { deflection = "-1 mm" }\n[contact]\ngap = "1.5 mm"\n'
@@ -102,6 +104,7 @@ def test_a_plate_that_meets_its_stopper_alone_has_a_bar(tmp_path: Path) -> None:
         assert 0 < abs(other - value) < bar < 0.7 * value, name
 
 
+@pytest.mark.slow
 def test_margin_over_speed_is_the_allowed_speed_over_it(tmp_path: Path) -> None:
     """A linear reed on a linear seat it touches from the start: margin * speed stays, and is the allowed one."""
     text = SPRING + THROWN + RUN.format(1.2) + LIFE + 'curves = { speed = ["1 m/s", "2 m/s", "16 m/s"] }\n'
@@ -114,6 +117,7 @@ def test_margin_over_speed_is_the_allowed_speed_over_it(tmp_path: Path) -> None:
     assert keys["life_allowed_speed_m_per_s"] == pytest.approx(speeds[0] * margins[0], rel=0.05)  # 4 more runs
 
 
+@pytest.mark.slow
 def test_loads_by_the_lift_are_in_the_stress(tmp_path: Path) -> None:
     """One whose area does not change with the lift is as good as a constant load."""
     load = '[[load]]\npressure = "-0.1 bar"\narea = {}\n'
@@ -165,6 +169,7 @@ def test_refused(tmp_path: Path, scene: str, life: str, said: str) -> None:
         run(tmp_path, SPRING + scene + "\n" + RUN.format(1) + LIFE + life)
 
 
+@pytest.mark.slow
 def test_a_seat_pressed_slowly(tmp_path: Path) -> None:
     """A mass on a soft spring presses a bar: its surface bears -p with p = v sqrt(k m)/A once a block, pulsating; swt
     sees no damage in compression, goodman an amplitude of p/2. Its own waves and give: 2.4 %."""

@@ -93,6 +93,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     return Bench(tmp_path_factory.mktemp("lip"))
 
 
+@pytest.mark.slow(but="tilt2")
 @pytest.mark.parametrize("tilt", [PITCH, BACK, FLAT])
 def test_what_lands_in_pitch_lands_alike_on_both_sides(bench: Bench, tilt: tuple[str, str]) -> None:
     """Of a mirrored mesh, modes that are even or odd, and a residual without cancellation: round-off, times 1e3 by the
@@ -147,6 +148,7 @@ def test_all_arcs_under_one_load_are_the_whole_lip(bench: Bench) -> None:
     assert seat[0, 0] == pytest.approx(one.targets[0].greens.static_compliance()[0, 0], rel=1e-9)
 
 
+@pytest.mark.slow(but="32")
 @pytest.mark.parametrize("ports", [4, 32])
 def test_a_rigid_face_on_an_even_lip_is_one_contact(bench: Bench, ports: int) -> None:
     """Arcs by symmetry carry equal forces, as one port does that is made of them."""
@@ -172,6 +174,7 @@ def test_landings_of_the_reference(bench: Bench) -> None:
 TILTS = [FLAT, ("1 deg", "0 deg"), ("0.1 deg", "90 deg"), PITCH, ("1 deg", "90 deg")]
 
 
+@pytest.mark.slow(but="tilt3")
 @pytest.mark.parametrize("tilt", TILTS)
 def test_more_arcs_change_little(bench: Bench, tilt: tuple[str, str]) -> None:
     """Against 128 arcs: the impulse of 32 to 1.2 % (measured 0.01 to 1.11 %; of longer records, at 1 degree in pitch,
@@ -183,6 +186,7 @@ def test_more_arcs_change_little(bench: Bench, tilt: tuple[str, str]) -> None:
     assert bench.land(64, tilt).energy.residual < 1e-9
 
 
+@pytest.mark.slow
 def test_peaks_converge_with_the_second_power_of_the_arcs(bench: Bench) -> None:
     """Root mean squares over all tilts, against 128 arcs: 40, 8.5 and 0.4 % with 16, 32 and 64, orders 2.2 and 4.3.
     The impulse, far closer from the start, goes with the first power: 1.4 and 0.2 % with 16 and 64."""
@@ -216,6 +220,7 @@ def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:
         impact.solve_many(problem, gaps=[0.0, 1e-6], dt=DT, duration=1e-4)
 
 
+@pytest.mark.slow
 def test_a_lip_in_rings_and_arcs(bench: Bench) -> None:
     """Two rings of 16 arcs: the reed's ports follow, the sums are those of the undivided width to what that leaves."""
     scene = scene_of(bench.folder, keys(16, ROLL, "rings = 2\n"), duration="0.1 ms")
@@ -261,6 +266,7 @@ def stated(bench: Bench) -> Callable[[int, tuple[str, str]], Stated]:
     return at
 
 
+@pytest.mark.slow(but="16-tilt1")
 @pytest.mark.parametrize(
     ("ports", "tilt"), [(16, ROLL), (16, ("1 deg", "0 deg")), (32, PITCH), (32, ("0.1 deg", "0 deg"))]
 )
@@ -278,6 +284,7 @@ def test_the_bar_covers_what_more_arcs_change(
         assert found.patch["impulse"] < 0.01 * found.values["impulse"]
 
 
+@pytest.mark.slow
 def test_where_no_more_arcs_can_be_half_as_many_tell(
     bench: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -300,6 +307,7 @@ def test_where_no_more_arcs_can_be_half_as_many_tell(
     assert share == pytest.approx(abs(impulses[0] - impulses[1]) * 2 * DT / 3, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_statics_are_off_by_what_the_waves_change(tmp_path: Path) -> None:
     """Those of the same mesh, at twice the step; a run that has them needs none beside."""
     stated = SEAT.replace('greens = { bandwidth = "100 kHz" }', 'model = "spring"')
@@ -320,6 +328,7 @@ def test_statics_are_off_by_what_the_waves_change(tmp_path: Path) -> None:
     assert method_beside(scene.seat, how) is None
 
 
+@pytest.mark.slow
 def test_rounds_take_more_arcs_on_both_bodies(tmp_path: Path) -> None:
     """Eight arcs of a tilted lip leave too much: the next round has 32, with another reed. No more of them, since
     what the stated band of the reed leaves is the larger then, and above the target by itself."""

@@ -44,6 +44,7 @@ def landed(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return SimpleNamespace(done=done, baseline=stiffer)
 
 
+@pytest.mark.slow
 def test_arcs_have_the_force_of_their_rings_and_their_mean_gap(landed: Any) -> None:
     parts = landed.done.touches.parts
     lip = by_arc(parts, Division(ARCS, 2))
@@ -90,6 +91,7 @@ def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     assert found.labels[int(force.argmax())].endswith(f"force {text(float(force.max()), 'N')}")
 
 
+@pytest.mark.slow
 def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     names = [name for name, _ in lip_pictures(landed.done, landed.baseline)]

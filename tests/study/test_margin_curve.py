@@ -29,6 +29,7 @@ def scene(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_allowed_speed(scene: Path, tmp_path: Path) -> None:
     """Rigid unilateral contact of linear bodies without gap: stress grows with the speed, so that margin * speed is
     the speed allowed, found by runs to 1e-3; the step does not depend on the speed, and nothing else does."""

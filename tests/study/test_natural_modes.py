@@ -45,6 +45,7 @@ def annular(tmp_path_factory):
     return found(ANNULAR, tmp_path_factory.mktemp("annular"), 16)
 
 
+@pytest.mark.slow
 def test_a_body_of_revolution_has_pairs_and_torsion_beside_what_its_ring_excites(annular, tmp_path):
     whole = found(ANNULAR.replace("[seat]", '[seat]\nmodel = "3d"'), tmp_path, 16)
     assert annular.complete
@@ -58,6 +59,7 @@ def test_a_body_of_revolution_has_pairs_and_torsion_beside_what_its_ring_excites
     assert all(mode.share == 0.0 for mode in annular.modes if mode.diameters or mode.family == "torsion")
 
 
+@pytest.mark.slow
 def test_shares_are_parts_of_the_static_compliance(tmp_path):
     """All modes of a bar together hold its whole compliance; the end's mean moves along the bar."""
     whole = found(BAR, tmp_path, 10**6)
@@ -130,6 +132,7 @@ def test_the_table_on_file(tmp_path):
     assert {path.name for path in outcome.files} == {"modes.csv"} | drawn
 
 
+@pytest.mark.slow
 def test_the_mesh_is_as_fine_as_what_is_looked_for(tmp_path):
     """Few modes do not ask for the elements of the Green's function's band; more modes ask for smaller ones, and the
     lowest frequencies are within 1 % of those on a mesh that was asked for 16."""

@@ -50,6 +50,7 @@ def first_round(folder: Path) -> Round:
     return done
 
 
+@pytest.mark.slow
 def test_a_flat_landing_whose_total_force_is_asked_for_goes_through_one_port(folder: Path) -> None:
     plan = plan_of(folder)
     assert plan.method.ports == 1
@@ -59,6 +60,7 @@ def test_a_flat_landing_whose_total_force_is_asked_for_goes_through_one_port(fol
     assert 0 < 1.5 * plan.shares["lip"]["impulse"] <= LIP_SHARE * plan.scene.accuracy.target
 
 
+@pytest.mark.slow(but="-40")
 @pytest.mark.parametrize(
     ("more", "target", "also", "why"),
     [
@@ -105,6 +107,7 @@ def test_the_bar_is_what_arcs_change(folder: Path) -> None:
     assert done.left.parts["lip"]["impulse"] == pytest.approx(max(expected, planned), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_bar_holds_against_arcs(folder: Path) -> None:
     done = first_round(folder)
     scene = plan_of(folder, "ports = 64").scene
@@ -113,6 +116,7 @@ def test_the_bar_holds_against_arcs(folder: Path) -> None:
     assert 0 < off <= 1.5 * (done.left.parts["lip"]["impulse"] + done.left.parts["patch"]["impulse"])
 
 
+@pytest.mark.slow(but="patch")
 @pytest.mark.parametrize("source", ["lip", "patch"])
 def test_a_round_undoes_it(folder: Path, source: str) -> None:
     plan = plan_of(folder)
@@ -122,6 +126,7 @@ def test_a_round_undoes_it(folder: Path, source: str) -> None:
     assert "lip" not in finer.shares
 
 
+@pytest.mark.slow
 def test_rounds_take_arcs_where_one_port_leaves_too_much(folder: Path) -> None:
     """The target of the same plan made tighter: one port is what is made finer."""
     plan = plan_of(folder)

@@ -25,6 +25,7 @@ def number(found: Optimum, key: str) -> float:
     return float(str(found.as_json()["keys"][key]).split()[0])
 
 
+@pytest.mark.slow
 def test_the_softest_spring_that_is_stiff_enough(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """k = m (v / x)^2, F = m v^2 / x at the limit x, with the error bars of runs: that of x, squared, is k's."""
     answer_here(monkeypatch)
@@ -87,6 +88,7 @@ def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.Monke
     assert len(found.searched) <= 20
 
 
+@pytest.mark.slow
 def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Less is better, and below 0.6 N/um there is nothing; they are tried again when it is asked for."""
     answer_here(monkeypatch)
@@ -105,6 +107,7 @@ def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.Monkey
     assert again.as_json()["failed"] == 0
 
 
+@pytest.mark.slow
 def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """At any scene: no scene twice, the same files."""
     answer_by(monkeypatch, closed_form)
@@ -123,6 +126,7 @@ def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyP
         assert (out / "optimum.json").read_bytes() == whole
 
 
+@pytest.mark.slow
 def test_a_seat_that_does_not_vary_is_computed_once_a_level(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The one of the search does not serve at the target."""
     jobs = answer_here(monkeypatch)

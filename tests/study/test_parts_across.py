@@ -69,6 +69,7 @@ def test_parts_across_open_by_heights_of_their_own(tmp_path: Path) -> None:
     assert gaps.min() > 1e-6
 
 
+@pytest.mark.slow
 def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path) -> None:
     """Six parts across are 1.3 % above one: a part of the target alone. The term for three is a tenth of that for one,
     and holds what nine find."""
@@ -96,6 +97,7 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> Plan:
     return plan_scene(scene_of(tmp_path_factory.mktemp("parts")))
 
 
+@pytest.mark.slow
 def test_the_plan_chooses_parts_across(plan: Plan) -> None:
     choice = plan.choice(RINGS)
     assert (plan.method.seat.rings, choice.value, choice.given) == (3, "3", False)
@@ -134,6 +136,7 @@ def test_more_contacts_than_memory_or_time_allow(tmp_path: Path, monkeypatch: py
         check_length(scene, 1e-11)
 
 
+@pytest.mark.slow
 def test_more_parts_than_are_chosen_may_be_stated(tmp_path: Path) -> None:
     plan = plan_scene(scene_of(tmp_path, "ports = 20\nrings = 5\n"))
     assert plan.method.seat.division == Division(20, 5)

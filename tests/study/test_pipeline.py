@@ -102,6 +102,7 @@ def assert_same_results(one: Path, other: Path) -> None:
             np.testing.assert_array_equal(getattr(a[name], series), getattr(b[name], series))
 
 
+@pytest.mark.slow
 def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: Ran) -> None:
     assert DEMANDED | {f"spring_{key}" for key in DEMANDED} <= set(annular.summary)
     assert (
@@ -206,6 +207,7 @@ def test_the_same_seat_is_used_again(annular: Ran, tmp_path: Path) -> None:
     assert_same_results(again.folder, annular.folder)
 
 
+@pytest.mark.slow
 def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path: Path) -> None:
     """From the store, with the error bars that the coarser mesh gives; a wider band is another seat."""
     first = run(BAR, tmp_path / "one").summary
@@ -218,6 +220,7 @@ def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path:
     assert run(BAR.replace("100 kHz", "90 kHz"), tmp_path / "three").summary["seat_reused"] is False
 
 
+@pytest.mark.slow
 def test_a_seat_in_the_folder_keeps_its_error_bars(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the store is empty: the coarser mesh's function lies next to it, and is used again, too."""
     first = run(BAR, tmp_path / "one").summary
@@ -229,6 +232,7 @@ def test_a_seat_in_the_folder_keeps_its_error_bars(tmp_path: Path, monkeypatch: 
     assert run(BAR, tmp_path / "one").summary["error_mesh_impulse_Ns"] != again["error_mesh_impulse_Ns"]
 
 
+@pytest.mark.slow
 def test_seats_from_other_programs_files(tmp_path: Path) -> None:
     """A mass on a spring as matrices (in mm, t, s), and as its measured receptance: the same seat."""
     mass, stiffness, zeta = 0.02, 4e7, 0.05
@@ -260,6 +264,7 @@ def test_a_greens_function_file_stands_for_the_seat(annular: Ran, tmp_path: Path
     assert found.summary["greens_error"] == annular.summary["greens_error"]
 
 
+@pytest.mark.slow
 def test_when_a_seat_is_used_again(tmp_path: Path) -> None:
     run(SPRING, tmp_path / "out")
     for old, new, reused in (
@@ -280,6 +285,7 @@ def test_a_damaged_seat_file_is_computed_again(tmp_path: Path) -> None:
     load_greens(seat)
 
 
+@pytest.mark.slow
 def test_time_stepping_gives_the_same_impact_and_is_used_again(tmp_path: Path) -> None:
     """Rayleigh damping, by time stepping and by Ritz vectors; a mass, so that contact starts at once."""
     striker = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
@@ -365,6 +371,7 @@ def assert_whole(folder: Path) -> None:
                 assert path.read_bytes().endswith(b"IEND\xaeB`\x82")
 
 
+@pytest.mark.slow(but="reduction")
 @pytest.mark.parametrize(
     ("stage", "at", "left"),
     [
@@ -397,6 +404,7 @@ def told(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     return done
 
 
+@pytest.mark.slow
 def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path) -> None:
     (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
     done = told(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista")), tmp_path)
@@ -411,6 +419,7 @@ def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path)
     assert len(notes) == len(set(notes))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", [OSError(28, "No space left on device"), MemoryError()])
 def test_a_picture_that_fails_is_told_and_costs_no_number(problem, tmp_path, monkeypatch):
     """Whatever it raises: the other pictures follow, summary.json names it, the target stays met."""
@@ -437,6 +446,7 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(problem, tmp_path, mon
     assert {path.name for path in found.folder.iterdir()} == {path.name for path in found.outcome.files}
 
 
+@pytest.mark.slow
 def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
     """As a fault in a graphics driver: the process is gone at once."""
     (tmp_path / "s.toml").write_text(SPRING, encoding="utf-8")
@@ -467,6 +477,7 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(tmp_pa
     assert set(found.summary) >= DEMANDED
 
 
+@pytest.mark.slow(but="text1")
 @pytest.mark.parametrize(
     ("text", "arguments", "code", "message"),
     [
@@ -490,6 +501,7 @@ def test_exit_codes_of_the_program(text, arguments, code, message, tmp_path, mon
     assert (said == "") == (code == 0)
 
 
+@pytest.mark.slow
 def test_an_interrupted_program_leaves_whole_files_only(tmp_path: Path) -> None:
     """Ctrl-C once meshing is over, in the middle of the numbers."""
     (tmp_path / "s.toml").write_text(ANNULAR.replace("3 mm", "2 mm"), encoding="utf-8")

@@ -125,6 +125,7 @@ class TestKeys:
 
 
 class TestTargets:
+    @pytest.mark.slow
     @pytest.mark.parametrize("parts", [(ANNULAR, REED), (SPRING, REED), (BAR, MASS)])
     def test_a_tighter_target_is_never_coarser(self, parts: tuple[str, ...]) -> None:
         plans = [plan_scene(scene_of(*parts, accuracy__target=target)) for target in ("5 %", "1 %", "0.3 %")]
@@ -141,6 +142,7 @@ class TestTargets:
             assert error == pytest.approx(SAFETY * sum(share[measure] for share in plan.shares.values()))
             assert 0 <= error <= 0.01
 
+    @pytest.mark.slow
     def test_an_impulse_needs_less_of_the_seat_than_a_peak(self) -> None:
         impulse, peak, displacement = (
             plan_scene(scene_of(ANNULAR, REED, accuracy={"target": "1 %", "measures": [measure]}))
@@ -159,6 +161,7 @@ class TestTargets:
         assert slow.level == "rod"
         assert fast.level == "sector"
 
+    @pytest.mark.slow
     def test_alternatives_cost_and_err_otherwise(self) -> None:
         plan = plan_scene(scene_of(PLATE, REED, accuracy={"target": "5 %", "measures": ["filtered_peak"]}))
         assert plan.alternatives
@@ -166,6 +169,7 @@ class TestTargets:
             assert other.error != plan.error
             assert other.cost.seconds > 0
 
+    @pytest.mark.slow
     def test_what_is_out_of_reach_is_said(self) -> None:
         plan = plan_scene(scene_of(PLATE, REED, accuracy={"target": "0.1 %", "measures": ["seat_displacement"]}))
         assert not plan.meets_target
@@ -190,6 +194,7 @@ class TestTargets:
         for name, bar in plan.error.items():
             assert abs(rough[name] - exact[name]) <= bar * abs(rough[name]), name
 
+    @pytest.mark.slow
     def test_a_seat_that_hardly_counts_is_told(self) -> None:
         """Where twice or half its stiffness changes less than is asked for, a guess would do."""
         loose, tight = (plan_scene(scene_of(ANNULAR, REED, accuracy__target=target)) for target in ("10 %", "0.5 %"))
@@ -258,6 +263,7 @@ class TestTargets:
             assert (plan.choice("history").value == "poles") is poles
         assert "faster here than recursion over 9,300 modes" in plan.choice("history").reason
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("support", "method", "poles"),
         [
@@ -299,6 +305,7 @@ class TestRefining:
         assert model.reed.n_modes >= 1.4 * old.reed.n_modes  # type: ignore[operator]
         assert (old.seat.rings, patch.seat.rings) == (1, 4)
 
+    @pytest.mark.slow
     def test_a_spring_that_leaves_too_much_out_gives_way_to_waves(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED, accuracy={"target": "1 %", "measures": ["impulse"]}))
         finer = refine(plan, "model")
@@ -315,6 +322,7 @@ class TestRefining:
         assert finer.method.seat.size == 2e-3
         assert refine(finer, "mesh") is None
 
+    @pytest.mark.slow
     def test_a_round_that_keeps_its_seat_costs_no_seat(self) -> None:
         plan = plan_scene(scene_of(PLATE, REED, accuracy={"target": "5 %", "measures": ["seat_displacement"]}))
         step, mesh = refine(plan, "time_step"), refine(plan, "mesh")
@@ -328,6 +336,7 @@ class TestRefining:
 
 
 class TestSeatsAtHand:
+    @pytest.mark.slow
     def test_different_contacts_share_a_seat(self, tmp_path: Path) -> None:
         """Either both need the same seat, or the finer one serves both."""
         store = Store(tmp_path / "kept")
@@ -338,6 +347,7 @@ class TestSeatsAtHand:
         assert key_of(plan_scene(coarse.scene, store=store)) == key_of(fine)
         assert fine.method != coarse.method
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("target", ["1 %", "5 %"])
     def test_a_seat_at_least_as_fine_is_used(self, target: str, tmp_path: Path) -> None:
         store = Store(tmp_path / "kept")
@@ -351,6 +361,7 @@ class TestSeatsAtHand:
         assert again.cost.seconds < fine.cost.seconds
         assert "store" in again.choice("seat").reason
 
+    @pytest.mark.slow
     def test_a_seat_that_is_too_coarse_or_too_short_is_not(self, tmp_path: Path) -> None:
         store = Store(tmp_path / "kept")
         self.keep(plan_scene(scene_of(ANNULAR, REED, accuracy__target="5 %"), store=store), store)
@@ -360,6 +371,7 @@ class TestSeatsAtHand:
         self.keep(plan_scene(scene_of(ANNULAR, REED, accuracy__target="5 %", seat__damping_ratio=0.0)), store)
         assert not plan_scene(longer, store=store).kept
 
+    @pytest.mark.slow
     def test_a_wider_band_is_forgotten_sooner_and_serves_all_the_same(self, tmp_path: Path) -> None:
         """What a damped seat must remember follows from its own band."""
         store = Store(tmp_path / "kept")
@@ -469,6 +481,7 @@ class TestWithoutWaves:
     def level_of(seen: PlanningContext) -> str:
         return Choices(seen).cheapest(seen.scene.accuracy.target).level
 
+    @pytest.mark.slow
     def test_a_spring_is_said_to_be_enough_that_estimates_leave_open(self) -> None:
         seen = self.seen(BENT)
         found = without_waves(seen)
@@ -510,6 +523,7 @@ class TestWithoutWaves:
         notes = plan_scene(scene_of(BENT)).notes
         assert any("rests on an estimate of the seat (contact face of" in note for note in notes)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("greens", [{"method": "second_order"}, {"method": "transient"}, {"max_vectors": 3}])
     def test_the_look_has_a_reduction_of_its_own(self, greens: Mapping[str, object]) -> None:
         """Those of the file may have no modes, whose part above a band would be nothing, or too few vectors."""
@@ -561,6 +575,7 @@ class TestChoosing:
         rungs = no_better_than_finer(tuple(Rung(k, {"a": change}) for k, change in enumerate(changes)))
         assert [rung.changes["a"] for rung in rungs] == [0.1, 0.1, 0.01]
 
+    @pytest.mark.slow
     def test_nothing_cheaper_meets_the_target(self) -> None:
         """Of all combinations, looked at one by one: the choice spends little more than the least cost."""
         choices = choices_of(ANNULAR, REED)
@@ -578,6 +593,7 @@ class TestChoosing:
         assert costs == sorted(costs)
         assert costs[-1] > 2 * costs[0]
 
+    @pytest.mark.slow
     def test_out_of_reach_it_comes_close_to_the_least_error_without_spending_all(self) -> None:
         choices = choices_of_a_plate()
         ways = [Decision(choices.context, seat, contact) for seat in choices.seats for contact in choices.contacts]

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from impact import Body, ContactProblem, solve, spring
 from impact.after.measures import filtered_peak_force
@@ -53,6 +54,7 @@ def test_what_lies_beyond_a_plate_is_spread_as_its_modes_are() -> None:
     np.testing.assert_allclose(spread.greens.static_compliance(), few.greens.static_compliance(), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_bar_of_a_disc_knows_the_modes_above_a_narrow_band(tmp_path: Path) -> None:
     """A free disc on a spring a hundred times stiffer: its mean force over 1 us at 60 kHz is a sixth too low."""
     narrow, wide = (solved_disc(tmp_path, band) for band in ("60 kHz", "900 kHz"))
@@ -70,6 +72,7 @@ def test_the_bar_of_a_disc_knows_the_modes_above_a_narrow_band(tmp_path: Path) -
     assert max(changes) > error
 
 
+@pytest.mark.slow
 def test_the_bar_of_a_small_disc_knows_a_mode_two_octaves_beyond(tmp_path: Path) -> None:
     """A free disc of 6 mm at 40 kHz on a nearly rigid seat: over 3 us it has a force 14 % too low, and the modes an
     octave beyond its last, or over four, change a fifth of that at most, by accident."""

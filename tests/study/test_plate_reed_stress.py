@@ -61,6 +61,7 @@ def run(folder: Path, reed: str, gap: str, duration: str, step: str, more: str =
     ).summary
 
 
+@pytest.mark.slow
 def test_a_strip_stopped_at_its_tip_bears_the_wave_of_a_beam(tmp_path: Path) -> None:
     """0.8445 rho c_0 v, before the wave is back from the clamp; a strip of 100 mm gives it to 0.3 %."""
     found = run(tmp_path, strip(60, 59.5, "50 kHz", '{ velocity = "-1 m/s" }'), "0.7 um", "80 us", "0.2 us")
@@ -134,6 +135,7 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateReedStres
     return kept
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("reed", "more", "step", "allowed"),
     [

@@ -36,6 +36,7 @@ def scene_of(folder: Path, reed: str, seat: str = SPRING, run: str = RUN) -> Sce
     return load_text(folder, f"[seat]\n{seat}[reed]\n{reed}{run}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plate", MASSES)
 def test_momentum_is_the_impulse(plate: str, tmp_path: Path) -> None:
     """Its vibrations die out (exp(-30)), and the centre of mass has left with what the impulse gave it."""
@@ -111,6 +112,7 @@ def test_as_a_seat_it_is_refused(tmp_path: Path) -> None:
         run_scene(scene, tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_a_flapper_with_slot_and_hole_lands(tmp_path: Path) -> None:
     """On the ring about its hole, at the velocity that is stated for it."""
     scene = scene_of(tmp_path, FLAPPER + SLOT + HOLE + COARSE.replace("50", "20") + LANDING, run=BRIEF)

@@ -91,6 +91,7 @@ def test_meridians_have_nodes_at_the_borders(geometry: AnnularSeat | ConicalSeat
     assert all(np.abs(radii - border).min() < 2e-3 * radii[-1] for border in borders)  # a dome's area is not r^2's
 
 
+@pytest.mark.slow
 def test_solid_and_meridian_agree() -> None:
     """A quarter of a seat whose rings end within elements; the narrow ones are not resolved, what counts is."""
     seat = AnnularSeat()
@@ -165,6 +166,7 @@ def test_a_face_does_not_pull_at_rings() -> None:
     assert face_compliance(greens) == pytest.approx(1.5)
 
 
+@pytest.mark.slow
 def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
     one = run_scene(load_scene(scene_file(tmp_path)), tmp_path / "one", pictures=False)
     four = run_scene(load_scene(scene_file(tmp_path, "rings = 4")), tmp_path / "four", pictures=False)
@@ -212,6 +214,7 @@ def test_rings_need_a_patch(tmp_path: Path) -> None:
         load_scene(scene_file(tmp_path, "rings = 17"))
 
 
+@pytest.mark.slow
 def test_a_plan_takes_rings_where_the_target_asks_for_them(tmp_path: Path) -> None:
     text = SCENE.replace('mesh = { size = "2 mm", contact_size = "0.4 mm" }\n', "").replace('time_step = "20 ns"\n', "")
     text = text.replace('greens = { bandwidth = "300 kHz", tolerance = 0.01 }\n', "")

@@ -153,6 +153,7 @@ def test_a_finer_round_that_fails_keeps_the_one_before(failure, told, tmp_path, 
     assert told in missed(done)[-1]
 
 
+@pytest.mark.slow
 def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The finer seat was written already when its contact ran out of memory."""
     seat = 'kind = "block"\nwidth = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\n'

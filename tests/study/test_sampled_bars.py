@@ -38,6 +38,7 @@ def sampled(table: StudyTable) -> np.ndarray:  # type: ignore[type-arg]
     return np.array(table.columns["error_bars"]) == "sampled"
 
 
+@pytest.mark.slow
 def test_masses_thrown_on_a_spring(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """2 m v and v sqrt(k m) lie within the bars of every scene; those of others are the largest of the sample."""
     jobs = answer_here(monkeypatch)
@@ -73,6 +74,7 @@ def test_masses_thrown_on_a_spring(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert [len(json.loads(job)["others"]) for job in jobs[count:]] == [7]
 
 
+@pytest.mark.slow
 def test_reeds_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Seat displacement and stress of those side by side are those of full runs; another plan is no excuse."""
     jobs = answer_here(monkeypatch)
@@ -89,6 +91,7 @@ def test_reeds_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             assert found == pytest.approx(float(str(alone.summary[name])), rel=1e-7)
 
 
+@pytest.mark.slow
 def test_scenes_that_cannot_be_marched_so_run_by_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
     monkeypatch.setattr(side_by_side.impact, "solve_many", lambda *_, **__: 1 / 0)

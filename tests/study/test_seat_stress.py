@@ -30,6 +30,7 @@ def scene(folder: Path, stress: str, seat: str = BAR) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_a_bar_pressed_slowly_bears_force_over_area(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kept: list[SeatStress] = []
 
@@ -83,6 +84,7 @@ RING = (
 BELOW = '["0 mm", "4.5 mm", "1.5 mm"]'
 
 
+@pytest.mark.slow
 def test_a_lip_pressed_all_around_in_arcs_bears_what_it_bears_as_a_whole(tmp_path: Path) -> None:
     """A mass on a soft spring: the force is that of a mass on a spring to 1e-3, on one port or shared by eight."""
     found = []

@@ -95,6 +95,7 @@ def test_what_waves_of_the_seat_change_is_never_told_by_another_scene(tmp_path: 
     assert own.shares["model"]["impulse"] == pytest.approx(plan.shares["model"]["impulse"], rel=0.03) != 0.0
 
 
+@pytest.mark.slow
 def test_stresses_are_looked_for_where_a_measure_is_one(tmp_path: Path) -> None:
     """All other numbers are the same bits; scenes are known with stresses or without."""
     scene = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"

@@ -244,6 +244,7 @@ def test_what_is_not_known_of_a_stopper_is_named(tmp_path: Path) -> None:
     assert stopper_share(read_stopper(tmp_path, None))[1].unknown == ("stopper's mesh", "stopper's patch")
 
 
+@pytest.mark.slow
 def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> None:
     """A steel disc of coarse elements, whose patch moves as its mean, throws the mass back to the seat: what elements
     half as large change by the end, and with four rings in the patch, is within the stopper's share of the errors."""

@@ -60,6 +60,7 @@ def test_what_is_met(tmp_path: Path) -> None:
     assert (own.arcs, own.outer) == (32, pytest.approx(scene_of(tmp_path, SPRING).reed.own_lip.outer))  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_uniform_load_on_all_arcs_is_that_on_one_port(tmp_path: Path) -> None:
     """The stopper of finite elements: the mean of 32 arcs in two rings under a uniform pressure, against its disc as a
     whole on the same mesh; symmetric. And the reed's own ports."""
@@ -104,6 +105,7 @@ def test_more_arcs_of_a_stopper_than_elements_are_refused(tmp_path: Path) -> Non
         stopper_of(scene)
 
 
+@pytest.mark.slow
 def test_a_tilted_stopper_is_met_on_one_flank_first(tmp_path: Path) -> None:
     """Openings rise by tan(tilt) (y cos - x sin) over the lowest point of the rim, 6 mm off the middle; arcs are met in
     their order, and a tilt of the other sign is the mirror image. Twice the tilt is a peak smaller by more than

@@ -46,6 +46,7 @@ def ring(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
     return run(tmp_path_factory.mktemp("ring"), RING)
 
 
+@pytest.mark.slow
 def test_stress_of_a_ring_is_planned_and_has_a_bar_of_its_own(ring: dict[str, object]) -> None:
     """The seat is a spring: what is left is mostly the plate's own, and finer parts of the lip change little."""
     name = "landing_peak_reed_stress_Pa"
@@ -57,6 +58,7 @@ def test_stress_of_a_ring_is_planned_and_has_a_bar_of_its_own(ring: dict[str, ob
     assert number(ring, f"spring_{name}") == pytest.approx(stress, rel=0.05)  # the seat is a spring
 
 
+@pytest.mark.slow
 def test_an_asked_stress_is_that_of_the_table(ring: dict[str, object], tmp_path: Path) -> None:
     beside = run(tmp_path, RING.replace('"impulse", "stress"', '"impulse"') + '[stress]\ndistance = "0.5 mm"\n')
     key = "peak_reed_stress_after_contact_Pa"
@@ -64,6 +66,7 @@ def test_an_asked_stress_is_that_of_the_table(ring: dict[str, object], tmp_path:
     assert number(ring, f"error_bar_{key}") >= number(beside, f"error_bar_{key}") * 0.5
 
 
+@pytest.mark.slow
 def test_stress_of_a_ball_is_that_below_a_disk_under_uniform_pressure(tmp_path: Path) -> None:
     """Timoshenko and Goodier: sigma_z = -(1 - c^3), sigma_r = -((1 + 2 nu)/2 - (1 + nu) c + c^3/2), c = cos of the cone
     of the disk's edge, over the pressure; on the axis von Mises is their difference."""
@@ -81,6 +84,7 @@ def test_a_margin_is_asked_of_a_strength(tmp_path: Path) -> None:
         load_text(tmp_path, text)
 
 
+@pytest.mark.slow
 def test_a_margin_is_planned_by_its_stress(tmp_path: Path) -> None:
     strength = Path(__file__).parents[2] / "examples" / "strengths" / "invented_strip.toml"
     life = f'[life]\nstrength = "{strength.as_posix()}"\ncycles = 1e7\n'

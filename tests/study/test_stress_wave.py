@@ -60,6 +60,7 @@ def few(done: Any, scene: Any) -> Any:
     return replace(done, plan=replace(done.plan, scene=scene))
 
 
+@pytest.mark.slow
 def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> None:
     """Whether by a field of stress or by the unknowns themselves."""
     done, stress = pressed
@@ -93,6 +94,7 @@ def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[An
     assert wave.displacement[late][:, top, 2].mean(axis=1) == pytest.approx(-now[late] * 10e-3 / 200e9, rel=0.05)
 
 
+@pytest.mark.slow
 def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> None:
     """As many pictures and files as times; the exaggeration is a round number that moves the body by 5 % at most."""
     done, stress = few(pressed[0], load(tmp_path, "frames = 4")), pressed[1]
@@ -139,6 +141,7 @@ def test_what_depends_on_the_step_ends_with_the_filter_of_the_force(pressed: tup
     assert end - start == pytest.approx(done.plan.scene.run.filter_width)
 
 
+@pytest.mark.slow(but="crossland")
 @pytest.mark.parametrize("criterion", ["", "crossland"])
 def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Path, criterion: str) -> None:
     """Its sides bear -p and are let go: Crossland's sqrt(J2a) is p/2/sqrt 3 and pmax 0, Goodman's amplitude p/2 under

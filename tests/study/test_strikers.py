@@ -42,11 +42,13 @@ def same(one: impact.Body, other: impact.Body) -> None:
         assert mine.amplitude(t) == pytest.approx(theirs.amplitude(t), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_reed_is_released_in_a_mode(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, CANTILEVER, 'release = { mode = 2, deflection = "0.1 mm" }\n')
     same(striker_of(scene), reed(BEAM, n_modes=8, release=ModeShape(2, 1e-4)))
 
 
+@pytest.mark.slow
 def test_a_reed_starts_with_a_velocity_in_a_mode(tmp_path: Path) -> None:
     """Straight, its tip at -2 m/s: it strikes at that; its frequencies are those of a beam, k L = 1.8751, 4.6941."""
     scene = scene_of(tmp_path, CANTILEVER, 'release = { mode = 1, velocity = "-2 m/s" }\n')
@@ -153,6 +155,7 @@ def open_scene_of(folder: Path, striker: str, gap: str) -> Scene:
     return load_text(folder, f'{SPRING}[reed]\n{striker}[contact]\ngap = "{gap}"\n{OPEN}')
 
 
+@pytest.mark.slow
 def test_a_coarse_striker_is_told_of_and_not_the_seat(tmp_path: Path) -> None:
     """A spring has no mesh: what is left is the striker's, and nothing that a plan chooses makes it finer."""
     outcome = run_scene(open_scene_of(tmp_path, COARSE_BAR, "0.2 um"), tmp_path / "out")

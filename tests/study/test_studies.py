@@ -61,6 +61,7 @@ def rows(folder: Path) -> list[dict[str, str]]:
         return [{key: value for key, value in row.items() if key != "wall_time_s"} for row in csv.DictReader(file)]
 
 
+@pytest.mark.slow
 def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Impulse of a mass on a spring, 2 m v, and its peak v sqrt(k m), to the error bars told."""
     answer_here(monkeypatch)
@@ -96,6 +97,7 @@ def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert len(jobs) == 3
 
 
+@pytest.mark.slow
 def test_a_seat_of_several_scenes_is_computed_once(tmp_path: Path, store_of_the_test: Path) -> None:
     """By the first; by two workers; the numbers do not depend on how many there are, nor on what is in the store."""
     text = '[vary]\nreed.mass = ["1 g", "1.1 g"]'
@@ -156,6 +158,7 @@ def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytes
     assert set(out.glob(".*-*")) <= torn  # nothing half-written is left by the one that ended well
 
 
+@pytest.mark.slow
 def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Exit code 1, its message and values; tried again when it is asked for."""
     text = '[vary]\nrun.duration = "0.2 ms"\nseat.mesh.size = ["1 mm", "60 mm"]'
@@ -202,6 +205,7 @@ def test_a_scene_that_cannot_be_planned_is_told_when_it_is_run(tmp_path: Path, m
         run_study(load_study(path), tmp_path / "other")
 
 
+@pytest.mark.slow
 @posix
 def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is given one more chance if it dies, and more time if more is given."""

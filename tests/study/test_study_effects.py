@@ -52,6 +52,7 @@ def ishigami_indices() -> tuple[np.ndarray, np.ndarray]:
     return np.array([v1, v2, 0]) / (v1 + v2 + v13), np.array([v1 + v13, v2, v13]) / (v1 + v2 + v13)
 
 
+@pytest.mark.slow
 def test_indices_of_a_known_function() -> None:
     """With 4096 blocks scipy's own documentation tells errors of about 0.01; here they are within their intervals."""
     [found] = effects.sobol_indices(ishigami_table(4096))
@@ -140,6 +141,7 @@ def test_nothing_is_drawn_that_means_nothing(design: str, keys: int, tmp_path: P
     assert list(reports_of(table(made, x, y=np.full(len(x), np.nan)))) == []
 
 
+@pytest.mark.slow
 def test_all_reports_are_drawn(tmp_path: Path) -> None:
     """With names in a column, scenes that failed, and a front."""
     made = study("sobol_indices", 16, KEYS[:2], outputs=PARETO)

@@ -63,6 +63,7 @@ def loaded(text: str, folder: Path) -> Scene:
     raise AssertionError("files that are there are still missed")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["ball", "conical", "plate", "stepped"])
 def test_it_can_be_planned(kind: str, tmp_path: Path) -> None:
     assert plan_scene(load_text(tmp_path, scene_template(kind))).scene.accuracy.target == 0.05

@@ -126,6 +126,7 @@ def test_the_reference_has_more_rings_than_the_plan():
     assert "contact.rings" not in Rungs(scene).reference(2.0).settings
 
 
+@pytest.mark.slow
 def test_one_port_and_a_beam_are_those_of_a_run(tmp_path: Path):
     """A point with the plate's or the beam's one contact says what the run tells beside its arcs."""
     path = tmp_path / "scene.toml"
@@ -222,6 +223,7 @@ def carry_out_by(monkeypatch: pytest.MonkeyPatch, carry: Callable[[Path, Point, 
     monkeypatch.setattr(trade, "crew", crew)
 
 
+@pytest.mark.slow
 def test_a_point_in_a_process_of_its_own(small: Path, monkeypatch: pytest.MonkeyPatch):
     """Twice the step, the same impulse to the order of the step; its own memory and time."""
     monkeypatch.setenv("SEATFEM_STORE", "/nowhere")
@@ -236,6 +238,7 @@ def test_a_point_in_a_process_of_its_own(small: Path, monkeypatch: pytest.Monkey
     assert 5e7 < outcome.summary["memory_bytes"] < 2e9
 
 
+@pytest.mark.slow
 def test_what_fails_or_hangs_is_an_outcome(small: Path, monkeypatch: pytest.MonkeyPatch):
     failed = carry_out(small, Point("bad", "as given", "time step", {"run.time_step": "10 us"}))
     assert failed.state == "failed"
@@ -246,6 +249,7 @@ def test_what_fails_or_hangs_is_an_outcome(small: Path, monkeypatch: pytest.Monk
     assert (stopped.state, stopped.message) == ("stopped", "no end within 0.01 s")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time")
 def test_a_point_that_takes_too_much_processor_time_is_stopped(small: Path):
     """Ten million steps; loading the program alone takes more than the second that is allowed."""
@@ -384,6 +388,7 @@ def test_a_point_that_does_not_land_has_no_error_of_a_landing():
     assert in_words(found).splitlines()[1] == "1 of 3 points left out: 1 no landing"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("duration", "status"), [("10 us", "cut off"), ("40 us", "no landing")])
 def test_no_trade_without_a_landing(duration, status, small, monkeypatch, capsys):
     """Whether the run ends in it or before it; a part of a contact is compared where the whole run is asked of."""
@@ -403,6 +408,7 @@ def in_this_process(scene: Path, point: Point, limit: float) -> Outcome:
     return carry_out(scene, point)
 
 
+@pytest.mark.slow
 def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     """A rod: the spring is far off, every step converges, tables and picture agree, and a second call runs nothing."""
     carry_out_by(monkeypatch, in_this_process)

@@ -76,6 +76,7 @@ def test_si_values_survive_writing_and_reading(value: float, dimension: str) -> 
     assert read == value
 
 
+@pytest.mark.slow
 @given(st.text(max_size=12))
 def test_any_text_is_a_finite_number_or_refused(text: str) -> None:
     try:

@@ -100,6 +100,7 @@ accuracy = { target = 0.1, measures = ["impulse"] }
 """
 
 
+@pytest.mark.slow
 def test_a_measure_that_nobody_looked_at_has_no_bar(tmp_path: Path) -> None:
     """A seat taken for a spring: the displacement was not asked for, what waves do to it no share holds."""
     path, out = tmp_path / "annular.toml", tmp_path / "out"

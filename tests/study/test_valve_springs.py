@@ -112,6 +112,7 @@ def test_every_body_of_an_error_bar_has_the_springs(tmp_path: Path) -> None:
     assert isinstance(problem.striker, SprungBody)
 
 
+@pytest.mark.slow
 def test_a_run_tells_the_force_of_its_springs(tmp_path: Path) -> None:
     """It lies at rest until the springs have it: under 6.8 N at the lift, 6 N closed, which is the static load."""
     more = f'{SPRING}number = 4\nradius = "7.5 mm"\n[contact]\ngap = "0.2 mm"\n'
@@ -125,6 +126,7 @@ def test_a_run_tells_the_force_of_its_springs(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 def test_a_ball_with_a_velocity_has_springs_and_error_bars(tmp_path: Path) -> None:
     """Its step's bar takes the striker as it was run, which has its springs already: they are not put on it twice."""
     ball = '[reed]\nkind = "ball"\ndiameter = "10 mm"\nmaterial = "steel"\nvelocity = "-1 m/s"\n'

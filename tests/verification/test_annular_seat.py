@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
@@ -38,6 +39,7 @@ def difference(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.abs(one - other).max() / np.abs(other).max())
 
 
+@pytest.mark.slow
 def test_seat_from_step_has_the_parametric_seats_greens_function() -> None:
     """The meshes differ (1 % in nodes), so the two agree within what a mesh leaves open: the step between sizes.
 

@@ -61,6 +61,7 @@ def fitted_order(errors):
     return np.polyfit(np.log([mean_size(bar(size)) for size in SIZES]), np.log(errors), 1)[0]
 
 
+@pytest.mark.slow
 def test_frequencies_converge_at_fourth_order():
     exact = np.array([1, 3, 5]) * C0 / (4 * LENGTH)
     errors = np.array([solve_modes(model(size), 3, check=False).frequencies_hz / exact - 1 for size in SIZES])
@@ -69,6 +70,7 @@ def test_frequencies_converge_at_fourth_order():
     assert np.all(errors[-1] < (1e-7, 1e-5, 1e-4))
 
 
+@pytest.mark.slow
 def test_g_after_the_pulse_converges_at_its_order():
     width = ROUND_TRIP
     t = np.linspace(0, 3 * ROUND_TRIP, 1201)
@@ -89,6 +91,7 @@ def test_g_after_the_pulse_converges_at_its_order():
     assert largest[-1] < 2e-4
 
 
+@pytest.mark.slow
 def test_what_poissons_ratio_adds_falls_with_slenderness_as_rayleigh_and_love_predict():
     """nu = 0.3, free sides, sliding end: w lowered by (nu k r)^2/2, r the polar radius of gyration, r^2 = w^2/6.
 

@@ -145,6 +145,7 @@ def springs(tmp_path_factory: pytest.TempPathFactory) -> Case:
     return case(tmp_path_factory.mktemp("springs"), SPRINGS)
 
 
+@pytest.mark.slow
 def test_a_run_is_its_matrices_marched(springs: Case) -> None:
     """On springs under each arc: impulse to 0.3 %, peak to 0.2 %, and the mean force at all times to 0.5 %, measured;
     the least coefficient that is 3 % off changes it by 1.3 %. The march of the matrices is of second order."""
@@ -176,12 +177,14 @@ def thicker(known: Case) -> dict[str, Any]:
     return {"reed": reed, "start": thrown(sheet, reed)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", OFF)
 def test_what_is_three_percent_off_is_seen(key: str, springs: Case) -> None:
     other = by_matrices(springs, STEPS[-1], **OFF[key](springs))
     assert apart(other, springs.force, STEPS[-1], springs.dt) > CLOSE
 
 
+@pytest.mark.slow
 def test_where_arcs_and_lip_are_rigid_the_bars_hold(tmp_path: Path) -> None:
     """Signorini's condition in each arc: what the run leaves out above three times its band bounces on. Impulse to 2.3
     %, peak to 0.3 %, measured."""

@@ -112,6 +112,7 @@ def test_every_key_that_a_plan_may_choose_is_looked_at() -> None:
     assert set(HOW) == set(keys.FIELDS)
 
 
+@pytest.mark.slow(but="3")
 @pytest.mark.parametrize("index", range(len(SEATS)))
 def test_references_are_finer_in_every_key(index: int, tmp_path: Path) -> None:
     scene = load_scene(draw_scene(index, TRIED).write(tmp_path))
@@ -140,6 +141,7 @@ def test_a_key_that_is_not_finer_is_seen(name: str, tmp_path: Path) -> None:
     assert any(seen)
 
 
+@pytest.mark.slow
 def test_the_true_error_is_inside_the_bar() -> None:
     rows = coverage_of_scenes.judge(18, TRIED)
     assert {row.outcome for row in rows} == {"judged"}

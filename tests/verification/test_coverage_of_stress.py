@@ -14,6 +14,7 @@ from table import read_rows
 ROWS = read_rows(Row, coverage_of_stress.FILE)
 
 
+@pytest.mark.slow(but="3")
 @pytest.mark.parametrize("index", [3, 0])  # a beam on a rod, and on an annular seat
 def test_the_true_error_is_inside_the_bar(index: int) -> None:
     rows = coverage_of_stress.judge(index)

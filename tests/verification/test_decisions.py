@@ -58,6 +58,7 @@ measures = ["filtered_peak"]
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("drawn", "decision", "enough"),
     [
@@ -87,6 +88,7 @@ def test_a_duration_that_two_marches_share_is_no_proof_of_a_spring() -> None:
     assert "without waves: 19 % change of contact duration (measured" in plan.choice(MODEL).reason
 
 
+@pytest.mark.slow
 def test_a_restitution_that_not_every_pre_run_has_ends_no_plan() -> None:
     """With few modes of the reed a landing may have none; which is told of the whole run, too."""
     with stored() as folder:
@@ -107,6 +109,7 @@ def test_wrong_statements_are_told_apart() -> None:
     assert row.startswith(f"| {WAVES} | 4 | 1 | 1 | 1 | 1 | 1.50, 1.50 | 1 (25%) | 1 | missed |")
 
 
+@pytest.mark.slow
 def test_the_price_of_a_cheaper_option_is_that_of_a_run_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """The option is known by its name in the record, and the same run as chosen costs what it costs: only what is left
     out of the march may be saved."""

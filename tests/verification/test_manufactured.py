@@ -64,6 +64,7 @@ def orders(shape: str, order: int, curved: bool) -> tuple[float, float]:
     return math.log2(coarse.displacement / finer.displacement), math.log2(coarse.energy / finer.energy)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "order", "curved"),
     [(shape, order, False) for shape, order in ELEMENTS] + [(shape, 2, True) for shape in ("tetrahedra", "hexahedra")],

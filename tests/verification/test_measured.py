@@ -38,6 +38,7 @@ unit = "Hz"
 """
 
 
+@pytest.mark.slow(but="pipe_round_trip")
 @pytest.mark.parametrize("name", SETS)
 def test_a_set_compares_as_it_states(name: str) -> None:
     compared = compare(SETS[name])
@@ -58,6 +59,7 @@ def test_at_least_eight_sets_count() -> None:
     assert sum(record.counts for record in SETS.values()) >= 8
 
 
+@pytest.mark.slow(but="pipe_round_trip")
 @pytest.mark.parametrize("name", ["pipe_round_trip", "ball_on_steel_plate", "fan_blade"])
 def test_a_wrong_input_is_noticed(name: str) -> None:
     """Three times the density makes times at least 50 % longer and frequencies 42 % lower, beyond every bar."""

@@ -63,6 +63,7 @@ def test_siconos_finds_the_same(exact):
     assert jean[1] < 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
 def test_the_contact_of_calculix_finds_the_same():
     """As Newmark's rule with its mass and step; its damping moves 0.07 % here, 3 % of the modulus move 2 %.

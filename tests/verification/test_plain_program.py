@@ -51,6 +51,7 @@ def ratios(summary, scene, doubts):
     return [abs(summary[key] - found[key]) / (summary[f"error_bar_{key}"] + doubts[key]) for key in KEYS]
 
 
+@pytest.mark.slow
 def test_both_programs_agree_within_bar_and_doubt(summary, scene, doubts):
     assert max(ratios(summary, scene, doubts)) < 1
 

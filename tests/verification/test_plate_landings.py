@@ -88,6 +88,7 @@ def course(force: np.ndarray, dt: float) -> np.ndarray:
     return np.asarray(np.cumsum(force.sum(axis=1))[every - 1 :: every] * dt)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "axis"), TILTS)
 def test_a_landing_on_a_bed_of_springs_is_that_of_its_matrices(tilt: float, axis: float) -> None:
     """Modes up to 400 kHz and what they leave out, against all unknowns of the same mesh: impulse at all times and mean

@@ -83,6 +83,7 @@ SEATS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seat", SEATS)
 def test_reductions_agree_within_their_stated_errors(seat):
     make, methods, bandwidth, duration = SEATS[seat]
@@ -114,6 +115,7 @@ def test_the_first_velocity_is_one_over_rho_c_area(method, ratio):
     assert greens.initial_value()[0, 0] == pytest.approx(factor / impedance, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_modes_equal_scipys_on_scikit_fems_own_matrices():
     """skfem.asm, skfem.condense, eigsh with its own factorization; same quadrature: the curved elements' 4 and 6."""
     mesh = annular_mesh()

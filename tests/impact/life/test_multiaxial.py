@@ -37,6 +37,7 @@ def voigt(full: np.ndarray) -> np.ndarray:
     return np.stack([full[:, i, j] for i, j in PLACES], axis=1)
 
 
+@pytest.mark.slow(but="0.8-Crossland")
 @pytest.mark.parametrize("kind", CRITERIA)
 @pytest.mark.parametrize("ratio", [0.58, 0.62, 0.8])
 def test_both_limits_are_met_exactly(kind: type[Multiaxial], ratio: float) -> None:
@@ -92,6 +93,7 @@ def test_shear_of_means_does_no_harm() -> None:
         assert judge.value(shifted) == pytest.approx(judge.value(base), rel=1e-7)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=20)
 @given(st.integers(0, 10**6))
 def test_the_mean_over_planes_of_harmonic_stress(seed: int) -> None:
