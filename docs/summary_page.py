@@ -16,8 +16,9 @@ HEAD: Final = """\
 
 The numbers of a run that the terminal, the report and charts show. All are SI, with the unit at the end of the key.
 `error_bar_KEY` is the error bar of a key that has one, `spring_KEY` the same of the spring baseline, `error_mesh_KEY`
-and its like the parts of a bar. A key is absent where a scene has no such part, and `null` where a number is not
-known, as the restitution of a reed that never lets go.
+and its like the parts of a bar; `first_landing_KEY` is `landing_KEY` of the first landing, where a scene asks for it.
+A key is absent where a scene has no such part, and `null` where a number is not known, as the restitution of a reed
+that never lets go.
 """
 LANDINGS: Final = """
 ## landings

@@ -23,6 +23,7 @@ from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.prerun import bench as prerun
 from seatfem.study.runs import rounds
+from tests.frozen.recorded import CHEAP
 from tests.gallery import Gallery, read_summary, summary_of
 from tests.steps import Scene, load_results, load_scene, load_study, run_command, run_study, striker_of
 from tests.study.crew_at_hand import answer_here
@@ -37,6 +38,19 @@ REEDS = [
 ]  # fmt: skip
 ARRIVAL, SPEED = 653.3246e-6, 2.133170  # s, m/s; of the freely released reed with 5000 modes
 THICKNESS = 0.305e-3  # m; another one is faster in proportion, all else being equal
+
+
+DEAR_PLANS = ("kidney_landing", "mass_on_meshed_seat", "slot_landing", "tilted_cad_flapper", "tilted_landing")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(path.stem, marks=pytest.mark.slow if path.stem in DEAR_PLANS else ()) for path in SCENES
+             if path.stem not in CHEAP]
+)  # fmt: skip
+def test_an_example_is_planned(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Those that are run in some seconds were planned for it."""
+    assert run_command(["plan", str(ROOT / "examples" / f"{name}.toml")]) == 0
+    assert "run.time_step" in capsys.readouterr().out
 
 
 def pace(scene: Scene) -> float:

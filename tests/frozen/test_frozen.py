@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.frozen.recorded import moved, numbers_in, read_frozen, scenes, worth_telling
+from tests.frozen.recorded import CHEAP, moved, numbers_in, read_frozen, scenes, worth_telling
 from tests.gallery import Gallery, read_summary
 
 FROZEN = read_frozen()
@@ -10,10 +10,12 @@ FROZEN = read_frozen()
 
 def test_all_scenes_are_frozen() -> None:
     assert sorted(FROZEN) == sorted(scenes())
-    assert all(len(numbers) >= 10 for numbers in FROZEN.values())
+    assert all(len(numbers) >= 3 for numbers in FROZEN.values())
 
 
-@pytest.mark.parametrize("name", sorted(scenes()))
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in CHEAP else pytest.mark.slow) for name in sorted(scenes())]
+)
 def test_values_stay_within_their_bars(name: str, gallery: Gallery) -> None:
     numbers = numbers_in(read_summary(gallery.run_of(scenes()[name])))
     assert moved(numbers, FROZEN[name]) == []

@@ -384,5 +384,5 @@ def test_every_interpreter_is_started_without_the_current_folder() -> None:
         for line in path.read_text(encoding="utf-8").splitlines()
         if "sys.executable, " in line and '"-' in line
     ]
-    assert len(started) >= 5
+    assert started
     assert [path for path, line in started if 'sys.executable, "-P"' not in line] == []
