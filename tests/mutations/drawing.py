@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import ast
-import random
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
 ROOT: Final = Path(__file__).parents[2]
 SEED: Final = 44
+CONTEXT: Final = 60  # bytes before and behind, by which a mutation is known again
 EACH: Final = 50  # mutations of each group
 GROUPS: Final[Mapping[str, Sequence[str]]] = {
     "kernels": ("impact/march/*.py", "impact/march/loop/*.py", "impact/greens/*.py"),
@@ -72,8 +73,16 @@ def draw_mutations() -> list[Mutation]:
     for group, patterns in GROUPS.items():
         files = sorted({path for pattern in patterns for path in ROOT.glob(pattern)})
         every = sorted({each for path in files for each in _mutations(group, path)})
-        drawn += sorted(random.Random(f"{SEED} {group}").sample(every, EACH))
+        drawn += sorted(sorted(every, key=draw_lot)[:EACH])
     return drawn
+
+
+def draw_lot(mutation: Mutation) -> bytes:
+    """Return the lot by which a mutation is drawn: its own, so that it stays drawn when code elsewhere changes."""
+    with (ROOT / mutation.file).open("rb") as file:
+        file.seek(max(0, mutation.offset - CONTEXT))
+        around = file.read(2 * CONTEXT)
+    return sha256(f"{SEED} {mutation.group} {mutation.file} {mutation.new} ".encode() + around).digest()
 
 
 def _mutations(group: str, path: Path) -> Iterator[Mutation]:
