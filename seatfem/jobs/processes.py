@@ -1,138 +1,117 @@
-"""Processes that end with their parent, within limits of memory, time and file size, and that signals can end."""
+"""Processes that end with their parent, within limits of memory and time, and that signals can end.
+
+Two mechanisms end a process with its parent. The first works on all systems: only the parent holds a pipe open, and a
+thread of the process ends it when that closes. The second is the Linux kernel's signal at the parent's death
+(PR_SET_PDEATHSIG), which works even while compiled code blocks Python threads.
+"""
 
 from __future__ import annotations
 
+import ctypes
 import os
 import queue
 import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
-from typing import Final
+from typing import Final, TextIO
 
-STARTED_BY: Final = "SEATFEM_STARTED_BY"
+ORPHANED: Final = 1  # exit code of a process whose parent has ended
+_PR_SET_PDEATHSIG: Final = 1
 
 
 def start_worker(
-    module: str,
-    *arguments: str,
-    log: Path,
-    answers: bool = False,
-    environment: Mapping[str, str] | None = None,
-    own_session: bool = False,
+    module: str, *arguments: str, log: Path, environment: Mapping[str, str] | None = None
 ) -> subprocess.Popen[str]:
-    """Start ``python -P -m module arguments`` with this package; the module calls `end_with_parent` first of all.
+    """Start ``python -P -m module arguments`` with this package; the module calls `lines_from_parent` first of all.
 
     Modules come from the interpreter's paths, this package's folder and PYTHONPATH, never from the current folder,
-    which may hold a foreign gmsh.py. Keep the standard input open while the worker is needed. Its standard error goes
-    to ``log``; its standard output is discarded, or with ``answers`` a pipe. ``environment``: additional variables.
-    ``own_session``: it and its descendants form one process group, which `end_worker` ends.
+    which may hold a foreign gmsh.py. The worker's input and output are pipes: keep the input open while it is needed.
+    Its standard error goes to ``log``. ``environment``: additional variables.
     """
     paths = [str(Path(__file__).resolve().parents[2]), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
-    variables = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), STARTED_BY: started_by()}  # "": current folder
+    variables = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), **(environment or {})}  # "": the current folder
     with log.open("wb") as errors:
         return subprocess.Popen(
-            [sys.executable, "-P", "-m", "seatfem.jobs.worker", module, *arguments],
+            [sys.executable, "-P", "-m", module, *arguments],
             stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE if answers else subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
             stderr=errors,
             text=True,
-            env=dict(os.environ) | variables | dict(environment or {}),
-            start_new_session=own_session,
+            env=os.environ | variables,
         )
 
 
 def end_worker(process: subprocess.Popen[str]) -> None:
-    """End a worker and, if it has its own session, all processes that it started."""
-    if process.poll() is None:
-        with suppress(ProcessLookupError, PermissionError, AttributeError):
-            if os.getpgid(process.pid) == process.pid:
-                os.killpg(process.pid, signal.SIGKILL)
-        process.kill()
-    with suppress(BrokenPipeError), process:  # closes its pipes and waits
+    """Kill a worker, close its pipes and wait for its end."""
+    process.kill()
+    with suppress(BrokenPipeError), process:
         pass
 
 
-def started_by() -> str:
-    """Return the id of this process, by which a worker recognises its parent.
-
-    It is "" outside the main thread, because Linux takes the end of the starting thread for the parent's end.
-    """
-    return str(os.getpid()) if threading.current_thread() is threading.main_thread() else ""
-
-
-class LineWorker:
-    """Worker whose module calls `answer_lines`, so that it answers each line with one line; ``with`` ends it."""
-
-    def __init__(
-        self,
-        module: str,
-        *arguments: str,
-        log: Path,
-        own_session: bool = False,
-        environment: Mapping[str, str] | None = None,
-    ) -> None:
-        self._process = start_worker(
-            module, *arguments, log=log, answers=True, environment=environment, own_session=own_session
-        )
-        self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
-        threading.Thread(target=self._listen, daemon=True).start()
-        try:
-            if not self._answer(None):  # it ended before it was ready: each later answer is "", too
-                self._answers.put("")
-        except BaseException:
-            self.end()
-            raise
-
-    def __enter__(self) -> LineWorker:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.end()
-
-    def ask(self, line: str, timeout: float) -> str:
-        """Return the answer to a line; "" if the worker has ended. Raises `TimeoutError` after ``timeout`` seconds."""
-        assert self._process.stdin is not None
-        with suppress(BrokenPipeError):
-            self._process.stdin.write(line + "\n")
-            self._process.stdin.flush()
-        return self._answer(timeout)
-
-    def code(self) -> int | None:
-        """Return the exit code, negative for a signal; ``None`` while it runs, after waiting 1 s for its end."""
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(1.0)
-        return self._process.returncode
-
-    def end(self) -> None:
-        """End the worker at once."""
-        end_worker(self._process)
-
-    def _answer(self, timeout: float | None) -> str:
-        try:
-            return self._answers.get(timeout=timeout)
-        except queue.Empty:
-            raise TimeoutError(f"no answer within {timeout:g} s") from None
-
-    def _listen(self) -> None:
-        assert self._process.stdout is not None
-        with suppress(ValueError, OSError):  # closed by `end`
-            for line in self._process.stdout:
-                self._answers.put(line)
-        self._answers.put("")
+def tell_worker(process: subprocess.Popen[str], line: str) -> None:
+    """Send a line to a worker; if it has ended, the end of its answers tells."""
+    assert process.stdin is not None
+    with suppress(BrokenPipeError):
+        process.stdin.write(line + "\n")
+        process.stdin.flush()
 
 
-def limit_process(*, memory: int | None = None, seconds: int | None = None, file_size: int | None = None) -> None:
+def answer_of(process: subprocess.Popen[str], seconds: float) -> str:
+    """Return the next line of a worker; "" if it has ended. Raises `TimeoutError` after having killed it for its
+    silence."""
+    assert process.stdout is not None
+    end, late = time.monotonic() + seconds, threading.Timer(seconds, process.kill)
+    late.start()
+    try:
+        answer = process.stdout.readline()
+    finally:
+        late.cancel()
+    if not answer and time.monotonic() >= end:
+        raise TimeoutError(f"no answer within {seconds:g} s")
+    return answer
+
+
+def lines_from_parent() -> Iterator[str]:
+    """Yield the lines that the parent writes to the standard input; this process ends when that closes."""
+    received: queue.SimpleQueue[str] = queue.SimpleQueue()
+
+    def listen() -> None:
+        with open(0, encoding="utf-8", closefd=False) as lines:  # not sys.stdin: it is locked meanwhile
+            for line in lines:
+                received.put(line)
+        os._exit(ORPHANED)
+
+    threading.Thread(target=listen, name="end with parent", daemon=True).start()
+    return iter(received.get, None)
+
+
+def answers_to_parent() -> TextIO:
+    """Return the standard output, for answers alone: text that libraries print to descriptor 1 goes to the log."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    return answers
+
+
+def die_with_parent() -> None:
+    """Let the kernel end this process, and the program that may replace it, at the end of the thread that started it;
+    without effect on other systems than Linux."""
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+
+
+def limit_process(*, memory: int | None = None, seconds: int | None = None) -> None:
     """Limit the resources of the rest of this process; without effect on systems without such limits.
 
     Args:
         memory: address space beyond the present one [bytes]; more raises `MemoryError`.
         seconds: processor time [s]; more ends the process (SIGXCPU).
-        file_size: size of any one file [bytes]; a longer write raises `OSError`.
     """
     try:
         import resource  # absent on Windows
@@ -144,15 +123,12 @@ def limit_process(*, memory: int | None = None, seconds: int | None = None, file
     bounds = (
         (resource.RLIMIT_AS, None if memory is None else mapped + memory),
         (resource.RLIMIT_CPU, seconds),
-        (resource.RLIMIT_FSIZE, file_size),
         (resource.RLIMIT_CORE, 0),  # no core dumps
     )
     for kind, limit in bounds:
         if limit is not None:
             with suppress(OSError, ValueError):
                 resource.setrlimit(kind, (limit, resource.RLIM_INFINITY))
-    if file_size is not None:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
 
 ASKED: Final = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))

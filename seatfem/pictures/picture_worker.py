@@ -1,32 +1,24 @@
-"""Worker process that draws pictures of bodies, in which VTK may crash or hang; started by `rendering`.
-
-The only argument names a folder of pickled drawing functions, each called with ``path``. Each line on the standard
-input is "FILE NAME", with an empty FILE to load libraries only; the answer, in JSON, is the reason for a failure or "".
-"""
+"""Pictures of bodies drawn in a worker, in which VTK may crash or hang; started by `rendering`."""
 
 import json
+import os
 import pickle
-import sys
 from pathlib import Path
 
 from impact.pictures.drawing import gap_of
-from seatfem.jobs.worker import answer_lines
-from seatfem.pictures.rendering import load_pyvista, new_plotter
+from seatfem.pictures.rendering import TRIED, load_pyvista, new_plotter
 
 
-def main(folder: Path) -> None:
-    """Serve until the parent ends this process."""
+def reply(text: str) -> str:
+    """Return the reason why a picture was not drawn, or "". The job, in JSON: the file of a pickled drawing function,
+    empty to load libraries only, and the path of the picture."""
+    drawing, picture = json.loads(text)
+    os.environ[TRIED] = "1"
 
-    def answer(line: str) -> str:
-        drawing, _, name = line.partition(" ")
+    def draw(path: Path) -> None:
+        pickle.loads(Path(drawing).read_bytes())(path=path)
 
-        def draw(path: Path) -> None:
-            with (folder / drawing).open("rb") as file:
-                pickle.load(file)(path=path)
-
-        return json.dumps(gap_of(draw if drawing else _load, folder / name))
-
-    answer_lines(answer)
+    return gap_of(draw if drawing else _load, Path(picture))
 
 
 def _load(_: Path) -> None:
@@ -34,7 +26,3 @@ def _load(_: Path) -> None:
     import matplotlib.backends.backend_agg  # noqa: F401
 
     new_plotter(load_pyvista(), (16, 16)).close()
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]))

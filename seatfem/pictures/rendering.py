@@ -8,7 +8,6 @@ import pickle
 import shutil
 import subprocess
 import sys
-import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 from impact.files.safe_files import whole_file
 from impact.names import how_to_mend
 from impact.pictures.drawing import PictureError, gap_of
-from seatfem.jobs import desk, folders
+from seatfem.jobs import crew, folders
 from seatfem.machine.libraries import picture_library_gap, select_offscreen_window
 
 if TYPE_CHECKING:
@@ -188,7 +187,7 @@ def crop(images: list[Image]) -> list[Image]:
 
 
 TIMEOUT: Final = 900.0  # longest wall time for one picture, sufficient on a busy machine [s]
-WORKER: Final = "seatfem.pictures.picture_worker"
+WORKER: Final = "seatfem.pictures.picture_worker:reply"
 READY: Final = "libraries"
 """Name in place of a picture's in a request to load the libraries only."""
 
@@ -203,8 +202,8 @@ def drawing_apart() -> Iterator[Painter]:
     If the process crashes or hangs, only the current picture is lost. A drawing that cannot be pickled is drawn in this
     process when it is requested.
     """
-    with folders.private_folder("pictures") as private:
-        painter = Painter(private)
+    with folders.private_folder("pictures") as private, crew.crew(WORKER) as ask:
+        painter = Painter(private, ask)
         try:
             yield painter
         finally:
@@ -214,16 +213,15 @@ def drawing_apart() -> Iterator[Painter]:
 class Painter:
     """Client of a worker that draws one picture after the other; a worker that has ended is replaced."""
 
-    def __init__(self, private: Path) -> None:
-        self._private, self._taken, self._cannot, self._is_ending = private, 0, "", False
-        self._desk = desk.Desk(desk.Program(WORKER, (str(private),), environment={TRIED: "1"}), private / "desk")
+    def __init__(self, private: Path, ask: crew.Ask) -> None:
+        self._private, self._ask, self._taken, self._cannot, self._is_ending = private, ask, 0, "", False
         self._thread = ThreadPoolExecutor(1, "pictures")
         self._drawn: dict[str, Future[str] | Callable[..., object]] = {}  # latest drawing of each name
         self._begun: Future[str] | None = None
 
     def begin(self) -> None:
         """Start the process and load its libraries, before the first picture is requested."""
-        self._begun = self._begun or self._thread.submit(self._ask, READY, "")
+        self._begun = self._begun or self._thread.submit(self._drawn_apart, READY)
 
     def take(self, pictures: Sequence[Picture]) -> None:
         """Queue the pictures; a picture replaces an earlier one of the same name."""
@@ -234,7 +232,7 @@ class Painter:
             drawing = self._private / f"{self._taken}.pickle"
             if _handed_over(draw, drawing):
                 self.begin()
-                self._drawn[name] = self._thread.submit(self._ask, name, drawing.name)
+                self._drawn[name] = self._thread.submit(self._drawn_apart, name, str(drawing))
             else:
                 self._drawn[name] = draw
 
@@ -250,32 +248,25 @@ class Painter:
         return drawn.result() or gap_of(lambda path: _moved(self._private / name, path), folder / name)
 
     def end(self) -> None:
-        """End the worker at once, even during its start."""
+        """Draw no more pictures; the worker ends with its crew."""
         self._is_ending = True
         self._thread.shutdown(wait=False, cancel_futures=True)
-        requests = [each for each in (self._begun, *self._drawn.values()) if isinstance(each, Future)]
-        while not all(each.done() for each in requests):
-            self._desk.end()
-            time.sleep(0.05)
-        self._desk.end()
 
-    def _ask(self, name: str, drawing: str) -> str:
-        """Return the reason why a picture was not drawn, or ""."""
+    def _drawn_apart(self, name: str, drawing: str = "") -> str:
+        """Return the reason why a picture was not drawn, or ""; without a ``drawing`` libraries are loaded only."""
         if self._cannot or self._is_ending:
             return self._cannot
         try:
-            self._desk.start()
-            answer = self._desk.answer(f"{drawing} {name}", TIMEOUT)
-            if not isinstance(answer, desk.Lost):
-                return str(json.loads(answer))
-            problem = "the process that draws it crashed; seatfem doctor shows what may be missing"
-            if answer.hung:
-                problem = f"no answer within {TIMEOUT:g} s"
-            elif not self._is_ending and not can_draw():
-                self._cannot = NO_DRIVER
+            [(_, answer)] = self._ask([json.dumps([drawing, str(self._private / name)])], TIMEOUT)
         except (OSError, ValueError, RuntimeError, MemoryError) as error:
-            problem = str(error) or type(error).__name__
-        self._desk.end()
+            return f"{name}: {str(error) or type(error).__name__}"
+        if isinstance(answer, str):
+            return answer
+        problem = "the process that draws it crashed; seatfem doctor shows what may be missing"
+        if answer.hung:
+            problem = f"no answer within {TIMEOUT:g} s"
+        elif not self._is_ending and not can_draw():
+            self._cannot = NO_DRIVER
         return self._cannot or f"{name}: {problem}"
 
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from impact.files.safe_files import check_writable
 from impact.notices import Progress, silent
 from seatfem.jobs import folders
-from seatfem.jobs.cluster import Parcel, cluster_crew
-from seatfem.jobs.desk import Lost, Program, crew
+from seatfem.jobs.cluster import cluster_crew
+from seatfem.jobs.crew import Lost, crew
 from seatfem.machine.code import code_version, hash_of
 from tests.extremes.cell import Cell, Outcome
 
-PROGRAM = Program("tests.extremes.worker")
+WORKER = "tests.extremes.worker:reply"
 TIME_LIMIT = 600.0  # s for one cell, of the clock: a busy machine is no hang
 
 
@@ -37,7 +37,8 @@ def run_battery(
     version, ours = battery_version(), revision()
     known = folders.outcomes(log, "cell", Outcome, version=version)
     todo = [cell.name for cell in cells if cell.name not in known]
-    with crew(PROGRAM, workers=workers) if cluster is None else cluster_crew(cluster, PROGRAM, Parcel) as ask:
+    hired = crew(WORKER, workers=workers) if cluster is None else cluster_crew(cluster, WORKER, lambda job: (job, {}))
+    with hired as ask:
         for done, (number, answer) in enumerate(ask(todo, time_limit), start=1):
             name = todo[number]
             outcome = _lost(answer, time_limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))

@@ -3,18 +3,17 @@
 import json
 import math
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from decimal import Decimal
 from itertools import combinations, product
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from impact import Body, GreensFunctionError, Residual, solve
-from seatfem.jobs import desk
-from seatfem.jobs.processes import LineWorker
+from seatfem.jobs.crew import Ask, crew
 from tests.extremes import (
     Cell,
     Finding,
@@ -227,16 +226,15 @@ def test_a_wrong_kernel_is_found() -> None:
 
 
 @pytest.fixture(scope="module")
-def worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LineWorker]:
-    with LineWorker("tests.extremes.worker", log=tmp_path_factory.mktemp("worker") / "log.txt") as started:
-        yield started
+def one_crew() -> Iterator[Ask]:
+    with crew(runner.WORKER) as ask:
+        yield ask
 
 
 @pytest.fixture
-def one_worker(worker: LineWorker, monkeypatch: pytest.MonkeyPatch) -> None:
+def one_worker(one_crew: Ask, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same one for every part of a run: its start takes longer than the cells."""
-    kept = SimpleNamespace(ask=worker.ask, code=worker.code, end=lambda: None)
-    monkeypatch.setattr(desk, "LineWorker", lambda *given, **named: kept)
+    monkeypatch.setattr(runner, "crew", lambda *given, **named: nullcontext(one_crew))
 
 
 @pytest.mark.slow

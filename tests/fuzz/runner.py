@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from seatfem.jobs import folders
-from seatfem.jobs.desk import Lost, Program, crew
+from seatfem.jobs.crew import Lost, crew
 
 from .trial import Case, Verdict
 
@@ -24,10 +24,9 @@ def run_cases(
     todo = [case for case in cases if case.name not in known]
     start = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
-    arguments = (str(corpus), str(folder), str(limit))
-    program = Program("tests.fuzz.worker", arguments, renew=CASES_A_PROCESS, own_session=True)
-    with crew(program, workers=1) as ask:
-        for number, answer in ask([json.dumps(asdict(case)) for case in todo], limit):
+    jobs = [json.dumps([asdict(case), str(corpus.resolve()), str(folder.resolve()), limit]) for case in todo]
+    with crew("tests.fuzz.worker:reply", renew=CASES_A_PROCESS) as ask:
+        for number, answer in ask(jobs, limit):
             case = todo[number]
             known[case.name] = _lost(answer) if isinstance(answer, Lost) else Verdict(**json.loads(answer))
             folders.append(log, {"case": case.name, **asdict(known[case.name])})

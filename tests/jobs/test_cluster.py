@@ -14,8 +14,8 @@ import pytest
 
 import impact
 from seatfem.jobs import cluster
-from seatfem.jobs.cluster import ClusterError, Parcel, cluster_crew, threads_of
-from seatfem.jobs.desk import Lost, Program
+from seatfem.jobs.cluster import ClusterError, cluster_crew, threads_of
+from seatfem.jobs.crew import Lost
 from seatfem.study.safety import Effort
 from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.trade.rungs import COSTS, Point, carry_out
@@ -35,6 +35,7 @@ SCENE = (
     'velocity = "-1 m/s"\n[[base]]\nof = "seat"\ndisplacement = "shaken, twice.csv"\n[run]\nduration = "0.3 ms"\n'
 )
 STUDY = 'scene = "scene.toml"\ndesign = "monte_carlo"\nnumber = {}\n[vary]\nreed.velocity = {}\n'
+ANSWERS = "tests.jobs.answers:reply"
 SPEEDS = '{ kind = "uniform", from = "-2 m/s", to = "-1 m/s" }'
 
 
@@ -81,7 +82,11 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         given_up(crowd.address)
         monkeypatch.setattr(cluster, "code_version", lambda: "0123")
         with pytest.raises(ClusterError, match=r"tcp://.* \w+ of seatfem, .*0123"):
-            run_study(load_study(path), out, Effort(cluster=crowd.address))
+            run_study(load_study(path), tmp_path / "other", Effort(cluster=crowd.address))
+
+
+def without_files(job: str) -> tuple[str, dict[str, Path]]:
+    return job, {}
 
 
 def wait_for_both(address: str) -> int:
@@ -117,7 +122,7 @@ def values_of(outcome: Outcome) -> dict[str, object]:
 
 def ends_as_here(address: str, path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By SIGKILL, twice, and by the limit of time."""
-    monkeypatch.setattr("seatfem.study.sweep.runner.WORKER", "tests.study.dying_worker")
+    monkeypatch.setattr("seatfem.study.sweep.runner.WORKER", "tests.study.dying_worker:reply")
     (path.parent / "scene.toml").write_text(
         SCENE.replace('kind = "greens"\nfile = "../parts/mass.h5"', 'kind = "rigid_mass"\nmass = "1 g"'),
         encoding="utf-8",
@@ -131,15 +136,14 @@ def ends_as_here(address: str, path: Path, folder: Path, monkeypatch: pytest.Mon
 
 def given_up(address: str) -> None:
     """Whoever stops asking ends the jobs that have begun: the only thread is free again, long before their limit."""
-    program, begun = Program("tests.study.dying_worker"), time.monotonic()
-    jobs = [json.dumps({"changed": {"reed.mass": mass}}) for mass in ("1 g", "3 g")]
-    with cluster_crew(address, program, Parcel) as ask:
-        asked = ask(jobs, 600.0)
+    begun = time.monotonic()
+    with cluster_crew(address, ANSWERS, without_files) as ask:
+        asked = ask(["a", "hang"], 600.0)
         next(asked)
         time.sleep(0.5)  # the second has begun: it takes a minute
         asked.close()
-        [(_, answer)] = ask(jobs[:1], 600.0)
-    assert isinstance(answer, str)
+        [(_, answer)] = ask(["b"], 600.0)
+    assert str(answer).startswith("b, ")
     assert time.monotonic() - begun < 30
 
 
@@ -148,11 +152,11 @@ def test_a_job_that_kills_computers_is_lost(tmp_path: Path) -> None:
     """After as many as the scheduler allows; and a scheduler that ends is told."""
     with Crowd(tmp_path / "theirs", hidden=tmp_path / "mine", losses=0) as crowd:
         crowd.hire()
-        with cluster_crew(crowd.address, Program("tests.jobs.lethal_worker"), Parcel) as ask:
-            [(number, answer)] = ask(["die"], 60.0)
+        with cluster_crew(crowd.address, ANSWERS, without_files) as ask:
+            [(number, answer)] = ask(["kill the computer"], 60.0)
             assert number == 0
             assert isinstance(answer, Lost)
-            assert answer.in_words().startswith("the process died (with its computer): 1 workers")
+            assert answer.in_words().startswith("the process died (with its computer): ")
             crowd.scheduler.kill()
             crowd.scheduler.wait()
             with pytest.raises(ClusterError, match=r"scheduler.*same command"):
@@ -182,9 +186,25 @@ def test_nobody_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
         threads_of(address)
 
 
-def test_files_are_bounded_before_they_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "MOST", 800)
-    for name in ("ball", "large"):
-        (tmp_path / name).write_bytes(bytes(len(name) ** 4))
-    with pytest.raises(ClusterError, match=r"large: .*at most"):
-        cluster._check_size(Parcel("", {name: tmp_path / name for name in ("ball", "large")}))
+def test_a_scheduler_without_workers_and_a_file_that_is_too_large(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Crowd(tmp_path / "theirs", hidden=tmp_path / "mine") as crowd:
+        with monkeypatch.context() as patch:
+            patch.setattr(cluster, "PATIENCE", 1.0)
+            with pytest.raises(
+                ClusterError, match=rf"no workers are there; start one by `dask worker {crowd.address}`"
+            ):
+                threads_of(crowd.address)
+        crowd.hire()
+        monkeypatch.setattr(cluster, "MOST", 2000)
+        path = study_of(tmp_path / "mine", 1)
+        with pytest.raises(ClusterError, match=r"mass\.h5: .* MB"):
+            run_study(load_study(path), tmp_path / "out", Effort(cluster=crowd.address))
+
+
+def test_tls_without_a_certificate_of_the_client() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as held:
+        address = f"tls://127.0.0.1:{held.getsockname()[1]}"
+        with pytest.raises(ClusterError, match=rf"--cluster {address}: .*TLS.*name your certificates \(docs/"):
+            threads_of(address)

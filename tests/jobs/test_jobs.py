@@ -136,11 +136,10 @@ run_cases([case], Path('corpus'), Path('work'), Path('log'), print)"""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("code", "which", "busy"), [(BATTERY, "extremes.worker", 0.5), (FUZZER, "fuzz.worker", 0.1)])
-def test_workers_of_batteries_do_not_survive_kill_9(code: str, which: str, busy: float, tmp_path: Path) -> None:
-    """Those of the fuzzer have sessions of their own."""
+@pytest.mark.parametrize("code", [BATTERY, FUZZER], ids=["extremes", "fuzzer"])
+def test_workers_of_batteries_do_not_survive_kill_9(code: str, tmp_path: Path) -> None:
     with program(tmp_path, "-c", code) as process:
-        family = workers(process, which, busy=busy)
+        family = workers(process, "multiprocessing.spawn", busy=0.5)
         process.kill()
         process.wait()
         assert alive(family) == []
@@ -176,7 +175,6 @@ def test_the_exit_code_names_the_signal(number: signal.Signals, code: int, tmp_p
 
 @pytest.mark.slow
 def test_a_trade_asked_to_end_ends_its_points(tmp_path: Path) -> None:
-    """They have sessions of their own, which no signal to the program reaches."""
     with seatfem(tmp_path, "trade", "--quick", scene(tmp_path)) as process:
         family = workers(process, "_gmsh_worker", busy=0.5)
         process.terminate()
@@ -186,60 +184,58 @@ def test_a_trade_asked_to_end_ends_its_points(tmp_path: Path) -> None:
 
 
 WORKER = """
-import ctypes, sys, time
-from seatfem.jobs.worker import end_with_parent
-end_with_parent()
-{busy}
+import ctypes, os, time
+from pathlib import Path
+from seatfem.jobs.processes import lines_from_parent
+def reply(job):
+    Path("pid").write_text(str(os.getpid()))
+    {busy}
+if __name__ == "__main__":
+    lines_from_parent()
+    reply("by itself")
 """
 PARENT = """
-import threading, time
+import os, threading, time
 from pathlib import Path
+from seatfem.jobs.crew import crew
 from seatfem.jobs.processes import start_worker
+os.environ["PYTHONPATH"] = {path!r}
 def start():
     global worker
-    worker = start_worker("worker", log=Path("log"), environment={{"PYTHONPATH": {path!r}}})
+    worker = start_worker("worker", log=Path("log"))
+def hire():
+    with crew("worker:reply") as ask:
+        list(ask(["a job"], 60.0))
 {start}
-print(worker.pid, flush=True)
-{then}
 time.sleep(60)
 """
 
 
 @pytest.mark.parametrize(
-    ("busy", "start", "survives"),
+    ("busy", "start"),
     [
-        ("time.sleep(60)", "start()", False),
-        ("time.sleep(60)", "t = threading.Thread(target=start); t.start(); t.join()", False),
+        ("time.sleep(60)", "start()"),
+        ("time.sleep(60)", "t = threading.Thread(target=start); t.start(); t.join()"),
+        ("time.sleep(60)", "hire()"),
         pytest.param(
             "ctypes.PyDLL(None).sleep(60)",  # holds on to the interpreter: no thread of the worker runs
-            "start()",
-            False,
+            "hire()",
             marks=pytest.mark.skipif(sys.platform != "linux", reason="only Linux kills with the parent"),
         ),
     ],
-    ids=["by pipe and kernel", "by pipe alone", "by kernel alone"],
+    ids=["by pipe", "after the thread that started it", "of a crew", "of a crew, in compiled code"],
 )
-def test_each_way_ends_a_worker(busy: str, start: str, survives: bool, tmp_path: Path) -> None:
+def test_a_worker_ends_with_its_parent(busy: str, start: str, tmp_path: Path) -> None:
     path = os.pathsep.join([str(tmp_path), str(ROOT)])
     (tmp_path / "worker.py").write_text(WORKER.format(busy=busy), encoding="utf-8")
-    with program(tmp_path, "-c", PARENT.format(path=path, start=start, then="")) as process:
-        worker = psutil.Process(int(process.stdout.readline()))
-        time.sleep(1.5)  # loaded, at work
-        assert _runs(worker)
+    with program(tmp_path, "-c", PARENT.format(path=path, start=start)) as process:
+        file = tmp_path / "pid"
+        family = wait_for(lambda: [psutil.Process(int(file.read_text()))] if file.exists() else [], 60, process)
+        time.sleep(1.0)  # at work
+        assert all(map(_runs, family))
         process.kill()
         process.wait()
-        assert alive([worker]) == []
-
-
-def test_a_worker_outlives_the_thread_that_started_it(tmp_path: Path) -> None:
-    """Which the kernel would take for the parent's end."""
-    path = os.pathsep.join([str(tmp_path), str(ROOT)])
-    (tmp_path / "worker.py").write_text(WORKER.format(busy="time.sleep(60)"), encoding="utf-8")
-    start = "t = threading.Thread(target=lambda: (start(), time.sleep(1.5))); t.start(); t.join()"
-    with program(tmp_path, "-c", PARENT.format(path=path, start=start, then="")) as process:
-        worker = psutil.Process(int(process.stdout.readline()))
-        time.sleep(0.5)
-        assert _runs(worker)
+        assert alive(family) == []
 
 
 def test_a_folder_is_private_and_goes_with_its_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

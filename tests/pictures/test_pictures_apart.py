@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from impact.files.safe_files import whole_file
-from seatfem.jobs import desk
+from seatfem.jobs import crew
 from seatfem.pictures import rendering
 from seatfem.pictures.rendering import Picture, drawing_apart
 
@@ -108,7 +108,7 @@ def test_a_worker_that_cannot_be_started_costs_its_pictures_and_no_wait(
     def refuse(*_: object, **__: object) -> None:
         raise RuntimeError("can't start new thread")
 
-    monkeypatch.setattr(desk, "LineWorker", refuse)
+    monkeypatch.setattr(crew, "start_worker", refuse)
     with drawing_apart() as painter:
         painter.take([("a.png", drawers.fine)])
         assert painter.wait("a.png", tmp_path) == "a.png: can't start new thread"

@@ -3,12 +3,11 @@
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
-from seatfem.jobs.processes import LineWorker
+from seatfem.jobs.processes import end_worker, start_worker
 from seatfem.structures.formats import mesh_files
 
 
@@ -22,15 +21,17 @@ def written_meshes(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def one_meshio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LineWorker]:
+def one_meshio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.Popen[str]]:
     """A process that reads many files: its start takes longer than most of them."""
     log = tmp_path_factory.mktemp("meshio") / "log.txt"
-    with LineWorker("seatfem.structures.formats._meshio_worker", log=log) as worker:
-        yield worker
+    worker = start_worker("seatfem.structures.formats._meshio_worker", log=log)
+    yield worker
+    end_worker(worker)
 
 
 @pytest.fixture
 def read_by_one_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """For tests of what a file says, not of what its reader may take."""
     worker = request.getfixturevalue("one_meshio")
-    monkeypatch.setattr(mesh_files, "LineWorker", lambda *given, **named: nullcontext(worker))
+    monkeypatch.setattr(mesh_files, "start_worker", lambda *given, **named: worker)
+    monkeypatch.setattr(mesh_files, "end_worker", lambda worker: None)

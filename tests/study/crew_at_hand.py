@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from seatfem.jobs.desk import Ask
+from seatfem.jobs.crew import Ask
 from seatfem.study.sweep import runner as one
 
 
@@ -16,7 +16,7 @@ def answer_here(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     def ask(given: list[str], limit: float) -> Iterator[tuple[int, str]]:
         for number, job in enumerate(given):
             jobs.append(job)
-            yield number, one._reply(job)
+            yield number, one.reply(job)
 
     @contextmanager
     def crew(*_: object, **__: object) -> Iterator[Ask]:

@@ -6,7 +6,6 @@ import signal
 import time
 from dataclasses import asdict
 
-from seatfem.jobs.worker import answer_lines
 from seatfem.study.sweep.runner import Outcome
 
 
@@ -18,7 +17,3 @@ def reply(line: str) -> str:
         time.sleep(60)
     values = {"landing_impulse_Ns": 1.0, "landing_filtered_peak_force_N": 1.0}
     return json.dumps(asdict(Outcome("done", "", 1.0, values)))
-
-
-if __name__ == "__main__":
-    answer_lines(reply)

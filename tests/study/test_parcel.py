@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.jobs.desk import FILES
+from seatfem.jobs.crew import FILES
 from seatfem.study.scene.parcel import by_content, packed
 from tests.gallery import load_text
 from tests.steps import Method, Scene, SceneError, key_of, load_scene
@@ -74,16 +74,6 @@ def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
     (folder / "scene.toml").write_text(MESH.format("deck.inp") + REED, encoding="utf-8")
     with pytest.raises(SceneError, match=r"seat\.file: .*deck\.inp.*nodes\.inp"):
         packed(folder / "scene.toml", {})
-
-
-@pytest.mark.parametrize("name", ["../x", "/etc/x", "1/../../x", "1/.x", "1/a b", "x", "1/x/y", "12345/x"])
-def test_what_is_not_unpacked(name: str, tmp_path: Path) -> None:
-    pytest.importorskip("distributed")
-    from seatfem.jobs.cluster import unpacked as unpack
-
-    with pytest.raises(ValueError, match="number, /"):
-        unpack({name: b""}, tmp_path / "files")
-    assert not list(tmp_path.iterdir())
 
 
 def test_what_a_file_is_read_with_counts(tmp_path: Path) -> None:

@@ -209,7 +209,7 @@ def test_a_scene_that_cannot_be_planned_is_told_when_it_is_run(tmp_path: Path, m
 @posix
 def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is given one more chance if it dies, and more time if more is given."""
-    module = "tests.study.dying_worker"
+    module = "tests.study.dying_worker:reply"
     monkeypatch.setattr("seatfem.study.sweep.runner.WORKER", module)
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]')

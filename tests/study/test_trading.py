@@ -14,7 +14,7 @@ import pytest
 
 from impact import measures
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
-from seatfem.jobs.desk import Ask
+from seatfem.jobs.crew import Ask
 from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_models
 from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.sweep.effects import pareto_front

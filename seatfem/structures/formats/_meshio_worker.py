@@ -7,8 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from impact.files.hdf5_structure import check_structure
-from seatfem.jobs.processes import limit_process
-from seatfem.jobs.worker import answer_lines
+from seatfem.jobs.processes import answers_to_parent, limit_process, lines_from_parent
 
 MEMORY: Final = 1 << 30  # memory for any file [bytes]
 PER_BYTE: Final = 60  # additional memory per byte of the file [bytes]
@@ -67,4 +66,6 @@ def answer(line: str) -> str:
 
 
 if __name__ == "__main__":
-    answer_lines(answer)
+    answers = answers_to_parent()
+    for line in lines_from_parent():
+        print(answer(line), file=answers, flush=True)

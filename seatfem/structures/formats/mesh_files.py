@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from impact.files.safe_files import MB, check_file, read_text
 from impact.notices import Progress, silent
 from seatfem.jobs.folders import private_folder
-from seatfem.jobs.processes import LineWorker
+from seatfem.jobs.processes import answer_of, end_worker, start_worker, tell_worker
 from seatfem.structures.formats import abaqus, file_mesh, nastran_mesh
 from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.mesh import checks, meshing
@@ -160,13 +160,16 @@ def _copy_beside(text: str, path: Path, folder: Path) -> None:
 def _convert(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     result, log = folder / "arrays.npz", folder / "log.txt"
     job = {"file": str(copy), "format": form, "arrays": str(result), "size": path.stat().st_size}
+    worker = start_worker("seatfem.structures.formats._meshio_worker", log=log)
     try:
-        with LineWorker("seatfem.structures.formats._meshio_worker", log=log) as worker:
-            answer = worker.ask(json.dumps(job), PATIENCE)
+        tell_worker(worker, json.dumps(job))
+        answer = answer_of(worker, PATIENCE)
     except TimeoutError as error:
         raise MeshError(
             f"{path}: not readable as a {path.suffix} file (its reader gave {error}); export it again"
         ) from error
+    finally:
+        end_worker(worker)
     names = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
     if "error" in names:
         reason = names["error"].replace(str(folder), str(path.parent))

@@ -10,7 +10,6 @@ of its vertices, none of them flat.
 """
 
 import json
-import os
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
@@ -20,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.jobs.worker import lines_from_parent
+from seatfem.jobs.processes import answers_to_parent, lines_from_parent
 from seatfem.machine.libraries import GMSH_LIBRARIES, apt_command, missing_packages
 from seatfem.structures.mesh._gmsh_base import KeptModel, arrays, handed_over, rows_of, send, set_sizes, stage
 from seatfem.structures.mesh._gmsh_inspect import inspect, outline
@@ -321,7 +320,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    # Only messages use the pipe: OpenCASCADE prints to descriptor 1, which is redirected to the log.
-    sys.stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
+    sys.stdout = answers_to_parent()  # without what OpenCASCADE prints
     sys.exit(main())

@@ -10,7 +10,7 @@ import json
 import signal
 import subprocess
 from collections.abc import Mapping
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Protocol
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from impact.notices import Progress, silent
 from seatfem.jobs.folders import private_folder
-from seatfem.jobs.processes import end_worker, start_worker
+from seatfem.jobs.processes import end_worker, start_worker, tell_worker
 from seatfem.structures.shapes import GeometryError
 
 Arrays = dict[str, NDArray[Any]]
@@ -78,7 +78,7 @@ class GmshSession:
         if self._worker is None:
             with ExitStack() as ours:
                 folder = ours.enter_context(private_folder("gmsh"))
-                process = start_worker("seatfem.structures.mesh._gmsh_worker", log=folder / "log.txt", answers=True)
+                process = start_worker("seatfem.structures.mesh._gmsh_worker", log=folder / "log.txt")
                 ours.callback(end_worker, process)  # its results have been read
                 self._worker, self._ours = (process, folder), ours.pop_all()
         return self._worker
@@ -107,11 +107,8 @@ def _remembered(job: str) -> Arrays:
 def _last_message(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:
     """Send the job, report progress until it is finished or the process ends, and return the last message."""
     last: dict[str, Any] = {"stage": "starting gmsh"}
-    assert process.stdin is not None
     assert process.stdout is not None
-    with suppress(BrokenPipeError):  # its messages give the reason why it has ended
-        process.stdin.write(job + "\n")
-        process.stdin.flush()
+    tell_worker(process, job)
     for line in process.stdout:
         last = json.loads(line)
         if "stage" in last:

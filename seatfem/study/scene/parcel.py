@@ -10,7 +10,7 @@ from typing import Any, Final
 from pydantic import BaseModel
 
 from seatfem import study
-from seatfem.jobs.desk import FILES
+from seatfem.jobs.crew import FILES
 from seatfem.structures import cache, formats
 from seatfem.study.scene import load, problems
 

@@ -1,8 +1,7 @@
 """Runs of the scenes of a study in workers, with a journal of outcomes from which a stopped study continues.
 
-As a program, `python -m seatfem.study.sweep.runner` is such a worker, and answers each job, a line of JSON, with its
-outcome. Results depend on the scene and its start only: neither stored results, nor the speed of the computer, nor
-measured times affect its plan.
+Workers answer each job, in JSON, with its outcome by `reply`. Results depend on the scene and its start only: neither
+stored results, nor the speed of the computer, nor measured times affect its plan.
 """
 
 from __future__ import annotations
@@ -21,10 +20,10 @@ from impact.files.safe_files import check_writable
 from impact.notices import Progress, silent
 from impact.quantities import in_time
 from seatfem import structures, study
-from seatfem.jobs import folders, worker
+from seatfem.jobs import folders
 from seatfem.jobs import folders as lines
-from seatfem.jobs.cluster import Parcel, cluster_crew, threads_of
-from seatfem.jobs.desk import ONE_THREAD, Ask, Lost, Program, crew
+from seatfem.jobs.cluster import cluster_crew, threads_of
+from seatfem.jobs.crew import Ask, Lost, crew
 from seatfem.jobs.folders import claimed
 from seatfem.study import planning, runs
 from seatfem.study import sweep as sweeps
@@ -145,16 +144,13 @@ def _scalar(value: object) -> Scalar:
     return int(value) if isinstance(value, Integral) else float(value)  # type: ignore[arg-type]
 
 
-def _reply(line: str) -> str:
-    job = json.loads(line)
+def reply(text: str) -> str:
+    """Return the outcome of one job, or those of several scenes side by side."""
+    job = json.loads(text)
     path = Path(job.pop("path"))
     if "others" not in job:
         return json.dumps(asdict(carry_out(path, **job)))
     return json.dumps([asdict(each) for each in sweeps.side_by_side.side_by_side(path, **job)])
-
-
-if __name__ == "__main__":
-    worker.answer_lines(_reply)
 
 
 JOURNAL: Final = "study.jsonl"
@@ -162,7 +158,7 @@ STAGE: Final = "scenes"
 TRIES: Final = 2  # runs of a scene whose process dies, as one that the system has killed for its memory
 SIDE_BY_SIDE: Final = 64  # largest number of scenes per job integrated in parallel: four times the lanes
 RENEW: Final = 500  # scenes after which a worker is replaced, for memory that libraries leak
-WORKER: Final = "seatfem.study.sweep.runner"
+WORKER: Final = "seatfem.study.sweep.runner:reply"
 
 
 class StudyError(ValueError):
@@ -298,16 +294,17 @@ def _turn(case: Case) -> tuple[bool, int]:
 
 def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[Ask]:
     """Start ``workers`` for calls of `Runner.carry_out`; or use those of the cluster at an address."""
-    program = Program(WORKER, renew=RENEW, own_session=True, environment=ONE_THREAD)
-    return crew(program, workers=workers) if cluster is None else cluster_crew(cluster, program, packed_job)
+    if cluster is None:
+        return crew(WORKER, workers=workers, renew=RENEW)
+    return cluster_crew(cluster, WORKER, packed_job, renew=RENEW)
 
 
-def packed_job(line: str) -> Parcel:
+def packed_job(text: str) -> tuple[str, dict[str, Path]]:
     """Return a job with all files of its scene, without the time when it was ``begun`` by this computer's clock."""
-    job = json.loads(line)
+    job = json.loads(text)
     place, changed, files = packed(Path(job["path"]), job["changed"])
     clock = {"begun": math.nan} if "begun" in job else {}
-    return Parcel(json.dumps(job | {"path": place, "changed": changed} | clock), files)
+    return json.dumps(job | {"path": place, "changed": changed} | clock), files
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:

@@ -5,12 +5,11 @@ The points are not the full product of all choices, but
 - around one centre, each key of `seatfem.study.ladders.table` varied by itself, and reduction and convolution engine,
   which change only times;
 - the column under the contact as a spring and as a rod, as used without finite elements, if there is no lip.
-
-As a program, `python -m seatfem.study.trade.rungs` answers each job, a line of JSON, with the outcome of its point.
 """
 
 import json
 import math
+import os
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -19,7 +18,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from impact.march.history import Engine
-from seatfem.jobs import processes, worker
+from seatfem.jobs import processes
+from seatfem.jobs.folders import private_folder
+from seatfem.machine.code import VARIABLE
 from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.cache import build
 from seatfem.structures.kinds.drawn import Drawn
@@ -170,16 +171,14 @@ def _processor_time() -> float:
     return sum(u.ru_utime + u.ru_stime for u in used)
 
 
-def _reply(line: str) -> str:
-    """Return the outcome of one job, within its processor time."""
-    job: dict[str, Any] = json.loads(line)
+def reply(text: str) -> str:
+    """Return the outcome of one job, within its processor time and in a folder without caches."""
+    job: dict[str, Any] = json.loads(text)
     processes.limit_process(seconds=math.ceil(job["limit"]))
     point = Point(**job["point"], settings=job["changed"])
-    return json.dumps(asdict(carry_out(Path(job["path"]), point, time.time() - job["begun"])))
-
-
-if __name__ == "__main__":
-    worker.answer_lines(_reply)
+    with private_folder("point") as folder:
+        os.environ[VARIABLE] = str(folder)
+        return json.dumps(asdict(carry_out(Path(job["path"]), point, time.time() - job["begun"])))
 
 
 BY_HAND: Final = "by hand"  # value of `Point.varied` for points without finite elements

@@ -19,8 +19,8 @@ from impact.files.safe_files import check_writable
 from impact.notices import Progress, silent
 from impact.quantities import brief, in_time
 from seatfem.jobs.cluster import cluster_crew
-from seatfem.jobs.desk import ONE_THREAD, Lost, Program, crew
-from seatfem.machine.code import VARIABLE, code_version
+from seatfem.jobs.crew import Lost, crew
+from seatfem.machine.code import code_version
 from seatfem.structures.cache import Store
 from seatfem.study.impacts.landings import LANDED, STATUS, has_landed, left_out_in_words
 from seatfem.study.ladders.ladder import RATIO
@@ -37,10 +37,7 @@ from seatfem.units import write_quantity
 TIME_LIMIT: Final = 20.0  # processor time for one point, the start of its process included [s]
 PATIENCE: Final = 10.0  # ratio of wall time to that limit after which a point is killed; allows for a busy machine
 TOO_LONG: Final = 2.0  # ratio of predicted time to the limit above which a point is not tried; predictions are rough
-PROGRAM: Final = Program(
-    "seatfem.study.trade.rungs", renew=1, own_session=True, environment=ONE_THREAD, folder_in=(VARIABLE, "TMPDIR")
-)
-"""Program of a point: in one thread, so that processor time measures work, and in a folder without caches."""
+WORKER: Final = "seatfem.study.trade.rungs:reply"
 
 
 def run_points(
@@ -68,7 +65,8 @@ def run_points(
         outcomes[point.name], ended = outcome, ended + 1
         progress("fidelity ladder", ended / len(points))
 
-    with crew(PROGRAM, workers=1) if cluster is None else cluster_crew(cluster, PROGRAM, runner.packed_job) as ask:
+    hired = crew(WORKER, renew=1) if cluster is None else cluster_crew(cluster, WORKER, runner.packed_job, renew=1)
+    with hired as ask:
         while waiting:
             names = {point.name for point in waiting}
             ready = [point for point in waiting if point.after not in names - {point.name}]
