@@ -32,10 +32,14 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Take the mark off one set of parameters of a slow test: the one whose id begins as ``slow(but="...")`` says."""
+    """Take the mark off parameters of a slow test: off those whose id begins with ``slow(but="...")``, or with none of
+    ``slow(only=("...", ...))``."""
     for item in items:
-        mark = item.get_closest_marker("slow")
-        if mark is not None and "but" in mark.kwargs and item.name.partition("[")[2].startswith(mark.kwargs["but"]):
+        mark, parameters = item.get_closest_marker("slow"), item.name.partition("[")[2]
+        if mark is not None and (
+            ("but" in mark.kwargs and parameters.startswith(mark.kwargs["but"]))
+            or ("only" in mark.kwargs and not parameters.startswith(mark.kwargs["only"]))
+        ):
             item.own_markers = [each for each in item.own_markers if each.name != "slow"]
 
 

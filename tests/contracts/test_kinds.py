@@ -91,6 +91,7 @@ def compared(tree: ast.AST, names: set[str]) -> Iterator[tuple[int, str]]:
                 yield each.lineno, each.value
 
 
+@pytest.mark.slow
 def test_no_kind_law_or_reduction_is_asked_for_outside_its_own_file() -> None:
     own = (ROOT / "structures" / "reduction", ROOT / "study" / "scene" / "laws.py")
     names, found = all_names(), {}

@@ -77,6 +77,7 @@ def test_a_toy_is_asked_for_by_name() -> None:
         seatfem.greens_function(large, **aims, method="toy")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("toy")
 def test_a_scene_runs_with_a_toy(tmp_path: Path) -> None:
     summary = run_scene(load_text(tmp_path, SCENE), tmp_path / "out", pictures=False).summary

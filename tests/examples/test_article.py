@@ -38,6 +38,7 @@ def printed_sum(modes: Modes, force: np.ndarray, step: float, i: int) -> float:
     return float(np.sum(modes.inverse_mass / w * step * bracket))
 
 
+@pytest.mark.slow
 def test_the_march_is_what_is_printed() -> None:
     """While they touch y = u, with N of the march and -F = N in (11) and (12); else the reed is above the rod."""
     step, reed, rod = 2e-6, reed_modes(10, 0.0), rod_modes(10, LENGTHS[1], AREA, 0.0)
@@ -109,6 +110,7 @@ def test_three_percent_are_seen(changed: dict) -> None:
     assert np.any(differences(**changed) > HALF_DIGIT)
 
 
+@pytest.mark.slow
 def test_the_conclusion_holds_at_some_steps() -> None:
     """Too high, and more so for the longer rod: for all pairs at 5 and 10 us, for none at the other steps."""
     counts = {step: time_steps.agreeing(time_steps.peaks(step, "area")) for step in time_steps.STEPS}
@@ -193,6 +195,7 @@ def test_a_free_flight_under_pressure() -> None:
     assert pressure.flight(1e-6, points=4) > 10 * fine
 
 
+@pytest.mark.slow
 def test_the_page_has_the_numbers_of_the_scripts() -> None:
     for step in time_steps.STEPS:
         found = time_steps.peaks(step, "area")

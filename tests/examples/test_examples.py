@@ -68,7 +68,7 @@ def names(paths: list[Path]) -> list[str]:
     return [path.stem for path in paths]
 
 
-@pytest.mark.slow(but="ball_on_plate")
+@pytest.mark.slow
 @pytest.mark.parametrize("script", SCRIPTS, ids=names(SCRIPTS))
 def test_script(
     script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -290,6 +290,7 @@ def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert meshed["energy_residual"] < 1e-9  # type: ignore[operator]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_pre_runs")
 def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The bar in three dimensions against Saint-Venant's rod: impulse and duration, and a spring that misses both.

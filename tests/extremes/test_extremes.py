@@ -70,7 +70,7 @@ DRAWN = subset([cell for cell in CELLS if not cell.end and quick(cell)], 30, see
 NAMED = [next(cell for cell in CELLS if cell.name == name) for name in CHOSEN]
 
 
-@pytest.mark.slow(but="length / thickness, Euler-Bernoulli = 1000")
+@pytest.mark.slow(only=("scene file, rod", "arcs of a lip", "bounces", "gas,", "flapper, band", "frf,", "seat stress"))
 @pytest.mark.parametrize("cell", [*NAMED, *ENDS, *DRAWN], ids=lambda cell: cell.name[:70])
 def test_no_cell_is_wrong(cell: Cell) -> None:
     outcome = carry_out(cell)
@@ -135,6 +135,7 @@ def test_verdicts(check: object, verdict: str, reason: str) -> None:
     assert reason in outcome.reason
 
 
+@pytest.mark.slow
 def test_covering_array_holds_every_pair_with_few_rows() -> None:
     levels = [5, 4, 3, 3, 2, 2]
     rows = covering_array(levels, seed=3)
@@ -268,6 +269,7 @@ def test_a_hang_ends_as_an_outcome(tmp_path: Path) -> None:
     assert "no end within" in outcome.reason
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("one_worker")
 def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its table and map in the folder; what is in the log is not computed again, whatever the folder is called."""
@@ -323,6 +325,7 @@ def test_table_map_and_words(tmp_path: Path) -> None:
     assert (tmp_path / "map.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_a_part_renews_its_lines_of_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was not run stays as it is, with the revision that it is of; lines of cells that are gone go."""
     docs, log = tmp_path / "docs", tmp_path / "log.jsonl"

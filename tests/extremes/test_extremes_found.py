@@ -94,5 +94,6 @@ def test_the_memory_of_a_plate_is_foreseen() -> None:
     assert 0.6 < float(told.stdout) < 1.4
 
 
+@pytest.mark.slow
 def test_a_plan_prices_the_memory_of_a_plate_that_strikes() -> None:
     assert disc("300 kHz").price.predicted_memory > disc("100 Hz").price.predicted_memory > 400e6

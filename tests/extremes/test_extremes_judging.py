@@ -140,7 +140,9 @@ MUTANTS: tuple[tuple[Callable[[Patch], None], tuple[str, ...]], ...] = (
 )  # fmt: skip
 
 
-@pytest.mark.slow(but="frequencies-run length in free motion")
+@pytest.mark.slow(
+    only=("stiffness-elements", "summaries-scene", "summaries-gas", "forces-energy", "summaries-seat", "summaries-arcs")
+)
 @pytest.mark.parametrize(
     ("mutate", "name"),
     [(mutate, name) for mutate, names in MUTANTS for name in names],

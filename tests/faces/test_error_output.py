@@ -49,7 +49,6 @@ def test_a_bad_scene_is_told_with_a_remedy(
     check(told(test_scene.changed(old, new), tmp_path, capsys), new.rpartition(" = ")[2], WIDEST)
 
 
-@pytest.mark.slow(but='kind = "mesh"\\nfile = "a.bdf')
 @pytest.mark.parametrize(
     ("keys", "file", "content"),
     [

@@ -61,6 +61,7 @@ def test_spreadsheets(folder: Path, tmp_path: Path) -> None:
     assert float(told["impulse_Ns"]["spring baseline"]) == summary["spring_impulse_Ns"]
 
 
+@pytest.mark.slow
 def test_a_receptance_comes_back(folder: Path, tmp_path: Path) -> None:
     assert run_command(["export", str(folder), "--to", "uff", "-o", str(tmp_path), "--quiet"]) == DONE
     read = read_frf_uff(tmp_path / "receptance.uff", ports={"contact": (1, "+z")})

@@ -31,6 +31,7 @@ def test_the_program_prints_one_object_and_nothing_else(plan: Plan, capsys: pyte
     assert capsys.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_every_part_of_the_plan_is_there(plan: Plan) -> None:
     told = json.loads(plan_json(plan))
     assert told["level"] == plan.level == "axisymmetric"

@@ -59,7 +59,6 @@ def test_struck_faces_releases_and_strengths_are_told() -> None:
     assert float(coarse[1]) % 10 ** (len(coarse[1]) - 2) == 0  # two digits: its triangles are coarse
 
 
-@pytest.mark.slow(but="bar_on_bar.toml")
 @pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.toml") if "study" not in path.name))
 def test_every_example_is_told_in_short(name: str) -> None:
     told = read(name)

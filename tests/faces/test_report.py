@@ -80,6 +80,7 @@ def test_it_begins_with_the_drawing_of_the_scene(folder: Path) -> None:
         (folder / "kept").rename(folder / "drawing.png")
 
 
+@pytest.mark.slow
 def test_no_text_of_a_scene_runs_in_it(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert HOSTILE not in page

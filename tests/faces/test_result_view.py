@@ -258,6 +258,7 @@ def test_the_life_of_the_reed() -> None:
     assert re.fullmatch(r"fatigue: .*2 m/s, 0\.25 .*8 m/s .*\(a report\)", told)
 
 
+@pytest.mark.slow(but="None")
 @pytest.mark.parametrize("value", [ABSENT, None, "text", 0, -1.0, []], ids=repr)
 def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path: Path) -> None:
     """Whatever a key of somebody else's summary.json holds, or where it is absent, the others are shown."""

@@ -239,6 +239,7 @@ def odd(path: Path) -> None:
     seal(path)
 
 
+@pytest.mark.slow(but="odd")
 @pytest.mark.parametrize("change", [unsealed, odd])
 def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path) -> None:
     scene, store, path = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), tmp_path / "seat.h5"

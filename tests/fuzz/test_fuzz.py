@@ -285,6 +285,7 @@ def test_a_cad_kernel_that_finds_no_end_is_ended() -> None:
     assert subprocess.run(going_on, cwd=ROOT, capture_output=True, timeout=50, check=False).returncode == 0
 
 
+@pytest.mark.slow
 def test_the_receptance_of_an_undamped_mode_is_drawn(tmp_path: Path) -> None:
     """At its own frequency it is infinite: omega^2 is exactly that of the frequencies drawn."""
     omega = 2 * np.pi * np.array([1024.0, 4096.0])

@@ -64,6 +64,7 @@ def drawn(rng: np.random.Generator) -> tuple[Budget, Mapping[str, float]]:
     return found, told(blow(EXACT, mass, law), fine, duration, width)
 
 
+@pytest.mark.slow
 def test_true_errors_of_a_random_set_are_inside_the_bars() -> None:
     rng, inside, excess = np.random.default_rng(3), [], []
     for _ in range(20):

@@ -217,6 +217,7 @@ def one_chunk(file):
     file.create_dataset("values", (1, 1, 8), "f8", chunks=(1, 1, 1 << 28), maxshape=(1, 1, None), compression="gzip")
 
 
+@pytest.mark.slow(but="one_chunk")
 @pytest.mark.parametrize("make", [packed, one_chunk])
 def test_more_than_the_file_has_room_for(seat, make):
     changed(seat, replaced(make))

@@ -1,6 +1,7 @@
 """Random passive bodies with one to four contacts under any mix of laws: no energy gained, no pull, no penetration."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -62,6 +63,7 @@ def collide(posed: ContactProblem, step: float, steps: int, rule: str = "passive
     return impact.solve(posed, dt=step / FASTEST, duration=steps * step / FASTEST, rule=rule)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(seed=SEEDS, step=STEPS)
 def test_energy_never_grows_whatever_the_contacts(seed: int, step: float) -> None:
@@ -87,6 +89,7 @@ def test_conserving_contacts_lose_nothing(seed: int, step: float) -> None:
     assert np.all(np.diff(result.energy.stored) <= 1e-9 * largest)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     seed=SEEDS,

@@ -91,6 +91,7 @@ def test_the_cost_model_chooses() -> None:
     assert history.choose([few, few], 1, 1000, "direct").by_poles == (False, False)
 
 
+@pytest.mark.slow(but="3-fft")
 @pytest.mark.parametrize("engine", ["poles", "fft"])
 @pytest.mark.parametrize("count", [1, 3])
 def test_split_runs_are_single_runs_bit_for_bit_through_a_file(

@@ -111,6 +111,7 @@ def test_the_error_estimate_covers_the_error() -> None:
     assert np.mean(np.array(ratios) < 1.25) >= 0.8  # true error over its estimate
 
 
+@pytest.mark.slow
 def test_modes_above_the_band_count_as_compliance() -> None:
     many = impact.ModalGreens(
         2 * np.pi * np.linspace(1.1e3, 60e3, 40), np.full(40, 0.01), np.full((40, 1), 10.0), impact.Residual.none()
@@ -266,6 +267,7 @@ def test_lines_that_no_mode_explains_are_named() -> None:
     assert 8.2e3 < low < high < 9.2e3
 
 
+@pytest.mark.slow
 def test_a_free_body_in_a_noisy_accelerance_is_told() -> None:
     body = hammered()
     free = replace(

@@ -139,6 +139,7 @@ def problem(ports: int = 1, modes: int = 0, law: LinearSpring | Signorini | None
     return ContactProblem(ball(ports=ports, modes=modes), contacts=contacts)
 
 
+@pytest.mark.slow(but="0-1")
 @pytest.mark.parametrize("ports", [1, 2])
 @pytest.mark.parametrize("modes", [0, 3])
 def test_the_march_follows_the_replay_of_its_forces(ports: int, modes: int) -> None:

@@ -50,6 +50,7 @@ def determinant(outer: str, inner: str, hole: float, n: int, k: float) -> float:
     return float(np.linalg.det(a / np.abs(a).max(axis=0)))
 
 
+@pytest.mark.slow(but="circ_plate_C_nu0.3")
 @pytest.mark.parametrize("name", ROUND)
 def test_round_plates_have_the_roots_of_the_bessel_determinant(name: str) -> None:
     grid = np.arange(1.5, 16.5, 0.05)

@@ -71,6 +71,7 @@ def test_a_system_that_tells_nothing_is_trusted(tmp_path: Path, monkeypatch: pyt
     assert available_memory(tmp_path) == math.inf
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space, as Linux keeps them")
 def test_the_limit_of_the_address_space(tmp_path: Path) -> None:
     """A real one: what is left is the limit less what is mapped, and allocating much more than that does fail."""

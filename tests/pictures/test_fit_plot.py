@@ -43,6 +43,7 @@ def test_a_run_on_a_measured_seat_draws_its_fit(frf_scene: Path, tmp_path: Path)
     assert (tmp_path / name).stat().st_size > 20_000
 
 
+@pytest.mark.slow
 def test_data_fit_and_band_are_named(tmp_path: Path) -> None:
     response = FrequencyResponse(F, G)
     plot_fit(response, fit_poles(response), tmp_path / "fit.svg", width=20e-6)  # type: ignore[arg-type]
@@ -83,6 +84,7 @@ def test_poles_are_held_against_those_of_the_order_before() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_run_on_a_noisy_record_draws_what_was_tried(tmp_path: Path) -> None:
     s, rng = 2j * np.pi * NOISY_F, np.random.default_rng(3)
     modes = ((50.0, 3e3), (30.0, 7e3))

@@ -32,6 +32,7 @@ def test_it_is_read_as_it_was_written(tmp_path: Path) -> None:
     assert found.before == len(made.triangles)
 
 
+@pytest.mark.slow
 def test_what_is_left_out_of_a_body_keeps_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """On the same corners, with their own displacements; the block is still closed and as large."""
     monkeypatch.setattr(moving, "MOST_TRIANGLES", 300)

@@ -123,6 +123,7 @@ def test_every_figure_is_a_whole_png_and_leaves_the_settings_alone(
             assert len(image.convert("L").getcolors()) > 50  # not blank
 
 
+@pytest.mark.slow
 def test_figures_of_a_run_without_contact_and_without_baseline(tmp_path: Path) -> None:
     away = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=1.0), impact.Body(impact.spring(stiffness=1e6)))
     result = impact.solve(away, dt=1e-7, duration=1e-4)
@@ -242,6 +243,7 @@ def test_linear_cells_fill_each_quadratic_cell_in_eighths(grid: CellGrid) -> Non
     assert np.all(signs == np.sign(_volume(grid.points, grid.cells))[:, None])
 
 
+@pytest.mark.slow(but="2")
 @pytest.mark.parametrize("order", [1, 2])
 def test_hexahedra_are_in_the_order_of_vtk(order: int, drawing: None) -> None:
     """VTK's own volumes of the cells and of their eighths (negative: mirrored); a node out of place would fold them."""
@@ -300,6 +302,7 @@ def test_mode_pictures(grid: CellGrid, shapes: list[np.ndarray], drawing: None, 
     assert violet.sum() > 1000
 
 
+@pytest.mark.slow
 def test_animation_is_a_loop_that_moves(
     grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
 ) -> None:
@@ -392,6 +395,7 @@ def record(number: int, excess: float, start: float, body: str = "seat") -> dict
     return {"body": body, "number": number, "filtered_peak_force_N": 20.0, "excess_peak_force_N": excess, **times}
 
 
+@pytest.mark.slow
 def test_the_hardest_landing_is_marked_and_enlarged(runs: list[impact.ImpactResult], tmp_path: Path) -> None:
     end = float(runs[0].time[-1])
     landings = [record(1, 2.0, 0.1 * end), record(2, 9.0, 0.6 * end), record(1, 99.0, 0.3 * end, "stopper")]

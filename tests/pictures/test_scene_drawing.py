@@ -119,6 +119,7 @@ def test_a_flapper_lies_on_the_middle_of_its_port() -> None:
     assert len(layout_of(example("tilted_landing"), Division(16, 3)).arcs) == 16  # as a plan chose them
 
 
+@pytest.mark.slow
 def test_a_mesh_is_cut_as_the_seat_that_it_was_made_of() -> None:
     """meshes/annular_seat.msh is a seat of 4 mm bore: both sections enclose the same places."""
     drawn = layout_of(example("flapper_on_annular_seat")).seat.views

@@ -226,6 +226,7 @@ def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, told: s
     assert not {"contact.inp", "whole.inp"} & {path.name for path in deck.iterdir()}
 
 
+@pytest.mark.slow
 def test_a_whole_seat_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seatfem.study.runs.calculix_contact.MOST", 1000)
     told = (exported(LANDING, tmp_path) / "README.txt").read_text(encoding="utf-8")
@@ -233,6 +234,7 @@ def test_a_whole_seat_that_is_too_large(tmp_path: Path, monkeypatch: pytest.Monk
     assert not (tmp_path / "deck" / "contact.inp").exists()
 
 
+@pytest.mark.slow
 def test_a_deck_begins_just_before_the_first_touch(tmp_path: Path) -> None:
     """Let go at 10 um, the reed is 1 um below its middle position after acos(-0.1)/w of its first mode, at w 10 um; the
     higher modes of the static shape take some per cent."""

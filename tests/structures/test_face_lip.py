@@ -254,6 +254,7 @@ def test_two_faces_are_numbered_through() -> None:
     np.testing.assert_allclose(lip.places(points)[0], (3 / 4, 1 / 2), atol=1e-3)
 
 
+@pytest.mark.slow(but="edges2")
 @pytest.mark.parametrize(
     ("edges", "words"),
     [

@@ -57,6 +57,7 @@ def model(arcs: int, rings: int = 1, slices: int = 16, straight: int = 0) -> Sec
     return assemble(skfem.MeshHex2(mesh.doflocs, mesh.t, _boundaries=named), STEEL, lip=lip)
 
 
+@pytest.mark.slow(but="6")
 @pytest.mark.parametrize(("arcs", "rings", "straight"), [(7, 1, 0), (16, 1, 4), (6, 3, 4)])
 def test_parts_under_one_load_are_the_whole_face(arcs: int, rings: int, straight: int) -> None:
     """Borders lie within elements, and what points weigh is shared: sums to round-off."""
@@ -119,6 +120,7 @@ def test_damping_that_couples_modes_is_refused() -> None:
         face_greens(held, AIMS)
 
 
+@pytest.mark.slow
 def test_too_many_modes_are_refused_before_they_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """The band that is named has few enough."""
     monkeypatch.setattr(lip_modes, "MOST_MODES", 20)

@@ -60,6 +60,7 @@ def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
             assert found[mode + 1] == pytest.approx(found[mode], rel=1e-3)
 
 
+@pytest.mark.slow(but="shape3")
 @pytest.mark.parametrize(
     ("shape", "band", "lip"),
     [
@@ -129,6 +130,7 @@ def difference_from_solid(thickness: float, share: float) -> float:
     return float(np.abs(plate - right).max() / np.abs(right).max())
 
 
+@pytest.mark.slow
 def test_a_plate_is_its_solid_while_waves_are_long() -> None:
     """g of a ring at the hole of a plate as thick as it is wide, but for 6 %: by how many thicknesses the shortest wave
     has, the plate is off a solid of revolution by 0.3 %, 1.6 % and 5.7 %, measured; the last is refused beyond."""

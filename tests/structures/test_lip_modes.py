@@ -67,6 +67,7 @@ def test_against_all_harmonics_by_krylov_vectors(eight: ModalGreens) -> None:
     assert off(eight, other, math.sqrt(1.03)) > 0.02
 
 
+@pytest.mark.slow
 def test_more_modes_converge(eight: ModalGreens) -> None:
     """Modes above what a pulse excites answer with their statics: errors fall like 1/cutoff^2 in the end (measured
     orders 1.35 and 1.83), and what is stated covers them."""

@@ -43,7 +43,6 @@ def reference(written_meshes):
     return {name: ring(written_meshes, f"{name}-2.msh4.msh") for name in ("tet-1", "tet-2", "hex-1", "hex-2")}
 
 
-@pytest.mark.slow(but="tet-1-bdf")
 @pytest.mark.parametrize(("name", "ending"), CASES)
 def test_every_format_gives_the_same_mesh(written_meshes, reference, name, ending):
     seat, same = ring(written_meshes, f"{name}-2.{ending}"), reference[name.replace("hex20", "hex")]
@@ -76,6 +75,7 @@ SEAT = (
 )
 
 
+@pytest.mark.slow(but="hex-1")
 @pytest.mark.parametrize("name", ["hex-1-4.inp", "hex-2-2.msh4.msh", "hex20-2-2.inp", "hex20-2-4.inp"])
 def test_a_seat_of_hexahedra_is_solved_and_drawn(written_meshes, tmp_path, name):
     """With a nodal mass; its compliance is that of tetrahedra: measured, 0.8 % apart on these coarse meshes."""

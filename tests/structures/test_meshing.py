@@ -35,6 +35,7 @@ def test_demo_mesh_is_sound(demo):
     assert demo.quality.min_scaled_jacobian > 0.2
 
 
+@pytest.mark.slow
 def test_msh_file_is_the_parametric_seat(demo):
     seat = read_mesh(MESHES / "annular_seat.msh")
     assert seat.order == 2

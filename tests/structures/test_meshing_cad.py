@@ -95,6 +95,7 @@ def test_fillet_and_bolt_holes_count_in_the_volume():
     assert body.volume == pytest.approx(body.cad_volume, rel=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "regions",
     [(Region("body", colour=GREY), Region("ring", colour=ORANGE)), (Region("ring", order=2), Region("body", order=1))],

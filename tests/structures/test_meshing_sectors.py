@@ -44,6 +44,7 @@ BAR, BLOCK = Bar(8e-3, 3e-3, 2e-3), Block(12e-3, 10e-3, 6e-3, 2e-3, 3e-3)
 CASES = [(SHARP, 6), (CONE, 1), (DOME, 5), (PLATE, 6), (ROW, 2), (BAR, 4), (BLOCK, 2)]
 
 
+@pytest.mark.slow(but="geometry5")
 @pytest.mark.parametrize(("geometry", "sector"), CASES)
 def test_mesh_is_the_closed_form(geometry, sector):
     seat = make_mesh(geometry, SPEC, sector=sector)

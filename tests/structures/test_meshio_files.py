@@ -60,7 +60,6 @@ CASES = [
 ]
 
 
-@pytest.mark.slow(but=".post-tet-2")
 @pytest.mark.usefixtures("read_by_one_process")
 @pytest.mark.parametrize(("suffix", "name"), CASES)
 def test_a_mesh_comes_back(seats, tmp_path, suffix, name):

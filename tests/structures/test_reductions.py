@@ -81,7 +81,7 @@ def test_closed_form_pulse_response_is_the_quadrature(zeta):
     assert greens.filtered_matrix(t, 1.3)[0, 1] == pytest.approx(quadrature, abs=1e-6 * np.abs(quadrature).max())
 
 
-@pytest.mark.slow(but="damping2")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damping", "tolerance", "bandwidth"),
     [
@@ -129,6 +129,7 @@ def test_vectors_of_rounded_solutions_make_the_same_g(block, monkeypatch, dampin
     assert 0 < np.abs(one - other).max() <= 0.1 * tolerance * np.abs(one).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [Damping(), Damping(0.05)])
 def test_modal_error_is_below_its_estimate(block, damping):
     found = Modal().reduce(block, damping, Aims(1e5, 5e-5, 2e-2))
@@ -336,6 +337,7 @@ def test_a_free_block_keeps_its_rigid_part_exactly(method):
     assert (loose.T @ loose)[0, 0] == pytest.approx(1 / mass + arm**2 / inertia[1], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_band_below_the_lowest_mode_is_answered(block):
     found = Modal().reduce(block, Damping(), Aims(2e4, 1e-4, 2e-2))
     greens, modes = found.greens, found.modes

@@ -52,6 +52,7 @@ def test_random_pencils_are_solved_whole(name, backend):
     assert np.array_equal(found.shapes, solve_modes(pencil(values), 16, backend=backend).shapes)
 
 
+@pytest.mark.slow
 def test_all_below_a_frequency():
     values, model, limit = SPECTRA["tenfold"], pencil(SPECTRA["tenfold"]), 8.5
     found = solve_modes(model, up_to_hz=np.sqrt(limit) / (2 * np.pi))

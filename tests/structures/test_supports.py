@@ -97,6 +97,7 @@ def test_a_rod_with_an_absorbing_end_is_semi_infinite():
     assert np.abs(seen - exact).max() < 0.01 * 2
 
 
+@pytest.mark.slow
 def test_a_sphere_of_waves_leaves_through_an_absorbing_block():
     """Pushed in the middle of its face, a block with absorbing walls moves as one twice its size, not yet reflected.
 

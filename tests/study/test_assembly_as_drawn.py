@@ -42,7 +42,7 @@ def loaded(folder: Path, seat: str, reed: str, *changes: tuple[str, str]) -> Sce
     return scene
 
 
-@pytest.mark.slow(but="turned_")
+@pytest.mark.slow
 @pytest.mark.parametrize("moved", ["", "turned_", "tumbled_"])
 def test_a_pair_lies_as_it_is_drawn_wherever_it_is_moved(folder: Path, moved: str) -> None:
     """The same gap, the same place, no tilt; the reed has its x axis from clamp to lip, so that one half is meshed."""
@@ -145,7 +145,6 @@ WRONG = [
 ]
 
 
-@pytest.mark.slow(but="plate flapper-change15")
 @pytest.mark.parametrize(("pair", "change", "key", "words"), WRONG)
 def test_what_does_not_fit_together(
     folder: Path, pair: str, change: tuple[str, ...], key: str, words: list[str]

@@ -42,6 +42,7 @@ def twist(x: float) -> float:
     return x * (before - 3 / x * j) - j
 
 
+@pytest.mark.slow
 def test_modes_of_a_free_sphere(tmp_path: Path) -> None:
     """Its facet is a 100th of its section and moves them by less than a part in a thousand; six are rigid."""
     modes = modes_of(scene_of(tmp_path).reed, Wanted(48), Stopwatch(), lambda *given: None)
@@ -55,6 +56,7 @@ def test_modes_of_a_free_sphere(tmp_path: Path) -> None:
     assert np.abs(found / radial - 1).min() < 1e-3
 
 
+@pytest.mark.slow
 def test_its_facet_has_the_compliance_of_a_disc_on_a_half_space(tmp_path: Path) -> None:
     """Under a uniform pressure 16 (1 - nu^2)/(3 pi^2 E a) on average, as a/R goes to zero; a free sphere differs by the
     first order in a/R, which two facets extrapolate to 1 %."""

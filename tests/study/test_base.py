@@ -68,6 +68,7 @@ def test_on_one_base_all_is_as_in_its_frame(tmp_path: Path) -> None:
     np.testing.assert_allclose(both.gap, frame.gap, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_measures_and_run_agree_on_a_moving_seat(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, SPRING + REED + base("seat"))
     summary = run_scene(scene, tmp_path, pictures=False).summary

@@ -206,6 +206,7 @@ def test_a_spring_and_a_rod_need_no_reduction_of_the_seat():
     assert "mesh" not in cost_at(load_scene(EXAMPLES / "mass_on_bar.toml"), "rod").parts
 
 
+@pytest.mark.slow(but="1")
 @pytest.mark.skipif(not has_pardiso(), reason="no MKL")
 @pytest.mark.parametrize(("rings", "solver"), [(8, "single"), (1, "two grids")])
 def test_large_seats_are_predicted_by_what_solves_for_them(rings, solver):

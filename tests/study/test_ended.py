@@ -5,6 +5,8 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from seatfem.machine.code import cache_folder
 from seatfem.study.runs.kept import NOTE, cached_plan, save_plan
 from seatfem.study.runs.rounds import Limits, Round, rounds
@@ -63,6 +65,7 @@ def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
     assert len(asked) == 3
 
 
+@pytest.mark.slow
 def test_other_questions_are_planned(tmp_path):
     save_plan(last_of(too_coarse(plan_of(tmp_path)), tmp_path))
     for other in (

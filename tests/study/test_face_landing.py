@@ -45,6 +45,7 @@ def cad(name: str) -> str:
     return f'kind = "cad"\nfile = "{MESHES / name}.step"\n{STEEL}'
 
 
+@pytest.mark.slow
 def test_a_face_is_divided_where_the_scene_says_so(tmp_path: Path) -> None:
     """Scenes that say nothing of a lip are struck as before: with the reed's own contact."""
     assert scene_of(tmp_path, SLOT, "").geometry.lip() is None

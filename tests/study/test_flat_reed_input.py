@@ -29,7 +29,6 @@ GAP = 'gap = "1 um"\n'
 STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
 
 
-@pytest.mark.slow(but="stopper")
 @pytest.mark.parametrize(
     ("reed", "contact", "more", "told"),
     [

@@ -18,7 +18,6 @@ SCENE = (
 SLOW = 6.0  # s of the processor; each took a minute, or grew with a power of its length
 
 
-@pytest.mark.slow(but="text2")
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -86,6 +86,7 @@ def test_what_is_told_only_together_is_said(record, tmp_path):
     assert re.search(r"contact\.gap and delay .*\(correlation -0\.99", said)
 
 
+@pytest.mark.slow
 def test_what_the_record_does_not_tell_is_said(record, tmp_path):
     """In a record of the first rise the joint is hardly unloaded: its recovery may be anything."""
     time, force = record

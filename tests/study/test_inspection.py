@@ -134,6 +134,7 @@ def test_numbers_are_those_of_the_file_and_stay_through_fragmenting() -> None:
     assert mesh.quality.cad_areas["fixed"] == pytest.approx(np.pi * (12e-3**2 - 4e-3**2), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_cylinder_is_selected_by_its_radius_alone() -> None:
     """Bolt holes beside the axis; of the ports of an extruded plate, which the file calls extrusions, too."""
     body = CadPart(MESHES / "valve_body.step", fixed=CylinderFace(2.25e-3, several=True))

@@ -29,6 +29,7 @@ def swept(folder: Path, monkeypatch: pytest.MonkeyPatch, more: str = "", velocit
     return run_study(load_study(study_file(folder, GAPS.format(velocity) + more)), folder / "out")
 
 
+@pytest.mark.slow
 def test_means_are_of_scenes_that_land(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """2 m v, whatever the gap: with the others the mean would be a quarter less. The tolerance is the steps'."""
     table = swept(tmp_path, monkeypatch)
@@ -44,6 +45,7 @@ def test_means_are_of_scenes_that_land(tmp_path: Path, monkeypatch: pytest.Monke
     assert effect.mean == pytest.approx([2e-3] * 3, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_whole_run_of_a_scene_that_does_not_land_counts_for_nothing_either(tmp_path, monkeypatch):
     """Its impulse is 0, the least of all: no front begins with it."""
     more = '[outputs]\nmeasures = ["impulse_Ns", "landing_count"]\npareto = ["impulse_Ns", "max peak_force_N"]\n'
@@ -57,6 +59,7 @@ def test_the_whole_run_of_a_scene_that_does_not_land_counts_for_nothing_either(t
     assert table.ranges()[-2].startswith("landing_count: 0 to 1")
 
 
+@pytest.mark.slow
 def test_sobol_blocks_and_bands_without_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A measure that grows with its key; scenes above 0.75 of it do not land, and have its largest values."""
     answer_here(monkeypatch)

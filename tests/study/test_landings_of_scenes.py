@@ -90,6 +90,7 @@ def test_with_one_landing_and_no_load_both_agree(tmp_path: Path) -> None:
     assert summary["landing_closing_speed_m_per_s"] == pytest.approx(1.0, rel=1e-6)
 
 
+@pytest.mark.slow(but="text0")
 @pytest.mark.parametrize(
     ("text", "status"),
     [

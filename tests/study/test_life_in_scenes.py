@@ -237,6 +237,7 @@ def test_below_the_contact_of_a_ball(tmp_path: Path) -> None:
     assert f"endures 1e7 cycles with {margin:.3g} times the stress" in in_words(outcome.summary)
 
 
+@pytest.mark.slow
 def test_a_reed_that_is_released_and_struck(tmp_path: Path) -> None:
     """The root is bent one way by the release and the other way after the blow: the largest cycle, by Goodman, on the
     face where its mean is tension.

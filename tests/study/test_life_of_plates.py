@@ -70,6 +70,7 @@ def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(tmp_path, m
     assert "the reed endures 1e7 cycles with" in in_words(keys)
 
 
+@pytest.mark.slow
 def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No less than the largest von Mises stress of any difference of two states, and no more than sqrt 5 times it."""
     soft = SPRING.replace("20 N/um", "0.2 N/um")  # whose landing asks little of what lies above the plate's modes
@@ -130,6 +131,7 @@ def test_loads_by_the_lift_are_in_the_stress(tmp_path: Path) -> None:
     assert margins[1] != pytest.approx(alone["life_margin"], rel=0.03)
 
 
+@pytest.mark.slow
 def test_margin_over_lift_is_that_of_runs_with_another_stopper(tmp_path: Path) -> None:
     beam = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 6\nrelease = { mode = 1, velocity = "-2 m/s" }\n'
     stop = '[stopper]\nkind = "spring"\nstiffness = "20 N/um"\nlift = "{} mm"\n'

@@ -93,7 +93,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     return Bench(tmp_path_factory.mktemp("lip"))
 
 
-@pytest.mark.slow(but="tilt2")
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [PITCH, BACK, FLAT])
 def test_what_lands_in_pitch_lands_alike_on_both_sides(bench: Bench, tilt: tuple[str, str]) -> None:
     """Of a mirrored mesh, modes that are even or odd, and a residual without cancellation: round-off, times 1e3 by the
@@ -174,7 +174,7 @@ def test_landings_of_the_reference(bench: Bench) -> None:
 TILTS = [FLAT, ("1 deg", "0 deg"), ("0.1 deg", "90 deg"), PITCH, ("1 deg", "90 deg")]
 
 
-@pytest.mark.slow(but="tilt3")
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", TILTS)
 def test_more_arcs_change_little(bench: Bench, tilt: tuple[str, str]) -> None:
     """Against 128 arcs: the impulse of 32 to 1.2 % (measured 0.01 to 1.11 %; of longer records, at 1 degree in pitch,
@@ -266,7 +266,7 @@ def stated(bench: Bench) -> Callable[[int, tuple[str, str]], Stated]:
     return at
 
 
-@pytest.mark.slow(but="16-tilt1")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ports", "tilt"), [(16, ROLL), (16, ("1 deg", "0 deg")), (32, PITCH), (32, ("0.1 deg", "0 deg"))]
 )

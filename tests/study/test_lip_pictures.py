@@ -53,6 +53,7 @@ def test_arcs_have_the_force_of_their_rings_and_their_mean_gap(landed: Any) -> N
     np.testing.assert_allclose(lip.gap.mean(axis=1), landed.done.touches.seat.gap, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_the_gaps_begin_with_the_tilt_of_the_scene(landed: Any) -> None:
     _, pitch, roll = best_plane(by_arc(landed.done.touches.parts, Division(ARCS, 2)).gap, RADIUS)[0]
     assert np.degrees(np.arctan(roll)) == pytest.approx(0.3, rel=4e-3)  # the mean of an arc lies outside its middle
@@ -131,6 +132,7 @@ def test_what_cannot_be_drawn_of_the_plate_is_told_and_the_figure_is_there(lande
         found["landing.gif"](tmp_path / "landing.gif")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="drawn off-screen")
 def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None:
     pytest.importorskip("pyvista")

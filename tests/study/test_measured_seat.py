@@ -46,6 +46,7 @@ def scene(folder: Path, noise: float, seat: str = SEAT, odd: float = 1.0) -> Sce
     return load_text(folder, seat + REED)
 
 
+@pytest.mark.slow
 def test_bars_of_seat_and_baseline_hold_the_truth(tmp_path: Path) -> None:
     asked = scene(tmp_path, 0.02)
     summary = run_scene(asked, tmp_path / "out", pictures=False).summary
@@ -71,6 +72,7 @@ def test_bars_of_seat_and_baseline_hold_the_truth(tmp_path: Path) -> None:
     assert line.count("±") == 2  # the baseline's, too
 
 
+@pytest.mark.slow
 def test_a_run_that_finds_its_seat_again_has_the_same_bars(tmp_path: Path) -> None:
     asked = scene(tmp_path, 0.02)
     first, again = (run_scene(asked, tmp_path / "out", pictures=False).summary for _ in range(2))
@@ -79,6 +81,7 @@ def test_a_run_that_finds_its_seat_again_has_the_same_bars(tmp_path: Path) -> No
         assert again[key] == pytest.approx(first[key], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_lines_that_do_not_fit_are_advised(tmp_path: Path) -> None:
     asked = scene(tmp_path, 0.002, odd=1.4)
     (advice,) = advice_of(asked, asked.seat.fit().greens)  # type: ignore[attr-defined]

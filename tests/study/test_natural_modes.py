@@ -81,6 +81,7 @@ def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
     assert max(mode.share for mode in modes[:2]) < 1e-6
 
 
+@pytest.mark.slow
 def test_an_arc_shares_among_its_harmonics(tmp_path):
     arc = found(ANNULAR.replace("[seat]", '[seat]\narc = "60 deg"'), tmp_path, 30)
     shares = {}
@@ -91,6 +92,7 @@ def test_an_arc_shares_among_its_harmonics(tmp_path):
     assert all(mode.share == 0.0 for mode in arc.modes if mode.family in ("sin", "torsion"))
 
 
+@pytest.mark.slow
 def test_a_limit_in_hertz(annular, tmp_path):
     limit = float(annular.frequencies_hz[7]) * 1.001
     up_to = found(ANNULAR, tmp_path, None, limit)

@@ -60,7 +60,7 @@ def test_a_flat_landing_whose_total_force_is_asked_for_goes_through_one_port(fol
     assert 0 < 1.5 * plan.shares["lip"]["impulse"] <= LIP_SHARE * plan.scene.accuracy.target
 
 
-@pytest.mark.slow(but="-40")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("more", "target", "also", "why"),
     [
@@ -76,6 +76,7 @@ def test_what_one_port_cannot_tell_or_not_so_well_takes_arcs(folder, more, targe
     assert "lip" not in plan.shares
 
 
+@pytest.mark.slow
 def test_stated_ports_are_obeyed(folder: Path) -> None:
     for ports in (1, 8):
         plan = plan_of(folder, f"ports = {ports}")
@@ -84,6 +85,7 @@ def test_stated_ports_are_obeyed(folder: Path) -> None:
         assert "lip" not in plan.shares
 
 
+@pytest.mark.slow
 def test_the_bar_is_what_arcs_change(folder: Path) -> None:
     """Computed here from the bodies: the seat's answer as a whole over a half-space under 32 arcs, against one port."""
     done = first_round(folder)

@@ -106,6 +106,7 @@ def test_the_plan_chooses_parts_across(plan: Plan) -> None:
     assert plan.method.reed.lip.division == plan.method.seat.division
 
 
+@pytest.mark.slow
 def test_stated_parts_across_stay_and_tell_what_they_leave(tmp_path: Path) -> None:
     """Nor do more arcs help: a round that doubles them would leave as much."""
     plan = plan_scene(scene_of(tmp_path, "rings = 1\n"))
@@ -115,6 +116,7 @@ def test_stated_parts_across_stay_and_tell_what_they_leave(tmp_path: Path) -> No
     assert refine(plan, "patch") is None
 
 
+@pytest.mark.slow
 def test_a_round_divides_across_what_leaves_most(plan: Plan) -> None:
     rings = refine(replace(plan, parts={PORTS: {"landing_impulse": 0.01}, RINGS: {"landing_impulse": 0.02}}), "patch")
     arcs = refine(replace(plan, parts={PORTS: {"landing_impulse": 0.02}, RINGS: {"landing_impulse": 0.01}}), "patch")

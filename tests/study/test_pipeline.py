@@ -133,6 +133,7 @@ def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: 
         assert 0 < found[prefix + "wall_time_s"] < 600
 
 
+@pytest.mark.slow
 def test_spring_baseline_has_the_static_stiffness_of_the_seat(annular: Ran) -> None:
     greens = load_greens(annular.folder / "seat.h5")
     assert annular.summary["seat_static_stiffness_N_per_m"] == 1 / greens.static_compliance()[0, 0]
@@ -332,6 +333,7 @@ def test_a_run_without_contact_has_no_times(tmp_path: Path) -> None:
     assert found["contact_count"] == found["impulse_Ns"] == found["peak_force_N"] == 0
 
 
+@pytest.mark.slow
 def test_greens_and_modes_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pictures, "_seat_pictures", lambda *given: [])
     (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")

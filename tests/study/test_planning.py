@@ -84,6 +84,7 @@ def with_stated(scene: Scene, values: Mapping[str, object]) -> Scene:
 
 
 class TestKeys:
+    @pytest.mark.slow
     def test_what_the_file_states_is_obeyed(self) -> None:
         given = {
             "seat__model": "3d",
@@ -111,6 +112,7 @@ class TestKeys:
             assert any(character.isdigit() for character in choice.reason + choice.leaves)
         assert plan.choice("run.time_step").given
 
+    @pytest.mark.slow
     def test_what_a_plan_chooses_can_be_stated(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED))
         assert plan_scene(as_stated(plan.scene, plan.method)).method == plan.method
@@ -155,6 +157,7 @@ class TestTargets:
         assert displacement.method.seat.tolerance <= peak.method.seat.tolerance
         assert impulse.cost.seconds <= peak.cost.seconds
 
+    @pytest.mark.slow
     def test_a_long_bar_is_a_rod_for_slow_measures_and_a_solid_for_fast_ones(self) -> None:
         slow = plan_scene(scene_of(BAR, MASS, accuracy={"target": "5 %", "measures": ["impulse"]}))
         fast = plan_scene(scene_of(BAR, MASS, accuracy={"target": "2 %", "measures": ["filtered_peak"]}))
@@ -212,6 +215,7 @@ class TestTargets:
         dt = plan_scene(scene_of(SPRING, REED, run__duration="0.7713 ms")).method.time_step
         assert 0.7713e-3 / (4 * dt) == pytest.approx(round(0.7713e-3 / (4 * dt)), abs=1e-9)
 
+    @pytest.mark.slow(but="1")
     @pytest.mark.parametrize("n_modes", [1, 2, 3, 5, 8])
     def test_few_modes_of_the_reed_are_known_to_leave_much_out(self, n_modes: int) -> None:
         """What leaving out some of them would not tell: of a single one, nothing at all."""
@@ -587,6 +591,7 @@ class TestChoosing:
             assert len(meet) < len(ways)
             assert worth(decision) <= (1 + FREE) * min(worth(way) for way in meet)
 
+    @pytest.mark.slow
     def test_the_model_of_a_tighter_target_costs_more(self) -> None:
         choices = choices_of_a_plate()
         costs = [cost(choices.cheapest(target)) for target in (0.5, 0.1, 0.02)]
@@ -602,6 +607,7 @@ class TestChoosing:
         assert least <= max(decision.error.values()) <= 1.3 * least
         assert cost(decision) < max(cost(way) for way in ways)
 
+    @pytest.mark.slow
     def test_a_measure_out_of_reach_leaves_the_others_their_target(self) -> None:
         """The tolerance, as stated, does not tell the seat's displacement; the filtered peak is met all the same."""
         wanted = {"target": "1 %", "measures": ["filtered_peak", "seat_displacement"]}
@@ -655,6 +661,7 @@ class TestMeshSizes:
 
 
 class TestCommand:
+    @pytest.mark.slow
     def test_plan_prints_choices_cost_and_error(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         file = tmp_path / "scene.toml"
         file.write_text(ANNULAR + REED)

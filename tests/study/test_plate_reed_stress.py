@@ -73,6 +73,7 @@ def test_a_strip_stopped_at_its_tip_bears_the_wave_of_a_beam(tmp_path: Path) -> 
     assert 0.5 * wave < 59.5e-3 - found["peak_reed_stress_after_contact_at_m"] < 3 * wave  # type: ignore[operator]
 
 
+@pytest.mark.slow
 def test_a_strip_in_its_first_mode_bears_root_3_rho_c_v_at_the_clamp(tmp_path: Path) -> None:
     found = run(tmp_path, strip(20, 18, "10 kHz", '{ velocity = "-1 m/s" }'), "5 mm", "0.8 ms", "0.5 us")
     beam = Cantilever(YOUNG, DENSITY, 20e-3, 2e-3, THICKNESS)
@@ -84,6 +85,7 @@ def test_a_strip_in_its_first_mode_bears_root_3_rho_c_v_at_the_clamp(tmp_path: P
     assert found["error_bar_" + AFTER] is None
 
 
+@pytest.mark.slow
 def test_a_strip_let_go_from_a_deflection_starts_with_the_stress_of_a_beam_at_rest(tmp_path: Path) -> None:
     """3 E h d/(2 a^2) at its root, under a force at a; what its modes leave out is 0.1 % of it."""
     found = run(tmp_path, strip(20, 18, "100 kHz", '{ deflection = "0.1 mm" }'), "0 mm", "10 us", "0.1 us")
@@ -195,6 +197,7 @@ def test_histories_and_peak_are_those_of_a_time_integration(reed, more, step, al
     assert off.max() < allowed
 
 
+@pytest.mark.slow
 def test_a_ring_so_narrow_that_no_place_has_a_stress_runs_without(tmp_path: Path) -> None:
     """All of it lies within a thickness of what touches."""
     sizes = 'outer_diameter = "3.6 mm"\ninner_diameter = "2.4 mm"\nthickness = "0.6 mm"\n'

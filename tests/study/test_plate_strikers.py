@@ -51,6 +51,7 @@ def test_momentum_is_the_impulse(plate: str, tmp_path: Path) -> None:
     assert SPEED / 2 < speed < SPEED
 
 
+@pytest.mark.slow
 def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
     """In the middle of the annulus, a quarter as wide; and what its Green's function depends on."""
     reeds = [
@@ -126,6 +127,7 @@ def test_a_flapper_with_slot_and_hole_lands(tmp_path: Path) -> None:
     assert float(str(found["energy_residual"])) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_sheet_from_a_dxf_file(tmp_path: Path) -> None:
     """Its Green's function depends on what the file holds, and on the part that is clamped."""
     circle = "0\nCIRCLE\n10\n20\n20\n0\n40\n{}\n"

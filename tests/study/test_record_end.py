@@ -52,6 +52,7 @@ def test_an_end_within_the_delay_of_a_touch_is_in_the_bar_of_the_impulse(tmp_pat
     assert all(CLOCK not in part for part in found.parts.values())
 
 
+@pytest.mark.slow
 def test_an_end_in_flight_adds_nothing(tmp_path: Path) -> None:
     """Half way to the stopper no touch is near: the bar is what it was, in proportion to the touches before."""
     inside, flight = FIRST + 7 * PERIOD + 1.2 * TOUCH, FIRST + 7 * PERIOD + TOUCH + 0.5 * WAY / SPEED
@@ -62,6 +63,7 @@ def test_an_end_in_flight_adds_nothing(tmp_path: Path) -> None:
     assert cut.bar("filtered_peak") == pytest.approx(whole.bar("filtered_peak"), rel=0.2)  # of the first touch
 
 
+@pytest.mark.slow
 def test_a_course_that_covers_the_run_alone_is_not_asked_for_more(tmp_path: Path) -> None:
     """A base at rest, known until the end of the longest step: what an earlier end changes is in the bar as before."""
     late = FIRST + 7 * PERIOD + 1.2 * TOUCH

@@ -19,7 +19,7 @@ def sleeve() -> GreensFunction:
     return seat_of(load_scene(SCENE)).greens
 
 
-@pytest.mark.slow(but="80000.0")
+@pytest.mark.slow
 @pytest.mark.parametrize(("highest", "in_band"), [(60e3, 2), (80e3, 3), (100e3, 4)])
 def test_what_lies_above_the_band_is_in_the_bars(sleeve: GreensFunction, highest: float, in_band: int) -> None:
     """The record ends between modes. A mode next to the end of the band stays one, and does not leave to stand for

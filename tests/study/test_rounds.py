@@ -124,6 +124,7 @@ def test_no_round_beyond_the_memory_or_the_number(tmp_path: Path, monkeypatch: p
     assert "GB, 0.001 GB are available" in one.stopped
 
 
+@pytest.mark.slow(but="factorization")
 @pytest.mark.parametrize(
     ("failure", "told"),
     [

@@ -18,6 +18,7 @@ from tests.study.test_studies import SPRING, study_file
 MASSES = '[vary]\nreed.mass = ["1 g", "1.1 g", "1.2 g", "1 g", "1.3 g", "1.4 g", "1.5 g"]'
 
 
+@pytest.mark.slow
 def test_the_first_scenes_show_how_to_begin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first is planned alone, those after it begin as it ended, all others as the second dearest of these did; a
     study that goes on hands on the same."""
@@ -81,6 +82,7 @@ def test_a_seat_serves_scenes_of_another_plan(tmp_path: Path) -> None:
     assert found.summary["seat_static_stiffness_N_per_m"] == pytest.approx(2e6)
 
 
+@pytest.mark.slow
 def test_what_waves_of_the_seat_change_is_never_told_by_another_scene(tmp_path: Path) -> None:
     """Of a seat taken for a spring the bar of the model is that of pre-runs: a scene has its own, not a start's."""
     path = tmp_path / "scene.toml"

@@ -79,6 +79,7 @@ def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> No
     np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
 
 
+@pytest.mark.slow
 def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[Any, Any]) -> None:
     done, stress = pressed
     wave = seat_wave(done, stress)
@@ -157,6 +158,7 @@ def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Pa
     assert found == pytest.approx(exact, rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_map_of_margins_is_drawn_and_written(pressed: tuple[Any, Any], tmp_path: Path) -> None:
     done, stress = pressed
     pictures = dict(margin_pictures(done, Stressed(None, stress)))

@@ -225,6 +225,7 @@ def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: 
     assert len((tmp_path / "out" / JOURNAL).read_text(encoding="utf-8").splitlines()) == 6
 
 
+@pytest.mark.slow
 def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     jobs = answer_here(monkeypatch)
     path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]\n[outputs]\nmeasures = ["impulse_N"]')
@@ -275,6 +276,7 @@ def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, monkeypatch: py
     assert len(jobs) == 5
 
 
+@pytest.mark.slow
 @posix
 def test_two_sweeps_in_one_folder(tmp_path: Path) -> None:
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g"]'), tmp_path / "out"

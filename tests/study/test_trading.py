@@ -109,6 +109,7 @@ def test_the_reductions_that_apply_are_tried():
     assert names == {"reduction krylov", "reduction modes", "reduction second_order"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["tilted_landing", "slot_landing"])
 def test_along_a_lip_there_is_what_serves_there(name: str):
     scene = load_scene(EXAMPLES / f"{name}.toml")

@@ -112,7 +112,6 @@ def test_every_key_that_a_plan_may_choose_is_looked_at() -> None:
     assert set(HOW) == set(keys.FIELDS)
 
 
-@pytest.mark.slow(but="3")
 @pytest.mark.parametrize("index", range(len(SEATS)))
 def test_references_are_finer_in_every_key(index: int, tmp_path: Path) -> None:
     scene = load_scene(draw_scene(index, TRIED).write(tmp_path))

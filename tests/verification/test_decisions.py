@@ -80,6 +80,7 @@ def test_the_plan_decides_as_a_finer_run_finds(drawn: DrawnScene, decision: str,
     assert not is_caution(record, found)
 
 
+@pytest.mark.slow
 def test_a_duration_that_two_marches_share_is_no_proof_of_a_spring() -> None:
     """A contact of 16 steps of the pre-runs lasts as long on a spring to within a step, in truth a fifth longer."""
     with stored() as folder:

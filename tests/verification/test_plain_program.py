@@ -56,6 +56,7 @@ def test_both_programs_agree_within_bar_and_doubt(summary, scene, doubts):
     assert max(ratios(summary, scene, doubts)) < 1
 
 
+@pytest.mark.slow(but="seat.young")
 @pytest.mark.parametrize("path", COEFFICIENTS, ids=".".join)
 def test_a_coefficient_that_is_3_percent_off_is_seen(summary, scene, doubts, path):
     off = copy.deepcopy(scene)

@@ -159,6 +159,7 @@ def test_a_curve_of_pulsating_stress() -> None:
     )
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(
     st.floats(1e-3, 1e18),

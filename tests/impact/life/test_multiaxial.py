@@ -104,6 +104,7 @@ def test_the_mean_over_planes_of_harmonic_stress(seed: int) -> None:
     assert 5 * multiaxial.mean_square_shear(stress[::4], 1e-4) == pytest.approx(expected, rel=3e-4)
 
 
+@pytest.mark.slow
 def test_the_quadrature_is_of_third_order_and_meets_its_tolerance() -> None:
     """Paths with corners, the mean square over several of them: single errors change sign."""
     paths = [np.random.default_rng(seed).normal(size=(6, 6)) for seed in range(10)]
@@ -155,6 +156,7 @@ def test_what_a_path_is_made_of_does_not_count(number: int, seed: int) -> None:
     assert [planes.value(each) for each in [*same, between]] == pytest.approx([expected] * 5, rel=3e-3)
 
 
+@pytest.mark.slow(but="150.0-0.0")
 @pytest.mark.parametrize("lag", [0.0, np.pi / 4, np.pi / 2])
 @pytest.mark.parametrize("ta", [75.0, 150.0, 250.0])
 def test_bending_and_torsion_in_closed_form(ta: float, lag: float) -> None:
