@@ -39,6 +39,14 @@ def test_axis_stress_is_the_integral_of_point_loads() -> None:
         np.testing.assert_allclose(2 * radial, trace - normal, rtol=2e-6, atol=1e-8)
 
 
+def test_a_line_contact_carries_its_load() -> None:
+    """The half ellipse of pressure, pi b p0/2, is the load, and p0 = sqrt(N' E*/(pi R)) (Johnson 4.45)."""
+    load, modulus, radius = 3e5, 1.1e11, 4e-3
+    line = cs.hertz_line(force_per_length=load, reduced_modulus=modulus, radius=radius)
+    assert line.pressure == pytest.approx(math.sqrt(load * modulus / (math.pi * radius)), rel=1e-14)
+    assert math.pi / 2 * line.half_width * line.pressure == pytest.approx(load, rel=1e-14)
+
+
 def test_line_stress_is_the_integral_of_line_loads() -> None:
     """Flamant: sigma_z = -(2/pi) P z^3/s^4, sigma_x = -(2/pi) P x^2 z/s^4."""
     z = np.array([[0.2], [0.8], [2.0]])
