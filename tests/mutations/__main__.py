@@ -1,8 +1,9 @@
 """Which tests find 300 errors of the product: `make test` has to find four fifths of what all tests find.
 
     python -m tests.mutations record     all tests once: which lines each executes, in build/mutations
-    python -m tests.mutations run        each error in a copy of the checkout, until a test fails; goes on where it was
-    python -m tests.mutations table      benchmarks/results/mutations.csv, and the shares that were found
+    python -m tests.mutations run        each error in a copy of the checkout, until a test fails: a row of
+                                         benchmarks/results/mutations.csv; goes on with those that have none
+    python -m tests.mutations table      the shares that were found
 
 An error is tried with the tests that execute its line, the cheapest first: those of `make test`, then the others. Tests
 that execute a line of the same file stand in for compiled loops and for what runs once when a module is loaded.
@@ -10,13 +11,15 @@ that execute a line of the same file stand in for compiled loops and for what ru
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import os
 import shutil
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from itertools import accumulate
@@ -30,7 +33,6 @@ from impact.files.safe_files import write_whole
 from tests.mutations.drawing import GROUPS, ROOT, Mutation, draw_lot, draw_mutations
 
 FOLDER: Final = ROOT / "build" / "mutations"
-LOG: Final = FOLDER / "log.jsonl"
 TABLE: Final = ROOT / "benchmarks" / "results" / "mutations.csv"
 TIERS: Final = {"test": False, "test-all": True}
 """The make targets, and whether the tests are slow that are tried for each."""
@@ -83,16 +85,20 @@ class Record:
 
 
 def run_mutations(workers: int) -> None:
-    """Try each error that is not in the log yet."""
-    record, tried = Record(), read_log()
+    """Try each error that has no row in the table yet."""
+    record, rows = Record(), read_rows()
     copies: SimpleQueue[Path] = SimpleQueue()
     for number in range(workers):
         copies.put(_copy_checkout(FOLDER / f"copy-{number}"))
-    with ThreadPoolExecutor(workers) as pool, LOG.open("a", encoding="utf-8") as log:
-        waiting = sorted((each for each in draw_mutations() if each not in tried), key=draw_lot)
-        for row in pool.map(lambda each: _try_mutation(each, record, copies), waiting):
-            log.write(json.dumps(row) + "\n")
-            log.flush()
+    drawn = draw_mutations()
+    rows = {mutation: rows[mutation] for mutation in drawn if mutation in rows}
+    waiting = sorted(set(drawn) - rows.keys(), key=draw_lot)
+    with ThreadPoolExecutor(workers) as pool:
+        for mutation, row in zip(
+            waiting, pool.map(lambda each: _try_mutation(each, record, copies), waiting), strict=True
+        ):
+            rows[mutation] = row
+            write_rows(rows[each] for each in drawn if each in rows)
             sys.stdout.write(f"{row['found_by']:9} {row['file']}:{row['line']}: {row['old']} -> {row['new']}\n")
             sys.stdout.flush()
 
@@ -144,20 +150,29 @@ def _failing_test(copy: Path, tests: Sequence[str], mutation: Mutation) -> str:
     return failed[0].split(" ")[1] if failed else "the tests do not begin"
 
 
-def read_log() -> dict[Mutation, dict[str, Any]]:
+def read_rows() -> dict[Mutation, dict[str, str]]:
     """Return what was found so far."""
-    lines = LOG.read_text(encoding="utf-8").splitlines() if LOG.exists() else []
-    rows = [json.loads(line) for line in lines]
-    return {Mutation(**{key: row[key] for key in Mutation.__dataclass_fields__}): row for row in rows}
+    with TABLE.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    numbers = ("line", "offset")
+    return {
+        Mutation(**{key: int(row[key]) if key in numbers else row[key] for key in Mutation.__dataclass_fields__}): row
+        for row in rows
+    }
 
 
-def write_table() -> None:
-    """Write what was found, and say how much of it `make test` finds."""
-    rows = list(read_log().values())
-    keys = ["group", "file", "line", "old", "new", "found_by", "test"]
-    lines = [keys, *([str(row[key]) for key in keys] for row in rows)]
-    text = "\n".join(",".join('"' + each.replace('"', '""') + '"' for each in line) for line in lines)
-    write_whole(TABLE, f"{text}\n".encode())
+def write_rows(rows: Iterable[Mapping[str, Any]]) -> None:
+    """Write the table."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, [*Mutation.__dataclass_fields__, "found_by", "test"], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_whole(TABLE, text.getvalue().encode())
+
+
+def print_shares() -> None:
+    """Say how many errors were found, and how many of these by the tests of `make test`."""
+    rows = list(read_rows().values())
     for group in (*GROUPS, ""):
         counts = Counter(row["found_by"] for row in rows if group in ("", row["group"]))
         found = counts["test"] + counts["test-all"]
@@ -172,6 +187,6 @@ if __name__ == "__main__":
         case ["run", *workers]:
             run_mutations(int(workers[0]) if workers else 2)
         case ["table"]:
-            write_table()
+            print_shares()
         case _:
             sys.exit(__doc__)
