@@ -140,7 +140,7 @@ def carried_out(
         words = f"worker {get_worker().address} has version {ours} of seatfem, this computer {version}"
         raise RuntimeError(f"{words}: install the same sources on both, and start the worker again")
     with private_folder("cluster") as folder:
-        place = json.dumps(str(folder))[1:-1]
+        place = json.dumps(str(folder.resolve()))[1:-1]
         for name, data in files.items():
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_bytes(data)
