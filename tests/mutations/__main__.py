@@ -5,7 +5,7 @@
                                          benchmarks/results/mutations.csv; goes on with those that have none
     python -m tests.mutations table      the shares that were found
 
-An error is tried with the tests that execute its line, the cheapest first: those of `make test`, then the others. Tests
+An error is tried with the tests that execute its line, those of its own room first: of `make test`, then the others. Tests
 that execute a line of the same file stand in for compiled loops and for what runs once when a module is loaded.
 """
 
@@ -41,6 +41,14 @@ PATIENCE: Final = 900.0  # s after which an error that hangs is found
 ONE_THREAD: Final = dict.fromkeys(
     ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
+ROOMS: Final = (
+    "faces",
+    "jobs",
+    "machine",
+    "pictures",
+    "structures",
+    "study",
+)  # folders of the product and of its tests
 COMPILED: Final = ("impact/march/loop/", "impact/march/laws.py")
 
 
@@ -67,10 +75,15 @@ class Record:
             self.tests |= json.loads(path.read_text(encoding="utf-8"))
 
     def choose_tests(self, mutation: Mutation, are_slow: bool) -> list[str]:
-        """Return the tests of one tier that may find an error, the cheapest first."""
+        """Return the tests of one tier that may find an error: those of its own room first, the cheapest of them first."""
         line = self.lines.contexts_by_lineno(str(ROOT / mutation.file)).get(mutation.line, ())
         tests = set(line) & self.tests.keys() or self._tests_near(ROOT / mutation.file)
-        ranked = sorted((test for test in tests if self.tests[test][1] == are_slow), key=lambda test: self.tests[test])
+        room = next(part for part in (*Path(mutation.file).parts[1:], "") if part in ROOMS or not part)
+
+        def rank(test: str) -> tuple[bool, float]:
+            return not test.startswith(f"tests/{room or mutation.file.partition('/')[0]}/"), self.tests[test][0]
+
+        ranked = sorted((test for test in tests if self.tests[test][1] == are_slow), key=rank)
         spent = accumulate(self.tests[test][0] for test in ranked)
         return [test for test, until in zip(ranked, spent, strict=True) if until < LONGEST]
 
