@@ -5,8 +5,8 @@
                                          benchmarks/results/mutations.csv; goes on with those that have none
     python -m tests.mutations table      the shares that were found
 
-An error is tried with the tests that execute its line, those of its own room first: of `make test`, then the others. Tests
-that execute a line of the same file stand in for compiled loops and for what runs once when a module is loaded.
+An error is tried with the tests that execute its line: those of `make test`, then the others, each time those of its own
+room first. Tests that march stand in for compiled loops, tests that execute a line of the same file for what runs once.
 """
 
 from __future__ import annotations
@@ -49,6 +49,7 @@ ROOMS: Final = (
     "structures",
     "study",
 )  # folders of the product and of its tests
+STEPPER: Final = "impact/march/stepper.py"  # which runs the compiled loops
 COMPILED: Final = ("impact/march/loop/", "impact/march/laws.py")
 
 
@@ -75,9 +76,11 @@ class Record:
             self.tests |= json.loads(path.read_text(encoding="utf-8"))
 
     def choose_tests(self, mutation: Mutation, are_slow: bool) -> list[str]:
-        """Return the tests of one tier that may find an error: those of its own room first, the cheapest of them first."""
+        """Return the tests of one tier that may find an error: its own room and the cheapest first."""
+        is_compiled = mutation.file.startswith(COMPILED[0])
         line = self.lines.contexts_by_lineno(str(ROOT / mutation.file)).get(mutation.line, ())
-        tests = set(line) & self.tests.keys() or self._tests_near(ROOT / mutation.file)
+        tests = set() if is_compiled else set(line) & self.tests.keys()
+        tests = tests or self._tests_near(ROOT / (STEPPER if is_compiled else mutation.file))
         room = next(part for part in (*Path(mutation.file).parts[1:], "") if part in ROOMS or not part)
 
         def rank(test: str) -> tuple[bool, float]:
