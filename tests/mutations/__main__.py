@@ -5,7 +5,7 @@
                                          benchmarks/results/mutations.csv; goes on with those that have none
     python -m tests.mutations table      the shares that were found
 
-An error is tried with the tests that execute its line: those of `make test`, then the others, each time those of its own
+An error is tried with the tests that execute its line: those of `make test`, then the others, each time of its own
 room first. Tests that march stand in for compiled loops, tests that execute a line of the same file for what runs once.
 """
 
