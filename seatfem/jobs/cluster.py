@@ -38,8 +38,8 @@ class ClusterError(ValueError):
 @contextmanager
 def _client(address: str) -> Iterator[Client]:
     """Yield a client of a cluster that has workers. Raises `ClusterError`."""
-    found = _ADDRESS.fullmatch(address)
-    if found is None or int(found[2]) > 65535:
+    host_and_port = _ADDRESS.fullmatch(address)
+    if host_and_port is None or int(host_and_port[2]) > 65535:
         words = "write the scheduler's address, as tcp://HOST:8786, or tls://HOST:8786 where traffic is encrypted"
         raise ClusterError(f"--cluster {address}: {words}")
     if find_spec("distributed") is None:
@@ -50,7 +50,7 @@ def _client(address: str) -> Iterator[Client]:
     client = Client.__new__(Client)  # built in two steps, to close a client that cannot connect before it logs that
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": 2 * MOST}):
         try:
-            socket.create_connection((found[1].strip("[]"), int(found[2])), PATIENCE).close()
+            socket.create_connection((host_and_port[1].strip("[]"), int(host_and_port[2])), PATIENCE).close()
             client.__init__(address, timeout=PATIENCE, set_as_default=False, name="seatfem")  # type: ignore[misc]
         except (MemoryError, OSError, ValueError, TypeError, RuntimeError) as error:
             client.status = "closed"
@@ -95,7 +95,7 @@ def cluster_crew(
             start, completed = time.monotonic(), as_completed(loop=client.loop)
             begun: dict[Future[str | Lost], tuple[int, Mapping[str, Path]]] = {}
 
-            def told(future: Future[str | Lost]) -> tuple[int, str | Lost]:
+            def receive_answer(future: Future[str | Lost]) -> tuple[int, str | Lost]:
                 number, files = begun.pop(future)
                 try:
                     answer = future.result()
@@ -121,8 +121,8 @@ def cluster_crew(
                     begun[future] = number, files
                     completed.add(future)
                     while completed.has_ready():
-                        yield told(next(completed))
-                yield from map(told, completed)
+                        yield receive_answer(next(completed))
+                yield from map(receive_answer, completed)
             finally:
                 with suppress(Exception):  # the scheduler may be gone
                     client.cancel(list(begun), force=True)

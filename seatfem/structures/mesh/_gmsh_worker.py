@@ -244,13 +244,13 @@ def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
 
     drawing = model.built(gmsh, job, built)
     stage("meshing the section", 0.3)
-    found = mesh_plane(gmsh, spec, drawing.groups["contact"], drawing.arcs, unit, quadrilaterals=False)
+    section = mesh_plane(gmsh, spec, drawing.groups["contact"], drawing.arcs, unit, quadrilaterals=False)
     mesh = gmsh.model.mesh
     index = rows_of(mesh.getNodes()[0])
     for name, curves in drawing.groups.items():
         ends = [_cells(mesh, {1: 1, 2: 8}[spec.order], tag, spec.order + 1)[1][:, :2] for tag in curves]
-        found[f"line:{name}"] = index[np.concatenate(ends)]
-    return found
+        section[f"line:{name}"] = index[np.concatenate(ends)]
+    return section
 
 
 def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
@@ -270,8 +270,8 @@ def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     stage("meshing the sheet", 0.3)
     arcs = {tag: PER_ARC for _, tag in gmsh.model.getEntities(1) if gmsh.model.getType(1, tag) == "Circle"}
     refined = sorted({tag for _, tag in edges})
-    found = mesh_plane(gmsh, MeshSpec(**job["spec"]), refined, arcs, unit, quadrilaterals=True)
-    return found | {"area": np.float64(area_of(gmsh.model, faces, unit))}
+    plane = mesh_plane(gmsh, MeshSpec(**job["spec"]), refined, arcs, unit, quadrilaterals=True)
+    return plane | {"area": np.float64(area_of(gmsh.model, faces, unit))}
 
 
 TASKS: dict[str, Callable[[Any, dict[str, Any], KeptModel], dict[str, Any]]] = {

@@ -81,8 +81,8 @@ def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
     boundaries = {name: io.matched_facets(flat, number[ends], name, "meridian") for name, ends in lines.items()}
     if cells.shape[1] == 3:
         return MeshTri(flat.doflocs, t, boundaries)
-    kept = MeshTri(flat.doflocs, t, sort_t=False)  # meshes of order 2 do not sort the vertices of an element
-    places = io.node_places(kept, MeshTri2.elem(), points, cells, range(cells.shape[1]))
+    unsorted = MeshTri(flat.doflocs, t, sort_t=False)  # meshes of order 2 do not sort the vertices of an element
+    places = io.node_places(unsorted, MeshTri2.elem(), points, cells, range(cells.shape[1]))
     return MeshTri2(places, t, boundaries)
 
 
