@@ -5,6 +5,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import impact
 import seatfem
@@ -50,6 +51,7 @@ def examples() -> dict[str, object]:
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_it_prints_in_a_few_lines() -> None:
     for name, thing in examples().items():
         for told in (str(thing), repr(thing)):
@@ -59,6 +61,7 @@ def test_it_prints_in_a_few_lines() -> None:
             assert max(map(len, told.splitlines())) <= 700, name
 
 
+@pytest.mark.slow
 def test_what_is_printed_says_what_it_is() -> None:
     """Ports, numbers of modes and their band, errors, masses: what one would ask first."""
     things = {name: str(thing) for name, thing in examples().items()}

@@ -38,6 +38,7 @@ def strings_of_functions() -> list[set[str]]:
 SHARED = {"--debug", "--quiet", "--verbose"}  # read in one place: a test of one verb is a test of all
 
 
+@pytest.mark.slow(only=("completion",))
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_option_of_every_verb_is_tested(verb: str) -> None:
     all_said = strings_of_functions()

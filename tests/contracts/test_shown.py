@@ -55,6 +55,7 @@ def test_a_run_as_a_data_frame(result: impact.ImpactResult) -> None:
     assert np.array_equal(several.to_dataframe()["gap_m[1]"], several.gap[:, 1])
 
 
+@pytest.mark.slow
 def test_measures_as_text_and_as_a_data_frame(outcome: RunOutcome) -> None:
     assert str(outcome).splitlines() == [
         "RunOutcome, target missed, 0 files", "  impulse_Ns: 0.002 +- 1e-05, spring baseline 0.0019"

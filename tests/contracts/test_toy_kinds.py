@@ -105,6 +105,7 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("toys")
 def test_a_toy_reed_strikes(tmp_path: Path) -> None:
     """Twice the momentum with which a harmonic oscillator passes its middle, within the bar that the run states."""

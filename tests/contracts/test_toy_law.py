@@ -77,6 +77,7 @@ def test_a_toy_law_is_planned_and_run(tmp_path: Path) -> None:
     assert summary["peak_force_N"] == pytest.approx(spring["peak_force_N"], rel=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("toy")
 def test_its_keys_are_checked_and_its_name_is_listed(tmp_path: Path) -> None:
     path = written(tmp_path, "toy_rubber")

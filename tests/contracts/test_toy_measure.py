@@ -40,6 +40,7 @@ def written(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("toy")
 def test_a_toy_measure_is_asked_for(tmp_path: Path) -> None:
     """Of half a sine of the amplitude v sqrt(k m): its square times half the blow."""

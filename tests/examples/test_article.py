@@ -96,6 +96,7 @@ def differences(reed: Callable[[Modes], Modes] = same, rod: Callable[[Modes], Mo
     return np.abs(list(made))
 
 
+@pytest.mark.slow
 def test_errors_of_the_stiffness_at_5_and_10_us() -> None:
     assert np.all(differences() < HALF_DIGIT)
 

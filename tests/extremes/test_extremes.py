@@ -297,6 +297,7 @@ def test_a_folder_that_cannot_be_written_to_is_found_first(tmp_path, monkeypatch
     assert f"{out / 'extremes.jsonl'}: cannot be written (Not a directory)" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_table_map_and_words(tmp_path: Path) -> None:
     cells = [
         Cell("a", "1e-07", broken),

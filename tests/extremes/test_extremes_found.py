@@ -40,6 +40,7 @@ def test_a_plate_whose_band_holds_rigid_motions_only_has_a_bar_that_knows_its_be
     assert math.isnan(predicted) or predicted * rigid.number(key) > error
 
 
+@pytest.mark.slow
 def test_a_stopper_of_elements_has_no_band_of_modes_of_its_own() -> None:
     stopper = {"kind": "stopper", "radius": "5 mm", "thickness": "5 mm", "contact_radius": "1.5 mm", "material": STEEL}
     sizes = {"length": "25 mm", "width": "5 mm", "thickness": "0.5 mm", "release": {"tip_deflection": "0.15 mm"}}

@@ -104,6 +104,7 @@ def test_a_mesh_file_without_the_patch(
     assert re.search(message, complaint(tmp_path, scene, capsys))
 
 
+@pytest.mark.slow
 def test_a_truncated_greens_function(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     seat = tmp_path / "seat.h5"
     save_greens(impact.spring(stiffness=1e7), seat)
@@ -112,6 +113,7 @@ def test_a_truncated_greens_function(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert told.endswith("; compute it again\n")
 
 
+@pytest.mark.slow
 def test_a_newer_greens_function(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     seat = tmp_path / "seat.h5"
     save_greens(impact.spring(stiffness=1e7), seat)
@@ -148,6 +150,7 @@ def test_a_step_that_the_filtered_force_cannot_be_read_from(tmp_path: Path, caps
     assert re.search(r" 0\.5 us .*run\.filter_width = 1 us", told)
 
 
+@pytest.mark.slow
 def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(tmp_path: Path) -> None:
     """f_20 of the reed is 411 kHz: w h = 1.03 at 0.4 us. The run goes on; the limit is half a radian, 0.19 us."""
 

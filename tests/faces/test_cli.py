@@ -362,6 +362,7 @@ def test_set_changes_keys(pipeline: Pipeline, tmp_path: Path, capfd: pytest.Capt
             assert message in capfd.readouterr().err
 
 
+@pytest.mark.slow
 def test_init_writes_a_scene_once(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "mine.toml"
     assert run_command(["init", "ball", "--output", str(file), "--schema"]) == DONE
@@ -426,6 +427,7 @@ def test_bars_on_a_terminal() -> None:
     assert "100%" in text.getvalue()
 
 
+@pytest.mark.slow
 def test_letters_that_a_terminal_lacks_end_nothing() -> None:
     code = "from seatfem.faces import cli; cli.run_command = lambda arguments: print('12.0 \\u00b1 0.1 N'); cli.main()"
     environment = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}

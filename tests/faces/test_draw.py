@@ -12,6 +12,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENE = EXAMPLES / "suction_valve.toml"
 
 
+@pytest.mark.slow
 def test_a_scene_is_drawn_beside_the_shell_and_told_in_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -26,6 +27,7 @@ def test_a_scene_is_drawn_beside_the_shell_and_told_in_a_sentence(
     assert (tmp_path / "suction_valve-drawing.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_keys_are_changed_and_the_file_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "valve.svg"
     words = ["draw", str(SCENE), "--set", "contact.at=27 mm", "--output", str(file), "--quiet"]
@@ -37,6 +39,7 @@ def test_keys_are_changed_and_the_file_is_named(tmp_path: Path, capsys: pytest.C
     assert [path.name for path in tmp_path.iterdir()] == ["valve.svg"]
 
 
+@pytest.mark.slow
 def test_a_plan_writes_the_drawing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "plan.svg"
     assert run_command(["plan", str(EXAMPLES / "flapper_on_spring.toml"), "--drawing", str(file)]) == DONE

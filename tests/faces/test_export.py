@@ -94,6 +94,7 @@ def test_a_scene_is_no_run(tmp_path: Path, capfd: pytest.CaptureFixture[str]) ->
     assert "no such file or folder" in capfd.readouterr().err
 
 
+@pytest.mark.slow
 def test_reduced_models(folder: Path, tmp_path: Path) -> None:
     """The state space is g itself; the matrices are read back, and give g without what is left over."""
     assert run_command(["export", str(folder), "--to", "reduced", "-o", str(tmp_path), "--quiet"]) == DONE
@@ -134,6 +135,7 @@ def test_a_scene_is_computed_for_its_reduced_model(folder: Path, tmp_path: Path)
     assert run_command(["export", str(tmp_path / "rod.h5"), "--to", "reduced", "-o", str(tmp_path / "r")]) == BAD_INPUT
 
 
+@pytest.mark.slow
 def test_the_folder_of_a_run_makes_decks(folder: Path, tmp_path: Path) -> None:
     assert run_command(["export", str(folder), "--to", "calculix", "-o", str(tmp_path), "--quiet"]) == DONE
     told = (tmp_path / "README.txt").read_text(encoding="utf-8")
@@ -165,6 +167,7 @@ def test_modes_come_back(modes: tuple[Path, Array, Array], tmp_path: Path) -> No
     np.testing.assert_allclose(read.shapes, shapes[:, [0, 2]] * [1, -1], atol=1e-4 * np.abs(shapes).max())
 
 
+@pytest.mark.slow
 def test_modes_for_paraview(modes: tuple[Path, Array, Array], tmp_path: Path) -> None:
     pyvista = pytest.importorskip("pyvista")
     folder, frequencies, _ = modes
@@ -201,6 +204,7 @@ def test_a_copy_of_a_scene_without_its_files(tmp_path: Path, capfd: pytest.Captu
     assert "export the scene itself" in told
 
 
+@pytest.mark.slow
 def test_the_copy_of_a_scene_finds_its_files(tmp_path: Path, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """From the folder of results, by whole paths; comments and other strings stay."""
     home = tmp_path / "ours"

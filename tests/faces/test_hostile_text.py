@@ -30,6 +30,7 @@ def seen(text):
     return text
 
 
+@pytest.mark.slow
 def test_every_unseen_character_is_told():
     for code in range(sys.maxunicode + 1):
         character = chr(code)

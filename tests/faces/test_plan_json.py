@@ -50,6 +50,7 @@ def test_every_part_of_the_plan_is_there(plan: Plan) -> None:
     assert told["notes"] == list(plan.notes)
 
 
+@pytest.mark.slow
 def test_the_scene_is_filled_and_in_si_units(plan: Plan) -> None:
     scene = json.loads(plan_json(plan))["scene"]
     assert scene["run"]["duration"] == 1.2e-3

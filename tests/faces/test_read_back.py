@@ -44,6 +44,7 @@ def test_another_unit_reads_differently(tmp_path: Path) -> None:
     assert told == f"pressure (file course.csv ({columns}), {course}), area 80 mm^2"
 
 
+@pytest.mark.slow
 def test_struck_faces_releases_and_strengths_are_told() -> None:
     told = read("life_of_a_flapper.toml")
     assert told["seat, face"].startswith("flat ring, mean radius 5.5 mm, width 1 mm; area 34.558 mm^2")
@@ -59,6 +60,12 @@ def test_struck_faces_releases_and_strengths_are_told() -> None:
     assert float(coarse[1]) % 10 ** (len(coarse[1]) - 2) == 0  # two digits: its triangles are coarse
 
 
+@pytest.mark.slow(
+    only=(
+        "cad_assembly.toml",
+        "mass_on_meshed_seat.toml",
+    )
+)
 @pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.toml") if "study" not in path.name))
 def test_every_example_is_told_in_short(name: str) -> None:
     told = read(name)

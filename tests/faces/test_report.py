@@ -88,6 +88,7 @@ def test_no_text_of_a_scene_runs_in_it(folder: Path) -> None:
     assert page.count("&lt;script&gt;document.title") >= 2  # the name of a mode, too
 
 
+@pytest.mark.slow
 def test_it_names_no_address_to_ask(folder: Path) -> None:
     """Of its own: plotly's source names some that it asks only for maps."""
     page = re.sub(r"<script>.*?</script>", "", (folder / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)

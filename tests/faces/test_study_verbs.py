@@ -41,6 +41,7 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_study_is_run_and_told(study: Path, capsys: Told) -> None:
     assert run_command(["sweep", "gaps.toml"]) == FAILED  # of one scene there are no numbers
     out, err = capsys.readouterr()
@@ -59,11 +60,13 @@ def test_a_study_is_run_and_told(study: Path, capsys: Told) -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_study_of_which_all_is_done(study: Path, tmp_path: Path) -> None:
     written(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]')
     assert run_command(["sweep", "gaps.toml", "--quiet", "--workers", "2", "--rounds", "1", "--limit", "9.5"]) == DONE
 
 
+@pytest.mark.slow
 def test_plan_tells_of_a_study(study: Path, capsys: Told) -> None:
     assert run_command(["plan", "gaps.toml"]) == DONE
     assert re.match(
@@ -100,6 +103,7 @@ def test_bad_options(options: list[str], message: str, study: Path, capfd: Told)
     assert sorted(path.name for path in Path().iterdir()) == ["gaps.toml", "scene.toml"]
 
 
+@pytest.mark.slow
 def test_scenes_that_failed_are_tried_again_where_that_is_asked_for(
     study: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -179,6 +183,7 @@ def test_an_optimum_is_found_and_told(
     assert "nearest has impulse_Ns = 2.9 ± 0.01" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_plan_tells_of_a_search(study: Path, tmp_path: Path, capsys: Told) -> None:
     written(tmp_path, SOUGHT + 'maximise = "impulse_Ns"')
     assert run_command(["plan", "gaps.toml"]) == DONE
@@ -223,6 +228,7 @@ def test_bad_searches(verb: str, text: str, message: str, study: Path, tmp_path:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gaps.toml", "scene.toml"]
 
 
+@pytest.mark.slow
 def test_a_search_without_its_table_or_measure(study: Path, tmp_path: Path, capsys: Told) -> None:
     assert run_command(["optimise", "gaps.toml"]) == BAD_INPUT
     assert "minimise or maximise" in capsys.readouterr().err

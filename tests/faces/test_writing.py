@@ -257,6 +257,7 @@ def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path)
     assert seat_of(scene, Cache(path, store)).reused
 
 
+@pytest.mark.slow
 def test_the_coarser_function_is_kept_first_and_under_its_own_key(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -117,6 +117,7 @@ def test_axes_that_are_not_at_right_angles(tmp_path: Path) -> None:
         load_scene(path)
 
 
+@pytest.mark.slow
 def test_messages_have_an_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(SPRING + "".join(f"k{k} = {k}\n" for k in range(3000)) + f'x = "{"y" * 10_000}"\n{BALL}', "utf-8")

@@ -32,6 +32,7 @@ def gains(result: ImpactResult) -> list[Advice]:
     return [advice for advice in result.advice if "gave back" in advice.name]
 
 
+@pytest.mark.slow
 def test_a_law_that_gains_energy_is_advised() -> None:
     """The work of a touch is known: a twentieth of m v^2/2, but for the 0.1 % of the whole
     that passive steps take: pi omega h/2."""

@@ -173,6 +173,7 @@ def test_the_coupled_march_against_another_solver(degrees: float, start: float, 
         assert np.all(history.states[-1, [FORWARD, BACK]] > 3e-7)
 
 
+@pytest.mark.slow
 def test_a_discharge_valve_lets_out_and_the_ideal_suction_valve_lets_in() -> None:
     crank = replace(CRANK, start=math.pi)
     _, history = marched(compressor("discharge", crank=crank), 5e-7, gap=0.0)

@@ -62,6 +62,7 @@ def test_free_bounces_grow_apart_by_two_a_flight() -> None:
     assert horizon.known() == 5
 
 
+@pytest.mark.slow
 def test_bounces_on_a_table_grow_apart_as_their_map_has_it() -> None:
     """Whatever the step: by a factor of 1 + 2 q + 2 sqrt(q + q^2) = 3.73 in the end; q that is 3 % off shows."""
     q = 0.5
@@ -97,6 +98,7 @@ def test_bodies_that_never_part_have_no_horizon() -> None:
         twin_of(dropped(1.0), np.full((3, 1), -1e-6), PERTURBATION)
 
 
+@pytest.mark.slow
 def test_between_two_walls_a_ball_falls_behind_by_two_a_flight() -> None:
     """With both walls further off by d each flight but the first is longer by 2 d, and at the other wall's touch all of
     it is missing: 1, 3, 5, ... d."""

@@ -153,6 +153,7 @@ def at_one_place(path, name, count, length):
         assert file.attrs.get_id(name).shape == (count,)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sealed", [True, False])
 @pytest.mark.parametrize("name", ["more", "provenance"])
 def test_texts_at_one_place(seat, sealed, name):
@@ -169,6 +170,7 @@ def test_texts_at_one_place(seat, sealed, name):
     tracemalloc.stop()
 
 
+@pytest.mark.slow
 def test_one_text_of_many_groups(seat):
     """60 kB that 1,500 groups point to, one by one: counted as they are read."""
 
@@ -228,6 +230,7 @@ def test_more_than_the_file_has_room_for(seat, make):
     tracemalloc.stop()
 
 
+@pytest.mark.slow
 def test_results_that_compress_well_are_read(tmp_path):
     """A long rest: the most that the program's own files claim for their size."""
     seat = impact.Body(impact.spring(stiffness=1e7))

@@ -78,6 +78,7 @@ def test_energy_never_grows_whatever_the_contacts(seed: int, step: float) -> Non
     assert energy.residual < 1e-10
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(seed=SEEDS, step=STEPS)
 def test_conserving_contacts_lose_nothing(seed: int, step: float) -> None:

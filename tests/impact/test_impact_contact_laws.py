@@ -65,6 +65,7 @@ def interrupted(pen: float, pen_start: float, dt: float) -> float:
     raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", [mass_on, lambda law: two_seats(law, impact.Signorini(), law)])
 def test_what_goes_wrong_in_a_plain_law_is_heard(problem: Callable[[Law], ContactProblem]) -> None:
     law = PlainLaw(broken)

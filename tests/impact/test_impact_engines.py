@@ -114,6 +114,7 @@ def test_split_runs_are_single_runs_bit_for_bit_through_a_file(
     assert np.array_equal(part.gap, single.gap)
 
 
+@pytest.mark.slow
 def test_a_checkpoint_of_another_problem_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     stepper = ContactStepper(impact.prepare(contacts(2), 0.01, 5.0))

@@ -168,6 +168,7 @@ def test_unrepaired_contact_gains_energy():
     assert least >= -1e-9
 
 
+@pytest.mark.slow
 def test_repair_takes_off_a_mode_of_the_wrong_sign():
     """What is nearest to (passive - intruder) is close to the passive part: 5x nearer than before."""
     g, truth = modal_with(0.002, -1.0), seat_samples(2000)

@@ -54,6 +54,7 @@ def filtered_error(fit: impact.GreensFunction, truth: impact.GreensFunction) -> 
     return float(np.abs(fit.filtered_matrix(t, 2 / F[-1]) - exact).max() / np.abs(exact).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("truth", [SEAT, TWO], ids=["one port", "two ports"])
 def test_exact_responses_give_the_modes_back(truth: impact.ModalGreens) -> None:
     fit = fit_poles(measured(truth))
@@ -196,6 +197,7 @@ def test_causality(free: bool) -> None:
     assert causality_defect(response.within(5e3, 12e3)) is None
 
 
+@pytest.mark.slow
 def test_a_noise_floor_adds_no_modes() -> None:
     response = measured(SEAT)
     rng = np.random.default_rng(3)

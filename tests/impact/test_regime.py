@@ -53,6 +53,7 @@ def test_card_of_table_1(number: int, sign: str) -> None:
     assert {"equal": "within 2 %", "over": "over-estimate", "under": "under-estimate"}[sign] in card
 
 
+@pytest.mark.slow
 def test_stored_maps_are_what_the_code_gives() -> None:
     """Points of either sign; fails when the reed or the solver changes and the maps were not made again."""
     for compute, name, rows in (

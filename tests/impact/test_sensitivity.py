@@ -124,6 +124,7 @@ def test_it_fails_for_a_law_that_is_off_by_three_percent():
     assert np.abs(slope - by_marches).max() > 0.02 * np.abs(by_marches).max()
 
 
+@pytest.mark.slow
 def test_bodies_that_are_shared_are_not_computed_again():
     """The same derivative by a problem that shares the march's discretised bodies."""
     stepper = marched(bars)

@@ -111,6 +111,7 @@ def test_pressure_and_gravity_act_where_it_is_wide(beam: SteppedCantilever) -> N
     assert half.amplitude(np.zeros(1))[0] * half.shape @ modes.project(lambda x: x**2) > 0
 
 
+@pytest.mark.slow
 def test_the_beam_that_stands_for_a_flapper() -> None:
     """195.7 Hz, to 0.1 %; the plate, whose root cannot bow and whose paddle bends across, has 196.6 Hz. Slotted, both
     fall alike: two strips bend as one of their width."""

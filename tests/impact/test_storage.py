@@ -99,6 +99,7 @@ def test_what_results_share_is_stored_once(tmp_path: Path) -> None:
     assert_same(load_results(tmp_path / "r.h5")["other"], other)
 
 
+@pytest.mark.slow
 def test_results_of_several_contacts_are_read_as_they_were_written(tmp_path: Path) -> None:
     mass = impact.rigid_mass(mass=1e-3, velocity=-1.0)
     seats = [impact.Contact(KINDS["spring"]), impact.Contact(KINDS["rod"], gap=1e-6)]
@@ -142,6 +143,7 @@ def test_truncated_files_say_so(kept: float, file: Path) -> None:
         load_greens(file)
 
 
+@pytest.mark.slow
 def test_what_is_no_such_file_at_all(tmp_path: Path) -> None:
     with pytest.raises(StorageError, match=r"absent\.h5: no such file"):
         load_greens(tmp_path / "absent.h5")

@@ -186,6 +186,7 @@ def test_nobody_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
         threads_of(address)
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_workers_and_a_file_that_is_too_large(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

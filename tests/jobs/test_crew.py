@@ -17,6 +17,7 @@ ANSWERS = "tests.jobs.answers:reply"
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
 
+@pytest.mark.slow
 def test_jobs_are_answered_in_other_processes() -> None:
     """Each once, by as many processes as were asked for, which take one thread each and serve several batches."""
     with crew(ANSWERS, workers=2) as ask:
@@ -30,6 +31,7 @@ def test_jobs_are_answered_in_other_processes() -> None:
     assert str(os.getpid()) not in pids
 
 
+@pytest.mark.slow
 def test_what_is_lost_costs_itself_alone() -> None:
     """With the reason, the end of its log and its time; the jobs before and after it are answered."""
     with crew(ANSWERS) as ask:
@@ -45,12 +47,14 @@ def test_what_is_lost_costs_itself_alone() -> None:
     assert len(set(pids)) == 3
 
 
+@pytest.mark.slow
 def test_a_worker_is_renewed_after_some_answers() -> None:
     with crew(ANSWERS, renew=2) as ask:
         pids = [str(answer).split(", ")[1] for _, answer in ask("abcde", 60.0)]
     assert pids[0] == pids[1] != pids[2] == pids[3] != pids[4]
 
 
+@pytest.mark.slow
 def test_whoever_stops_asking_ends_what_has_begun() -> None:
     """Jobs are taken as there are workers for them; the crew is there for others."""
     taken = count()
@@ -71,6 +75,7 @@ def test_whoever_stops_asking_ends_what_has_begun() -> None:
     assert time.monotonic() - begun < 30
 
 
+@pytest.mark.slow
 def test_workers_that_cannot_be_started_are_told_for_each_job() -> None:
     with crew("tests.jobs.no_such_module:reply", workers=2) as ask:
         found = dict(ask(["a", "b", "c"], 60.0))
@@ -78,6 +83,7 @@ def test_workers_that_cannot_be_started_are_told_for_each_job() -> None:
     assert [answer.in_words() for _, answer in sorted(found.items()) if isinstance(answer, Lost)] == [words] * 3
 
 
+@pytest.mark.slow
 def test_what_workers_leave_is_removed() -> None:
     with crew(ANSWERS) as ask:
         [(_, folder)] = ask(["litter"], 60.0)
@@ -85,6 +91,7 @@ def test_what_workers_leave_is_removed() -> None:
     assert not Path(str(folder)).exists()
 
 
+@pytest.mark.slow
 def test_workers_neither_run_the_script_again_nor_take_modules_beside_it(tmp_path: Path) -> None:
     """A script without a guard, in a folder with files from elsewhere, started as `python -m` would."""
     for name in ("pebble", "runpy", "psutil"):

@@ -332,6 +332,7 @@ def test_a_journal_keeps_whole_lines_and_passes_the_rest(tmp_path: Path) -> None
     assert [entry["a"] for entry in folders.entries(path)] == [1, "3\n\u2028", 4]
 
 
+@pytest.mark.slow
 def test_two_programs_share_a_journal(tmp_path: Path) -> None:
     code = "import sys; from pathlib import Path; from seatfem.jobs.folders import append\n"
     code += "for k in range(300): append(Path('log'), {'who': sys.argv[1], 'k': k, 'much': 'x' * 5000})"

@@ -41,6 +41,7 @@ def test_a_plan_tells_what_is_still_to_be_compiled(monkeypatch: pytest.MonkeyPat
     assert compiling.compilation() == 0.0
 
 
+@pytest.mark.slow
 def test_it_stands_in_the_predicted_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Asked for once a plan, as a part of its own; the other parts of two plans may differ by what was measured."""
     scene = load_scene(Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml")

@@ -87,6 +87,7 @@ def test_sampled_filter_agrees_with_the_quadrature(name: str, request: pytest.Fi
     assert np.abs(sampled[::15] - exact).max() < 4e-3 * np.abs(exact).max()
 
 
+@pytest.mark.slow
 def test_force_figure_states_the_measured_numbers(runs: list[impact.ImpactResult], tmp_path: Path) -> None:
     plots.plot_force(*runs, tmp_path / "force.svg", filter_width=1e-6, title="A <b>title")
     written = (tmp_path / "force.svg").read_text(encoding="utf-8")
@@ -341,6 +342,7 @@ def test_a_missing_library_is_told_before_vtk_is_touched(monkeypatch: pytest.Mon
         rendering.load_pyvista()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="drivers are found by path on Linux only")
 def test_a_missing_driver_is_told_and_does_not_crash(drawing: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/dev/null")
@@ -370,6 +372,7 @@ def test_the_lowest_pole_that_is_told_carries_compliance(modal):
     )
 
 
+@pytest.mark.slow
 def test_pictures_enlarge_the_hardest_contact(tmp_path: Path) -> None:
     """A reed that lies on its seat is blown open and comes back: its landing is harder than the chatter before."""
     pulse = impact.TimeSeries([0.0, 1e-4, 2e-4, 1e-3, 1.1e-3, 5e-3], [-10.0, -10.0, 2e3, 2e3, -100.0, -100.0])
@@ -432,6 +435,7 @@ def test_landings_without_their_numbers_and_beyond_ten_are_not_marked() -> None:
     assert landing_marks([record(1, 1.0, 0.0) | {"duration_s": None}, {"body": "seat"}]) == ()
 
 
+@pytest.mark.slow
 def test_powers_of_ten_at_axes_need_no_parser_of_tex(tmp_path: Path) -> None:
     with sheet(tmp_path / "axes.png", 4, 2) as figure:
         linear, powers = figure.subplots(1, 2)

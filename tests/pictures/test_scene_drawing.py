@@ -155,6 +155,7 @@ def test_a_part_that_is_struck_from_below_is_drawn_upside_down(tmp_path: Path) -
     assert (boss.min(), boss.max()) == pytest.approx((-10e-3, 10e-3), rel=0.01)
 
 
+@pytest.mark.slow
 def test_turning_over_twice_changes_nothing() -> None:
     part = layout_of(example("kidney_landing")).seat.views
     beam = of_beam("beam", ((0.0, 8e-3), (20e-3, 4e-3)), 0.3e-3, 15e-3)
@@ -186,6 +187,7 @@ def test_every_kind_has_views_of_its_own_or_a_symbol(kind: Any) -> None:
     assert "views" in {name for base in kind.__mro__[:-1] for name in vars(base)}
 
 
+@pytest.mark.slow
 def test_sizes_are_kept_apart(tmp_path: Path) -> None:
     """Dimensions of one row of the drawing do not meet, and no words begin beyond the sheet."""
     layout = layout_of(example("kidney_landing"))

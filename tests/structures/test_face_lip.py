@@ -136,6 +136,7 @@ def test_a_half_space_under_a_face_is_that_under_a_lip() -> None:
 SLOT_LENGTH = 2 * STRAIGHT + 2 * math.pi * ROUND
 
 
+@pytest.mark.slow
 def test_the_face_of_a_drawing_and_of_a_mesh() -> None:
     """Chords of 1/96 and of elements, about sixteen around the inner edge, take away from the circles."""
     from seatfem.structures.formats.mesh_files import read_mesh
@@ -237,6 +238,7 @@ def test_a_straight_strip_is_a_rectangle(turn: float) -> None:
     assert np.all(across[::2] > 0)  # from the left side on
 
 
+@pytest.mark.slow
 def test_two_faces_are_numbered_through() -> None:
     """By the x of their centroids, each closed, from its own x axis on; of areas 2 to 1 with twice as many arcs."""
     edges = np.concatenate([closed(circle(r, 5e-3)) for r in (1e-3, 2e-3)])

@@ -112,6 +112,7 @@ def test_a_body_of_revolution_answers_as_one() -> None:
     assert min(off(32, math.sqrt(1.03))) > 0.02
 
 
+@pytest.mark.slow
 def test_damping_that_couples_modes_is_refused() -> None:
     plain = model(8)
     mesh = plain.dofs.mesh  # type: ignore[union-attr]

@@ -135,6 +135,7 @@ def test_single_precision_is_refined_or_refused_where_it_leaves_too_much(make, b
             assert 1e-8 < np.sum(off * (matrix @ off)) / np.sum(x * (matrix @ x)) < (2e-3) ** 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_single_precision_is_not_tried_unless_asked_for_and_by_pardiso_alone(model, backend):
     assert SINGLE not in factorize(model.K, backend=backend).backend

@@ -30,6 +30,7 @@ def meshes() -> dict[float, PlateMesh]:
         return {size: mesh_sheet(REED, size, gmsh=gmsh) for size in (2e-3, 1e-3)}
 
 
+@pytest.mark.slow
 def test_the_mesh_follows_the_outline(meshes: dict[float, PlateMesh]) -> None:
     """Its circle is curved: straight sides of 1 mm would lose 0.2 % of the area."""
     mesh = meshes[1e-3]
@@ -43,6 +44,7 @@ def test_the_mesh_follows_the_outline(meshes: dict[float, PlateMesh]) -> None:
     assert len(mesh.cells) > 3 * len(meshes[2e-3].cells)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "tolerance"), [(2e-3, 2e-3), (1e-3, 1e-3)])
 def test_frequencies(meshes: dict[float, PlateMesh], size: float, tolerance: float) -> None:
     """To 0.1 % on the finer mesh; the third is stated to 1 Hz in 1644.7."""

@@ -80,6 +80,7 @@ def test_three_rigid_modes_and_its_mass(shape: Flat, band: float, lip: Lip) -> N
     assert found.greens.residual.static()[0, 0] > 0
 
 
+@pytest.mark.slow
 def test_what_its_modes_leave_out(thin: SolvedSheet) -> None:
     """The static compliance of all modes above a third of the band, by those up to the band, to the 0.1 % of the
     shift; it is not lost in that of the rigid modes, which is infinite."""

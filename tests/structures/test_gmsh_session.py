@@ -74,6 +74,7 @@ def test_a_session_goes_on_after_a_failure(monkeypatch) -> None:
     assert [process.poll() is None for process in processes] == [False, False]
 
 
+@pytest.mark.slow
 def test_an_interrupt_between_two_meshes_kills_gmsh(monkeypatch) -> None:
     processes = started(monkeypatch)
 

@@ -65,6 +65,7 @@ def test_stated_error_covers_a_ten_times_finer_tolerance(three):
     np.testing.assert_allclose(three.static_compliance(), static, atol=1e-3 * static[0, 0])
 
 
+@pytest.mark.slow
 def test_patches_that_cover_the_ring_are_the_ring():
     """A force shared by three patches of 120 degrees is uniform: the mean of all g_ij is the harmonic 0."""
     thirds = solve({str(k): RingPatch(2 * math.pi * k / 3, 2 * math.pi / 3) for k in range(3)})

@@ -139,6 +139,7 @@ def zipped(**members):
     return file.getvalue()
 
 
+@pytest.mark.slow
 def test_matrices_that_unfold(tmp_path, monkeypatch):
     monkeypatch.setattr("seatfem.structures.formats.matrices.FREE", 1 << 20)
     zeros = zipped(data=npy((1 << 20,), bytes(1 << 23)))

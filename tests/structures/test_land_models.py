@@ -48,6 +48,7 @@ def kidney_statics(steps: int, arcs: int) -> Array:
     return greens.static_compliance()
 
 
+@pytest.mark.slow
 def test_a_kidney_answers_as_a_whole() -> None:
     """A uniform pressure on all arcs is that on one port; the arcs are those of its mirror image. With twice and four
     times as many elements along it the arcs' compliances converge with the second power at least."""
@@ -88,6 +89,7 @@ def test_a_strip_on_a_block_without_poissons_ratio(arcs: int, rings: int) -> Non
     assert np.ptp(np.diag(compliance)) > 0.1 * compliance.max()  # parts alone differ
 
 
+@pytest.mark.slow
 def test_two_faces_know_of_each_other() -> None:
     """Reciprocity, mirror symmetry, and as a whole the two faces under one pressure; one hardly moves the other."""
     compliance, lip = block(8, 1, 2e-3, STEEL)

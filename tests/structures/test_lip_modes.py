@@ -79,6 +79,7 @@ def test_more_modes_converge(eight: ModalGreens) -> None:
     assert all(bar > error for bar, error in zip(stated, errors, strict=True))
 
 
+@pytest.mark.slow
 def test_the_lip_as_a_whole_is_the_axisymmetric_seat(eight: ModalGreens) -> None:
     """Its statics to round-off, its waves to what the modes above leave, 0.4 %."""
     ring = model(0)
@@ -91,6 +92,7 @@ def test_the_lip_as_a_whole_is_the_axisymmetric_seat(eight: ModalGreens) -> None
     assert off(whole, g, math.sqrt(1.03)) > 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("static", [False, True])
 def test_every_arc_begins_as_a_continuum(static: bool) -> None:
     """g(0+) = 1/(rho c_p A_i), and nothing between arcs."""

@@ -139,6 +139,7 @@ def test_a_seat_is_refused_by_the_memory_of_what_solves_for_it(monkeypatch):
         check_elastic(body, seat, "3d", replace(how, tolerance=1e-6))
 
 
+@pytest.mark.slow
 def test_the_program_refuses_before_assembly(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(needs, "available_memory", lambda: 1e6)
     monkeypatch.setattr("seatfem.structures.finite_elements.matrices", lambda *given: pytest.fail("assembled"))

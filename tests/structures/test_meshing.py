@@ -105,6 +105,7 @@ def use_fake_gmsh(monkeypatch, folder: Path, source: str) -> None:
     monkeypatch.setenv("PYTHONPATH", str(folder))
 
 
+@pytest.mark.slow
 @pytest.mark.own_gmsh
 def test_missing_system_library_names_the_mend(monkeypatch, tmp_path):
     use_fake_gmsh(monkeypatch, tmp_path, "raise OSError('libGLU.so.1: cannot open shared object file')")
@@ -112,6 +113,7 @@ def test_missing_system_library_names_the_mend(monkeypatch, tmp_path):
         make_mesh(AnnularSeat(), COARSE)
 
 
+@pytest.mark.slow
 @pytest.mark.own_gmsh
 def test_crash_is_an_error_and_leaves_no_file(monkeypatch, tmp_path):
     use_fake_gmsh(monkeypatch, tmp_path, FAKE_GMSH.format(act="os.kill(os.getpid(), signal.SIGSEGV)"))
@@ -122,6 +124,7 @@ def test_crash_is_an_error_and_leaves_no_file(monkeypatch, tmp_path):
     assert not list(out.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.own_gmsh
 def test_interrupt_kills_gmsh(monkeypatch, tmp_path):
     pid_file = tmp_path / "pid"

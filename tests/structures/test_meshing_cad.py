@@ -285,6 +285,7 @@ open(sys.argv[2], "w").write(json.dumps([areas, volumes, len(gmsh.model.getEntit
 """
 
 
+@pytest.mark.slow
 def test_healing_keeps_colours_and_regions(tmp_path):
     part = CadPart(INSERT, regions=(Region("ring", colour=ORANGE), Region("body", colour=GREY)))
     found = tmp_path / "found.json"

@@ -60,6 +60,7 @@ def supported(h: float, m: int, n: int) -> float:
     return float(np.sqrt(scipy.linalg.eigh(stiffness, mass)[0][0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("warp", [None, bulged])
 @pytest.mark.parametrize("h", [0.2, 0.01])
 def test_a_simply_supported_plate_converges_with_order_four(h: float, warp: Warp | None) -> None:
@@ -79,6 +80,7 @@ def test_a_simply_supported_plate_converges_with_order_four(h: float, warp: Warp
     assert np.log2(np.abs(errors[0] / errors[1])).min() > 3.7  # 4 in the limit
 
 
+@pytest.mark.slow
 def test_a_free_plate_has_three_rigid_modes_and_no_spurious_one() -> None:
     """The deflection that reduced integration leaves without energy lies above 20 elastic modes: they are the same
     on a mesh of half the size. First ones of a thin square: 13.468, 19.596, 24.270 (Leissa 1973, 4.1)."""

@@ -52,6 +52,7 @@ def test_it_may_lie_anywhere_and_run_either_way() -> None:
     assert decode(encode(away)) == away
 
 
+@pytest.mark.slow
 def test_beyond_a_line_all_is_clamped() -> None:
     """As if the sheet ended there: an edge on the line, and a longer sheet cut by it, are the same."""
     longer = ((-4e-3, -5e-3), *SQUARE[1:3], (-4e-3, 5e-3))
@@ -63,6 +64,7 @@ def test_beyond_a_line_all_is_clamped() -> None:
     assert HOOK.narrowest == pytest.approx(4e-3)
 
 
+@pytest.mark.slow
 def test_a_flapper_by_its_corners() -> None:
     """16 chords a quarter of the circle take 1e-3 of the area; a frequency is its mesh's 0.2 % off, too."""
     reed = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)

@@ -155,6 +155,7 @@ def test_an_unknown_impedance_gives_a_bare_spring(rod):
     assert 1 / relaxed.rates == pytest.approx([1e-7], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_marched_samples_are_second_order(rod):
     """Newmark against the exact modes of the same matrices, after the pulse: error/4 when h is halved."""
     duration, width = 4e-5, 1e-5
@@ -169,6 +170,7 @@ def test_the_marched_samples_are_second_order(rod):
     assert errors[-1] < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rayleigh", [None, (1e4, 3e-8)])
 def test_transient_error_is_below_its_estimate(rod, rayleigh):
     model = rod_model(**ROD, elements=100, damping=rayleigh)
@@ -239,6 +241,7 @@ def test_what_is_not_reached_is_stated_with_numbers(rod, block):
         Transient(most=100).reduce(rod, rod.damping, Aims(1e6, 1e-4, 1e-4))
 
 
+@pytest.mark.slow
 def test_an_indefinite_stiffness_is_refused(rod):
     square = (2 * np.pi * 1e5) ** 2  # K - w^2 M has the diagonal of a stiffness, and negative eigenvalues
     indefinite = SecondOrderModel(rod.M, None, rod.K - square * rod.M, rod.ports)
@@ -282,6 +285,7 @@ def test_g_is_known_for_as_long_as_it_was_computed(block):
         impact.prepare(problem, 1e-8, 6e-6)
 
 
+@pytest.mark.slow
 def test_modes_are_modes_at_any_time(block):
     modes = greens_function(block, bandwidth=1 / WIDTH, duration=SPAN, tolerance=2e-2, method="modes")
     assert modes.valid_for == np.inf
@@ -315,6 +319,7 @@ def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, messa
         greens_function(model, bandwidth=1e5, duration=2e-5, tolerance=2e-2, method=method)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["krylov", "modes"])
 def test_a_free_block_keeps_its_rigid_part_exactly(method):
     mesh = skfem.MeshHex.init_tensor(np.linspace(0, 12e-3, 5), np.linspace(0, 11e-3, 4), np.linspace(0, 4e-3, 3))

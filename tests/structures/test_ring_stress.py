@@ -46,6 +46,7 @@ def arcs(count: int) -> list[RingPatch]:
 POINTS = np.array([(INNER, 0.4 * HEIGHT), (5.5e-3, 0.5 * HEIGHT), (OUTER, 0.5 * HEIGHT), (5e-3, 1e-3)])
 
 
+@pytest.mark.slow
 def test_one_force_on_all_arcs_is_that_of_the_axisymmetric_body() -> None:
     angles = np.array([0.1, 2.0])
     field = ring(arcs(6), POINTS, angles, range(5))
@@ -101,6 +102,7 @@ def test_one_arc_makes_the_stress_of_a_solid_mesh() -> None:
     assert (coarse > 1.8 * fine).all(), errors
 
 
+@pytest.mark.slow
 def test_the_largest_and_the_range_of_a_ring_are_those_of_its_histories() -> None:
     """The range at the times of the histories, whose deviators a box holds."""
     angles = 2 * math.pi * (np.arange(8) + 0.5) / 8

@@ -58,6 +58,7 @@ def test_a_rod_on_a_dashpot_is_dalemberts(share):
     assert greens.provenance["checks"]["passive"]
 
 
+@pytest.mark.slow
 def test_loss_factors_by_region_are_the_modal_strain_energy():
     mesh = skfem.MeshHex.init_tensor(np.linspace(0, 12e-3, 3), np.linspace(0, 11e-3, 3), np.linspace(0, 4e-3, 3))
     mesh = mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 4e-3 - 1e-9})

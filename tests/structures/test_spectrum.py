@@ -61,6 +61,7 @@ def test_all_below_a_frequency():
     assert len(solve_modes(model, 3, up_to_hz=np.sqrt(limit) / (2 * np.pi)).omega) == 3
 
 
+@pytest.mark.slow
 def test_a_shift_that_is_an_eigenvalue_is_moved():
     values = SPECTRA["spread"]
     model = pencil(values)
@@ -108,6 +109,7 @@ def test_double_and_rigid_modes_of_a_square_block(square_block, fixed, known):
     assert modes.residuals.max() < 1e-6  # errors of 1e-8, with what is left of high modes weighted by their w^2
 
 
+@pytest.mark.slow
 def test_it_says_so_where_nothing_counts(square_block, monkeypatch):
     model = assemble(square_block, STEEL, fixed="fixed", order=2)
     exact = solve_modes(model, 10)

@@ -44,6 +44,7 @@ def test_the_flapper_of_a_file_is_the_flapper() -> None:
     assert mine == pytest.approx(own, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_slot_and_hole_are_kept(drawn: Path) -> None:
     """In the neck and in the paddle, where the hole is what the contact lies about."""
     shape = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3, slot_width=2e-3, slot_length=8e-3, hole_diameter=6e-3)

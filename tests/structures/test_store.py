@@ -44,6 +44,7 @@ def test_a_damaged_entry_is_told_and_replaced(tmp_path: Path) -> None:
     assert Store(tmp_path).get(KEY) is None  # told to nobody
 
 
+@pytest.mark.slow
 def test_writers_and_readers_at_once_never_meet_half_a_file(tmp_path: Path) -> None:
     told: list[str] = []
     store = Store(tmp_path, told.append)

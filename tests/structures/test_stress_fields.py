@@ -55,6 +55,7 @@ def section(rows: int, columns: int, length: float, radii: Any, kind: Any = skfe
     return kind(places, curved.t, _boundaries=mesh.boundaries)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [skfem.MeshQuad2, skfem.MeshTri2])
 def test_a_thick_walled_ring_under_pressure_has_the_stress_of_lame(kind: Any) -> None:
     """In plane strain, at its surfaces; the error falls as h^2 at least."""
@@ -95,6 +96,7 @@ def rod(vectors: int, dt: float) -> StressField:
     return recover(model, functional, points, bandwidth=100e3, dt=dt, vectors=vectors)
 
 
+@pytest.mark.slow
 def test_a_rod_under_a_pulse_has_the_stress_of_its_waves_with_exact_delays() -> None:
     dt = LENGTH / SPEED / 800
     time = dt * np.arange(2001)
@@ -133,6 +135,7 @@ def newmark(model: SecondOrderModel, force: Array, dt: float) -> Array:
     return found.T
 
 
+@pytest.mark.slow
 def test_a_filleted_seat_under_a_pulse_follows_a_time_integration() -> None:
     width, duration = 1 / 0.3e6, 12e-6
     dt = width / 100

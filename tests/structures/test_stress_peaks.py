@@ -56,6 +56,7 @@ def test_a_landing_cuts_the_record_for_both_stresses() -> None:
     assert found.initial.von_mises[0] == 0.0
 
 
+@pytest.mark.slow
 def test_hot_spots_are_the_tops_of_hills() -> None:
     """On a line three hills; the shoulder of the first, higher than the others, is no top."""
     x = np.linspace(0, 10, 1001)

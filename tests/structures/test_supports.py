@@ -49,6 +49,7 @@ def test_a_block_on_an_elastic_foundation_sinks_by_the_pressure_over_its_stiffne
     assert everywhere @ model.K @ everywhere == pytest.approx(0.25 * 2, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_bolted_faces_are_softer_than_clamped_ones_and_become_them():
     mesh = box([0, 1], [0, 1], [0, 1, 2])
     clamped = compliance(assemble(mesh, STEEL, fixed="z0", ports={"top": "z1"}))
@@ -85,6 +86,7 @@ def march(model, force, step, count):
     return np.array(seen)
 
 
+@pytest.mark.slow
 def test_a_rod_with_an_absorbing_end_is_semi_infinite():
     """u = integral of F/(rho c A): nothing comes back from the end within three transits (reflection below 1 %)."""
     mesh = box([0, 1], [0, 1], np.linspace(0, 10, 41))
@@ -125,6 +127,7 @@ def test_a_sphere_of_waves_leaves_through_an_absorbing_block():
     assert returned["closed"] > 0.3
 
 
+@pytest.mark.slow
 def test_sliding_on_oblique_planes_is_sliding_on_turned_axes():
     mesh = box([0, 0.5, 1], [0, 0.5, 1], [0, 1, 2])
     arguments = {"fixed": "z0", "sliding": ("x0", "y0"), "ports": {"contact": "contact"}}
@@ -139,6 +142,7 @@ def test_sliding_on_oblique_planes_is_sliding_on_turned_axes():
     assert nodal.M.nnz == nodal.size
 
 
+@pytest.mark.slow
 def test_a_quarter_with_copies_is_the_whole():
     whole = assemble(box(np.linspace(-1, 1, 5), np.linspace(-1, 1, 5), [0, 1, 2]), STEEL, fixed="z0")
     quarter = box([0, 0.5, 1], [0, 0.5, 1], [0, 1, 2])
@@ -154,6 +158,7 @@ def test_a_quarter_with_copies_is_the_whole():
         assert values[1] == pytest.approx(values[0], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_symmetric_and_antisymmetric_halves_hold_all_frequencies_of_the_whole():
     whole, half = (turned(box(x, [0, 0.8], [0, 1, 2])) for x in ([-1, 0, 1], [0, 1]))
 

@@ -41,6 +41,7 @@ def modes(thin):
     return solve_modes(thin, 9)
 
 
+@pytest.mark.slow
 def test_free_thin_disc_has_six_rigid_modes_and_kirchhoffs_frequencies(modes):
     assert modes.complete
     assert np.all(modes.frequencies_hz[:6] == 0.0)
@@ -49,6 +50,7 @@ def test_free_thin_disc_has_six_rigid_modes_and_kirchhoffs_frequencies(modes):
     assert np.all((excess > 0) & (excess < 0.045))
 
 
+@pytest.mark.slow
 def test_rigid_modes_are_told_from_bending_by_round_off_alone(thin, modes):
     """Matrices from elsewhere: the rigid shapes are not known."""
     unknown = solve_modes(replace(thin, dofs=None), 9)

@@ -75,6 +75,7 @@ def test_frequency_responses_of_every_quantity(tmp_path: Path, ordinate: int, or
     assert np.abs(read.receptance - G).max() < 1e-9 * np.abs(G).max()
 
 
+@pytest.mark.slow
 def test_from_a_hammer_test_to_a_greens_function(tmp_path: Path) -> None:
     h = G * (S**2)[:, None, None]
     sets = [function(i, j, h[:, i, j]) for i in range(2) for j in range(2)]

@@ -58,6 +58,7 @@ def test_a_pair_lies_as_it_is_drawn_wherever_it_is_moved(folder: Path, moved: st
     assert lip.cuts(np.zeros(1))[1] == pytest.approx(np.array([(5.2e-3, 0.0)]), abs=2e-5)  # a border on the reed's axis
 
 
+@pytest.mark.slow
 def test_a_tilted_reed(folder: Path) -> None:
     """By 0.4 deg about 35 deg through a point 20 um over the lip, raised by 30 um: lowest on the mean circle."""
     contact = loaded(folder, "plate", "tilted_flapper").contact
@@ -72,6 +73,7 @@ def test_a_tilted_reed_that_all_but_touches(folder: Path) -> None:
     assert contact.gap == pytest.approx(1e-6, abs=0.2e-6)
 
 
+@pytest.mark.slow
 def test_a_tilted_pair_that_is_turned(folder: Path) -> None:
     """Tilt, its axis, the gap and the arcs of the lip are those of the pair before, on the axes of the reed."""
     before, after = (loaded(folder, f"{moved}plate", f"{moved}tilted_flapper") for moved in ("", "turned_"))
@@ -81,6 +83,7 @@ def test_a_tilted_pair_that_is_turned(folder: Path) -> None:
     assert there.line() == pytest.approx(here.line(), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_reed_that_lies_off_the_port(folder: Path) -> None:
     """Shifted by (0.4, -0.3) mm: the contact follows the lip, or the lip lies off a stated contact."""
     scene = loaded(folder, "plate", "off_flapper")
@@ -155,6 +158,7 @@ def test_what_does_not_fit_together(
     assert [each for each in words if each not in told[key]] == [], told[key]
 
 
+@pytest.mark.slow
 def test_a_frame_that_is_stated(folder: Path) -> None:
     """Without [assembly]: an oblique reed by its own frame; a normal that is not the plate's is refused."""
     placed = loaded(folder, "tumbled_plate", "tumbled_flapper").reed.frame

@@ -50,6 +50,7 @@ def run(scene: Scene) -> ImpactResult:
     return impact.solve(problem, dt=DT, duration=DURATION)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["velocity", "acceleration"])
 def test_either_record_moves_the_clamp_alike(kind: str, tmp_path: Path) -> None:
     by_way, other = (run(scene_of(tmp_path, SPRING + REED + base("reed", each))) for each in ("displacement", kind))
@@ -58,6 +59,7 @@ def test_either_record_moves_the_clamp_alike(kind: str, tmp_path: Path) -> None:
     assert by_way.energy.residual < 1e-9
 
 
+@pytest.mark.slow
 def test_on_one_base_all_is_as_in_its_frame(tmp_path: Path) -> None:
     """Reed and seat carried alike: the reed feels its inertia alone, as under the load base_motion."""
     both = run(scene_of(tmp_path, SPRING + REED + base("reed", "acceleration") + base("seat", "acceleration")))
@@ -81,6 +83,7 @@ def test_measures_and_run_agree_on_a_moving_seat(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9  # type: ignore[operator]
 
 
+@pytest.mark.slow
 def test_a_rod_follows_a_slow_base_and_refuses_a_fast_one(tmp_path: Path) -> None:
     """Its first frequency is c/(4 l) = 126 kHz: 318 Hz is slow; of a rod of 10 m it is not."""
     scene = scene_of(tmp_path, ROD + REED + base("seat"))

@@ -93,6 +93,7 @@ def test_counts_of_half_sections_are_those_of_the_mesh(body, parts):
     assert sizes.nodes == pytest.approx(mesh.quality.nodes, rel=0.25)
 
 
+@pytest.mark.slow
 def test_counts_follow_the_power_of_the_size():
     """Halved everywhere: eight times the elements of a solid, four times those of a section, for fine meshes."""
     fine = MeshSpec(size=0.1e-3, contact_size=0.1e-3)
@@ -224,6 +225,7 @@ def test_large_seats_are_predicted_by_what_solves_for_them(rings, solver):
     assert seat_costs.seat_memory(large)[0] < 0.8 * seat_costs.seat_memory(double)[0]
 
 
+@pytest.mark.slow
 def test_predicting_is_quick():
     """Once the shape is known; the first time also stays far below a second."""
     scene = load_scene(EXAMPLES / "flapper_on_valve_plate.toml")

@@ -56,6 +56,7 @@ def test_a_plane_is_a_tilt(tmp_path: Path, way: str) -> None:
     assert curved.geometry.usual_ports == flat.geometry.usual_ports > 1
 
 
+@pytest.mark.slow
 def test_openings_are_means_of_the_shape(tmp_path: Path) -> None:
     """A saddle k x y, over a grid of 0.25 mm: k h^2/4 between its nodes; and with a tilt the two add up."""
     grid = np.arange(0, 36.01, 0.25), np.arange(-9, 9.01, 0.25)
@@ -71,6 +72,7 @@ def test_openings_are_means_of_the_shape(tmp_path: Path) -> None:
     np.testing.assert_allclose(tilted.geometry.gaps(Division(ARCS)), both, atol=0.02e-6)
 
 
+@pytest.mark.slow
 def test_own_shapes(tmp_path: Path) -> None:
     """The height at the centre is the one stated; the paddle is nearly straight: the openings differ by its rise along
     the axis, within 5 %."""

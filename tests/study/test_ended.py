@@ -29,6 +29,7 @@ def last_of(plan: Plan, folder: Path) -> Round:
     return done
 
 
+@pytest.mark.slow
 def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path):
     plan = too_coarse(plan_of(tmp_path))
     assert cached_plan(plan.scene) is None
@@ -48,6 +49,7 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
     assert cached_plan(plan.scene) == again  # told once
 
 
+@pytest.mark.slow
 def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
     """Bit by bit; where the forces differ, nothing is on file, or a file was changed by hand, they are computed."""
     plan = plan_of(tmp_path)
@@ -77,6 +79,7 @@ def test_other_questions_are_planned(tmp_path):
     assert cached_plan(plan_of(tmp_path, 'title = "another name"\n' + SCENE).scene) is not None  # that asks for nothing
 
 
+@pytest.mark.slow
 def test_what_met_in_one_round_is_kept_and_what_missed_is_not(store_of_the_test, tmp_path):
     done = last_of(plan_of(tmp_path), tmp_path)
     assert done.number == 1
@@ -107,6 +110,7 @@ HARM = {
 }
 
 
+@pytest.mark.slow
 def test_a_file_that_is_not_sound_changes_nothing(store_of_the_test, tmp_path):
     plan = too_coarse(plan_of(tmp_path))
     save_plan(last_of(plan, tmp_path))

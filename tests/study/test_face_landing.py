@@ -196,6 +196,7 @@ def test_seats_that_have_no_lips(tmp_path: Path, seat: str, words: str) -> None:
     assert "contact.ports" in str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seat", "contact", "words"),
     [
@@ -217,6 +218,7 @@ def test_a_lip_of_several_faces_has_whole_arcs_on_each(tmp_path: Path) -> None:
     assert lip.pieces == ((6, True),) * 6
 
 
+@pytest.mark.slow
 def test_a_slot_off_the_reed(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, SLOT, 'ports = 8\noffset = ["2.5 mm", "0 mm"]\n')
     with pytest.raises(ModelError, match=r"contact\.offset: .*2\.5 to 6 mm"):

@@ -30,6 +30,7 @@ def of_field(folder: Path, rows: str) -> Scene:
     return scene_of(folder, '{ field = "field.csv" }')
 
 
+@pytest.mark.slow
 def test_a_mode_as_a_field_is_that_mode(tmp_path: Path) -> None:
     """The second bending mode at its nodes, and points beyond the outline that no node sees: its rotary inertia, 4e-4
     of its mass norm, is all that the field has not."""

@@ -52,6 +52,7 @@ def struck(scene: Scene, arcs: int) -> Touches:
     return run_contacts(scene, striker_of(scene), bed(Division(arcs), STIFFNESS), DT)
 
 
+@pytest.mark.slow
 def test_the_film_of_a_lip_is_spread_over_its_arcs(tmp_path: Path) -> None:
     scene = lip(tmp_path, f"{AIR}\nports = 8")
     contacts = problem_of(scene, striker_of(scene), impact.Body(bed(Division(8), STIFFNESS))).contacts
@@ -77,6 +78,7 @@ def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
     assert verdict({**kept, "seat_kind": "annular"}) == ""
 
 
+@pytest.mark.slow
 def test_a_run_tells_of_its_film_and_of_none(tmp_path: Path) -> None:
     scene = load_text(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s"))
     outcome = run_scene(scene, tmp_path, pictures=False)
@@ -96,6 +98,7 @@ def test_a_run_tells_of_its_film_and_of_none(tmp_path: Path) -> None:
     assert measures.film_force_peak(loaded) == found["film_force_peak_N"]
 
 
+@pytest.mark.slow
 def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> None:
     """Of an even gap: the same total force at every step; under a plate whose paddle turns as it comes, far less."""
     seat, _, rest = LANDING.partition("[reed]")

@@ -28,6 +28,7 @@ def solved_of(reed: Structure) -> SolvedSheet:
     return reed.solved()  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_it_lands_with_a_velocity_in_one_mode(tmp_path: Path) -> None:
     """At the paddle's centre, whichever patch touches; undeformed."""
     more = 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\nrelease = { mode = 3, velocity = "-2 m/s" }\n'
@@ -39,6 +40,7 @@ def test_it_lands_with_a_velocity_in_one_mode(tmp_path: Path) -> None:
         assert found.plate.centre @ body.state.velocity == pytest.approx(-2.0)
 
 
+@pytest.mark.slow
 def test_frequencies_and_static_compliance(tmp_path: Path) -> None:
     """Modes of the scene's own mesh; the compliance is complete however few they are."""
     reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed
@@ -66,6 +68,7 @@ def test_the_mesh_error_covers_the_truth(tmp_path: Path) -> None:
     assert np.abs(g - truth).max() / np.abs(truth).max() < found.greens.error_estimate.mesh
 
 
+@pytest.mark.slow
 def test_it_is_struck_and_stops(tmp_path: Path) -> None:
     """As a seat under a ball, and as a stopper."""
     scene = scene_of(tmp_path, BALL, FLAPPER + COARSE)
@@ -108,6 +111,7 @@ def test_torsion_leaves_the_centre_at_rest(tmp_path: Path) -> None:
         striker_of(scene)
 
 
+@pytest.mark.slow
 def test_a_landing_that_begins_in_touch(tmp_path: Path) -> None:
     """No step before it tells the closing speed: it is unknown, not a number that JSON has no word for."""
     scene = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING)

@@ -29,6 +29,7 @@ GAP = 'gap = "1 um"\n'
 STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
 
 
+@pytest.mark.slow(only=("waves",))
 @pytest.mark.parametrize(
     ("reed", "contact", "more", "told"),
     [

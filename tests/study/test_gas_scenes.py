@@ -140,6 +140,7 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
     assert tmp_path / "out" / "gas.csv" in outcome.files
 
 
+@pytest.mark.slow
 def test_steps_follow_the_crank(tmp_path: Path) -> None:
     """At least twice a degree of the crank, whoever chooses the step."""
     scene = scene_of(tmp_path, GAS + CRANK, RUN.replace("20 us", "400 us"))
@@ -191,6 +192,7 @@ def test_what_is_wrong_is_named(text: str, csv: str, words: str, tmp_path: Path)
     assert int(told.split("scene.toml:")[1].split(":")[0]) > (SEAT + REED).count("\n")
 
 
+@pytest.mark.slow
 def test_a_reed_in_gas_is_bent_as_by_the_same_load(tmp_path: Path) -> None:
     """Its largest stresses, and the measure `stress`, which every run of the error budget looks at."""
     area = '[["0 mm", "110 mm^2"], ["2 mm", "70 mm^2"]]'

@@ -56,6 +56,7 @@ def test_a_coefficient_that_is_off_by_three_percent_is_seen(record, tmp_path):
     assert off.counted[0].misfit > 1.5  # and what is left says so
 
 
+@pytest.mark.slow
 def test_the_derivatives_are_those_of_the_records(record, tmp_path):
     """By all keys, those of the records, too; to the square of the differences' width."""
     asked, samples = load_identification(write_files(tmp_path, *record, RECORD.replace("[fit]", "[fit]\n" + GAIN)))
@@ -98,6 +99,7 @@ def test_what_the_record_does_not_tell_is_said(record, tmp_path):
     assert "a harder shot would" in said
 
 
+@pytest.mark.slow
 def test_correlated_residuals_widen_intervals():
     """Noise whose neighbours are correlated by rho counts as (1 + rho)/(1 - rho) samples a sample."""
     for rho in (0.0, 0.5, 0.8):
@@ -229,6 +231,7 @@ def test_a_gauge_that_the_scene_has_not(record, tmp_path):
         identify(path)
 
 
+@pytest.mark.slow
 def test_a_record_longer_than_the_run_and_one_of_too_many_samples(record, tmp_path):
     time, force = record
     path = write_files(tmp_path, np.append(time, 1e-3), np.append(force, 0.0))

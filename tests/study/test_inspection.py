@@ -67,6 +67,7 @@ def test_a_wrong_unit_is_told_at_its_key(tmp_path: Path, capsys: pytest.CaptureF
     assert found.startswith("scene.toml:5: seat.unit: ")
 
 
+@pytest.mark.slow
 def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = told(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
     assert [line.split(":")[1:3] for line in found] == [["5", " seat.contact"], ["6", " seat.fixed"]]
@@ -243,6 +244,7 @@ def test_faces_as_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFi
     assert (tmp_path / "faces.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_the_unit_of_a_mesh_is_asked_for(tmp_path: Path) -> None:
     areas = {}
     for unit in ("m", "inch"):

@@ -137,6 +137,7 @@ def test_an_optimum_of_what_needs_no_landing(tmp_path: Path, monkeypatch: pytest
     assert found.as_json()["left_out"] == ""
 
 
+@pytest.mark.slow
 def test_no_optimum_where_nothing_lands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
     text = SOUGHT.replace('"0 mm"', '"0.3 mm"') % "impulse_Ns"
@@ -167,6 +168,7 @@ def test_what_the_program_says(tmp_path, monkeypatch, capsys):
     assert "landing_impulse_Ns: no scene has it: none landed\n" in out
 
 
+@pytest.mark.slow
 def test_a_measure_that_is_empty_in_some_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
     known = {"0.05 mm": None}

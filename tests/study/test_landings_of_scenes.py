@@ -36,6 +36,7 @@ def run(tmp_path: Path, text: str, **changed: object) -> tuple[dict[str, Any], b
     return json.loads((tmp_path / "out" / "summary.json").read_text()), outcome.met
 
 
+@pytest.mark.slow
 def test_the_landing_of_a_valve_is_not_the_gas_that_presses_it(tmp_path: Path) -> None:
     """15 bar on 60 mm2 press the closed valve with 90 N; what is judged is the blow with which it closes before."""
     summary, _ = run(tmp_path, VALVE)
@@ -72,6 +73,7 @@ def test_first_and_run_speak_of_the_first_landing_and_of_the_run(tmp_path: Path)
     assert whole["accuracy_judged_keys"] == "impulse_Ns, filtered_peak_force_N"
 
 
+@pytest.mark.slow
 def test_with_one_landing_and_no_load_both_agree(tmp_path: Path) -> None:
     summary, met = run(tmp_path, MASS + '[run]\nduration = "0.3 ms"\n[accuracy]\ntarget = "5 %"\n')
     assert met

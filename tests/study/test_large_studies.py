@@ -38,6 +38,7 @@ def test_a_plan_of_many_scenes_is_a_price_at_once(folder):
     assert_refused(refused, "1000000.toml:4: number: 1000000 ", " 100000")
 
 
+@pytest.mark.slow
 def test_the_price_by_some_is_that_by_all(folder, monkeypatch):
     """All scenes cost alike, and both seats are among those that are drawn."""
     monkeypatch.setattr(sweep, "LOOKED_AT", 20)

@@ -112,6 +112,7 @@ def test_both_faces_and_the_places_of_the_largest_stresses(tmp_path: Path) -> No
     assert np.abs(towards).max() == pytest.approx(stress.largest.value, rel=0.01)  # at its coarser times
 
 
+@pytest.mark.slow
 def test_what_a_run_tells(tmp_path: Path) -> None:
     limit = 'impact_speed_limit = "8 m/s"\nsource = "invented, too"\n'
     scene = scene_of(tmp_path, ASKED + limit, gap="0 mm", periods=1)

@@ -136,6 +136,7 @@ def test_waviness_is_linear_between_its_angles(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_all_arcs_under_one_load_are_the_whole_lip(bench: Bench) -> None:
     """Both bodies: the plate's rules at 192 and at 96 points of the lip differ by 1e-9."""
     many, one = bench.problem(32), bench.problem(1)

@@ -83,6 +83,7 @@ def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
     assert lip.arcs == 32
 
 
+@pytest.mark.slow
 def test_a_lip_over_a_hole_of_the_reed(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match=r"contact\.offset: .*lip.* 5\.5 .*8 mm"):
         striker_of(scene_of(tmp_path, "", REED + 'hole_diameter = "11 mm"\n'))

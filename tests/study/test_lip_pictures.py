@@ -60,6 +60,7 @@ def test_the_gaps_begin_with_the_tilt_of_the_scene(landed: Any) -> None:
     assert abs(pitch) < 1e-9
 
 
+@pytest.mark.slow
 def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     """Nodes near the lip's outer circle move as the arcs next to them, which the march knows; what the modes left out
     is not drawn."""

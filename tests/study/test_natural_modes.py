@@ -72,6 +72,7 @@ def test_shares_are_parts_of_the_static_compliance(tmp_path):
     assert axial.share == pytest.approx(8 / math.pi**2, rel=0.02)  # the first of a rod's 8/(pi (2 k - 1))^2
 
 
+@pytest.mark.slow
 def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
     """Two planes of bending, one frequency but for the mesh: below the bar's only mode that its end's load excites."""
     modes = found(BAR, tmp_path, 3).modes
@@ -121,6 +122,7 @@ def undrawn(monkeypatch):
     monkeypatch.setattr(pictures, "draw_all", write)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_table_on_file(tmp_path):
     outcome = write_modes(seat_of(ANNULAR, tmp_path), tmp_path / "out", count=6)

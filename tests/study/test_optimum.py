@@ -58,6 +58,7 @@ def closed_form_of_stiff_seats(changed: dict[str, object]) -> dict[str, object]:
     return closed_form(changed)
 
 
+@pytest.mark.slow
 def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkeypatch):
     """Two keys and two limits. The search's own optimum has a stiffness 8 % too large; by the shift it is found to what
     a limit may be violated by without an error bar, 0.1 %, of which stiffness takes the double, and what mass does."""
@@ -78,6 +79,7 @@ def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkey
     assert margin == pytest.approx(3e-5 - found.best.value("max_seat_displacement_m"))
 
 
+@pytest.mark.slow
 def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Greatest of 5 - (k / 2 - 2 / k)^2, at k = 2: next to a parabola of the shares there."""
     answer_here(monkeypatch)

@@ -142,6 +142,7 @@ def test_spring_baseline_has_the_static_stiffness_of_the_seat(annular: Ran) -> N
     np.testing.assert_allclose(spring.target_displacement, deflection, rtol=1e-9, atol=1e-18)
 
 
+@pytest.mark.slow
 def test_a_seat_computed_as_its_spring_is_its_own_baseline(tmp_path: Path) -> None:
     """Its run is not repeated; marched again, on a spring of that stiffness, it is the same but for round-off."""
     path = tmp_path / "scene.toml"
@@ -154,6 +155,7 @@ def test_a_seat_computed_as_its_spring_is_its_own_baseline(tmp_path: Path) -> No
     np.testing.assert_allclose(baseline.result.force, again.seat.force, rtol=1e-9, atol=1e-9 * again.seat.force.max())
 
 
+@pytest.mark.slow
 def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
     """The mesh error from a coarser mesh, the reduction error within the tolerance of the scene."""
     found = annular.summary
@@ -196,6 +198,7 @@ def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     assert sum(annular.outcome.stages.values()) <= annular.summary["wall_time_s"]
 
 
+@pytest.mark.slow
 def test_the_same_seat_is_used_again(annular: Ran, tmp_path: Path) -> None:
     assert annular.summary["seat_reused"] is False
     folder = tmp_path / "out"
@@ -258,6 +261,7 @@ def test_seats_from_other_programs_files(tmp_path: Path) -> None:
     assert other["impulse_Ns"] == pytest.approx(one["impulse_Ns"], rel=1e-2)
 
 
+@pytest.mark.slow
 def test_a_greens_function_file_stands_for_the_seat(annular: Ran, tmp_path: Path) -> None:
     scene = f'[seat]\nkind = "greens"\nfile = "{(annular.folder / "seat.h5").as_posix()}"\n' + REED
     found = run(scene, tmp_path / "out")
@@ -277,6 +281,7 @@ def test_when_a_seat_is_used_again(tmp_path: Path) -> None:
         assert run(SPRING.replace(old, new), tmp_path / "out").summary["seat_reused"] is reused, new
 
 
+@pytest.mark.slow
 def test_a_damaged_seat_file_is_computed_again(tmp_path: Path) -> None:
     first = run(SPRING, tmp_path / "out")
     seat = first.folder / "seat.h5"
@@ -465,6 +470,7 @@ def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
     assert "pictures_missing" not in summary  # nobody was left to tell
 
 
+@pytest.mark.slow
 def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(tmp_path, monkeypatch):
     def fill(*given: object) -> tuple[tuple[Path, ...], tuple[str, ...]]:
         def full(path: Path, data: object) -> None:
@@ -520,6 +526,7 @@ def test_an_interrupted_program_leaves_whole_files_only(tmp_path: Path) -> None:
         assert not (tmp_path / "out" / "summary.json").exists()
 
 
+@pytest.mark.slow
 def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     run_scene(load_scene(_written(tmp_path / "rod.toml", SPRING)), folder, pictures=False)

@@ -99,6 +99,7 @@ class TestKeys:
         assert plan.method == stated_method(scene)
         assert all(choice.given for choice in plan.choices if choice.key.startswith(("seat", "reed")))
 
+    @pytest.mark.slow
     def test_what_it_leaves_open_is_filled_with_a_reason(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED, run__time_step="7 ns"))
         seat = plan.method.seat
@@ -137,6 +138,7 @@ class TestTargets:
             assert (other.reed.n_modes or 0) >= (one.reed.n_modes or 0)
             assert max(tight.error.values()) <= max(loose.error.values())
 
+    @pytest.mark.slow
     def test_the_prediction_meets_the_target(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED, accuracy__target="1 %"))
         assert plan.meets_target
@@ -210,6 +212,7 @@ class TestTargets:
         plan = plan_scene(scene_of(soft, MASS, run={"duration": "90 us", "filter_width": "10 ns"}))
         assert plan.method.time_step <= 10e-9 / 4
 
+    @pytest.mark.slow
     def test_chosen_steps_end_with_the_run(self) -> None:
         """Also those of the error bars, twice and four times as long: what is known of g may end there."""
         dt = plan_scene(scene_of(SPRING, REED, run__duration="0.7713 ms")).method.time_step
@@ -228,6 +231,7 @@ class TestTargets:
         off = abs(few["filtered_peak"] - truth["filtered_peak"])
         assert off <= plan_scene(scene).error["landing_filtered_peak"] * few["filtered_peak"]
 
+    @pytest.mark.slow
     def test_a_mesh_made_elsewhere_is_not_reduced_over_all_its_band(self) -> None:
         file = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
         seat = {"kind": "mesh", "file": str(file), "damping_ratio": 0.05, "material": tomllib.loads(STEEL)["material"]}
@@ -235,6 +239,7 @@ class TestTargets:
         assert plan.method.seat.size is None
         assert plan.method.seat.bandwidth <= 1e6  # type: ignore[operator]
 
+    @pytest.mark.slow
     def test_no_contact_is_said(self) -> None:
         """And nothing else of the answer: no bar of what does not move, no word of how little the seat counts."""
         every = {"target": "0.1 %", "measures": ["impulse", "filtered_peak", "contact_duration", "seat_displacement"]}
@@ -245,6 +250,7 @@ class TestTargets:
             assert "no contact" in note
             assert plan.error == {f"landing_{name}": 0.0 for name in every["measures"]}
 
+    @pytest.mark.slow
     def test_a_contact_late_in_a_run_under_a_short_filter_is_seen(self) -> None:
         plan = plan_scene(scene_of(SPRING, REED, run={"duration": "1 ms", "filter_width": "10 ns"}))
         assert not any("no contact" in note for note in plan.notes)
@@ -259,6 +265,7 @@ class TestTargets:
         least = 2e-6 / duration.measures(dt=0.1e-6)["contact_duration"]
         assert plan_scene(scene).error["landing_contact_duration"] >= 0.99 * SAFETY * least
 
+    @pytest.mark.slow
     def test_the_history_is_told_as_it_will_be(self) -> None:
         undamped, damped = (BAR.replace("0.02", ratio) for ratio in ("0.0", "0.02"))
         for bar, poles in ((undamped, False), (damped, True)):
@@ -290,12 +297,14 @@ class TestTargets:
         assert ("modal recursion" in history.reason) is poles
         assert ("general method" in history.reason) is not poles
 
+    @pytest.mark.slow
     def test_a_material_that_grows_wide_under_tension_is_planned_too(self) -> None:
         plan = plan_scene(scene_of(ANNULAR.replace("0.3,", "-0.3,"), REED))
         assert plan.meets_target
 
 
 class TestRefining:
+    @pytest.mark.slow
     def test_each_source_has_a_key_that_is_made_finer(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED))
         finer = {source: refine(plan, source, 2.0) for source in SOURCES}
@@ -319,6 +328,7 @@ class TestRefining:
         assert again.level == "axisymmetric"
         assert again.method.reed.n_modes > finer.method.reed.n_modes  # type: ignore[operator]
 
+    @pytest.mark.slow
     def test_elements_stay_no_smaller_than_those_stated_at_the_contact(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED, seat__mesh={"contact_size": "2 mm"}))
         once = replace(plan, method=plan.method.replaced({"seat.mesh.size": 3e-3}))
@@ -494,6 +504,7 @@ class TestWithoutWaves:
         assert self.level_of(self.seen(BENT, look=0.0)) != "spring"
         assert self.level_of(seen) == "spring"
 
+    @pytest.mark.slow
     def test_a_seat_whose_waves_count_keeps_them(self) -> None:
         """What a spring changes is the target itself: 1.0 of it, on a fine seat, too."""
         seen = self.seen(CONE)
@@ -502,6 +513,7 @@ class TestWithoutWaves:
         assert not found.enough(seen.scene.accuracy.target)
         assert self.level_of(seen) == "axisymmetric"
 
+    @pytest.mark.slow
     def test_a_coarse_seat_changes_as_much_as_a_fine_one(self) -> None:
         """Of a mesh twice as fine and a band twice as wide, within the doubt that plans have."""
         seen = self.seen(CONE)
@@ -516,6 +528,7 @@ class TestWithoutWaves:
         assert fine["filtered_peak"] > 0.01
         assert 1 / DOUBT_OF_COARSE < coarse["filtered_peak"] / fine["filtered_peak"] < DOUBT_OF_COARSE
 
+    @pytest.mark.slow
     def test_a_seat_that_cannot_be_made_is_the_run_s_to_tell_of(self, monkeypatch: pytest.MonkeyPatch) -> None:
         def impossible(*args: object, **more: object) -> None:
             raise ModelError("no mesh")
@@ -538,6 +551,7 @@ class TestWithoutWaves:
         bench = Bench(scene, seat.greens, locate_contact_window(scene, seat.greens))
         assert max(Sensitivity(bench, scene.accuracy.judged, 1e-3, band=seat.band).above(seat.band).values()) > 0
 
+    @pytest.mark.slow
     def test_a_seat_with_dashpots_is_estimated(self) -> None:
         """A narrower band is left out of complex poles by no pre-run, nor by the error budget."""
         dashpots = {"kind": "dashpot", "on": "contact", "normal": "1e7 N*s/m^3"}
@@ -553,6 +567,7 @@ class TestWithoutWaves:
         assert len(along.greens.ports) > 1
         assert along.band == seat.band is not None
 
+    @pytest.mark.slow
     def test_the_plan_tells_by_what_it_knows(self) -> None:
         reason = plan_scene(scene_of(CONE)).choice("seat.model").reason
         assert "without waves: " in reason
@@ -616,6 +631,7 @@ class TestChoosing:
         assert decision.error["landing_seat_displacement"] > 0.1
         assert decision.error["landing_filtered_peak"] <= 0.01
 
+    @pytest.mark.slow
     def test_bars_without_an_end_can_be_compared(self) -> None:
         """Of a measure that comes and goes with the model: the others still choose."""
         choices = choices_of(SPRING, REED)
@@ -626,6 +642,7 @@ class TestChoosing:
         choices.__dict__["contacts"] = tuple(vanishing)
         assert choices.cheapest(0.01).error["landing_filtered_peak"] <= 0.01
 
+    @pytest.mark.slow
     def test_a_limit_of_time_is_kept_where_it_can_be(self) -> None:
         choices = choices_of_a_plate()
         free = choices.cheapest(0.01)

@@ -40,6 +40,7 @@ def budget_at(end: float, folder: Path, more: str = "") -> Budget:
     return error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, touches)
 
 
+@pytest.mark.slow
 def test_an_end_within_the_delay_of_a_touch_is_in_the_bar_of_the_impulse(tmp_path: Path) -> None:
     """0.2 touches after the eighth touch of the seat, which the run has not finished: each one came later."""
     late = FIRST + 7 * PERIOD + 1.2 * TOUCH

@@ -47,6 +47,7 @@ def with_step(plan: Plan, dt: float) -> Plan:
     return replace(plan, method=plan.method.replaced({"run.time_step": dt}))
 
 
+@pytest.mark.slow
 def test_a_missed_target_is_reached_by_refining(tmp_path: Path) -> None:
     """A step far too long: its share shrinks, all else stays."""
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
@@ -58,6 +59,7 @@ def test_a_missed_target_is_reached_by_refining(tmp_path: Path) -> None:
     assert done.left.relative("filtered_peak") <= 0.02
 
 
+@pytest.mark.slow
 def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
     """Two, each of which alone would leave too much: the next plan refines both; of one that suffices, it alone; none
     where a smaller one is too large by itself and stays, as the mesh of a spring."""
@@ -103,6 +105,7 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
     assert rounds_ahead(done.plan).number == 1  # nor is another promised
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_modes", [1, 3])
 def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> None:
     """What leaving out some of them does not tell: a single one has none to leave out."""
@@ -114,6 +117,7 @@ def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> No
         assert abs(done.left.values[name] - many.left.values[name]) <= done.left.bar(name)
 
 
+@pytest.mark.slow
 def test_no_round_beyond_the_memory_or_the_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = with_step(plan_of(SCENE + 'target = "0.5 %"\n', tmp_path), 4e-6)
     two = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(2))
@@ -180,6 +184,7 @@ def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monk
     assert load_greens(tmp_path / "seat.h5").provenance["seat_key"] == key_of(plan)
 
 
+@pytest.mark.slow
 def test_waves_that_a_spring_leaves_out_count_as_an_error_of_the_model(tmp_path: Path) -> None:
     """As the plan saw them: 3 % of the peak."""
     plan = plan_of(SCENE + 'target = "4 %"\n', tmp_path)
@@ -191,6 +196,7 @@ def test_waves_that_a_spring_leaves_out_count_as_an_error_of_the_model(tmp_path:
     assert not done.met  # 1.5 times 3 %
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("more", "code"), [("", 0), ("n_modes = 2\n", 1)])
 def test_summary_and_exit_code_tell_whether_the_target_was_met(more, code, tmp_path):
     scene, out = tmp_path / "scene.toml", tmp_path / "out"
@@ -225,6 +231,7 @@ def test_summary_and_exit_code_tell_whether_the_target_was_met(more, code, tmp_p
     assert "error_bar_peak_reed_stress_Pa" not in found
 
 
+@pytest.mark.slow
 def test_each_round_is_told_with_its_bar_time_memory_and_the_price_of_the_next(tmp_path: Path) -> None:
     told: list[str] = []
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
@@ -238,6 +245,7 @@ def test_each_round_is_told_with_its_bar_time_memory_and_the_price_of_the_next(t
     assert 0 < sum(done.spent.values()) < 60
 
 
+@pytest.mark.slow
 def test_no_round_that_is_predicted_to_outlast_the_time_is_begun(tmp_path: Path) -> None:
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
     one = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e-3))
@@ -246,6 +254,7 @@ def test_no_round_that_is_predicted_to_outlast_the_time_is_begun(tmp_path: Path)
     assert carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e6)).met
 
 
+@pytest.mark.slow
 def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(tmp_path, monkeypatch):
     """Predicted to cost nothing; its first report of progress comes too late."""
     monkeypatch.setattr(next_round, "price", lambda done, plan: 0.0)
@@ -278,6 +287,7 @@ def test_limits_that_are_none_are_refused(number: int, seconds: float) -> None:
         Limits(number, seconds)
 
 
+@pytest.mark.slow
 def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, monkeypatch):
     """Ctrl-C in round 2 leaves round 1: whole, and marked."""
     scene, out, run_contacts, calls = tmp_path / "s.toml", tmp_path / "out", rounds.run_contacts, []
@@ -302,6 +312,7 @@ def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, mo
     load_greens(out / "seat.h5")
 
 
+@pytest.mark.slow
 def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene, out = tmp_path / "s.toml", tmp_path / "out"
     scene.write_text(SCENE + 'target = "50 %"\n', encoding="utf-8")
@@ -313,6 +324,7 @@ def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys:
     assert "skipped" not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Of a stated step that damps modes: its key, not the solver's argument; what is assumed, with its value."""
     scene = tmp_path / "s.toml"

@@ -102,6 +102,7 @@ def test_scenes_that_cannot_be_marched_so_run_by_themselves(tmp_path: Path, monk
     assert np.isfinite(table.numbers(f"{BAR}landing_impulse_Ns")).all()
 
 
+@pytest.mark.slow
 def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
     """The largest relative bar of the sample counts; above the target all others miss; without one there is none."""
     path = study_file(tmp_path, THROWN)

@@ -267,6 +267,7 @@ _values = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(_values, max_size=6), st.integers(0, 6))
 def test_key_lines_agree_with_tomllib(values: list[str], header_at: int) -> None:
     parts = [f"key{index} = {value} # {{" for index, value in enumerate(values)]

@@ -5,6 +5,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
 from pydantic import BaseModel, ValidationError, create_model
 from pydantic.fields import FieldInfo
 from scene_page import scene_pages
@@ -54,6 +55,7 @@ def fields(table: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[tuple
 FIELDS = dict(fields(scene_of(), set()))
 
 
+@pytest.mark.slow
 def test_what_a_key_holds_is_what_it_takes() -> None:
     """Flags are flags, lists say how many of what, and the example shown is one that the key takes."""
     refused = []

@@ -19,6 +19,7 @@ SCHEMA = json.loads(schema_text(scene_schema()))
 VALID = Draft202012Validator(SCHEMA)
 
 
+@pytest.mark.slow
 def test_it_is_a_schema() -> None:
     Draft202012Validator.check_schema(SCHEMA)
 
@@ -30,6 +31,7 @@ def test_it_takes_every_example(example: Path) -> None:
         assert [error.message for error in VALID.iter_errors(given)] == []
 
 
+@pytest.mark.slow
 def test_it_takes_a_scene_of_every_kind() -> None:
     for kind in kinds_of():
         if kind.__module__.startswith("seatfem."):

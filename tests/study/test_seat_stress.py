@@ -58,6 +58,7 @@ def test_a_bar_pressed_slowly_bears_force_over_area(tmp_path: Path, monkeypatch:
     assert (tmp_path / "seat_stress.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_places_that_cannot_be_are_refused(tmp_path: Path) -> None:
     cases = (
         ('["50 mm", "1 mm", "1.5 mm"]', r"stress\.points\.0: .*off the seat"),
@@ -119,6 +120,7 @@ def test_a_lip_pressed_all_around_in_arcs_bears_what_it_bears_as_a_whole(tmp_pat
     assert float(rows[1].split(",")[0]) == pytest.approx(spots[0]["von_mises_Pa"], rel=1e-8)
 
 
+@pytest.mark.slow
 def test_what_is_refused_is_refused_before_the_contact(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pipeline, "rounds", lambda *_, **__: pytest.fail("the contact was run"))
     file = scene(tmp_path, 'points = [["4.5 mm", "0 mm", "1 mm"], ["9 mm", "0 mm", "1 mm"]]', RING)
@@ -127,6 +129,7 @@ def test_what_is_refused_is_refused_before_the_contact(tmp_path: Path, monkeypat
     assert [problem.path for problem in caught.value.problems] == [("stress", "points", 1)]
 
 
+@pytest.mark.slow
 def test_the_struck_face_may_be_left_out(tmp_path: Path) -> None:
     """None of its nodes, nor those of its rim's neighbourhood, is looked at; all others are."""
     asked, other = (load_scene(scene(tmp_path, f"distance = '1 mm'\n{more}")) for more in ("", "struck = false"))

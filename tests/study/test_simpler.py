@@ -25,6 +25,7 @@ def scene_of(folder: Path, release: str = LANDING, more: str = "") -> Scene:
     return load_text(folder, SCENE.replace("RELEASE", release) + more)
 
 
+@pytest.mark.slow
 def test_one_port_is_the_plate_struck_by_the_whole_lip(tmp_path: Path) -> None:
     """The impact on a spring of the plate's one ring, computed as such, over the mean gap; and no other one."""
     scene = scene_of(tmp_path)

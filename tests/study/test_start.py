@@ -43,6 +43,7 @@ def test_the_first_scenes_show_how_to_begin(tmp_path: Path, monkeypatch: pytest.
     assert [json.loads(job) for job in jobs] == told[-1:]
 
 
+@pytest.mark.slow
 def test_a_start_that_is_too_coarse_is_refined(tmp_path: Path) -> None:
     """Each scene measures its own error: it meets its target from wherever it begins, or is planned by itself."""
     path = study_file(tmp_path, MASSES, f'{SPRING}[accuracy]\ntarget = "0.1 %"\n').parent / "scene.toml"

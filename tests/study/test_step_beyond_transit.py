@@ -23,6 +23,7 @@ def run(folder: Path, step: float) -> dict[str, float]:
     return dict(json.loads((folder / "summary.json").read_text(encoding="utf-8")))
 
 
+@pytest.mark.slow
 def test_the_bar_holds_what_a_step_beyond_the_transit_leaves(tmp_path: Path) -> None:
     """Of 10 mm of steel the transit is 1.98 us; half a step of 5 us, and twice, see no wave, either."""
     long, fine = run(tmp_path, 5.0), run(tmp_path, 0.02)

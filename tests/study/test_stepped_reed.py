@@ -19,6 +19,7 @@ def scene_of(folder: Path, kind: str, section: str, contact: str = "") -> Scene:
     return load_text(folder, f"{seat}[reed]\n{KEYS.format(kind, section)}{contact}{RUN}")
 
 
+@pytest.mark.slow
 def test_a_uniform_one_is_the_cantilever(tmp_path: Path) -> None:
     """The same release, contact and force, as far as the modes are the same: 1e-6."""
     there = '[contact]\nat = "18 mm"\ngap = "1 um"\n'
@@ -30,6 +31,7 @@ def test_a_uniform_one_is_the_cantilever(tmp_path: Path) -> None:
         assert mine[key] == pytest.approx(theirs[key], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_tapered_one_lands(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, "stepped", TAPERED, '[contact]\ngap = "1 um"\n')
     assert scene.reed.start_at(20e-3) == pytest.approx(0.2e-3)

@@ -145,6 +145,7 @@ def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
     assert asked["seat_displacement"] == pytest.approx(np.abs(mean).max(), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_keys_of_a_run(tmp_path: Path) -> None:
     """What the seat's keys say is the seat's, the stopper has its own, and so has the spring baseline."""
     scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
@@ -177,6 +178,7 @@ def test_a_scene_without_a_stopper_says_nothing_of_one(tmp_path: Path) -> None:
     assert set(load_results(out / "result.h5")) == {"wave", "spring"}
 
 
+@pytest.mark.slow
 def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
     """A Green's function from a file: no plan looks at it, and plan and run say so; the impact is the same."""
     save_greens(impact.spring(stiffness=4e6), tmp_path / "stopper.h5")
@@ -214,6 +216,7 @@ def read_stopper(folder: Path, mesh: float | None) -> Scene:
     return load_text(folder, SEAT + MASS + stopper + CUT.format(1e3 * (SECOND + OF_SEAT / 2)))
 
 
+@pytest.mark.slow
 def test_an_error_of_the_stopper_is_in_the_bars(tmp_path: Path) -> None:
     """g larger by e keeps the mass by sqrt(1 + e) longer: it comes back to the seat so much later, where the force is
     v sqrt(k m) when the run ends. The impulse left out is that force times the delay, which is known to the step of
@@ -228,6 +231,7 @@ def test_an_error_of_the_stopper_is_in_the_bars(tmp_path: Path) -> None:
     assert set(exact.parts["stopper"].values()) == {0.0}
 
 
+@pytest.mark.slow
 def test_an_error_of_the_stopper_is_in_the_bars_of_its_forces(tmp_path: Path) -> None:
     """g larger by e bears a peak smaller by 1 - 1/sqrt(1 + e) and the same impulse 2 m v, which the bars know."""
     peak, impulse = "stopper_filtered_peak_force_N", "stopper_impulse_Ns"
@@ -266,6 +270,7 @@ def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> 
     assert 0.01 * truth < off < SAFETY * left.parts["stopper"][peak] < 4 * off
 
 
+@pytest.mark.slow
 def test_the_modes_of_a_stopper_that_is_a_beam_are_in_the_bars(tmp_path: Path) -> None:
     """As those of the reed: two modes of a beam have a larger share than forty."""
     beam = '[stopper]\nkind = "cantilever"\nlength = "4 mm"\ngap = "0.2 mm"\nn_modes = {}\n'

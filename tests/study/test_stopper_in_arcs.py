@@ -76,6 +76,7 @@ def test_uniform_load_on_all_arcs_is_that_on_one_port(tmp_path: Path) -> None:
     assert g[np.ix_(of, of)].mean() == pytest.approx(g[0, 0], rel=1e-6)  # its own disc
 
 
+@pytest.mark.slow
 def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
     """By 14 N at its own ring: the ledger closes, arcs share the force alike, and the forces on the ports
     move the plate's own modes, its flight among them, as the march has it, but for what other modes leave."""
@@ -130,6 +131,7 @@ def test_a_tilted_stopper_is_met_on_one_flank_first(tmp_path: Path) -> None:
     assert found["0.2"][1] < 0.97 * found["0.1"][1] < 0.97 * found["0"][1]
 
 
+@pytest.mark.slow
 def test_a_run_says_how_the_stopper_was_met(tmp_path: Path) -> None:
     from impact.storage.hdf5 import load_results
 
@@ -172,6 +174,7 @@ def test_a_stopper_of_a_file_without_a_face_in_arcs(tmp_path: Path) -> None:
         check_files(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", ["", 'tilt = "0.3 deg"\n'], ids=["flat", "tilted"])
 def test_what_few_arcs_leave_is_in_the_bars_of_the_stopper_s_force(more: str, tmp_path: Path) -> None:
     """Of 8 arcs, against 64: within their share of the peak, which is not much larger."""
@@ -184,6 +187,7 @@ def test_what_few_arcs_leave_is_in_the_bars_of_the_stopper_s_force(more: str, tm
     assert 1e-3 * left.values[peak] < off < SAFETY * left.parts["stopper"][peak] < 4 * off
 
 
+@pytest.mark.slow
 def test_a_stopper_of_one_ring_is_compared_with_several(tmp_path: Path) -> None:
     """Its disc as a whole, and in two and in four rings on the same reed: each has a share, and less of more rings."""
     peak, seat, shares = "stopper_filtered_peak_force_N", Solved(impact.spring(stiffness=5e7), plane=True), []

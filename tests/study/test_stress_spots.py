@@ -19,6 +19,7 @@ run = { duration = "1 ms", time_step = "0.1 us" }
 """
 
 
+@pytest.mark.slow
 def test_the_history_at_the_root_of_a_beam(tmp_path: Path) -> None:
     """It begins with 3 E (h/2) d/L^2 less 2/(pi n)^2, and has the largest stress of the run, where and when it says."""
     summary = run_scene(load_text(tmp_path, BEAM), tmp_path, pictures=False).summary

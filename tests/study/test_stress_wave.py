@@ -126,6 +126,7 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     assert 0.02 - 1e-9 <= farthest <= 0.05 + 1e-9
 
 
+@pytest.mark.slow
 def test_parts_that_do_not_fit_together_are_refused(pressed: tuple[Any, Any]) -> None:
     skin = skin_of(pressed[1].model)
     values, moved, known = np.ones((3, len(skin.nodes))), np.zeros((3, len(skin.nodes), 3)), skin.nodes >= 0
@@ -188,6 +189,7 @@ def test_times_that_cannot_be_are_refused(tmp_path: Path, stress: str, said: str
         load(tmp_path, stress)
 
 
+@pytest.mark.slow
 def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     """Where it is touched it is drawn as far as the run says; stress is told away from the contact, and only there."""
     reed = f"[reed]\n{FLAPPER}greens = {{ bandwidth = '10 kHz' }}\nrelease = {{ velocity = '-1 m/s' }}\n[contact]"

@@ -65,6 +65,7 @@ def test_a_reed_starts_with_a_velocity_in_a_mode(tmp_path: Path) -> None:
     assert len(summary["reed_frequencies_Hz"]) == 8
 
 
+@pytest.mark.slow
 def test_loads_drive_a_reed_at_rest(tmp_path: Path) -> None:
     (tmp_path / "p.csv").write_text("time [ms],pressure [bar]\n0,0\n0.5,-0.1\n1,-0.1\n", encoding="utf-8")
     more = 'pressure = { file = "p.csv" }\npoint_force = { value = "-2 N", at = "12 mm" }\ngravity = "-9.81 m/s^2"\n'
@@ -88,6 +89,7 @@ def test_a_preload_starts_in_equilibrium(tmp_path: Path) -> None:
     assert summary["impact_velocity_m_per_s"] is summary["spring_impact_velocity_m_per_s"] is None  # nothing comes in
 
 
+@pytest.mark.slow
 def test_a_free_function_strikes_as_the_mass_it_is_of(tmp_path: Path) -> None:
     impact.save_greens(impact.rigid_mass(mass=2e-3, velocity=0.0).greens, tmp_path / "mass.h5")
     ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
@@ -114,6 +116,7 @@ def test_what_a_striker_needs_is_told(more: str, tmp_path: Path) -> None:
     assert re.search(WRONG[more], refusal(scene_of, tmp_path, CANTILEVER, more + "\n"))
 
 
+@pytest.mark.slow
 def test_what_is_struck_is_at_rest(tmp_path: Path) -> None:
     seat = "[seat]\n" + CANTILEVER + 'release = { tip_deflection = "1 mm" }\n'
     ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
@@ -126,6 +129,7 @@ def test_what_is_struck_is_at_rest(tmp_path: Path) -> None:
 BAR = 'kind = "bar"\nlength = "20 mm"\nwidth = "4 mm"\nheight = "4 mm"\nmaterial = "steel"\ndamping_ratio = 0.02\n'
 
 
+@pytest.mark.slow
 def test_finite_elements_strike(tmp_path: Path) -> None:
     """A bar let go from a static deflection d of its end: the end moves at c d/L, and is back after L/c, to a step."""
     more = 'model = "sector"\ngreens = { bandwidth = "80 kHz" }\ndeflection = "1 um"\n'
@@ -232,6 +236,7 @@ def test_files_that_are_called_as_a_table_keep_their_names() -> None:
     assert in_words_of("reed", bar, told) == "/tmp/seat.mesh: reed.mesh.size and reed.greens, not seat.h5"
 
 
+@pytest.mark.slow
 def test_a_beam_that_is_struck_has_an_error_of_its_modes(tmp_path: Path) -> None:
     """Three modes are not enough, and the run says so; more are kept unless the file says how many."""
     ball = 'kind = "rigid_mass"\nmass = "0.2 g"\nvelocity = "-0.5 m/s"\n'
@@ -258,6 +263,7 @@ def test_a_seat_is_no_thicker_than_its_theory(tmp_path: Path) -> None:
         check_step(thick)
 
 
+@pytest.mark.slow
 def test_a_part_that_nothing_holds_is_thrown(tmp_path: Path) -> None:
     """A plan knows its mass, and so its impulse; a body so stiff beside the spring gives its momentum back twice."""
     block = (Path(__file__).parents[2] / "meshes" / "block.step").as_posix()

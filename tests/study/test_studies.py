@@ -82,6 +82,7 @@ def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch:
     assert float(last["landing_impulse_Ns"]) == alone.summary["landing_impulse_Ns"]
 
 
+@pytest.mark.slow
 def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Equal scenes, a study that is larger, other measures of the same one, another design with the same scenes."""
     jobs = answer_here(monkeypatch)
@@ -186,6 +187,7 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
     assert again.has_numbers.all()
 
 
+@pytest.mark.slow
 def test_a_scene_that_cannot_be_planned_is_told_when_it_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The prediction does without it; but not without any."""
     answer_here(monkeypatch)
@@ -235,6 +237,7 @@ def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.Monke
     assert len(jobs) == 1
 
 
+@pytest.mark.slow
 @posix
 def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
@@ -258,6 +261,7 @@ def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pyte
         run_study(load_study(path), mine / "out")
 
 
+@pytest.mark.slow
 def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     jobs = answer_here(monkeypatch)
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]'), tmp_path / "out"
@@ -284,6 +288,7 @@ def test_two_sweeps_in_one_folder(tmp_path: Path) -> None:
         run_study(load_study(path), out)
 
 
+@pytest.mark.slow
 @posix
 def test_a_claim_is_one_programs(tmp_path: Path) -> None:
     """Two processes that take it in turn never hold it at once; a killed one holds nothing."""
@@ -320,6 +325,7 @@ def test_notes_of_a_run_stand_in_its_row(tmp_path: Path) -> None:
     assert any(note.startswith("not given, taken from the paper's reed: ") for note in others)
 
 
+@pytest.mark.slow
 def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")

@@ -169,6 +169,7 @@ def test_every_scene_is_checked_before_the_first_runs(text: str, message: str, t
         cases_of(load_study(path), file=path)
 
 
+@pytest.mark.slow
 def test_a_distribution_beyond_the_limits_of_a_key(tmp_path: Path) -> None:
     text = (
         'design = "monte_carlo"\nnumber = 64\n[vary]\nreed.mass = {{ kind = "{}", mean = "1 g", deviation = "1 g"{} }}'

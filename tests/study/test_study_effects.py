@@ -64,6 +64,7 @@ def test_indices_of_a_known_function() -> None:
         assert np.all(np.ptp(interval, axis=0) < 0.1)
 
 
+@pytest.mark.slow
 def test_indices_without_the_blocks_that_failed() -> None:
     [found] = effects.sobol_indices(ishigami_table(1024, failed=24))
     assert found.blocks == 1000

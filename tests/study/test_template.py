@@ -96,6 +96,7 @@ def load(text: str, folder: Path) -> Scene:
     return load_text(folder, text)
 
 
+@pytest.mark.slow
 def test_no_line_is_too_wide_and_every_key_has_words() -> None:
     for kind in NAMES:
         for line in scene_template(kind).splitlines():

@@ -440,6 +440,7 @@ def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, ca
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.slow
 def test_a_point_tells_its_reduction_and_its_poles(tmp_path: Path):
     """Of a function by modes their number; of one that is convolved none."""
     path = tmp_path / "scene.toml"

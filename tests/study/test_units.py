@@ -61,6 +61,7 @@ def test_what_is_refused(text: str, dimension: str, message: str) -> None:
     assert re.search(message, str(caught.value))
 
 
+@pytest.mark.slow
 def test_the_table_of_usual_units_is_pints() -> None:
     registry = pint.UnitRegistry(non_int_type=Decimal)
     for dimension in DIMENSIONS.values():

@@ -48,6 +48,7 @@ def test_a_reed_that_is_no_beam_is_refused(tmp_path, capsys, monkeypatch):
     assert scene_of(tmp_path, 25, 5.01).reed.slender.too_thick() != ""
 
 
+@pytest.mark.slow
 def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
     """Against Timoshenko's static compliance, and as the change of the measures that it makes."""
     scene = scene_of(tmp_path, 25, 3, 0.05)

@@ -45,6 +45,7 @@ def frequencies(scene: Scene) -> np.ndarray:
     return modal.omega
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("places", ['number = 4\nradius = "7.5 mm"\n', ""])
 def test_a_ring_plate_heaves_and_rocks(places: str, tmp_path: Path) -> None:
     """sqrt(k/m), and twice sqrt(k r^2/2 / I) about a diameter, I = m ((R^2 + r_i^2)/4 + h^2/12). The ring bends by k
@@ -141,6 +142,7 @@ def test_a_ball_with_a_velocity_has_springs_and_error_bars(tmp_path: Path) -> No
     assert summary["error_bar_landing_impulse_Ns"] < 0.05 * summary["landing_impulse_Ns"]
 
 
+@pytest.mark.slow
 def test_forces_and_weights_of_free_plates(tmp_path: Path) -> None:
     """A force beside the middle of a disc turns it: the edge goes by F/m + F e x/I, its mass times gravity falls."""
     shift = 'force = "-1 N"\npoint = ["3 mm", "0 mm"]\n'

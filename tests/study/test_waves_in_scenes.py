@@ -40,6 +40,7 @@ def run(text, folder):
     return json.loads((folder / "out" / "summary.json").read_text()), dict(zip(heads, columns, strict=True))
 
 
+@pytest.mark.slow
 def test_a_wave_comes_is_passed_on_and_seen(tmp_path):
     """The first gauge sees it as it was stated, and what the joint throws back 200 us later, the integral of which is
     half the closure that stays over c; the second one what is passed on."""
@@ -60,6 +61,7 @@ def test_a_wave_comes_is_passed_on_and_seen(tmp_path):
     assert summary["seat_static_stiffness_N_per_m"] == pytest.approx(200e9 * 300e-6, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slip", [1.0, 1.03])
 def test_a_striker_drives_a_chain(slip, tmp_path):
     """Strain v/(2c) for 2 l/c in both bars, each delayed by its way; the striker's own for as long, less its ways."""
@@ -127,6 +129,7 @@ def test_impossible_chains_are_refused(old, new, words, tmp_path):
         load_text(tmp_path, CHAIN.replace(old, new, 1))
 
 
+@pytest.mark.slow
 def test_a_landing_reed_has_its_gauge_in_the_results(tmp_path):
     """At the root of a cantilever the strain is that of its largest stress, if that lies there, over E."""
     text = (

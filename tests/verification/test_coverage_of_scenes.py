@@ -119,6 +119,7 @@ def test_references_are_finer_in_every_key(index: int, tmp_path: Path) -> None:
         assert coarser_keys(scene, replace(stated_method(scene), time_step=1e-7), by) == []
 
 
+@pytest.mark.slow(only=("kidney_landing",))
 @pytest.mark.parametrize("name", ["life_of_a_flapper", "flapper_on_stopper", "kidney_landing", "mass_on_meshed_seat"])
 def test_references_of_examples_are_finer_in_every_key(name: str) -> None:
     scene = load_scene(EXAMPLES / f"{name}.toml")

@@ -76,6 +76,7 @@ def test_orders_are_optimal(shape: str, order: int, curved: bool) -> None:
     assert of_energy == pytest.approx(order, abs=slack)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [Material(1.03, 0.3, 1.0), Material(1.0, 0.309, 1.0)], ids=["young", "poisson"])
 def test_a_wrong_constant_does_not_converge(wrong: Material) -> None:
     """3 % off in a constant leaves an error of that size, whatever the mesh."""

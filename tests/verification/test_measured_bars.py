@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 import impact
 from tests.known_answers.round_bars import bar_frequency
@@ -38,6 +39,7 @@ MEASURED = np.array([row["value"] for row in SHOT["predicted"]])
 KNOWN = np.array([row["uncertainty"] for row in SHOT["predicted"]])
 
 
+@pytest.mark.slow
 def test_the_waves_of_the_bar_are_those_of_pochhammer_and_chree() -> None:
     """At fourth order, to 1e-4 at three quarters of the wave numbers; 3 % more of Poisson's ratio is told apart."""
     rows = striker_shot.WAVES * 3 // 4

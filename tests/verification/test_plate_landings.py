@@ -108,6 +108,7 @@ def test_a_landing_on_a_bed_of_springs_is_that_of_its_matrices(tilt: float, axis
         assert np.abs(course(by_matrices(other), dt) - found).max() > close * found[-1]
 
 
+@pytest.mark.slow
 def test_two_plates_collide_as_their_matrices_do() -> None:
     """Signorini's condition between the arcs of a reed and of a plate clamped all around, 1.5 mm thick: both by modes,
     and by all their unknowns. Impulses to 0.5 % measured; the means over 5 us to 1.6 %, for a step of 0.2 us does not

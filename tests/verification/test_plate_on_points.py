@@ -50,6 +50,7 @@ def test_frequencies_of_a_supported_plate_converge_with_twice_the_order(order: i
     assert errors[1] < 2e-4
 
 
+@pytest.mark.slow
 def test_a_thin_cantilever_has_the_frequencies_of_kirchhoff() -> None:
     """By graded Argyris elements, good to 2e-4: 3.4710, 8.5066, ...; a thousandth in thickness changes 5e-4 at most."""
     mesh = mesh_blocks(Sheet(1.0, 1.0, 0.5).blocks(0.25), 7)

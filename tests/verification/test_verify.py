@@ -89,6 +89,7 @@ def test_there_are_cases_of_every_kind() -> None:
     assert all(any(word in name for name in CASES) for word in (*SMOOTH, "largest"))
 
 
+@pytest.mark.slow
 def test_the_table_has_every_case_and_tells_progress() -> None:
     heard: list[float] = []
     some = tuple(CASES.values())[::40]

@@ -31,6 +31,7 @@ def test_one_axis_however_it_lies(seed: int) -> None:
     assert margin(proportional(WALK, turn @ np.diag([1.0, 0, 0]) @ turn.T)) == pytest.approx(margin(WALK), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_torsion_is_judged_by_its_principal_stress_and_pressure_by_its_own() -> None:
     shear = np.zeros((3, 3))
     shear[0, 1] = shear[1, 0] = 1.0

@@ -41,6 +41,7 @@ def test_the_example_of_the_standard() -> None:
     assert by_range == {3: 0.5, 4: 1.5, 6: 0.5, 8: 1.0, 9: 0.5}
 
 
+@pytest.mark.slow
 @given(histories)
 def test_the_loop_counts_as_the_package(history: np.ndarray) -> None:
     """Which has half cycles where the highest peak is; they come in pairs."""
@@ -62,6 +63,7 @@ def test_what_is_no_history(history: list[float]) -> None:
         rainflow(history)
 
 
+@pytest.mark.slow
 @given(histories, st.integers(1, 5))
 def test_plateaus_do_not_count(history: np.ndarray, samples: int) -> None:
     """Nor do values between two turning points."""

@@ -109,6 +109,7 @@ def test_margin_without_mean_is_the_curves_stress_over_the_amplitude() -> None:
         assert found == pytest.approx(KNEE.stress(CLOSINGS, share) / 250e6, rel=1e-9)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(blocks_of_stress, st.sampled_from(("goodman", "gerber", "swt", "walker", "morrow")), st.floats(0.3, 3.0))
 def test_a_margin_scales_with_stress_and_uses_up_the_part(history: np.ndarray, name: str, factor: float) -> None:

@@ -34,6 +34,7 @@ def test_mean_stresses() -> None:
         assert f"{found:.2f}" == cells[1].split()[0]
 
 
+@pytest.mark.slow
 def test_criteria_of_several_axes() -> None:
     table = rows(4, "dang_van", "crossland", "papadopoulos")
     for name, cells in table.items():

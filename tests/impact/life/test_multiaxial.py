@@ -63,6 +63,7 @@ def test_limits_that_make_no_criterion(kind: type[Multiaxial], ratio: float) -> 
         kind(ratio * BENDING, BENDING)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=12)
 @given(st.integers(1, 30), st.integers(0, 10**6), st.floats(0.2, 5.0))
 def test_axes_order_and_scale_do_not_count(number: int, seed: int, factor: float) -> None:
@@ -84,6 +85,7 @@ def test_axes_order_and_scale_do_not_count(number: int, seed: int, factor: float
     assert planes.value(turned) == pytest.approx(planes.value(stress), rel=3e-4)
 
 
+@pytest.mark.slow
 def test_shear_of_means_does_no_harm() -> None:
     """A constant shear stress moves the path and leaves its size."""
     base = bending_and_torsion(300, 150)
@@ -128,6 +130,7 @@ def test_the_quadrature_is_of_third_order_and_meets_its_tolerance() -> None:
             assert multiaxial.mean_square_shear(path, tolerance) == pytest.approx(expected, rel=tolerance)
 
 
+@pytest.mark.slow
 def test_a_mean_that_does_not_settle_says_so() -> None:
     path = np.random.default_rng(1).normal(size=(5, 6))
     with pytest.raises(LifeError, match=r"128 .*256 .*1e-12"):
@@ -140,6 +143,7 @@ def test_what_is_no_history_of_tensors(stress: np.ndarray) -> None:
         Crossland(TORSION, BENDING).value(stress)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=12)
 @given(st.integers(1, 12), st.integers(0, 10**6))
 def test_what_a_path_is_made_of_does_not_count(number: int, seed: int) -> None:
@@ -184,6 +188,7 @@ def gap(points: np.ndarray, centre: np.ndarray, radius: float) -> float:
     return float(nnls(system, np.append(np.zeros(points.shape[1]), 1.0))[1])
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(grid)
 def test_nothing_smaller_holds_points_of_a_grid(points: np.ndarray) -> None:
