@@ -62,6 +62,7 @@ def test_the_scene_is_filled_and_in_si_units(plan: Plan) -> None:
     assert scene["seat"]["kind"] == "annular"
 
 
+@pytest.mark.slow
 def test_json_knows_no_infinity(plan: Plan) -> None:
     endless = replace(plan, error={"impulse": math.inf, "stress": math.nan, "filtered_peak": 0.5})
     assert json.loads(plan_json(endless))["error"] == {"impulse": None, "stress": None, "filtered_peak": 0.5}

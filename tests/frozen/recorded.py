@@ -19,10 +19,9 @@ ROUND_OFF: Final = 1e-7  # of a value: the digits on file; a bar below it is no 
 WORTH_TELLING: Final = 0.1  # of its bar: who moves a value by more says so in CHANGELOG.md
 
 CHEAP: Final = (
-    "ball_on_stopper", "bar_on_bar", "disc_on_annular", "flapper_between_stops", "flapper_on_annular_seat",
+    "ball_on_stopper", "bar_on_bar", "flapper_between_stops", "flapper_on_annular_seat",
     "flapper_on_arc", "flapper_on_cantilever", "flapper_on_spring", "flapper_on_stopper", "impact_stress",
     "paper_table1_30mm_strip", "paper_table1_3mm_area", "paper_table1_3mm_strip", "rigid_mass_on_bar", "ring_valve",
-    "rod_on_block", "stepped_on_annular", "timoshenko_on_rod",
 )  # fmt: skip
 """Scenes that take two or three seconds or less, each with a store of its own."""
 Numbers = Mapping[str, tuple[float, float]]

@@ -47,6 +47,7 @@ def test_a_law_that_gains_energy_is_advised() -> None:
     assert "while the bodies part" in advice.remedy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "law",
     [

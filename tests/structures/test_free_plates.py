@@ -60,7 +60,7 @@ def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
             assert found[mode + 1] == pytest.approx(found[mode], rel=1e-3)
 
 
-@pytest.mark.slow(but="shape3")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "band", "lip"),
     [

@@ -84,6 +84,7 @@ def test_points_off_the_plate_are_refused() -> None:
         plate_points(strip(2, 1), np.array([(2 * LENGTH, 0.0)]))
 
 
+@pytest.mark.slow
 def test_the_first_mode_of_a_strip_bears_root_3_rho_c_v_at_its_clamp() -> None:
     """Of tip velocity v, at a quarter of its period; it goes on under a force that hardly presses."""
     beam = Material(200e9, 0.0, 7850.0)

@@ -67,6 +67,7 @@ def test_a_tilted_reed(folder: Path) -> None:
     assert contact.gap == pytest.approx(GAP + 30e-6 - LIP_RADIUS * math.tan(math.radians(0.4)), abs=LENGTH)
 
 
+@pytest.mark.slow
 def test_a_tilted_reed_that_all_but_touches(folder: Path) -> None:
     """The gap is that over the middle of the lip, 1 um: its outer edge, 4 um nearer to the reed, is no overlap."""
     contact = loaded(folder, "plate", "low_flapper").contact

@@ -149,7 +149,7 @@ def test_all_arcs_under_one_load_are_the_whole_lip(bench: Bench) -> None:
     assert seat[0, 0] == pytest.approx(one.targets[0].greens.static_compliance()[0, 0], rel=1e-9)
 
 
-@pytest.mark.slow(but="32")
+@pytest.mark.slow
 @pytest.mark.parametrize("ports", [4, 32])
 def test_a_rigid_face_on_an_even_lip_is_one_contact(bench: Bench, ports: int) -> None:
     """Arcs by symmetry carry equal forces, as one port does that is made of them."""

@@ -118,7 +118,7 @@ def test_the_bar_holds_against_arcs(folder: Path) -> None:
     assert 0 < off <= 1.5 * (done.left.parts["lip"]["impulse"] + done.left.parts["patch"]["impulse"])
 
 
-@pytest.mark.slow(but="patch")
+@pytest.mark.slow
 @pytest.mark.parametrize("source", ["lip", "patch"])
 def test_a_round_undoes_it(folder: Path, source: str) -> None:
     plan = plan_of(folder)

@@ -168,6 +168,7 @@ def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
     assert stored.provenance["dof"] == found["seat_dof"]
 
 
+@pytest.mark.slow
 def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
     """1.5 times the sum of the parts; the mesh's part is what the coarser mesh changes, so it is not nothing."""
     found = annular.summary

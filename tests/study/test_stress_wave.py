@@ -136,6 +136,7 @@ def test_parts_that_do_not_fit_together_are_refused(pressed: tuple[Any, Any]) ->
         wave_frames("", skin, values, moved, np.arange(3.0), 0.0, ~known)
 
 
+@pytest.mark.slow
 def test_what_depends_on_the_step_ends_with_the_filter_of_the_force(pressed: tuple[Any, Any]) -> None:
     done, _ = pressed
     start, end = after_touch(done)
