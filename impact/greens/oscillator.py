@@ -72,6 +72,19 @@ def step_response(t: Array, omega: Array, zeta: Array) -> Array:
     return out
 
 
+def ramp_response(t: Array, omega: Array, zeta: Array) -> Array:
+    """Return the integral of the step response from 0 to t [s^3]: the response to a force t."""
+    t, omega, zeta = np.broadcast_arrays(np.asarray(t, float), np.asarray(omega, float), np.asarray(zeta, float))
+    short = omega * t * (1 + zeta) < 0.5  # where the difference below loses digits
+    safe = np.where(short, 1.0, omega)
+    stepped, impulse = step_response(t, omega, zeta), impulse_response(t, omega, zeta)
+    out: Array = (t - impulse - 2 * zeta * omega * stepped) / safe**2
+    if np.any(short):
+        ts, ws, zs = t[short, None], omega[short, None], zeta[short, None]
+        out[short] = ts[:, 0] / 2 * (step_response(ts * (1 + _NODES) / 2, ws, zs) @ _WEIGHTS)
+    return out
+
+
 def transition(dt: float, omega: Array, zeta: Array) -> tuple[Array, Array]:
     """Return the exact step for a constant force: [q, q'] <- A [q, q'] + B f; A (2, 2, M), B (2, M)."""
     step = np.full(np.shape(omega), dt)

@@ -181,7 +181,7 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
             f"a {type(body.greens).__name__} has no modal coordinates: take a body that is a sum of modes"
         )
     discrete, rows = Discrete.from_body(body, dt, force.shape[1]), force.shape[1] // stride
-    start, rigid = _start(discrete, modal), modal.omega == 0
+    start, rigid = find_start(discrete, modal), modal.omega == 0
     q = np.empty((rows + 1, len(modal.omega)))
     q[0] = start.displacement
     q[1:, ~rigid] = _replay(discrete, modal).coordinates(force, discrete.loads, stride)[:, : int(np.sum(~rigid))]
@@ -197,7 +197,7 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
 def _free_vibration(discrete: Discrete, modal: ModalGreens) -> Array:
     """Return the (P, n + 1) displacement of a body without forces: step i B + j of each mode follows from its state at
     step i B and its free response over j steps, summed over the modes by one matrix product."""
-    n, start = discrete.loads.shape[1], _start(discrete, modal)
+    n, start = discrete.loads.shape[1], find_start(discrete, modal)
     count = math.isqrt(n) + 1
     steps = count * np.arange(n // count + 1), np.arange(count)
     times = (np.asarray(discrete.dt * each, dtype=np.float64) for each in steps)
@@ -208,7 +208,7 @@ def _free_vibration(discrete: Discrete, modal: ModalGreens) -> Array:
     return np.array(rows).reshape(len(rows), -1)[:, : n + 1]
 
 
-def _start(discrete: Discrete, modal: ModalGreens) -> ModalState:
+def find_start(discrete: Discrete, modal: ModalGreens) -> ModalState:
     """Return the modal coordinates and rates at t = 0, preload included."""
     pull = modal.shapes @ discrete.rest
     for load, amplitude in zip(discrete.body.loads, discrete.rest_loads, strict=True):
@@ -224,7 +224,7 @@ def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array, *, energ
     """Return the motion by modes; without ``energies`` its energies are zero."""
     n, replay = force.shape[1], _replay(discrete, modal)
     u, stored, lost, work = np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
-    start, relaxed, rest = _start(discrete, modal), _relaxed(discrete, modal), modal.residual
+    start, relaxed, rest = find_start(discrete, modal), find_relaxations(discrete, modal), modal.residual
     spring = rest.compliance @ discrete.rest
     u[:, 0] = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
     swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
@@ -240,11 +240,11 @@ def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array, *, energ
 
 def _replay(discrete: Discrete, modal: ModalGreens) -> Replay:
     loads = [load.shape for load in discrete.body.loads]
-    start, relaxed = _start(discrete, modal), _relaxed(discrete, modal)
+    start, relaxed = find_start(discrete, modal), find_relaxations(discrete, modal)
     return Replay(modal, discrete.dt, start, relaxed, discrete.rest, loads)
 
 
-def _relaxed(discrete: Discrete, modal: ModalGreens) -> Array:
+def find_relaxations(discrete: Discrete, modal: ModalGreens) -> Array:
     """Return the (R,) relaxations at t = 0, under the preload."""
     held, rates = modal.residual.shapes @ discrete.rest, modal.residual.rates
     if np.any(held[rates == 0] != 0):

@@ -151,6 +151,58 @@ class Prepared:
     __repr__ = brief
 
 
+@dataclass(frozen=True)
+class Discretised:
+    """A contact problem at a fixed step ``dt`` [s]: its bodies in their state at t = 0.
+
+    Attributes:
+        bodies: the discretised bodies, striker first, in equilibrium with a preload.
+        rest: (p,) contact forces of the static preload before t = 0 [N].
+        rules: (p,) codes of the contacts' step rules.
+        plan: history engines of the bodies.
+    """
+
+    problem: ContactProblem
+    dt: float
+    steps: int
+    bodies: tuple[motion.Discrete, ...]
+    rest: Array
+    rules: NDArray[np.int64]
+    plan: engines.Plan
+
+    __repr__ = brief
+
+    def own(self, length: int = 1) -> Array:
+        """Return the (p, p) displacement by a unit force at the end of its own step of ``length`` dt, W_0 [m/N]."""
+        turns = (self.problem.directions(body.body) for body in self.bodies)
+        parts = (t.T @ b.kernel.self_weight(length * self.dt) @ t for b, t in zip(self.bodies, turns, strict=True))
+        return np.asarray(sum(parts))
+
+
+def discretise(
+    problem: ContactProblem,
+    dt: float,
+    duration: float,
+    rule: str = "auto",
+    engine: history.Engine = "auto",
+    block: int | None = None,
+    bodies: tuple[motion.Discrete, ...] | None = None,
+) -> Discretised:
+    """Discretise the bodies over a ``duration`` [s] at the step ``dt`` [s]; arguments and errors as in `prepare`."""
+    n, rules = step_count(dt, duration), _rules(problem, rule)
+    _refuse_ill_posed(problem)
+    if bodies is None:
+        bodies = tuple(motion.Discrete.from_body(body, dt, n) for body in problem.bodies)
+    stated = [(id(discrete.body), discrete.dt, discrete.loads.shape[1]) for discrete in bodies]
+    if stated != [(id(body), dt, n) for body in problem.bodies]:
+        raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
+    rest = np.zeros(len(problem.contacts))
+    if problem.preload:
+        bodies, rest = _preloaded(problem, bodies, [problem.directions(b.body) for b in bodies])
+    plan = engines.choose([b.kernel for b in bodies], len(rest), n, engine, block)
+    return Discretised(problem, dt, n, bodies, rest, rules, plan)
+
+
 def prepare(
     problem: ContactProblem,
     dt: float,
@@ -167,32 +219,24 @@ def prepare(
     if discretised already at this step and over this duration: several problems may share them. Raises `ContactError`
     for a problem that cannot be integrated, or ``bodies`` of another problem, step or duration.
     """
-    n, rules = step_count(dt, duration), _rules(problem, rule)
-    _refuse_ill_posed(problem)
-    if bodies is None:
-        bodies = tuple(motion.Discrete.from_body(body, dt, n) for body in problem.bodies)
-    stated = [(id(discrete.body), discrete.dt, discrete.loads.shape[1]) for discrete in bodies]
-    if stated != [(id(body), dt, n) for body in problem.bodies]:
-        raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
+    return find_free_motion(discretise(problem, dt, duration, rule, engine, block, bodies))
+
+
+def find_free_motion(discretised: Discretised) -> Prepared:
+    """Return the problem with its gaps without contact, ready for equal steps."""
+    d = discretised
+    problem, bodies, n, own = d.problem, d.bodies, d.steps, d.own()
     turns = [problem.directions(b.body) for b in bodies]
-    rest = np.zeros(len(problem.contacts))
-    if problem.preload:
-        bodies, rest = _preloaded(problem, bodies, turns)
-    p = len(rest)
-    own = np.zeros((p, p))
-    for body, turn in zip(bodies, turns, strict=True):
-        own += turn.T @ body.kernel.self_weight(dt) @ turn
     gaps = _free_gaps(problem, bodies, turns, n)
-    plan = engines.choose([b.kernel for b in bodies], p, n, engine, block)
     parts, flying = parted(bodies, turns)
-    poles, weights = _memory(parts, flying, turns, plan, own, n)
+    poles, weights = _memory(parts, flying, turns, d.plan, own, n)
     flight = None
     if flying:  # in the order of `_memory`
         psi = np.concatenate([(part.free.shapes @ part.turn).T for part in flying], axis=1)
         start = np.concatenate([part.start for part in flying], axis=1)
         drive = np.concatenate([part.drive for part in flying])
         flight = Flight(psi, start, drive, _free_gaps(problem, parts, turns, n))
-    return Prepared(problem, dt, n, bodies, gaps, rest, poles, weights, own, rules, plan, flight)
+    return Prepared(problem, d.dt, n, bodies, gaps, d.rest, poles, weights, own, d.rules, d.plan, flight)
 
 
 def _free_gaps(problem: ContactProblem, bodies: tuple[motion.Discrete, ...], turns: list[Array], n: int) -> Array:

@@ -32,6 +32,8 @@ from impact.march.loop.several import linear_laws
 from impact.march.prepared import BLOCK as FLIGHT
 from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import ContactError
+from impact.march.rows import Marched, Rows, find_seats
+from impact.notices import Progress, silent
 from impact.quantities import brief
 
 SHORTEST, LONGEST = 4, 13  # binary logarithms of the steps of a stride; shorter strides save no time
@@ -149,9 +151,7 @@ class ContactStepper:
             self._strides = Strides.from_poles(steps, carried, n)
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
         contacts = prepared.problem.contacts
-        seats = np.array([c.side > 0 for c in contacts])
-        seats = seats if np.any(seats) else ~seats
-        self._seats = seats / np.count_nonzero(seats)
+        self._seats = find_seats(prepared.problem)
         self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None)
         self._laws = (
             np.array([c.law.code for c in contacts]),
@@ -202,6 +202,13 @@ class ContactStepper:
             self._advance(edge)
         self._advance(stop)
 
+    def finish(self, progress: Progress = silent) -> None:
+        """Take all steps that are left."""
+        chunk = max(512, -(-self.prepared.steps // 50))
+        while self.done < self.prepared.steps:
+            self.advance(chunk)
+            progress("stepping", self.done / self.prepared.steps)
+
     @property
     def opening(self) -> Array:
         """Return the (n + 1,) mean gap of the seats up to the present step [m]."""
@@ -240,6 +247,16 @@ class ContactStepper:
             "flight": np.zeros((2, 0)) if self._pilot is None else self._pilot.base,
             **({"fed": self.live.fed} if self.live.fed.size else {}),
         }
+
+    def marched(self) -> Marched:
+        """Return the run up to the present step."""
+        s, n = self.prepared, self.done
+        force = np.concatenate([s.rest[None], self.force[:n]])
+        film = np.concatenate([np.zeros((1, len(s.rest))), self.film[:n]]) if self.film.size else np.zeros((n + 1, 0))
+        striker = replace(s.bodies[0], loads=s.bodies[0].loads[:, :n] + self.live.amplitudes[:, :n])
+        others = (replace(body, loads=body.loads[:, :n]) for body in s.bodies[1:])
+        rows = Rows(s.dt, np.arange(n + 1), force, self.gap[: n + 1], film)
+        return Marched(s.problem, (striker, *others), s.own, rows, s.plan.words, self.unsolved)
 
     def checkpoint(self) -> dict[str, Array]:
         """Return the complete present state as arrays; `impact.storage.hdf5` writes it to a file."""

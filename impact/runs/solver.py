@@ -28,8 +28,9 @@ from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
 from impact.march.history import Engine
 from impact.march.motion import Discrete, Motion
-from impact.march.prepared import Prepared, prepare
+from impact.march.prepared import prepare
 from impact.march.problem import ContactError, ContactProblem
+from impact.march.rows import Marched
 from impact.march.stepper import ContactStepper
 from impact.measured.reading import sampling_advice
 from impact.notices import Advice, Progress, silent
@@ -176,41 +177,38 @@ def solve(
             (no residual flexibility and no g(0+)) under a rigid law, whose force would grow like 1/dt; a rule that
             the law cannot follow; an engine that a body cannot be run by; a preload on bodies that nothing holds.
     """
-    prepared = prepare(problem, dt, duration, rule, engine, block, bodies)
-    stepper = ContactStepper(prepared, flying=True)
-    chunk = max(512, -(-prepared.steps // 50))
-    while stepper.done < prepared.steps:
-        stepper.advance(chunk)
-        progress("stepping", stepper.done / prepared.steps)
+    stepper = ContactStepper(prepare(problem, dt, duration, rule, engine, block, bodies), flying=True)
+    stepper.finish(progress)
     return collect(stepper)
 
 
-def collect(stepper: ContactStepper) -> ImpactResult:
-    """Return the result of the steps marched so far; raises `ContactError` if a history is not finite."""
-    s, n = stepper.prepared, stepper.done
-    force = stepper.force[:n]
-    striker = replace(s.bodies[0], loads=s.bodies[0].loads + stepper.live.amplitudes)
-    bodies = (striker, *s.bodies[1:])
-    motions = tuple(b.motion(s.problem.directions(b.body) @ force.T) for b in bodies)
-    time = np.asarray(s.dt * np.arange(n + 1), dtype=np.float64)
-    carried = s.problem.carried(time)
-    gap = np.array([c.gap for c in s.problem.contacts]) + (0.0 if carried is None else carried)
+def collect(run: Marched | ContactStepper) -> ImpactResult:
+    """Return the result of a run; of a stepper, of the steps marched so far.
+
+    Raises `ContactError` if a history is not finite.
+    """
+    run = run.marched() if isinstance(run, ContactStepper) else run
+    n, bodies, problem, whole = run.steps, run.bodies, run.problem, run.force
+    force = whole[1:]
+    motions = tuple(b.motion(problem.directions(b.body) @ force.T) for b in bodies)
+    time = np.asarray(run.dt * np.arange(n + 1), dtype=np.float64)
+    carried = problem.carried(time)
+    gap = np.array([c.gap for c in problem.contacts]) + (0.0 if carried is None else carried)
     for body, motion in zip(bodies, motions, strict=True):
-        gap = gap + (s.problem.directions(body.body).T @ motion.displacement).T
+        gap = gap + (problem.directions(body.body).T @ motion.displacement).T
     deflection = max(float(np.abs(motion.displacement[:, 0]).max()) for motion in motions)
-    if np.any(s.rest):  # or the deflection under the preload's contact forces alone, which loads may cancel
+    if np.any(run.rest):  # or the deflection under the preload's contact forces alone, which loads may cancel
         at_rest = [body.body.greens.static_compliance() @ body.rest for body in bodies]
         deflection = max(deflection, *(float(np.abs(moved).max()) for moved in at_rest))
-    film = stepper.film[:n] if stepper.film.size else None
-    energy = ledger(s.problem, motions, force, gap, film, carried)
-    single = len(s.rest) == 1
-    whole = np.concatenate([s.rest[None], force])
-    pulls = None if film is None else np.concatenate([np.zeros((1, len(s.rest))), film])
+    film = run.film[1:] if run.film.size else None
+    energy = ledger(problem, motions, force, gap, film, carried)
+    single = len(run.rest) == 1
+    pulls = None if film is None else run.film
     solid = force if film is None else force - film
-    first = s.problem.contacts[0]
+    first = problem.contacts[0]
     for history in (whole, gap, *(motion.displacement.T for motion in motions), energy.stored, energy.dissipated):
         if np.any(bad := ~np.isfinite(history)):
-            when = int(np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0]) * s.dt
+            when = int(np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0]) * run.dt
             raise ContactError(
                 f"forces, motions or energies leave the range of numbers at {when:.3g} s: some mass, stiffness, "
                 "shape or velocity is beyond all measure; check their units"
@@ -219,24 +217,24 @@ def collect(stepper: ContactStepper) -> ImpactResult:
         time=time,
         force=whole[:, 0] if single else whole,
         gap=gap[:, 0] if single else gap,
-        striker_displacement=_at_contacts(s, motions, single, of_striker=True),
-        target_displacement=_at_contacts(s, motions, single, of_striker=False),
+        striker_displacement=_at_contacts(run, motions, single, of_striker=True),
+        target_displacement=_at_contacts(run, motions, single, of_striker=False),
         energy=energy,
-        dt=s.dt,
-        striker_mass=s.problem.striker.greens.mass(first.striker_port),
+        dt=run.dt,
+        striker_mass=problem.striker.greens.mass(first.striker_port),
         target_mass=first.target.greens.mass(first.port),
-        striker_velocity=_speed_at_start(s.problem.striker, first.striker_port, s.dt),
-        target_velocity=_speed_at_start(first.target, first.port, s.dt),
-        engine=s.plan.words,
+        striker_velocity=_speed_at_start(problem.striker, first.striker_port, run.dt),
+        target_velocity=_speed_at_start(first.target, first.port, run.dt),
+        engine=run.engine,
         advice=(
-            *regime.unsolved_advice(stepper.unsolved, n),
-            *_advice(s, energy),
-            *regime.overlap_advice(s.problem, solid, gap, s.dt),
-            *regime.digits_advice(deflection, force, gap, s.own),
-            *regime.gain_advice(s.problem, solid, gap),
-            *regime.table_advice(s.problem, gap),
-            *regime.contact_advice(solid, s.dt),
-            *regime.direction_advice(s.problem, whole),
+            *regime.unsolved_advice(run.unsolved, n),
+            *_advice(run, energy),
+            *regime.overlap_advice(problem, solid, gap, run.dt),
+            *regime.digits_advice(deflection, force, gap, run.own),
+            *regime.gain_advice(problem, solid, gap),
+            *regime.table_advice(problem, gap),
+            *regime.contact_advice(solid, run.dt),
+            *regime.direction_advice(problem, whole),
         ),
         film=None if pulls is None else pulls[:, 0] if single else pulls,
     )
@@ -248,7 +246,7 @@ def _speed_at_start(body: Body, port: str | int, dt: float) -> float:
     return body.velocity_of(port) + float(end - start) / dt
 
 
-def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_striker: bool) -> Array:
+def _at_contacts(s: Marched, motions: tuple[Motion, ...], single: bool, *, of_striker: bool) -> Array:
     """Return the (n + 1,) or (n + 1, p) displacements of the striker or of the targets at the contacts."""
     columns = []
     for contact in s.problem.contacts:
@@ -261,7 +259,7 @@ def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_s
     return columns[0] if single else np.stack(columns, axis=1)
 
 
-def _advice(s: Prepared, energy: EnergyLedger) -> Iterator[Advice]:
+def _advice(s: Marched, energy: EnergyLedger) -> Iterator[Advice]:
     for number, body in enumerate(s.bodies):
         g = body.body.greens
         name = "striker" if number == 0 else "target"

@@ -20,7 +20,9 @@ from impact.bodies.loads import SprungBody
 from impact.files import csv_table
 from impact.greens.base import Array, GreensFunction
 from impact.march import history, motion
+from impact.march.ladder import march
 from impact.march.prepared import step_count
+from impact.march.rows import Marched
 from impact.march.stepper import FOLLOW, with_recorded_loads
 from impact.notices import Progress, silent
 from impact.runs.variations import Values, with_body
@@ -112,7 +114,7 @@ CONTACT_BYTES = 48  # bytes per step of each further contact
 PAIR_TIME = 6e-9  # time [s] of a step for each pair of contacts, by spring laws; rigid ones take a quarter
 LONGEST_MARCH = 86400.0  # longest predicted computing time of a run [s]
 
-StressLook = Callable[[impact.ContactStepper, float | None], ReedStress | None]
+StressLook = Callable[[Marched, float | None], ReedStress | None]
 """Function that returns a reed's largest stresses in a run, also before and after the start of a landing [s]."""
 
 
@@ -160,9 +162,9 @@ def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
     if not geometry.reed.traits.has_stress:
         return None
 
-    def look(stepper: impact.ContactStepper, since: float | None) -> ReedStress | None:
-        striker, dt, force = stepper.prepared.problem.striker, stepper.prepared.dt, touches.force_of(stepper)
-        stopper, opening = touches.stopper_force_of(stepper), stepper.opening
+    def look(run: Marched, since: float | None) -> ReedStress | None:
+        striker, dt, force = run.problem.striker, run.dt, touches.force_of(run)
+        stopper, opening = touches.stopper_force_of(run), run.opening
         return stress_of(geometry, striker, force, dt, opening, coarsely=True, stopper=stopper, since=since)
 
     return look
@@ -222,10 +224,12 @@ def marched(
     dt: float,
     duration: float,
     flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
-) -> impact.ContactStepper:
+    *,
+    equal_steps: bool = False,
+) -> Marched:
     """Integrate a problem over a ``duration`` [s] for its forces only, far cheaper than a run with energies.
 
-    ``flight``: function such as `Flights`, which several runs may share.
+    ``flight``: function such as `Flights`, which several runs may share; ``equal_steps``: as in `march`.
     """
     striker = problem.striker
     for body in problem.targets:
@@ -233,10 +237,7 @@ def marched(
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
     discrete = (flight or Flights(striker, duration, problem.preload))(striker, dt)
     targets = (motion.Discrete.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
-    prepared = impact.prepare(problem, dt, duration, bodies=(discrete, *targets))
-    stepper = impact.ContactStepper(prepared, flying=True)
-    stepper.advance(prepared.steps)
-    return stepper
+    return march(problem, dt, duration, bodies=(discrete, *targets), equal_steps=equal_steps)
 
 
 def record_of(
@@ -255,17 +256,17 @@ def record_of(
     ``stresses``: whether to include the stresses that the scene needs; ``look``: their function, in place of
     `bending_look`; ``like``: landings of a neighbouring run, whose partners are sought.
     """
-    stepper = marched(problem, dt, scene.run.duration if duration is None else duration, flight)
-    landings = landings_of_march(stepper, scene.run.filter_width, None if like is None else like.static)
+    run = marched(problem, dt, scene.run.duration if duration is None else duration, flight)
+    landings = landings_of_march(run, scene.run.filter_width, None if like is None else like.static)
     others = None if like is None else like.seat
     stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else None
-    blow = blow_of_march(scene, stepper, landings.seat, others, stress=stress_look)
-    return touches.RunRecord(blow, landings, touches.stopper_force_of(stepper))
+    blow = blow_of_march(scene, run, landings.seat, others, stress=stress_look)
+    return touches.RunRecord(blow, landings, touches.stopper_force_of(run))
 
 
 def blow_of_march(
     scene: Scene,
-    stepper: impact.ContactStepper,
+    run: Marched,
     landings: tuple[Landing, ...],
     like: Sequence[Landing] | None = None,
     *,
@@ -277,29 +278,29 @@ def blow_of_march(
     ``like``: landings of a neighbouring run, the partner of whose judged one is judged; ``None``: the run's own.
     ``displacement``: whether to include the seat's; ``stress``: function of the reed's stress, if wanted.
     """
-    prepared, choice, force = stepper.prepared, scene.accuracy.landing, touches.force_of(stepper)
+    choice, force = scene.accuracy.landing, touches.force_of(run)
     judged = measures.judged_landing(landings, choice, like)
     since = None if judged is None or stress is None else judged.start
-    stresses = None if stress is None else stress(stepper, since)
+    stresses = None if stress is None else stress(run, since)
     return measures.ContactRecord(
         force=force,
-        dt=prepared.dt,
+        dt=run.dt,
         filter_width=scene.run.filter_width,
-        displacement=touches.displacement_of(stepper) if displacement else None,
+        displacement=touches.displacement_of(run) if displacement else None,
         stress=stresses,
-        line=scene.geometry.line(Division.from_greens(prepared.problem.target.greens), touches.parts_of(stepper)),
-        film=touches.film_of(stepper),
+        line=scene.geometry.line(Division.from_greens(run.problem.target.greens), touches.parts_of(run)),
+        film=touches.film_of(run),
         landings=landings,
         asked=choice,
         stress_since=since,
-        strains=tuple(strains_of(scene.gauged, stepper).values()),
+        strains=tuple(strains_of(scene.gauged, run).values()),
     )
 
 
-def strains_of(gauged: Sequence[Gauged], stepper: impact.ContactStepper) -> Strains:
+def strains_of(gauged: Sequence[Gauged], run: Marched) -> Strains:
     """Return the strain at the gauges in a run without energies."""
-    striker, dt, stopper = stepper.prepared.problem.striker, stepper.prepared.dt, touches.stopper_force_of(stepper)
-    return gauge_strains(gauged, striker, touches.force_of(stepper), stopper, dt, stepper.opening)
+    striker, dt, stopper = run.problem.striker, run.dt, touches.stopper_force_of(run)
+    return gauge_strains(gauged, striker, touches.force_of(run), stopper, dt, run.opening)
 
 
 def fallback_step(run: Run, gas: CompressorGas | None, *bodies: GreensFunction) -> float:

@@ -31,6 +31,7 @@ from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.march.motion import Discrete, mid_steps
 from impact.march.problem import ContactProblem
+from impact.march.rows import Marched
 from impact.march.stepper import with_recorded_loads
 from impact.quantities import brief
 
@@ -88,28 +89,20 @@ def landings_of_result(problem: ContactProblem, result: ImpactResult, width: flo
     return march.landings(load, lambda steps: result.energy.striker[list(steps)], pushed)
 
 
-def landings_of_march(
-    stepper: impact.ContactStepper, width: float, load: StaticLoad | None = None, *, rebound: bool = True
-) -> Landings:
-    """Return the landings of a run without energies up to its present step; ``width``: width of the filter [s].
+def landings_of_march(run: Marched, width: float, load: StaticLoad | None = None, *, rebound: bool = True) -> Landings:
+    """Return the landings of a run without energies; ``width``: width of the filter [s].
 
     ``load``: the quasi-static load, if it is known already; ``rebound``: whether to compute restitution, for which the
     striker's motion is computed again.
     """
-    prepared, n = stepper.prepared, stepper.done
-    problem, dt = prepared.problem, prepared.dt
-    force = np.concatenate([prepared.rest[None], stepper.force[:n]])
-    solid = force.copy()
-    if stepper.film.size:
-        solid[1:] -= stepper.film[:n]
-    load = static_load_of_march(stepper) if load is None else load
-    pushed = prepared.bodies[0].loads[:, :n] + stepper.live.amplitudes[:, :n]
-    striker = replace(prepared.bodies[0], loads=pushed)
+    problem, force, striker = run.problem, run.force, run.bodies[0]
+    solid = force - run.film if run.film.size else force
+    load = static_load_of_march(run) if load is None else load
 
     def stored(steps: Sequence[int]) -> Array | None:
         return striker.stored_after(problem.directions(problem.striker) @ force[1:].T, steps) if rebound else None
 
-    return _March(problem, force, solid, stepper.gap[: n + 1], dt, width).landings(load, stored, pushed)
+    return _March(problem, force, solid, run.gap, run.dt, width).landings(load, stored, striker.loads)
 
 
 def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, dt: float, width: float) -> Landings:
@@ -128,11 +121,10 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     return march.landings(static_load(problem, dt * n), stored, pushed)
 
 
-def static_load_of_march(stepper: impact.ContactStepper) -> StaticLoad:
-    """Return the quasi-static load of a run up to its present step, with the loads that depended on the opening."""
-    prepared = stepper.prepared
-    striker = with_recorded_loads(prepared.problem.striker, stepper.opening, prepared.dt)
-    return static_load(_with_striker(prepared.problem, striker), prepared.dt * stepper.done)
+def static_load_of_march(run: Marched) -> StaticLoad:
+    """Return the quasi-static load of a run, with the loads that depended on the opening."""
+    striker = with_recorded_loads(run.problem.striker, run.opening, run.dt)
+    return static_load(_with_striker(run.problem, striker), run.dt * run.steps)
 
 
 def _with_striker(problem: ContactProblem, striker: impact.Body) -> ContactProblem:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-import impact
 from impact.after.loads import without_springs
 from impact.after.stresses import PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
+from impact.march.rows import Marched
 from impact.march.stepper import with_recorded_loads
 from seatfem import structures
 from seatfem.structures import fields, lip, rings
@@ -207,13 +207,13 @@ class PlateLook:
             return None
         return cls(_plate_of(geometry), plate_field(geometry, striker, division, few=True), division)
 
-    def __call__(self, stepper: impact.ContactStepper, since: float | None) -> ReedStress | None:
+    def __call__(self, run: Marched, since: float | None) -> ReedStress | None:
         """Return the largest stresses, also before and after the start ``since`` of a landing [s]."""
         if not len(self.field.points):
             return None
-        forces, body = Forces.from_march(stepper), self.field.body
+        forces, body = Forces.from_march(run), self.field.body
         pushes = pushes_of(body.greens, forces.by(self.division), self.division, forces.stopper)
-        field = struck_by(self.field, body, stepper.opening, pushes, forces.dt)
+        field = struck_by(self.field, body, run.opening, pushes, forces.dt)
         return stresses_of_plate(
             self.reed, field, fields.recovery.largest(field, pushes, forces.dt, since=since, workers=1)
         )
@@ -236,11 +236,11 @@ class Forces:
     dt: float
 
     @staticmethod
-    def from_march(stepper: impact.ContactStepper) -> Forces:
+    def from_march(run: Marched) -> Forces:
         """Return the contact forces of a run."""
-        problem, parts = stepper.prepared.problem, parts_of(stepper)
+        problem, parts = run.problem, parts_of(run)
         division = rings.Division.from_greens(problem.target.greens) if parts.shape[1] > 1 else rings.Division()
-        return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)
+        return Forces(parts, division, stopper_force_of(run), run.dt)
 
     def by(self, wanted: rings.Division) -> Array:
         """Return the (n + 1, parts) forces on the parts of another division, for uniform pressure on each part [N]."""

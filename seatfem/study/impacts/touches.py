@@ -17,6 +17,7 @@ from impact.after.result import ImpactResult, as_one, of_contacts
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.march.motion import mean_displacement
+from impact.march.rows import Marched
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget, Values
 from seatfem.structures.rings import Division
@@ -101,38 +102,30 @@ def stopper_in(problem: impact.ContactProblem) -> Body | None:
     return next((contact.target for contact in problem.contacts if contact.side < 0), None)
 
 
-def force_of(stepper: impact.ContactStepper) -> Array:
-    """Return the (n + 1,) contact force on the seat's whole patch up to the present step [N]."""
-    return np.asarray(parts_of(stepper).sum(axis=1))
+def force_of(run: Marched) -> Array:
+    """Return the (n + 1,) contact force on the seat's whole patch [N]."""
+    return np.asarray(parts_of(run).sum(axis=1))
 
 
-def film_of(stepper: impact.ContactStepper) -> Array | None:
+def film_of(run: Marched) -> Array | None:
     """Return the (n + 1,) force of the film, a part of `force_of` [N]; ``None`` without a film."""
-    if stepper.film.size == 0:
-        return None
-    seat = seat_contacts(stepper.prepared.problem)
-    return np.concatenate([[0.0], stepper.film[: stepper.done, :seat].sum(axis=1)])
+    return np.asarray(run.film[:, : seat_contacts(run.problem)].sum(axis=1)) if run.film.size else None
 
 
-def parts_of(stepper: impact.ContactStepper) -> Array:
-    """Return the (n + 1, parts) contact force on each part of the seat's patch up to the present step [N]."""
-    seat = seat_contacts(stepper.prepared.problem)
-    return np.concatenate([stepper.prepared.rest[None, :seat], stepper.force[: stepper.done, :seat]])
+def parts_of(run: Marched) -> Array:
+    """Return the (n + 1, parts) contact force on each part of the seat's patch [N]."""
+    return np.asarray(run.force[:, : seat_contacts(run.problem)])
 
 
-def stopper_force_of(stepper: impact.ContactStepper) -> Array | None:
-    """Return the (n + 1,) contact force on the stopper up to the present step [N]; ``None`` without one."""
-    if seat_contacts(stepper.prepared.problem) == stepper.force.shape[1]:
-        return None
-    seat = seat_contacts(stepper.prepared.problem)
-    parts = np.concatenate([stepper.prepared.rest[None, seat:], stepper.force[: stepper.done, seat:]])
-    return np.asarray(parts.sum(axis=1))
+def stopper_force_of(run: Marched) -> Array | None:
+    """Return the (n + 1,) contact force on the stopper [N]; ``None`` without one."""
+    seat = seat_contacts(run.problem)
+    return None if seat == run.force.shape[1] else np.asarray(run.force[:, seat:].sum(axis=1))
 
 
-def displacement_of(stepper: impact.ContactStepper) -> Array:
+def displacement_of(run: Marched) -> Array:
     """Return the (n + 1,) mean displacement of the seat's patch [m]."""
-    contacts = seat_contacts(stepper.prepared.problem)
-    seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done, :contacts]
+    seat, force = run.bodies[1], run.force[1:, : seat_contacts(run.problem)]
     moved = mean_displacement(seat, -force.T, Division.from_greens(seat.body.greens).shares)
     if seat.body.base is None:
         return moved

@@ -13,7 +13,6 @@ from typing import Final
 
 import numpy as np
 
-import impact
 from impact import measures
 from impact.after.histories import MOVING_AVERAGE, averaged
 from impact.after.landings import Landing
@@ -21,8 +20,10 @@ from impact.after.loads import StaticLoad
 from impact.bodies.body import Body, ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
+from impact.march.ladder import march
 from impact.march.motion import Discrete
-from impact.march.prepared import Prepared, step_count
+from impact.march.prepared import step_count
+from impact.march.rows import Marched
 from impact.notices import Progress, silent
 from impact.runs.variations import Values
 from seatfem.structures.estimates.surrogate import Face
@@ -114,9 +115,9 @@ def locate_contact_window(
     if body.is_deflected and (g := body.greens.modal) is not None and np.any(g.omega):
         dt = min(dt, 1 / float(g.omega[g.omega > 0].min()))  # a deflected striker swings back at this frequency
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
-    march = _marched(impact.prepare(problem_of(scene, body, Body(seat.forces_only()), stopper), dt, scene.run.duration))
-    landings = landings_of_march(march, width, rebound=False).seat
-    return window_of(scene, body, force_of(march)[1:], dt, stopper_force_of(march), landings)
+    run = march(problem_of(scene, body, Body(seat.forces_only()), stopper), dt, scene.run.duration)
+    landings = landings_of_march(run, width, rebound=False).seat
+    return window_of(scene, body, force_of(run)[1:], dt, stopper_force_of(run), landings)
 
 
 def window_of(
@@ -221,24 +222,23 @@ class Bench:
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
         stoppers = self._stopper_bodies(dt)
         problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
-        prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
-        stepper = _marched(prepared)
+        run = march(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
         displacement = any_needs_displacement(wanted)
         stress = self._look(dt) if any_needs_stress(wanted) else None
-        landings = self._landings(stepper)
-        record = contact.blow_of_march(self.scene, stepper, landings, displacement=displacement, stress=stress)
+        landings = self._landings(run)
+        record = contact.blow_of_march(self.scene, run, landings, displacement=displacement, stress=stress)
         values = values_of(record)
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *wanted}]
         prefixes = {HARDEST, PREFIXES[landing]}
         absent = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
         return {**absent, **values}
 
-    def _landings(self, stepper: impact.ContactStepper) -> tuple[Landing, ...]:
+    def _landings(self, run: Marched) -> tuple[Landing, ...]:
         """Return the landing nearest to that for which the window was made; all landings if it was made for none."""
         if not self._loads:
-            self._loads.append(static_load_of_march(stepper))
+            self._loads.append(static_load_of_march(run))
         rebound = "restitution" in self.scene.accuracy.measures
-        landings = landings_of_march(stepper, self.scene.run.filter_width, self._loads[0], rebound=rebound).seat
+        landings = landings_of_march(run, self.scene.run.filter_width, self._loads[0], rebound=rebound).seat
         if self.window.landing is None or not landings:
             return landings
         begins = self.window.landing - self.window.start
@@ -319,9 +319,3 @@ def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
         return abs(changed - value) / abs(value) if value else (0.0 if not changed else math.inf)
 
     return {name: change(value, other.get(name, math.inf)) for name, value in one.items()}
-
-
-def _marched(prepared: Prepared) -> impact.ContactStepper:
-    stepper = impact.ContactStepper(prepared, flying=True)
-    stepper.advance(prepared.steps)
-    return stepper

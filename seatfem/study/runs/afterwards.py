@@ -18,6 +18,7 @@ from impact.gas.compressor import Compressor, gas_history
 from impact.greens.base import Array, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.march.problem import ContactProblem
+from impact.march.rows import Marched
 from impact.notices import Progress, Tell
 from impact.quantities import finite_or_none, percent
 from impact.runs.variations import ROUND_OFF, SAFETY, Budget, Values, Variation, budget_of
@@ -159,8 +160,8 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
         return {}
     drive = gas.gas_of(asked)
 
-    def look(stepper: impact.ContactStepper) -> Values:
-        history = gas_history(drive, stepper.opening, stepper.prepared.dt)
+    def look(run: Marched) -> Values:
+        history = gas_history(drive, run.opening, run.dt)
         masses = gas.cycle_masses(asked, scene.run.duration, history, of_other=isinstance(drive, Compressor))
         return {f"{key} {cycle}": mass for key, each in masses.items() for cycle, mass in enumerate(each)}
 
@@ -173,7 +174,7 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
 def gauge_keys(done: Round) -> dict[str, object]:
     """Return for summary.json the strains at the gauges, the largest and smallest of each with error bars."""
     scene = done.plan.scene
-    bars, _ = runs.stresses.error_bars_of(done, lambda stepper: contact.gauge_values(strains_of(scene.gauged, stepper)))
+    bars, _ = runs.stresses.error_bars_of(done, lambda run: contact.gauge_values(strains_of(scene.gauged, run)))
     of_bars = {f"error_bar_{key}": finite_or_none(bar) for key, bar in bars.items()}
     return {**contact.gauge_values(done.touches.strains), **of_bars}
 

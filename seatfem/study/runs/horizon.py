@@ -82,7 +82,7 @@ def ensemble_keys(runs: Sequence[Sequence[Landing]]) -> dict[str, object]:
 def _march(done: Round, problem: ContactProblem) -> tuple[Array, tuple[Landing, ...]]:
     """March a problem; return the gaps (n + 1, p) [m], and the landings on seat and stopper in the order of time."""
     scene = done.plan.scene
-    stepper = marched(problem, done.result.dt, scene.run.duration, done.flights)
-    landings = landings_of_march(stepper, scene.run.filter_width, rebound=False)
+    run = marched(problem, done.result.dt, scene.run.duration, done.flights, equal_steps=True)
+    landings = landings_of_march(run, scene.run.filter_width, rebound=False)
     both = sorted((*landings.seat, *landings.stopper), key=lambda landing: landing.start)
-    return stepper.gap[: stepper.done + 1], tuple(both)
+    return run.gap, tuple(both)

@@ -20,6 +20,7 @@ from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.life.places import margin_error
 from impact.march.problem import ContactProblem
+from impact.march.rows import Marched
 from impact.notices import Progress, silent
 from impact.quantities import percent
 from impact.runs.variations import Values, budget_of, changes, times
@@ -52,8 +53,8 @@ STAGE: Final = "runs for the error bar of stress"
 
 def error_bars_of(
     done: Round,
-    look: Callable[[impact.ContactStepper], Values],
-    at_half: Callable[[impact.ContactStepper], Values] | None = None,
+    look: Callable[[Marched], Values],
+    at_half: Callable[[Marched], Values] | None = None,
     progress: Progress = silent,
     is_judged: Callable[[Values], bool] = lambda half: True,
 ) -> tuple[Values, Values]:
@@ -69,24 +70,24 @@ def error_bars_of(
     sources, _ = sources_of(ComputedRun(scene, done.plan.method, done.seat, problem, done.reed))
     runs, count = 2 + sum(len(term) for terms in sources.values() for term in terms or ()), 0
 
-    def run(varied: ContactProblem, step: float, look: Callable[[impact.ContactStepper], Values] = look) -> Values:
+    def march_varied(varied: ContactProblem, step: float, look: Callable[[Marched], Values] = look) -> Values:
         nonlocal count
         count += 1
         progress(STAGE, min(count / runs, 1.0))
         return look(marched(varied, step, scene.run.duration, done.flights))
 
-    half = run(problem, dt / 2, at_half or look)
+    half = march_varied(problem, dt / 2, at_half or look)
     if not is_judged(half):
         return dict.fromkeys(half, math.nan), half
-    values = run(problem, dt)
-    budget = budget_of(run, problem, values, dt, sources, finer=times(2.0, changes(values, half)))
+    values = march_varied(problem, dt)
+    budget = budget_of(march_varied, problem, values, dt, sources, finer=times(2.0, changes(values, half)))
     return {name: budget.bar(name) for name in values}, half
 
 
 def contact_margin_bar(done: Round, margin: float) -> float:
     """Return the error bar of the ``margin`` below a Hertzian contact from that of its largest force F, as the stress
     varies as F^(1/3); ``inf`` where the force's error is as large as the force."""
-    errors, _ = error_bars_of(done, lambda stepper: {"force": float(force_of(stepper).max())})
+    errors, _ = error_bars_of(done, lambda run: {"force": float(force_of(run).max())})
     share = errors["force"] / float(done.result.force.max())
     return margin_error(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)
 
@@ -119,8 +120,8 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     if of_seat is None and of_reed is None:
         return seat, reed
 
-    def look(stepper: impact.ContactStepper) -> Values:
-        forces, values = Forces.from_march(stepper), dict[str, float]()
+    def look(run: Marched) -> Values:
+        forces, values = Forces.from_march(run), dict[str, float]()
         if of_seat is not None:
             values |= _peaks_of(largest(of_seat.largest_at, -forces.by(of_seat.division), forces.dt).after_contact)
         if of_reed is not None:
@@ -129,8 +130,8 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
             values[REED] = float(largest(of_reed.largest_at, pushes, forces.dt).after_contact.von_mises.max())
         return values
 
-    def look_everywhere(stepper: impact.ContactStepper) -> Values:
-        values, forces = dict(look(stepper)), Forces.from_march(stepper)
+    def look_everywhere(run: Marched) -> Values:
+        values, forces = dict(look(run)), Forces.from_march(run)
         if of_seat is not None:
             values |= _peaks_of(peaks_under(of_seat, -forces.by(of_seat.division), forces.dt))
         return values

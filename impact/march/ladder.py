@@ -1,0 +1,333 @@
+"""March of a run in steps of different lengths: fine where bodies touch and ring, long where the motion is smooth.
+
+Every body is a sum of poles, whose state contains all of its motion. The step of level j is `RISE`^j fine steps. With
+the passive, conserving and blended rules no step gains energy, whatever its length (`impact.march.laws`), and the state
+passes from one length to another unchanged: neither does the run.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.greens import oscillator
+from impact.greens.base import Array
+from impact.greens.modal import ModalGreens
+from impact.march import history, laws, motion
+from impact.march.loop import ladder as loop
+from impact.march.loop.several import linear_laws
+from impact.march.prepared import Discretised, discretise, find_free_motion
+from impact.march.problem import ContactProblem
+from impact.march.rows import Marched, Rows, find_seats
+from impact.march.stepper import FOLLOW, ContactStepper, march_numbers
+from impact.notices import Progress, silent
+from impact.quantities import brief
+
+SHARE: Final = 3e-5
+"""Largest deviation of the contact forces from a line through the last two in a long step, over the largest so far."""
+WORTHWHILE: Final = 1.0  # predicted time of equal steps [s] from which on the loop for long ones repays its compilation
+HIGHEST: Final = 6  # longest step: RISE^6 = 4096 fine ones
+FEWEST: Final = 16  # fewest steps of a length that fit into a run
+CHUNK: Final = loop.RISE**HIGHEST * 16  # fine steps whose loads are known at once
+ROOM: Final = 8192  # rows that are written at once
+Room = tuple[NDArray[np.int64], Array, Array, Array]
+"""Step after each row, forces, gaps and forces of films."""
+KEPT: Final = 2 * loop.SMOOTH + 1  # rows that the loop looks back at
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Poles of all bodies at the steps of the ladder.
+
+    Attributes:
+        lengths: (J,) fine steps of each level.
+        poles: their recursion over fine steps.
+        scale: (K,) a12 of a fine step: the recursion keeps a12 q' for each rate q' [s].
+        moves: (J, 4, K) transitions of (q, q').
+        gains, ramps: (J, 2, K) effects on (q, q') of a unit force, and of one that rises by a unit about zero.
+        strays: (J, 2, K) largest deviation from a line over the amplitude, and per unit of force for rigid-body modes.
+        rest: (3, K) displacement per unit of static force, and u, v of the amplitude (`march_ladder`).
+        own: (J, p, p) displacement by a unit force at the end of its own step [m/N].
+        start: (2, K) coordinates and rates at t = 0.
+        drive: (L, S) modal forces per unit of each load, on the first S poles: those of the striker.
+    """
+
+    lengths: NDArray[np.int64]
+    poles: history.Poles
+    scale: Array
+    moves: Array
+    gains: Array
+    ramps: Array
+    strays: Array
+    rest: Array
+    own: Array
+    start: Array
+    drive: Array
+
+    __repr__ = brief
+
+
+def prepare_levels(discretised: Discretised) -> Levels | None:
+    """Return the levels of a problem; ``None`` where a body is not marched by poles, or a load acts on another one than
+    the striker."""
+    problem, bodies, steps = discretised.problem, discretised.bodies, discretised.steps
+    modal = [b.kernel.modal for b in bodies if b.kernel.modal is not None and b.kernel.weights is None]
+    if len(modal) < len(bodies) or not all(discretised.plan.by_poles) or any(b.loads.size for b in bodies[1:]):
+        return None
+    dt, contacts, turns = discretised.dt, len(discretised.rest), [problem.directions(b.body) for b in bodies]
+    lengths = np.array([loop.RISE**j for j in range(HIGHEST + 1) if j == 0 or loop.RISE**j * FEWEST <= steps])
+    poles = history.Poles.from_modes(list(zip(modal, turns, strict=True)), dt, contacts)
+    own = np.array([discretised.own(int(length)) for length in lengths])
+    each_body = [_find_poles(body, greens, turn) for body, greens, turn in zip(bodies, modal, turns, strict=True)]
+    seen, starts = [poles_of[:3] for poles_of in each_body], [poles_of[3] for poles_of in each_body]
+    each_level = [[_level(*one, dt * int(length)) for one in seen] for length in lengths]
+    moves, gains, ramps, strays = (
+        np.array([np.concatenate([part[i] for part in level], axis=1) for level in each_level]) for i in range(4)
+    )
+    rest = np.concatenate([_equilibrium(*one) for one in seen], axis=1)
+    start, drive = np.concatenate(starts, axis=1), each_body[0][4]
+    if contacts == 1:  # the poles hold psi times each coordinate, the gap is their sum
+        psi, square = poles.psi[0], poles.psi[0] ** 2
+        start, drive, gains, ramps = start * psi, drive / psi[: drive.shape[1]], gains * square, ramps * square
+        rest[0], strays[:, 1] = rest[0] * square, strays[:, 1] * square
+        poles = history.Poles(poles.folded(), np.ones_like(poles.psi))
+    return Levels(lengths, poles, moves[0, 1].copy(), moves, gains, ramps, strays, rest, own, start, drive)
+
+
+def _find_poles(body: motion.Discrete, greens: ModalGreens, turn: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Return frequencies, damping ratios and rates of the poles that move a contact, their state (2, K) at t = 0,
+    and the (L, S) shapes of the body's loads: all in the order of `history.Poles.from_modes`."""
+    modes, relaxations = (np.any(shapes @ turn != 0, axis=1) for shapes in (greens.shapes, greens.residual.shapes))
+    state, rates = motion.find_start(body, greens), greens.residual.rates[relaxations]
+    places = np.concatenate([state.displacement[modes], motion.find_relaxations(body, greens)[relaxations]])
+    start = np.array([places, np.concatenate([state.velocity[modes], np.zeros(len(rates))])])
+    drive = np.array([load.shape[modes] for load in body.body.loads]).reshape(len(body.body.loads), int(modes.sum()))
+    return greens.omega[modes], greens.zeta[modes], rates, start, drive
+
+
+def _level(omega: Array, zeta: Array, rates: Array, step: float) -> tuple[Array, Array, Array, Array]:
+    """Return transitions (4, K), gains, ramps and strays (2, K) of oscillators and relaxations over a ``step`` [s]."""
+    ((a11, a12), (a21, a22)), (b1, b2) = oscillator.transition(step, omega, zeta)
+    decay, none = np.exp(-rates * step), np.zeros(len(rates))
+    eased = step * oscillator.expm1_over(-rates * step)
+    bends = np.where(zeta < 1, np.minimum(2.0, (omega * step) ** 2 / 8), np.sqrt(8.0))
+    ramped = oscillator.ramp_response(np.full(omega.shape, step), omega, zeta) / step - b1 / 2
+    parts = (
+        ([a11, a12, a21, a22], [decay, none, none, none]),
+        ([b1, b2], [eased, none]),
+        ([ramped, b1 / step - b2 / 2], [none, none]),  # loads act on modes alone
+        ([np.where(omega > 0, bends, 0.0), np.where(omega > 0, 0.0, step**2 / 8)], [1 - decay, none]),
+    )
+    moves, gains, ramps, strays = (np.concatenate(pair, axis=1) for pair in parts)
+    return moves, gains, ramps, strays
+
+
+def _equilibrium(omega: Array, zeta: Array, rates: Array) -> Array:
+    """Return (3, K): the displacement of each pole per unit of static force, and u, v of its amplitude.
+
+    A^2 = x^2 + (u x + v q')^2 about its equilibrium; of two real poles no less than the root of 1/2 of the largest |x|.
+    """
+    turns = (omega > 0) & (zeta < 1)
+    damped = omega * np.sqrt(np.abs(1 - zeta**2))
+    v = np.where(turns, 1 / np.where(turns, damped, 1.0), 1 / np.where(omega > 0, omega, np.inf))
+    soft = 1 / np.where(omega > 0, omega, np.inf) ** 2
+    none = np.zeros(len(rates))
+    eased = 1 / np.where(rates > 0, rates, np.inf)
+    return np.concatenate([[soft, np.where(turns, zeta * omega * v, 0.0), v], [eased, none, none]], axis=1)
+
+
+def march(
+    problem: ContactProblem,
+    dt: float,
+    duration: float,
+    rule: str = "auto",
+    engine: history.Engine = "auto",
+    block: int | None = None,
+    bodies: tuple[motion.Discrete, ...] | None = None,
+    progress: Progress = silent,
+    *,
+    equal_steps: bool = False,
+) -> Marched:
+    """March a problem over a ``duration`` [s] for its forces and gaps, far cheaper than a run with energies.
+
+    ``dt``: fine step [s]. Where equal steps would take long, all bodies are sums of poles and no load depends on the
+    opening, smooth parts of the motion take longer ones, unless ``equal_steps`` are asked for: to compare histories far
+    below `SHARE`. Other arguments and errors as in `impact.prepare`.
+    """
+    discretised = discretise(problem, dt, duration, rule, engine, block, bodies)
+    is_long = discretised.plan.seconds > WORTHWHILE and not any(load.follows for load in problem.striker.loads)
+    if is_long and not equal_steps and (levels := prepare_levels(discretised)) is not None:
+        return march_in_levels(discretised, levels, SHARE, progress)
+    stepper = ContactStepper(find_free_motion(discretised), flying=True)
+    stepper.finish(progress)
+    return stepper.marched()
+
+
+def march_in_levels(
+    discretised: Discretised, levels: Levels, share: float = SHARE, progress: Progress = silent
+) -> Marched:
+    """March a problem in fine steps, and in long ones where these are as good.
+
+    ``share``: see `SHARE`. Raises `ContactError` where a law of the user's own fails.
+    """
+    run = LadderMarch(discretised, levels, share)
+    while run.done < discretised.steps:
+        run.advance()
+        progress("stepping", run.done / discretised.steps)
+    return run.collect()
+
+
+class LadderMarch:
+    """State of one march, and the rows it has written."""
+
+    def __init__(self, discretised: Discretised, levels: Levels, share: float) -> None:
+        problem, rest, rules = discretised.problem, discretised.rest, discretised.rules
+        self._of, self._levels = discretised, levels
+        contacts, p, striker = problem.contacts, len(rest), discretised.bodies[0]
+        self._follows, self._seats = any(load.follows for load in striker.body.loads), find_seats(problem)
+        steps = discretised.steps if self._follows else 0
+        self._live = motion.LiveLoads(striker, problem.directions(striker.body), steps)
+        self._largest = np.zeros(len(striker.loads))
+        rows, (q, v) = history.streams(levels.poles.steps)
+        q[:], v[:] = levels.start[0], levels.start[1] * levels.scale
+        self._rows, self._state, self._along = rows, (q, v), levels.poles.along()
+        seen = levels.drive.shape[1]
+        self._lifts = (levels.gains[0, 0, :seen] * levels.drive) @ levels.poles.psi[:, :seen].T
+        films = np.array([c.film_parameters for c in contacts])
+        self._films = films if np.any(films) else None
+        codes = np.array([c.law.code for c in contacts])
+        numbers = march_numbers([c.law.parameters for c in contacts])
+        user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None)
+        self._law, self._rough = (codes, rules, numbers, user), bool(np.any(codes >= laws.ROUGH)) or None
+        self._single, shifted = True if p == 1 else None, None
+        if p > 1 and self._films is None:
+            each = [linear_laws(codes, rules, numbers, own) for own in levels.own]
+            shifted = None if any(one is None for one in each) else np.array(each)
+        self._wholes = levels.own, shifted, True if p > 1 and shifted is None else None
+        self._opened = np.array([c.gap for c in contacts])
+        self._control, self._share = np.zeros(8, dtype=np.int64), np.array([share, float(np.abs(rest).sum())])
+        start = self._opened + levels.poles.psi @ levels.start[0] + self._find_springs() @ rest
+        if (carried := problem.carried(np.zeros(1))) is not None:
+            start = start + carried[0]
+        numbers[:, laws.DEEPEST] = np.maximum(-start, 0.0)
+        self._written: list[Room] = []
+        self._room = self._make_room(np.zeros(1, dtype=np.int64), rest[None], start[None], np.zeros((1, p)))
+        self._first, self._chunk = 0, (np.zeros((0, 1)), np.zeros((0, 1)), np.zeros((0, p)))
+        self._load_chunk(0)
+
+    @property
+    def done(self) -> int:
+        """Return the fine steps done."""
+        return int(self._control[loop.STEP])
+
+    @property
+    def level(self) -> int:
+        """The level of the next step, which is lowered where a step is taken back."""
+        return int(self._control[loop.LEVEL])
+
+    @level.setter
+    def level(self, level: int) -> None:
+        self._control[loop.LEVEL] = level
+        self._control[loop.SINCE] = self._control[loop.CALM] = 0
+
+    def find_state(self) -> tuple[Array, Array]:
+        """Return coordinates and rates (K,) of all poles at the present step, and forces (p,) with them [N]."""
+        q, v = (part.copy() for part in self._state)
+        levels, force = self._levels, self._room[1][self._control[loop.ROW]]
+        if (pending := int(self._control[loop.PENDING])) >= 0:
+            loop.settle(q, v, levels.scale, levels.gains[0], levels.poles.psi, force * (pending > 0))
+        return np.array([q, v]), force.copy()
+
+    def _find_springs(self) -> Array:
+        """Return the (p, p) residual compliance without inertia [m/N]."""
+        whole = np.zeros((len(self._of.rest), len(self._of.rest)))
+        for body in self._of.bodies:
+            turn, greens = self._of.problem.directions(body.body), body.kernel.modal
+            assert greens is not None
+            whole += turn.T @ greens.residual.compliance @ turn
+        return whole
+
+    def _make_room(self, ends: NDArray[np.int64], force: Array, gap: Array, film: Array) -> Room:
+        """Return room for `ROOM` rows behind those given, which the loop looks back at."""
+        size, p = len(ends) + ROOM, force.shape[1]
+        films = 0 if self._films is None else p
+        room = np.zeros(size, dtype=np.int64), np.zeros((size, p)), np.zeros((size, p)), np.zeros((size, films))
+        for whole, part in zip(room, (ends, force, gap, film), strict=True):
+            whole[: len(ends)] = part[:, : whole.shape[1]] if whole.ndim == 2 else part
+        self._control[loop.ROW] = len(ends) - 1
+        return room
+
+    def _load_chunk(self, first: int) -> None:
+        """Put the loads and the moving bases of the next fine steps where the loop finds them."""
+        stop = min(first + CHUNK, self._of.steps)
+        amplitudes = np.array(self._of.bodies[0].loads[:, first:stop])  # a copy, which loads that follow change
+        sums = np.concatenate([np.zeros((len(amplitudes), 1)), np.cumsum(amplitudes, axis=1)], axis=1)
+        time = np.asarray(self._of.dt * np.arange(first, stop + 1), dtype=np.float64)
+        carried = self._of.problem.carried(time)
+        self._first = first
+        self._chunk = amplitudes, sums, np.zeros((0, len(self._of.rest))) if carried is None else carried
+
+    def advance(self, until: int | None = None) -> None:
+        """March to step ``until`` at most; less far if known loads, the room for rows or what a load follows end."""
+        control, n = self._control, self.done
+        if n >= self._first + CHUNK:
+            self._load_chunk(n)
+        stop = min(self._first + CHUNK, self._of.steps, self._of.steps if until is None else until)
+        if self._follows:
+            stop = min(n - n % FOLLOW + FOLLOW, stop)
+            self._follow(n, stop)
+        amplitudes, sums, carried = self._chunk
+        levels, first = self._levels, np.int64(self._first)
+        loop.march_ladder(
+            stop, control, self._share, levels.lengths, self._of.dt, (self._rows, levels.scale, self._along),
+            (levels.moves, levels.gains, levels.ramps, levels.strays, levels.poles.psi, levels.rest), self._state,
+            (levels.drive, self._lifts, amplitudes, sums, self._largest, first), (self._opened, carried),
+            self._law, self._rough, self._films, *self._wholes, self._single, self._room,
+        )  # fmt: skip
+        for contact in self._of.problem.contacts:
+            if isinstance(contact.law, laws.PlainLaw):
+                contact.law.check()
+        row = int(control[loop.ROW])
+        if row + 1 == len(self._room[0]) or self.done == self._of.steps:
+            self._keep(row)
+
+    def _keep(self, row: int) -> None:
+        """Put the rows written so far aside, and make room for more."""
+        self._written.append(self._copy_rows(KEPT if self._written else 0, row + 1))
+        if self.done < self._of.steps:
+            self._room = self._make_room(*self._copy_rows(max(row + 1 - KEPT, 0), row + 1))
+
+    def _copy_rows(self, first: int, stop: int) -> Room:
+        ends, force, gap, film = self._room
+        return ends[first:stop].copy(), force[first:stop].copy(), gap[first:stop].copy(), film[first:stop].copy()
+
+    def _follow(self, start: int, stop: int) -> None:
+        """Set the amplitudes of the loads that depend on the opening for the next fine steps."""
+        ends, _, gap, _ = self._room
+        row = int(self._control[loop.ROW])
+        now = before = float(gap[row] @ self._seats)
+        if row > 0:
+            before = now - (now - float(gap[row - 1] @ self._seats)) / int(ends[row] - ends[row - 1])
+        self._live.follow(start, stop, now + FOLLOW / 2 * (now - before), FOLLOW)
+        amplitudes, sums, _ = self._chunk
+        here = slice(start - self._first, stop - self._first)
+        amplitudes[:, here] = self._of.bodies[0].loads[:, start:stop] + self._live.amplitudes[:, start:stop]
+        sums[:, here.start + 1 : here.stop + 1] = sums[:, here.start, None] + np.cumsum(amplitudes[:, here], axis=1)
+
+    def collect(self) -> Marched:
+        """Return the whole run."""
+        ends, force, gap, film = (np.concatenate(parts) for parts in zip(*self._written, strict=True))
+        striker = self._of.bodies[0]
+        if self._follows:
+            striker = replace(striker, loads=striker.loads + self._live.amplitudes)
+        return Marched(
+            problem=self._of.problem,
+            bodies=(striker, *self._of.bodies[1:]),
+            own=self._levels.own[0],
+            rows=Rows(self._of.dt, ends, force, gap, film),
+            engine=self._of.plan.words,
+            unsolved=int(self._control[loop.UNSOLVED]),
+        )

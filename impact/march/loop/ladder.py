@@ -1,0 +1,287 @@
+"""The loop over steps of different lengths: fine steps where bodies touch and ring, leaps where the motion is smooth.
+
+All bodies are sums of poles, whose coordinates contain the initial state, the loads and the contact forces. A *leap* of
+m steps is one step m times as long, with its own matrices. It is taken back, and tried m/4 long, if a contact opens or
+closes in it, if an open contact might close on the way, or if the forces leave the straight line through the last two
+by more than their share.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from impact.march.laws import FAR, ROUGH
+from impact.march.loop.compiled import compiled
+from impact.march.loop.forces import FLOOR, advance, advance_many, contact_force, filmed_force
+from impact.march.loop.joints import joint_step, remember
+from impact.march.loop.several import active_set_from, alone, by_sweeps
+
+STEP, ROW, LEVEL, SINCE, CALM, WAIT, PENDING, UNSOLVED = range(8)
+"""Places in the state of the loop: steps done, rows written, present level, rows on it since it was entered, how many
+of the last ones were smooth, step before which no longer one is tried, whether the last force still has to act on the
+poles, and steps whose forces were not found."""
+PATIENCE = 32  # fine steps after which a leap is tried again
+SMOOTH = 8  # smooth rows before a longer step is tried; they are compared over four and eight rows
+STRAIGHT = 0.1  # how far a load may leave a line within a leap, over the share of the forces
+RISE = 4  # ratio of the lengths of neighbouring levels
+
+
+@compiled(fastmath={"reassoc", "contract", "nsz"})
+def settle(q, p, scale, gains, psi, force):
+    """Apply the last force to the poles, and turn their scaled rates ``p`` into rates [1/s]."""
+    for k in range(q.size):
+        f = 0.0
+        for c in range(force.size):
+            f += psi[c, k] * force[c]
+        q[k] += gains[0, k] * f
+        p[k] = (p[k] / scale[k] if abs(scale[k]) > 1e-100 else 0.0) + gains[1, k] * f
+
+
+@compiled(fastmath={"reassoc", "contract", "nsz"})
+def _leap(rows, gains, ramps, psi, drive, amplitude, q, p, ahead, opening):
+    """Write into ``ahead`` (3, K) where one step without contact takes the poles, and their modal loads; ``opening``
+    (p,) gains their part of the gap.
+
+    rows (4, K): a11, a12, a21, a22; gains, ramps (2, K): effects of a force, and of one that rises by a unit about 0;
+    drive (L, S) on the first poles; amplitude (2, L): means and rises of the loads.
+    """
+    a11, a12, a21, a22 = rows[0], rows[1], rows[2], rows[3]
+    far, rate, load = ahead[0], ahead[1], ahead[2]
+    for k in range(q.size):
+        far[k] = a11[k] * q[k] + a12[k] * p[k]
+        rate[k] = a21[k] * q[k] + a22[k] * p[k] + FLOOR
+        load[k] = 0.0
+    for i in range(amplitude.shape[1]):
+        a, b, shape = amplitude[0, i], amplitude[1, i], drive[i]
+        for k in range(shape.size):
+            load[k] += shape[k] * a
+            far[k] += shape[k] * (gains[0, k] * a + ramps[0, k] * b)
+            rate[k] += shape[k] * (gains[1, k] * a + ramps[1, k] * b)
+    for c in range(opening.size):
+        seen, u = psi[c], 0.0
+        for k in range(q.size):
+            u += seen[k] * far[k]
+        opening[c] += u
+
+
+@compiled(fastmath={"reassoc", "contract", "nsz"})
+def _land(gains, strays, psi, rest, force, q, p, ahead, strayed):
+    """Add the contact forces to ``ahead``; write by how much each gap may leave the line between its ends, ``strayed``
+    (p,).
+
+    rest (3, K): displacement of each pole per unit of force, and u, v of its amplitude A^2 = x^2 + (u x + v q')^2 about
+    its equilibrium; strays (2, K): largest deviation over A, and per unit of force for a rigid-body mode.
+    """
+    far, rate, load = ahead[0], ahead[1], ahead[2]
+    for k in range(q.size):
+        f = 0.0
+        for c in range(force.size):
+            f += psi[c, k] * force[c]
+        far[k] += gains[0, k] * f
+        rate[k] += gains[1, k] * f
+        f += load[k]
+        x = q[k] - rest[0, k] * f
+        z = rest[1, k] * x + rest[2, k] * p[k]
+        load[k] = strays[0, k] * math.sqrt(x * x + z * z) + strays[1, k] * abs(f)
+    for c in range(force.size):
+        seen, u = psi[c], 0.0
+        for k in range(q.size):
+            u += abs(seen[k]) * load[k]
+        strayed[c] = u
+
+
+@compiled()
+def _solve(law, rough, films, own, shifted, swept, single, pen, before, dt, warm, low, held):
+    """Find the forces of one step in place, ``warm`` (p,), as `march_many` does; return whether they were found."""
+    codes, rules, numbers, user = law
+    if single is not None:
+        code, rule, w0 = codes[0], rules[0], own[0, 0]
+        a, b, c = numbers[0, 0], numbers[0, 1], numbers[0, 2]
+        if films is not None:
+            film = (films[0, 0], films[0, 1], films[0, 2])
+            pressed, pulled = filmed_force(code, rule, a, b, c, user, film, pen[0], before[0], w0, w0, dt)
+            warm[0] = pressed + pulled
+        elif rough is not None and code >= ROUGH:
+            warm[0] = joint_step(code, rule, numbers, 0, pen[0], before[0], w0, w0, dt)
+        else:
+            warm[0] = contact_force(code, rule, a, b, c, user, pen[0], before[0], w0, w0, dt)
+    if shifted is not None:
+        active_set_from(shifted, pen, warm, low, held)
+    if swept is not None:
+        return by_sweeps(codes, rules, numbers, user, rough, films, pen, before, own, dt, warm)
+    return True
+
+
+@compiled()
+def _smooth(force, row):
+    """Return by how much the forces leave the line over the last eight rows, added up; infinite where a contact was
+    open in some of them and closed in others."""
+    total, r = 0.0, row
+    for c in range(force.shape[1]):
+        now, then, once = force[r, c], force[r - 4, c], force[r - 8, c]
+        if (now != 0.0) != (then != 0.0) or (then != 0.0) != (once != 0.0):
+            return math.inf
+        total += abs(now - 2.0 * then + once)
+    return total
+
+
+@compiled(nogil=True)
+def march_ladder(
+    stop, control, share, lengths, dt, fine, leaps, state, loads, contacts, law, rough, films, own, shifts, swept,
+    single, written,
+):  # fmt: skip
+    """March from step ``control[STEP]`` to ``stop``, or until no row is left to write into; ``control`` (8,) says
+    where the march stands.
+
+    share (2,): allowed deviation of the forces from the line, over their largest sum so far, and that sum [N].
+    lengths (J,): steps of each level, the first 1; dt: fine step [s]. fine: rows of `Poles.steps`, scale of the rates
+    and groups of `Poles.along`; leaps: (J, 4, K) transitions, (J, 2, K) gains, ramps and strays of each level, psi
+    (p, K), and rest as in `_land`. state: q and p (K,); on level 0 p is scaled, and the last force has yet to act.
+    loads: shapes (L, S) on the first poles, the (L, p) gap by each in one fine step, amplitudes (L, n) and their sums
+    (L, n + 1) from step ``first`` on, the largest so far (L,). contacts: gaps without motion (p,), their changes by
+    moving bases (n + 1, p) or (0, p) from step ``first`` on. law: codes, rules, numbers, user's; own: W (J, p, p);
+    shifts: its shifted twin for linear laws, or None; swept: True where forces are found by sweeps, or None.
+    written: step after each row, force, gap and force of films; the rows up to ``control[ROW]`` are read.
+    """
+    rows, scale, along = fine
+    moves, gains, ramps, strays, psi, rest = leaps
+    q, p = state
+    shapes, lifts, amplitudes, sums, largest, first = loads
+    opened, carried = contacts
+    ends, force, gap, pulls = written
+    codes, rules, numbers, user = law
+    many, count = opened.size, shapes.shape[0]
+    n, row, level = control[STEP], control[ROW], control[LEVEL]
+    since, calm, wait, pending = control[SINCE], control[CALM], control[WAIT], control[PENDING]
+    pen, before, opening = np.empty(many), np.empty(many), np.empty(many)
+    warm, last, clear, strayed = np.empty(many), np.empty(many), np.zeros(many), np.empty(many)
+    ahead, drive, amplitude = np.empty((3, q.size)), np.empty(q.size), np.empty((2, count))
+    low, held, factored = np.empty((many, many)), np.full(many + 1, -1), level
+    for c in range(many):
+        warm[c] = force[row, c]
+        if films is not None and films[c, 0] > 0.0:
+            clear[c] = FAR * films[c, 1]
+    while n < stop and row + 1 < ends.size:
+        while level > 0 and n + lengths[level] > stop:
+            level, since, calm = level - 1, np.int64(0), np.int64(0)
+        m = lengths[level]
+        if level != factored:  # the factor is of another step's W
+            factored, held[0] = level, -1
+        if level > 0 and pending >= 0:  # to true rates
+            for c in range(many):
+                last[c] = force[row, c] if pending > 0 else 0.0
+            settle(q, p, scale, gains[0], psi, last)
+            pending = np.int64(-1)
+        if level == 0 and pending < 0:
+            for k in range(q.size):
+                p[k] *= scale[k]
+            pending = np.int64(0)
+        for c in range(many):
+            opening[c], before[c] = opened[c], -gap[row, c]
+            if carried.shape[0] > 0:
+                opening[c] += carried[n + m - first, c]
+        if level == 0:
+            for c in range(many):
+                last[c] = force[row, c] if pending > 0 else 0.0
+            if single is not None:
+                opening[0] += advance(rows, q, p, last[0])
+            else:
+                advance_many(rows, psi, along, q, p, drive, last, opening)
+            for i in range(count):
+                a = amplitudes[i, n - first]
+                largest[i] = max(largest[i], abs(a))
+                if a != 0.0:
+                    shape = shapes[i]
+                    for k in range(shape.size):
+                        q[k] += gains[0, 0, k] * shape[k] * a
+                        p[k] += scale[k] * gains[0, 1, k] * shape[k] * a
+                    for c in range(many):
+                        opening[c] += lifts[i, c] * a
+            pending = np.int64(1)
+        else:
+            sudden = False
+            for i in range(count):
+                begins, ends_at = amplitudes[i, n - first], amplitudes[i, n + m - 1 - first]
+                amplitude[0, i] = (sums[i, n + m - first] - sums[i, n - first]) / m
+                amplitude[1, i] = (ends_at - begins) * m / (m - 1)
+                largest[i] = max(largest[i], abs(begins), abs(ends_at))
+                inner = 0.5 * (amplitudes[i, n + m // 2 - 1 - first] + amplitudes[i, n + m // 2 - first])
+                bend = max(abs(amplitude[0, i] - 0.5 * (begins + ends_at)), abs(inner - 0.5 * (begins + ends_at)))
+                sudden = sudden or bend > STRAIGHT * share[0] * largest[i]
+            if sudden:
+                level, since, calm, wait = level - 1, np.int64(0), np.int64(0), n + PATIENCE
+                continue
+            _leap(moves[level], gains[level], ramps[level], psi, shapes, amplitude, q, p, ahead, opening)
+        for c in range(many):
+            pen[c] = -opening[c]
+        step = dt * m
+        w = own[level]
+        if shifts is not None:
+            found = _solve(law, rough, films, w, shifts[level], swept, single, pen, before, step, warm, low, held)
+        else:
+            found = _solve(law, rough, films, w, None, swept, single, pen, before, step, warm, low, held)
+        for d in range(many):
+            if warm[d] != 0.0:
+                for c in range(many):
+                    opening[c] += w[d, c] * warm[d]
+        if level > 0:
+            _land(gains[level], strays[level], psi, rest, warm, q, p, ahead, strayed)
+            fits, apart, mid, back = True, 0.0, n + 0.5 * m, row - 1
+            middle = 0.5 * (ends[row] + ends[row - 1]) if row > 0 else 0.0
+            while back >= 1 and middle - 0.5 * (ends[back] + ends[back - 1]) < m:
+                back -= 1
+            for c in range(many):
+                bend = 0.0
+                if carried.shape[0] > 0:
+                    rise = carried[n + m - first, c] - carried[n - first, c]
+                    for j in range(1, m):
+                        bend = max(bend, abs(carried[n + j - first, c] - carried[n - first, c] - rise * j / m))
+                now, was = warm[c], force[row, c]
+                acts = now != 0.0 or opening[c] <= clear[c]
+                acted = was != 0.0 or gap[row, c] <= clear[c]
+                if acts != acted:
+                    fits = False
+                elif not acts:
+                    fits = fits and min(gap[row, c], opening[c]) - strayed[c] - bend > clear[c]
+                elif back < 1 or force[back, c] == 0.0:
+                    fits = False
+                else:
+                    slope = (was - force[back, c]) / (middle - 0.5 * (ends[back] + ends[back - 1]))
+                    apart += abs(now - was - slope * (mid - middle))
+            if not fits or apart > share[0] * share[1]:
+                for c in range(many):
+                    warm[c] = force[row, c]
+                level, since, calm = level - 1, np.int64(0), np.int64(0)
+                wait = n + PATIENCE if level == 0 else n
+                continue
+            for k in range(q.size):
+                q[k], p[k] = ahead[0, k], ahead[1, k]
+        if not found:
+            control[UNSOLVED] += 1
+        row += 1
+        n += m
+        since += 1
+        ends[row] = n
+        total, flies = 0.0, True
+        for c in range(many):
+            force[row, c], gap[row, c] = warm[c], opening[c]
+            total += abs(warm[c])
+            flies = flies and warm[c] == 0.0 and opening[c] > clear[c]
+            if films is not None and films[c, 0] > 0.0:
+                pressed, pulled = alone(
+                    codes, rules, numbers, user, rough, films, pen, before, own[level], step, warm, c, 0.0
+                )
+                pulls[row, c] = pulled if pressed > 0.0 else warm[c]
+            if rough is not None and codes[c] >= ROUGH:
+                remember(numbers, c, -opening[c])
+        share[1] = max(share[1], total)
+        rises = flies and n >= wait
+        if not flies and since >= 2 * SMOOTH:
+            calm = calm + 1 if _smooth(force, row) <= 0.5 * share[0] * share[1] else np.int64(0)
+            rises = calm >= SMOOTH
+        if rises and level + 1 < lengths.size and n % lengths[level + 1] == 0:
+            level, since, calm = level + 1, np.int64(0), np.int64(0)
+    control[STEP], control[ROW], control[LEVEL] = n, row, level
+    control[SINCE], control[CALM], control[WAIT], control[PENDING] = since, calm, wait, pending
