@@ -7,7 +7,7 @@ the solver's error.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -57,7 +57,7 @@ class Discrete:
         kernel: step kernel of its Green's function.
         loads: (L, n) amplitudes of the body's loads, constant over each step [N].
         rest, rest_loads: (P,) port forces and (L,) load amplitudes of the static preload before t = 0 [N].
-        free: (P, n + 1) displacement without contact [m], if it is computed already.
+        free: function that returns the (P, n + 1) displacement without contact [m], where several runs share it.
     """
 
     body: Body
@@ -66,7 +66,7 @@ class Discrete:
     loads: Array
     rest: Array
     rest_loads: Array
-    free: Array | None = None
+    free: Callable[[], Array] | None = None
 
     __repr__ = brief
 
@@ -89,7 +89,7 @@ class Discrete:
     def free_motion(self) -> Array:
         """Return the (P, n + 1) displacement [m] without contact: initial state, loads and preload."""
         if self.free is not None:
-            return self.free
+            return self.free()
         if not (self.loads.size or np.any(self.rest)) and self.kernel.weights is None and self.kernel.modal is not None:
             return _free_vibration(self, self.kernel.modal)
         force = np.repeat(self.rest[:, None], self.loads.shape[1], axis=1)

@@ -8,7 +8,9 @@ restarted from the sum of both at the end of every block of steps.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -305,12 +307,15 @@ def _preloaded(
     placed = []
     for b, turn, amplitudes in zip(bodies, turns, at_rest, strict=True):
         free = None
-        if b.free is not None and np.array_equal(
-            b.rest_loads, amplitudes
-        ):  # static forces add their static displacement
-            free = b.free + (b.body.greens.static_compliance() @ (turn @ rest))[:, None]
+        if b.free is not None and np.array_equal(b.rest_loads, amplitudes):
+            free = partial(_moved_on, b.free, b.body.greens.static_compliance() @ (turn @ rest))
         placed.append(motion.Discrete(b.body, b.kernel, b.dt, b.loads, turn @ rest, amplitudes, free))
     return tuple(placed), rest
+
+
+def _moved_on(free: Callable[[], Array], moved: Array) -> Array:
+    """Return the free motion with the static displacement ``moved`` (P,) by contact forces [m]."""
+    return free() + moved[:, None]
 
 
 def _rules(problem: ContactProblem, rule: str) -> NDArray[np.int64]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -172,8 +173,8 @@ def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
 
 @dataclass(frozen=True)
 class Flights:
-    """The striker's motion without contact over a ``duration`` [s], with or without a ``preload``: cached for each time
-    step [s], but not for other strikers."""
+    """The striker over a ``duration`` [s], with or without a ``preload``: cached for each time step [s], but not for
+    others; with its motion without contact, which is computed where equal steps first need it."""
 
     striker: impact.Body
     duration: float
@@ -181,14 +182,14 @@ class Flights:
     known: dict[float, motion.Discrete] = field(default_factory=dict)
 
     def __call__(self, striker: impact.Body, dt: float) -> motion.Discrete:
-        """Return a striker with its motion without contact; under a preload it starts in equilibrium with its loads."""
+        """Return a discretised striker; under a preload it starts in equilibrium with its loads."""
         if striker is self.striker and dt in self.known:
             return self.known[dt]
         discrete = motion.Discrete.from_body(striker, dt, step_count(dt, self.duration))
         if self.preload:
             discrete = replace(discrete, rest_loads=striker.load_amplitudes(np.zeros(1))[:, 0])
         if discrete.moves_by_itself:
-            discrete = replace(discrete, free=discrete.free_motion())
+            discrete = replace(discrete, free=cache(discrete.free_motion))
         if striker is self.striker:
             self.known[dt] = discrete
         return discrete

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -266,7 +267,7 @@ class Bench:
             start = dt * math.floor(self.window.start / dt)  # on the time grid of the run
             body = advanced(self.other or striker_of(self.scene, n_modes, self.striker), start)
             discrete = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
-            self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
+            self._strikers[dt, n_modes] = replace(discrete, free=cache(discrete.free_motion))
         return self._strikers[dt, n_modes]
 
     def _target(self, dt: float, seat: GreensFunction) -> Discrete:
