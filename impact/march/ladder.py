@@ -7,7 +7,7 @@ passes from one length to another unchanged: neither does the run.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -21,8 +21,8 @@ from impact.march.loop import ladder as loop
 from impact.march.loop.several import linear_laws
 from impact.march.prepared import Discretised, discretise, find_free_motion
 from impact.march.problem import ContactProblem
-from impact.march.rows import Marched, Rows, find_seats
-from impact.march.stepper import FOLLOW, ContactStepper, march_numbers
+from impact.march.rows import Marched, Rows
+from impact.march.stepper import ContactStepper, march_numbers
 from impact.notices import Progress, silent
 from impact.quantities import brief
 
@@ -71,11 +71,13 @@ class Levels:
 
 
 def prepare_levels(discretised: Discretised) -> Levels | None:
-    """Return the levels of a problem; ``None`` where a body is not marched by poles, or a load acts on another one than
-    the striker."""
+    """Return the levels of a problem; ``None`` where a body is not marched by poles, or a load acts on another than the
+    striker or depends on the opening."""
     problem, bodies, steps = discretised.problem, discretised.bodies, discretised.steps
     modal = [b.kernel.modal for b in bodies if b.kernel.modal is not None and b.kernel.weights is None]
     if len(modal) < len(bodies) or not all(discretised.plan.by_poles) or any(b.loads.size for b in bodies[1:]):
+        return None
+    if any(load.follows for load in problem.striker.loads):
         return None
     dt, contacts, turns = discretised.dt, len(discretised.rest), [problem.directions(b.body) for b in bodies]
     lengths = np.array([loop.RISE**j for j in range(HIGHEST + 1) if j == 0 or loop.RISE**j * FEWEST <= steps])
@@ -158,7 +160,7 @@ def march(
     below `SHARE`. Other arguments and errors as in `impact.prepare`.
     """
     discretised = discretise(problem, dt, duration, rule, engine, block, bodies)
-    is_long = discretised.plan.seconds > WORTHWHILE and not any(load.follows for load in problem.striker.loads)
+    is_long = discretised.plan.seconds > WORTHWHILE
     if is_long and not equal_steps and (levels := prepare_levels(discretised)) is not None:
         return march_in_levels(discretised, levels, SHARE, progress)
     stepper = ContactStepper(find_free_motion(discretised), flying=True)
@@ -186,11 +188,8 @@ class LadderMarch:
     def __init__(self, discretised: Discretised, levels: Levels, share: float) -> None:
         problem, rest, rules = discretised.problem, discretised.rest, discretised.rules
         self._of, self._levels = discretised, levels
-        contacts, p, striker = problem.contacts, len(rest), discretised.bodies[0]
-        self._follows, self._seats = any(load.follows for load in striker.body.loads), find_seats(problem)
-        steps = discretised.steps if self._follows else 0
-        self._live = motion.LiveLoads(striker, problem.directions(striker.body), steps)
-        self._largest = np.zeros(len(striker.loads))
+        contacts, p = problem.contacts, len(rest)
+        self._largest = np.zeros(len(discretised.bodies[0].loads))
         rows, (q, v) = history.streams(levels.poles.steps)
         q[:], v[:] = levels.start[0], levels.start[1] * levels.scale
         self._rows, self._state, self._along = rows, (q, v), levels.poles.along()
@@ -263,7 +262,7 @@ class LadderMarch:
     def _load_chunk(self, first: int) -> None:
         """Put the loads and the moving bases of the next fine steps where the loop finds them."""
         stop = min(first + CHUNK, self._of.steps)
-        amplitudes = np.array(self._of.bodies[0].loads[:, first:stop])  # a copy, which loads that follow change
+        amplitudes = np.ascontiguousarray(self._of.bodies[0].loads[:, first:stop])
         sums = np.concatenate([np.zeros((len(amplitudes), 1)), np.cumsum(amplitudes, axis=1)], axis=1)
         time = np.asarray(self._of.dt * np.arange(first, stop + 1), dtype=np.float64)
         carried = self._of.problem.carried(time)
@@ -271,14 +270,11 @@ class LadderMarch:
         self._chunk = amplitudes, sums, np.zeros((0, len(self._of.rest))) if carried is None else carried
 
     def advance(self, until: int | None = None) -> None:
-        """March to step ``until`` at most; less far if known loads, the room for rows or what a load follows end."""
+        """March to step ``until`` at most; less far if the known loads or the room for rows end."""
         control, n = self._control, self.done
         if n >= self._first + CHUNK:
             self._load_chunk(n)
         stop = min(self._first + CHUNK, self._of.steps, self._of.steps if until is None else until)
-        if self._follows:
-            stop = min(n - n % FOLLOW + FOLLOW, stop)
-            self._follow(n, stop)
         amplitudes, sums, carried = self._chunk
         levels, first = self._levels, np.int64(self._first)
         loop.march_ladder(
@@ -304,28 +300,12 @@ class LadderMarch:
         ends, force, gap, film = self._room
         return ends[first:stop].copy(), force[first:stop].copy(), gap[first:stop].copy(), film[first:stop].copy()
 
-    def _follow(self, start: int, stop: int) -> None:
-        """Set the amplitudes of the loads that depend on the opening for the next fine steps."""
-        ends, _, gap, _ = self._room
-        row = int(self._control[loop.ROW])
-        now = before = float(gap[row] @ self._seats)
-        if row > 0:
-            before = now - (now - float(gap[row - 1] @ self._seats)) / int(ends[row] - ends[row - 1])
-        self._live.follow(start, stop, now + FOLLOW / 2 * (now - before), FOLLOW)
-        amplitudes, sums, _ = self._chunk
-        here = slice(start - self._first, stop - self._first)
-        amplitudes[:, here] = self._of.bodies[0].loads[:, start:stop] + self._live.amplitudes[:, start:stop]
-        sums[:, here.start + 1 : here.stop + 1] = sums[:, here.start, None] + np.cumsum(amplitudes[:, here], axis=1)
-
     def collect(self) -> Marched:
         """Return the whole run."""
         ends, force, gap, film = (np.concatenate(parts) for parts in zip(*self._written, strict=True))
-        striker = self._of.bodies[0]
-        if self._follows:
-            striker = replace(striker, loads=striker.loads + self._live.amplitudes)
         return Marched(
             problem=self._of.problem,
-            bodies=(striker, *self._of.bodies[1:]),
+            bodies=self._of.bodies,
             own=self._levels.own[0],
             rows=Rows(self._of.dt, ends, force, gap, film),
             engine=self._of.plan.words,
