@@ -23,7 +23,6 @@ from impact.march.prepared import Discretised, discretise, find_free_motion
 from impact.march.problem import ContactProblem
 from impact.march.rows import Marched, Rows
 from impact.march.stepper import ContactStepper, march_numbers
-from impact.notices import Progress, silent
 from impact.quantities import brief
 
 SHARE: Final = 3e-5
@@ -149,7 +148,6 @@ def march(
     engine: history.Engine = "auto",
     block: int | None = None,
     bodies: tuple[motion.Discrete, ...] | None = None,
-    progress: Progress = silent,
     *,
     equal_steps: bool = False,
 ) -> Marched:
@@ -162,15 +160,13 @@ def march(
     discretised = discretise(problem, dt, duration, rule, engine, block, bodies)
     is_long = discretised.plan.seconds > WORTHWHILE
     if is_long and not equal_steps and (levels := prepare_levels(discretised)) is not None:
-        return march_in_levels(discretised, levels, SHARE, progress)
+        return march_in_levels(discretised, levels)
     stepper = ContactStepper(find_free_motion(discretised), flying=True)
-    stepper.finish(progress)
+    stepper.advance(discretised.steps)
     return stepper.marched()
 
 
-def march_in_levels(
-    discretised: Discretised, levels: Levels, share: float = SHARE, progress: Progress = silent
-) -> Marched:
+def march_in_levels(discretised: Discretised, levels: Levels, share: float = SHARE) -> Marched:
     """March a problem in fine steps, and in long ones where these are as good.
 
     ``share``: see `SHARE`. Raises `ContactError` where a law of the user's own fails.
@@ -178,7 +174,6 @@ def march_in_levels(
     run = LadderMarch(discretised, levels, share)
     while run.done < discretised.steps:
         run.advance()
-        progress("stepping", run.done / discretised.steps)
     return run.collect()
 
 

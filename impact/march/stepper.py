@@ -33,7 +33,6 @@ from impact.march.prepared import BLOCK as FLIGHT
 from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import ContactError
 from impact.march.rows import Marched, Rows, find_seats
-from impact.notices import Progress, silent
 from impact.quantities import brief
 
 SHORTEST, LONGEST = 4, 13  # binary logarithms of the steps of a stride; shorter strides save no time
@@ -201,13 +200,6 @@ class ContactStepper:
             self.live.follow(self.done, edge, float(now + FOLLOW / 2 * (now - before)), FOLLOW)
             self._advance(edge)
         self._advance(stop)
-
-    def finish(self, progress: Progress = silent) -> None:
-        """Take all steps that are left."""
-        chunk = max(512, -(-self.prepared.steps // 50))
-        while self.done < self.prepared.steps:
-            self.advance(chunk)
-            progress("stepping", self.done / self.prepared.steps)
 
     @property
     def opening(self) -> Array:

@@ -178,7 +178,10 @@ def solve(
             the law cannot follow; an engine that a body cannot be run by; a preload on bodies that nothing holds.
     """
     stepper = ContactStepper(prepare(problem, dt, duration, rule, engine, block, bodies), flying=True)
-    stepper.finish(progress)
+    chunk = max(512, -(-stepper.prepared.steps // 50))
+    while stepper.done < stepper.prepared.steps:
+        stepper.advance(chunk)
+        progress("stepping", stepper.done / stepper.prepared.steps)
     return collect(stepper)
 
 
