@@ -24,6 +24,7 @@ of the last ones were smooth, step before which no longer one is tried, whether 
 poles, and steps whose forces were not found."""
 PATIENCE = 32  # fine steps after which a leap is tried again
 SMOOTH = 8  # smooth rows before a longer step is tried; they are compared over four and eight rows
+BEFORE = 2.0  # fine steps that a leap leaves before a touch, for the closing speed
 STRAIGHT = 0.1  # how far a load may leave a line within a leap, over the share of the forces
 RISE = 4  # ratio of the lengths of neighbouring levels
 
@@ -244,7 +245,8 @@ def march_ladder(
                 if acts != acted:
                     fits = False
                 elif not acts:
-                    fits = fits and min(gap[row, c], opening[c]) - strayed[c] - bend > clear[c]
+                    least = min(gap[row, c], opening[c], opening[c] + BEFORE * (opening[c] - gap[row, c]) / m)
+                    fits = fits and least - strayed[c] - bend > clear[c]
                 elif back < 1 or force[back, c] == 0.0:
                     fits = False
                 else:
