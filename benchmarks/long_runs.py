@@ -1,15 +1,9 @@
-"""What steps of different lengths save in long runs without energies, beside equal steps in the same process.
-
-    python benchmarks/long_runs.py
-
-Reeds of 60 modes in gas over a turn of 20 ms above a seat of 300 modes, in one piece and tilted in parts: processor
-time of one thread, interleaved, the least of three rounds; bytes of the forces and gaps that are kept.
-"""
+"""What steps of different lengths save in long runs without energies, beside equal steps in the same process."""
 
 from __future__ import annotations
 
 import numpy as np
-from table import Table, publish, timed
+from table import Table, timed
 
 import impact
 from impact import Contact, ContactProblem, ModalGreens, Residual
@@ -18,6 +12,11 @@ from impact.march.prepared import discretise
 from impact.march.rows import Marched
 
 STEP, TURN, ROUNDS = 20e-9, 20e-3, 3
+NOTES = (
+    "Runs without energies of reeds of 60 modes, in gas over a turn of 20 ms, above a seat of 300 modes, in one piece",
+    "and tilted in parts: in steps of different lengths over equal steps, one thread, interleaved, the least of three",
+    "rounds; bytes of the forces and gaps that are kept, over those of equal steps.",
+)
 
 
 def body(modes: int, lowest: float, highest: float, size: float, parts: int, soft: float) -> ModalGreens:
@@ -64,7 +63,6 @@ def measure(parts: int) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-if __name__ == "__main__":
+def long_runs_table() -> Table:
     columns = ("parts", "equal steps", "steps taken", "equal steps [s]", "time over that", "bytes", "impulse apart by")
-    notes = (__doc__.split("\n\n")[2].strip().replace("\n", " "),)
-    publish("long_runs", Table("Long runs", notes, columns, tuple(measure(parts) for parts in (1, 8, 32))))
+    return Table("Long runs", NOTES, columns, tuple(measure(parts) for parts in (1, 8, 32)))

@@ -20,6 +20,7 @@ from typing import Final
 
 import numpy as np
 import skfem
+from long_runs import long_runs_table
 from table import RESULTS, Table, in_words, publish, timed
 
 from seatfem.structures.cache import VARIABLE
@@ -220,7 +221,7 @@ def growth_table() -> Table:
     return Table("Growth", notes, columns, tuple(rows))
 
 
-TABLES: Final = {"waits": waits_table, "studies": studies_table, "growth": growth_table}
+TABLES: Final = {"waits": waits_table, "studies": studies_table, "long_runs": long_runs_table, "growth": growth_table}
 
 
 def write_page() -> None:
