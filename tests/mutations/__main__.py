@@ -36,7 +36,7 @@ FOLDER: Final = ROOT / "build" / "mutations"
 TABLE: Final = ROOT / "benchmarks" / "results" / "mutations.csv"
 TIERS: Final = {"test": False, "test-all": True}
 """The make targets, and whether the tests are slow that are tried for each."""
-LONGEST: Final = 60.0  # s of the tests that are tried of a tier, as recorded: the cheapest ones
+LONGEST: Final = 30.0  # s of the tests that are tried of a tier, as recorded: the cheapest ones
 PATIENCE: Final = 900.0  # s after which an error that hangs is found
 ONE_THREAD: Final = dict.fromkeys(
     ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
