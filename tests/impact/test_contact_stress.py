@@ -85,6 +85,8 @@ def test_tip_step_stress_of_a_section() -> None:
     round_bar = cs.midspan_step_stress(young=young, density=density, speed=speed, section=2.0)
     assert round_bar == pytest.approx(2 * impedance * speed, rel=1e-12)
     assert cs.tip_step_force(0.0, speed=1.0, bending_stiffness=1.0, mass_per_length=1.0) == math.inf
+    one, three = (cs.tip_step_force(1.0, speed=1.0, bending_stiffness=k, mass_per_length=k) for k in (1.0, 3.0))
+    assert three == pytest.approx(3 * one, rel=1e-12)  # three beams side by side
 
 
 def test_impossible_numbers_are_refused() -> None:
