@@ -89,7 +89,7 @@ def test_gmsh_is_imported_where_it_has_a_process_of_its_own() -> None:
     assert users, "the rule guards nothing: nobody imports gmsh"
 
 
-@pytest.mark.slow(but="PIL")
+@pytest.mark.slow
 @pytest.mark.parametrize("package", PICTURES)
 def test_picture_libraries_are_optional(package: str) -> None:
     """Drawing functions import them when they are called: everything else runs without them."""

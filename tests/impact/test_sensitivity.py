@@ -147,6 +147,7 @@ def test_open_steps_have_no_derivative():
     assert slope[stepper.force != 0].all()
 
 
+@pytest.mark.slow
 def test_what_has_no_derivative_says_why():
     film = impact.SqueezeFilm(1e-3, 1e-3)
     striker, seat = impact.rigid_mass(mass=1.0, velocity=-1.0), impact.fixed_rod(**UNIT, length=3.0)

@@ -43,7 +43,7 @@ def reference(written_meshes):
     return {name: ring(written_meshes, f"{name}-2.msh4.msh") for name in ("tet-1", "tet-2", "hex-1", "hex-2")}
 
 
-@pytest.mark.slow(only=("tet-2-msh2.msh",))
+@pytest.mark.slow(only=("tet-2-msh2",))
 @pytest.mark.parametrize(("name", "ending"), CASES)
 def test_every_format_gives_the_same_mesh(written_meshes, reference, name, ending):
     seat, same = ring(written_meshes, f"{name}-2.{ending}"), reference[name.replace("hex20", "hex")]
