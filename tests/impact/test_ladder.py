@@ -71,6 +71,7 @@ def switch(one: LadderMarch, steps: int, random: np.random.Generator, top: int) 
     return stops
 
 
+@pytest.mark.slow
 def test_free_motion_is_exact_whatever_the_steps() -> None:
     """A free body with modes, light and heavy damping, and a relaxation, under a constant force: each coordinate is
     that of Duhamel's integral, after random switches. 3 % of any coefficient is 1e9 of the tolerance."""
