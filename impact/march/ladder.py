@@ -18,11 +18,10 @@ from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
 from impact.march import history, laws, motion
 from impact.march.loop import ladder as loop
-from impact.march.loop.several import linear_laws
 from impact.march.prepared import Discretised, discretise, find_free_motion
 from impact.march.problem import ContactProblem
-from impact.march.rows import Marched, Rows
-from impact.march.stepper import ContactStepper, march_numbers
+from impact.march.rows import MOST_BYTES, Marched, Rows
+from impact.march.stepper import ContactStepper, LoopLaws
 from impact.quantities import brief
 
 SHARE: Final = 3e-5
@@ -144,22 +143,21 @@ def march(
     problem: ContactProblem,
     dt: float,
     duration: float,
-    rule: str = "auto",
-    engine: history.Engine = "auto",
-    block: int | None = None,
-    bodies: tuple[motion.Discrete, ...] | None = None,
     *,
+    bodies: tuple[motion.Discrete, ...] | None = None,
     equal_steps: bool = False,
 ) -> Marched:
     """March a problem over a ``duration`` [s] for its forces and gaps, far cheaper than a run with energies.
 
     ``dt``: fine step [s]. Where equal steps would take long, all bodies are sums of poles and no load depends on the
     opening, smooth parts of the motion take longer ones, unless ``equal_steps`` are asked for: to compare histories far
-    below `SHARE`. Other arguments and errors as in `impact.prepare`.
+    below `SHARE`, and unless a history at fine steps would not fit (`MOST_BYTES`). ``bodies`` and errors as in
+    `impact.prepare`.
     """
-    discretised = discretise(problem, dt, duration, rule, engine, block, bodies)
-    is_long = discretised.plan.seconds > WORTHWHILE
-    if is_long and not equal_steps and (levels := prepare_levels(discretised)) is not None:
+    discretised = discretise(problem, dt, duration, bodies=bodies)
+    fits = 8.0 * (discretised.steps + 1) * len(discretised.rest) <= MOST_BYTES
+    is_worthwhile = fits and discretised.plan.seconds > WORTHWHILE and not equal_steps
+    if is_worthwhile and (levels := prepare_levels(discretised)) is not None:
         return march_in_levels(discretised, levels)
     stepper = ContactStepper(find_free_motion(discretised), flying=True)
     stepper.advance(discretised.steps)
@@ -181,32 +179,23 @@ class LadderMarch:
     """State of one march, and the rows it has written."""
 
     def __init__(self, discretised: Discretised, levels: Levels, share: float) -> None:
-        problem, rest, rules = discretised.problem, discretised.rest, discretised.rules
-        self._of, self._levels = discretised, levels
-        contacts, p = problem.contacts, len(rest)
+        problem, rest = discretised.problem, discretised.rest
+        self._of, self._levels, p = discretised, levels, len(rest)
         self._largest = np.zeros(len(discretised.bodies[0].loads))
         rows, (q, v) = history.streams(levels.poles.steps)
         q[:], v[:] = levels.start[0], levels.start[1] * levels.scale
         self._rows, self._state, self._along = rows, (q, v), levels.poles.along()
         seen = levels.drive.shape[1]
         self._lifts = (levels.gains[0, 0, :seen] * levels.drive) @ levels.poles.psi[:, :seen].T
-        films = np.array([c.film_parameters for c in contacts])
-        self._films = films if np.any(films) else None
-        codes = np.array([c.law.code for c in contacts])
-        numbers = march_numbers([c.law.parameters for c in contacts])
-        user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None)
-        self._law, self._rough = (codes, rules, numbers, user), bool(np.any(codes >= laws.ROUGH)) or None
-        self._single, shifted = True if p == 1 else None, None
-        if p > 1 and self._films is None:
-            each = [linear_laws(codes, rules, numbers, own) for own in levels.own]
-            shifted = None if any(one is None for one in each) else np.array(each)
-        self._wholes = levels.own, shifted, True if p > 1 and shifted is None else None
-        self._opened = np.array([c.gap for c in contacts])
+        self._laws = LoopLaws.from_contacts(problem.contacts, discretised.rules)
+        each = [self._laws.shift(own) for own in levels.own]
+        self._shifted = None if any(one is None for one in each) else np.array(each)
+        self._opened = np.array([c.gap for c in problem.contacts])
         self._control, self._share = np.zeros(8, dtype=np.int64), np.array([share, float(np.abs(rest).sum())])
-        start = self._opened + levels.poles.psi @ levels.start[0] + self._find_springs() @ rest
+        start = self._opened + levels.poles.psi @ levels.start[0] + discretised.own(0) @ rest
         if (carried := problem.carried(np.zeros(1))) is not None:
             start = start + carried[0]
-        numbers[:, laws.DEEPEST] = np.maximum(-start, 0.0)
+        self._laws.numbers[:, laws.DEEPEST] = np.maximum(-start, 0.0)
         self._written: list[Room] = []
         self._room = self._make_room(np.zeros(1, dtype=np.int64), rest[None], start[None], np.zeros((1, p)))
         self._first, self._chunk = 0, (np.zeros((0, 1)), np.zeros((0, 1)), np.zeros((0, p)))
@@ -235,19 +224,10 @@ class LadderMarch:
             loop.settle(q, v, levels.scale, levels.gains[0], levels.poles.psi, force * (pending > 0))
         return np.array([q, v]), force.copy()
 
-    def _find_springs(self) -> Array:
-        """Return the (p, p) residual compliance without inertia [m/N]."""
-        whole = np.zeros((len(self._of.rest), len(self._of.rest)))
-        for body in self._of.bodies:
-            turn, greens = self._of.problem.directions(body.body), body.kernel.modal
-            assert greens is not None
-            whole += turn.T @ greens.residual.compliance @ turn
-        return whole
-
     def _make_room(self, ends: NDArray[np.int64], force: Array, gap: Array, film: Array) -> Room:
         """Return room for `ROOM` rows behind those given, which the loop looks back at."""
         size, p = len(ends) + ROOM, force.shape[1]
-        films = 0 if self._films is None else p
+        films = 0 if self._laws.films is None else p
         room = np.zeros(size, dtype=np.int64), np.zeros((size, p)), np.zeros((size, p)), np.zeros((size, films))
         for whole, part in zip(room, (ends, force, gap, film), strict=True):
             whole[: len(ends)] = part[:, : whole.shape[1]] if whole.ndim == 2 else part
@@ -271,16 +251,17 @@ class LadderMarch:
             self._load_chunk(n)
         stop = min(self._first + CHUNK, self._of.steps, self._of.steps if until is None else until)
         amplitudes, sums, carried = self._chunk
-        levels, first = self._levels, np.int64(self._first)
+        levels, known, first = self._levels, self._laws, np.int64(self._first)
+        single = len(known.codes) == 1 or None
+        swept = (self._shifted is None and single is None) or None
         loop.march_ladder(
             stop, control, self._share, levels.lengths, self._of.dt, (self._rows, levels.scale, self._along),
             (levels.moves, levels.gains, levels.ramps, levels.strays, levels.poles.psi, levels.rest), self._state,
             (levels.drive, self._lifts, amplitudes, sums, self._largest, first), (self._opened, carried),
-            self._law, self._rough, self._films, *self._wholes, self._single, self._room,
+            (known.codes, known.rules, known.numbers, known.user), known.rough, known.films, levels.own, self._shifted,
+            swept, single, self._room,
         )  # fmt: skip
-        for contact in self._of.problem.contacts:
-            if isinstance(contact.law, laws.PlainLaw):
-                contact.law.check()
+        known.check()
         row = int(control[loop.ROW])
         if row + 1 == len(self._room[0]) or self.done == self._of.steps:
             self._keep(row)

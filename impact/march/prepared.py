@@ -175,7 +175,8 @@ class Discretised:
     __repr__ = brief
 
     def own(self, length: int = 1) -> Array:
-        """Return the (p, p) displacement by a unit force at the end of its own step of ``length`` dt, W_0 [m/N]."""
+        """Return W_0 (p, p), the displacement by a unit force at the end of its step of ``length`` dt [m/N]; that of
+        bare springs for 0."""
         turns = (self.problem.directions(body.body) for body in self.bodies)
         parts = (t.T @ b.kernel.self_weight(length * self.dt) @ t for b, t in zip(self.bodies, turns, strict=True))
         return np.asarray(sum(parts))

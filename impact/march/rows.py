@@ -40,11 +40,6 @@ class Rows:
     __repr__ = brief
 
     @property
-    def time(self) -> Array:
-        """Return the (N + 1,) ends of the steps [s]."""
-        return np.asarray(self.dt * self.ends, dtype=np.float64)
-
-    @property
     def is_uniform(self) -> bool:
         """Return whether all steps are fine ones."""
         return int(self.ends[-1]) == len(self.ends) - 1
@@ -61,34 +56,38 @@ class Rows:
 
         Raises `ContactError` for a window that takes more than `MOST_BYTES`.
         """
-        steps = self._window(rows, start, stop)
         if self.is_uniform:
-            return rows[start : start + len(steps)]
-        return np.asarray(rows[np.searchsorted(self.ends, steps)])
+            return rows[self._window(start, stop)]
+        return np.asarray(rows[np.searchsorted(self.ends, self._steps_of(rows, start, stop))])
 
     def spread_motions(self, rows: Array, start: int = 0, stop: int | None = None) -> Array:
         """Return the same of ``rows`` known at the end of each step, on the line between them meanwhile."""
-        steps = self._window(rows, start, stop)
         if self.is_uniform:
-            return rows[start : start + len(steps)]
+            return rows[self._window(start, stop)]
+        steps = self._steps_of(rows, start, stop)
         after = np.searchsorted(self.ends, steps)
         before = np.maximum(after - 1, 0)
         length = np.maximum(self.ends[after] - self.ends[before], 1)
         share = ((steps - self.ends[before]) / length).reshape(-1, *[1] * (rows.ndim - 1))
         return np.asarray(np.where(share >= 1.0, rows[after], rows[before] + share * (rows[after] - rows[before])))
 
-    def _window(self, rows: Array, start: int, stop: int | None) -> NDArray[np.int64]:
+    def _window(self, start: int, stop: int | None) -> slice:
         last = int(self.ends[-1])
         stop = last if stop is None else stop
         if not 0 <= start <= stop <= last:
             raise ContactError(f"steps {start} to {stop}: give a window within the {last} steps of this run")
-        need = 8.0 * (stop - start + 1) * rows[0].size
+        return slice(start, stop + 1)
+
+    def _steps_of(self, rows: Array, start: int, stop: int | None) -> NDArray[np.int64]:
+        """Return the fine steps of a window, whose history has yet to be made."""
+        window = self._window(start, stop)
+        need, last = 8.0 * (window.stop - window.start) * rows[0].size, window.stop - 1
         if need > MOST_BYTES:
             raise ContactError(
-                f"steps {start} to {stop} of {rows[0].size} contacts take {need / 1e9:.3g} GB a history (limit "
+                f"steps {start} to {last} of {rows[0].size} contacts take {need / 1e9:.3g} GB a history (limit "
                 f"{MOST_BYTES / 1e9:g} GB): ask for a window of fewer steps, or take the rows as they are"
             )
-        return np.arange(start, stop + 1)
+        return np.arange(window.start, window.stop)
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from impact.march.loop.marches import march_many, march_one
 from impact.march.loop.several import linear_laws
 from impact.march.prepared import BLOCK as FLIGHT
 from impact.march.prepared import Pilot, Prepared
-from impact.march.problem import ContactError
+from impact.march.problem import Contact, ContactError
 from impact.march.rows import Marched, Rows, find_seats
 from impact.quantities import brief
 
@@ -128,9 +128,8 @@ class ContactStepper:
         self.done = 0
         self.force = np.zeros((p, n)).T
         self.gap = np.zeros((n + 1, p))
-        films = np.array([c.film_parameters for c in prepared.problem.contacts])
-        self._films = films if np.any(films) else None
-        self.film = np.zeros((0 if self._films is None else p, n)).T
+        self._laws = LoopLaws.from_contacts(prepared.problem.contacts, prepared.rules)
+        self.film = np.zeros((0 if self._laws.films is None else p, n)).T
         self.gap[0] = prepared.free[0]
         self.unsolved = 0
         striker = prepared.bodies[0]
@@ -149,17 +148,10 @@ class ContactStepper:
             carried = np.asarray(-prepared.rest @ psi)  # drives the poles while nothing touches: the preload, missing
             self._strides = Strides.from_poles(steps, carried, n)
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
-        contacts = prepared.problem.contacts
         self._seats = find_seats(prepared.problem)
-        self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None)
-        self._laws = (
-            np.array([c.law.code for c in contacts]),
-            prepared.rules,
-            march_numbers([c.law.parameters for c in contacts]),
-        )
-        self._shifted = linear_laws(*self._laws, prepared.own) if self._films is None and p > 1 else None
-        self._swept, self._rough = self._shifted is None or None, bool(np.any(self._laws[0] >= laws.ROUGH)) or None
-        self._deepest = self._laws[2][:, laws.DEEPEST]
+        self._shifted = self._laws.shift(prepared.own)
+        self._swept = self._shifted is None or None
+        self._deepest = self._laws.numbers[:, laws.DEEPEST]
         np.maximum(-self.gap[0], 0.0, out=self._deepest)
 
     def __repr__(self) -> str:
@@ -226,7 +218,7 @@ class ContactStepper:
     def _states(self, done: int) -> dict[str, Array]:
         """Return the complete state after ``done`` steps, as arrays to read from and to write into."""
         films = {"film": self.film[:done]} if self.film.size else {}
-        if self._rough:
+        if self._laws.rough:
             films["deepest"] = self._deepest
         return films | {
             "force": self.force[:done],
@@ -283,24 +275,71 @@ class ContactStepper:
         s, force = self.prepared, self.force.T
         memory, recent, block = self._past.memory, self._past.recent, self._past.block
         strides = (self._strides.lengths, self._strides.powers, self._strides.swing)
-        codes, rules, numbers = self._laws
-        if len(codes) == 1:
-            law, film = (codes[0], rules[0], numbers), None if self._films is None else tuple(self._films[0])
+        known = self._laws
+        if len(known.codes) == 1:
+            law = known.codes[0], known.rules[0], known.numbers
+            film = None if known.films is None else tuple(known.films[0])
             pulls = self.film.T[0] if self.film.size else np.zeros(0)
             march_one(
                 start, stop, self._rows, self._state, self._free[:, 0], memory[0], recent[0, 0],
-                block, s.own[0, 0], law, film, self._user, self._rough, s.dt, s.rest[0], strides, force[0],
+                block, s.own[0, 0], law, film, known.user, known.rough, s.dt, s.rest[0], strides, force[0],
                 self.gap[:, 0], pulls,
             )  # fmt: skip
         else:
             self.unsolved += march_many(
                 start, stop, (self._rows, s.poles.psi, self._along), self._state, self._free, memory, recent,
-                block, s.own, self._laws, self._shifted, self._swept, self._films, self._user, self._rough, s.dt,
-                s.rest, strides, force, self.gap, self.film.T,
+                block, s.own, (known.codes, known.rules, known.numbers), self._shifted, self._swept, known.films,
+                known.user, known.rough, s.dt, s.rest, strides, force, self.gap, self.film.T,
             )  # fmt: skip
-        for contact in s.problem.contacts:
-            if isinstance(contact.law, laws.PlainLaw):
-                contact.law.check()
+        known.check()
+
+
+@dataclass(frozen=True)
+class LoopLaws:
+    """Laws and films of p contacts as the compiled loops take them; ``None`` keeps what is not needed from being
+    compiled.
+
+    Attributes:
+        codes, rules: (p,) codes of the laws and of their step rules.
+        numbers: (p, k) parameters, as of `march_numbers`.
+        user: the compiled law of the user's own, if there is one.
+        films: (p, 3) parameters of the films; ``None`` without films.
+        rough: whether any law remembers the deepest closure, or else ``None``.
+        plain: laws in Python, whose errors wait in them.
+    """
+
+    codes: NDArray[np.int64]
+    rules: NDArray[np.int64]
+    numbers: Array
+    user: Callable[[float, float, float], float] | None
+    films: Array | None
+    rough: bool | None
+    plain: tuple[laws.PlainLaw, ...]
+
+    @staticmethod
+    def from_contacts(contacts: Sequence[Contact], rules: NDArray[np.int64]) -> LoopLaws:
+        """Return the laws of the contacts, with their step ``rules`` (p,)."""
+        codes, films = np.array([c.law.code for c in contacts]), np.array([c.film_parameters for c in contacts])
+        return LoopLaws(
+            codes,
+            rules,
+            march_numbers([c.law.parameters for c in contacts]),
+            next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None),
+            films if np.any(films) else None,
+            bool(np.any(codes >= laws.ROUGH)) or None,
+            tuple(c.law for c in contacts if isinstance(c.law, laws.PlainLaw)),
+        )
+
+    def shift(self, own: Array) -> Array | None:
+        """Return W_0 = ``own`` (p, p) with what linear laws yield; ``None`` where forces are found in another way: of
+        one contact, with films, by other laws."""
+        linear = len(self.codes) > 1 and self.films is None
+        return linear_laws(self.codes, self.rules, self.numbers, own) if linear else None
+
+    def check(self) -> None:
+        """Raise `ContactError` where a law in Python has failed."""
+        for law in self.plain:
+            law.check()
 
 
 def march_numbers(parameters: Sequence[laws.Parameters]) -> Array:

@@ -185,12 +185,9 @@ def solve(
     return collect(stepper)
 
 
-def collect(run: Marched | ContactStepper) -> ImpactResult:
-    """Return the result of a run; of a stepper, of the steps marched so far.
-
-    Raises `ContactError` if a history is not finite.
-    """
-    run = run.marched() if isinstance(run, ContactStepper) else run
+def collect(stepper: ContactStepper) -> ImpactResult:
+    """Return the result of the steps marched so far; raises `ContactError` if a history is not finite."""
+    run = stepper.marched()
     n, bodies, problem, whole = run.steps, run.bodies, run.problem, run.force
     force = whole[1:]
     motions = tuple(b.motion(problem.directions(b.body) @ force.T) for b in bodies)

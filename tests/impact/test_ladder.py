@@ -108,7 +108,7 @@ def test_a_force_that_rises_within_a_leap_is_a_ramp() -> None:
         run.advance()
     rows = run.collect().rows
     assert rows.lengths == {4096: 64}
-    np.testing.assert_allclose(rows.gap[:, 0] - 1.0, 0.2 * rows.time**3 / 6 / 1e-3, rtol=1e-10, atol=1e-16)
+    np.testing.assert_allclose(rows.gap[:, 0] - 1.0, 0.2 * (H * rows.ends) ** 3 / 6 / 1e-3, rtol=1e-10, atol=1e-16)
 
 
 @pytest.mark.parametrize(("omega", "zeta"), [(0.0, 0.0), (300.0, 0.01), (3e4, 0.02), (3e3, 1.5), (2e5, 1.0)])

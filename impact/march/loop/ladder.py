@@ -94,7 +94,7 @@ def _land(gains, strays, psi, rest, force, q, p, ahead, strayed):
 
 
 @compiled()
-def _solve(law, rough, films, own, shifted, swept, single, pen, before, dt, warm, low, held):
+def _solve(law, rough, films, own, shifts, level, swept, single, pen, before, dt, warm, low, held):
     """Find the forces of one step in place, ``warm`` (p,), as `march_many` does; return whether they were found."""
     codes, rules, numbers, user = law
     if single is not None:
@@ -108,8 +108,8 @@ def _solve(law, rough, films, own, shifted, swept, single, pen, before, dt, warm
             warm[0] = joint_step(code, rule, numbers, 0, pen[0], before[0], w0, w0, dt)
         else:
             warm[0] = contact_force(code, rule, a, b, c, user, pen[0], before[0], w0, w0, dt)
-    if shifted is not None:
-        active_set_from(shifted, pen, warm, low, held)
+    if shifts is not None:
+        active_set_from(shifts[level], pen, warm, low, held)
     if swept is not None:
         return by_sweeps(codes, rules, numbers, user, rough, films, pen, before, own, dt, warm)
     return True
@@ -217,12 +217,8 @@ def march_ladder(
             _leap(moves[level], gains[level], ramps[level], psi, shapes, amplitude, q, p, ahead, opening)
         for c in range(many):
             pen[c] = -opening[c]
-        step = dt * m
-        w = own[level]
-        if shifts is not None:
-            found = _solve(law, rough, films, w, shifts[level], swept, single, pen, before, step, warm, low, held)
-        else:
-            found = _solve(law, rough, films, w, None, swept, single, pen, before, step, warm, low, held)
+        step, w = dt * m, own[level]
+        solved = _solve(law, rough, films, w, shifts, level, swept, single, pen, before, step, warm, low, held)
         for d in range(many):
             if warm[d] != 0.0:
                 for c in range(many):
@@ -260,7 +256,7 @@ def march_ladder(
                 continue
             for k in range(q.size):
                 q[k], p[k] = ahead[0, k], ahead[1, k]
-        if not found:
+        if not solved:
             control[UNSOLVED] += 1
         row += 1
         n += m
@@ -272,9 +268,7 @@ def march_ladder(
             total += abs(warm[c])
             flies = flies and warm[c] == 0.0 and opening[c] > clear[c]
             if films is not None and films[c, 0] > 0.0:
-                pressed, pulled = alone(
-                    codes, rules, numbers, user, rough, films, pen, before, own[level], step, warm, c, 0.0
-                )
+                pressed, pulled = alone(codes, rules, numbers, user, rough, films, pen, before, w, step, warm, c, 0.0)
                 pulls[row, c] = pulled if pressed > 0.0 else warm[c]
             if rough is not None and codes[c] >= ROUGH:
                 remember(numbers, c, -opening[c])
