@@ -270,7 +270,8 @@ from impact.files.safe_files import whole_file
 with whole_file(sys.argv[1]) as temporary:
     temporary.write_text("half")
     print("writing", flush=True)
-    time.sleep(60)
+    for _ in range(1200):  # a signal that comes just before a sleep is seen after it
+        time.sleep(0.05)
 """
 
 
