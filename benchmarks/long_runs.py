@@ -7,7 +7,7 @@ from table import Table, timed
 
 import impact
 from impact import Contact, ContactProblem, ModalGreens, Residual
-from impact.march.ladder import march, march_in_levels, prepare_levels
+from impact.march.ladder import LadderMarch, finish_march, march, prepare_levels
 from impact.march.prepared import discretise
 from impact.march.rows import Marched
 
@@ -42,7 +42,7 @@ def in_long_steps(problem: ContactProblem) -> Marched:
     one = discretise(problem, STEP, TURN, engine="poles")
     levels = prepare_levels(one)
     assert levels is not None
-    return march_in_levels(one, levels)
+    return finish_march(LadderMarch(one, levels))
 
 
 def measure(parts: int) -> tuple[str, ...]:

@@ -38,24 +38,37 @@ def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
     return np.asarray(whole[reach - 1 : reach + n])
 
 
-def largest_average(force: Array, dt: float, width: float) -> float:
-    """Return the largest moving average [N] of ``force`` (n,) over ``width`` [s], reached at an edge of a step."""
-    return float(largest_averages(force[:, None], dt, width)[0])
+def largest_average(force: Array, spans: float | Array, width: float) -> float:
+    """Return the largest moving average [N] of ``force`` (n,) over ``width`` [s], reached at an edge of a step.
+
+    ``spans``: length of the steps, or the (n,) length of each [s].
+    """
+    return float(largest_averages(force[:, None], spans, width)[0])
 
 
-def largest_averages(force: Array, dt: float, width: float) -> Array:
+def largest_averages(force: Array, spans: float | Array, width: float) -> Array:
     """Return the (N,) `largest_average` of each column of ``force`` (n, N)."""
-    last, span = len(force), width / dt
-    whole = min(int(span), last)
-    share = span - whole if whole < last else 0.0
-    integral = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force, axis=0) * dt])
-    held = np.concatenate(
-        [np.repeat(integral[:1], whole + 1, axis=0), integral, np.repeat(integral[-1:], whole + 1, axis=0)]
-    )
-    rows = slice(whole + 1, whole + 2 + last)
-    begins = (1 - share) * held[2 * whole + 1 :][: last + 1] + share * held[2 * whole + 2 :][: last + 1] - held[rows]
-    ends = held[rows] - (1 - share) * held[1 : last + 2] - share * held[: last + 1]
+    edges = edges_of(spans, len(force))
+    integral = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force * np.diff(edges)[:, None], axis=0)])
+    begins = _interpolate(edges + width, edges, integral) - integral
+    ends = integral - _interpolate(edges - width, edges, integral)
     return np.asarray(np.maximum(begins.max(axis=0), ends.max(axis=0)) / width)
+
+
+def edges_of(spans: float | Array, number: int) -> Array:
+    """Return the (n + 1,) times at which n steps begin and end [s]."""
+    if np.ndim(spans) == 0:
+        return np.asarray(spans * np.arange(number + 1), dtype=np.float64)
+    return np.concatenate([[0.0], np.cumsum(spans)])
+
+
+def _interpolate(at: Array, time: Array, values: Array) -> Array:
+    """Return ``values`` (n + 1, N) at the times ``at`` on the lines between them, constant beyond; for all columns."""
+    if len(time) < 2:
+        return values
+    after = np.clip(np.searchsorted(time, at, side="right"), 1, len(time) - 1)
+    share = np.clip((at - time[after - 1]) / (time[after] - time[after - 1]), 0.0, 1.0)[:, None]
+    return np.asarray((1 - share) * values[after - 1] + share * values[after])
 
 
 def transform(force: Array, dt: float, size: int) -> tuple[Array, Array]:
@@ -213,39 +226,41 @@ def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
 
 
 def line_force_peak(
-    force: Array, dt: float, width: float, length: float | Array, share: float, pieces: Pieces = ()
+    force: Array, spans: float | Array, width: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
     """Return the largest force per length [N/m], averaged over ``width`` [s] and a ``share`` of the line; its place.
 
-    ``force``: (n, N) on N arcs, constant over each step ``dt`` [N, s]; ``length``: the line's, or (N,) arcs' [m]. The
-    place is the middle of the averaged part, as a fraction of the line from the beginning of the first arc.
+    ``force``: (n, N) on N arcs, constant over each step [N]; ``spans``: length of the steps, or of each [s];
+    ``length``: the line's, or (N,) arcs' [m]. The place is the middle of the averaged part, as a fraction of the line
+    from the beginning of the first arc.
     """
     lengths, when = lengths_of(length, force.shape[1]), np.flatnonzero(np.any(force, axis=1))
-    first, last = (when[0], when[-1]) if when.size else (0, 0)  # there is no force before and after
-    means = over_arcs(force[first : last + 1], share, lengths, pieces)
-    each = largest_averages(means, dt, width)
+    part = slice(when[0], when[-1] + 1) if when.size else slice(1)  # there is no force before and after
+    means = over_arcs(force[part], share, lengths, pieces)
+    each = largest_averages(means, spans if np.ndim(spans) == 0 else np.asarray(spans)[part], width)
     return float(each.max()), float(_middles(lengths, share, pieces)[int(np.argmax(each))])
 
 
 def line_impulse(
-    force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
+    force: Array, spans: float | Array, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[Array, Array]:
     """Return the (N,) impulses per length averaged over a ``share`` of the line [N s/m], and their places, ascending.
 
     Arguments and places are as in `line_force_peak`.
     """
     lengths = lengths_of(length, force.shape[1])
-    impulses = over_arcs(force.sum(axis=0, keepdims=True), share, lengths, pieces)[0] * dt
+    whole = np.diff(edges_of(spans, len(force))) @ force
+    impulses = over_arcs(whole[None], share, lengths, pieces)[0]
     places = _middles(lengths, share, pieces)
     order = np.argsort(places, kind="stable")
     return impulses[order], places[order]
 
 
 def line_impulse_peak(
-    force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
+    force: Array, spans: float | Array, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
     """Return the largest value of `line_impulse` [N s/m] and its place."""
-    each, places = line_impulse(force, dt, length, share, pieces)
+    each, places = line_impulse(force, spans, length, share, pieces)
     return float(each.max()), float(places[int(np.argmax(each))])
 
 

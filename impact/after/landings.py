@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from impact.after import histories, measures
 from impact.greens.base import Array
+from impact.march.grid import TimeGrid
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
@@ -36,30 +37,37 @@ class ContactRecord:
 
     Attributes:
         force: (n + 1,) total force of all parts, films included [N]; ``force[0]`` is a preload.
-        solid: (n + 1, p) contact force of each part without films [N].
-        gap: (n + 1, p) gaps [m].
+        closed: (n + 1,) whether a part is in contact.
+        grid: steps of the run.
+        solid: (N + 1, p) contact force of each part without films, in the steps of ``grid`` [N].
+        gap: (N + 1, p) gaps [m].
         static: (n + 1,) quasi-static load [N].
-        dt: time step [s].
         width: width of the filter, at least a step [s].
         closing: (p,) closing speeds at the start, before any contact [m/s].
     """
 
     force: Array
+    closed: NDArray[np.bool_]
+    grid: TimeGrid
     solid: Array
     gap: Array
     static: Array
-    dt: float
     width: float
     closing: Array
 
     __repr__ = brief
 
+    @property
+    def dt(self) -> float:
+        """Return the fine step [s]."""
+        return self.grid.dt
+
 
 def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[float, float]:
     """Return the total time of contact outside all landings [s], and the largest averaged force in this time [N]."""
-    if not np.any(record.solid):
+    if not np.any(record.closed):
         return 0.0, 0.0
-    closed = np.any(record.solid > 0, axis=1)
+    closed = record.closed.copy()
     closed[0] = False
     times = record.dt * np.arange(len(closed))
     for landing in landings:
@@ -168,22 +176,23 @@ def closing_speeds(problem: ContactProblem, dt: float) -> Array:
 
 def _groups(record: ContactRecord) -> NDArray[np.int64]:
     """Return the (k, 2) first steps and steps after the last of the contact groups that begin with an approach."""
-    steps = measures.closed_steps(np.any(record.solid[1:] > 0, axis=1))
+    steps = measures.closed_steps(record.closed[1:])
     if not len(steps):
         return np.zeros((0, 2), dtype=np.int64)
     groups = np.rint(measures.merged(record.dt * steps) / record.dt).astype(np.int64)
-    preloaded = bool(np.any(record.solid[0] > 0))
+    preloaded = bool(record.closed[0])
     approached = [not (preloaded and first == 0) and _first_touch(record, int(first))[1] > 0 for first, _ in groups]
     return groups[approached]
 
 
 def _first_touch(record: ContactRecord, first: int) -> tuple[int, float]:
     """Return the part that touches first in the step number ``first`` and its closing speed over the step before."""
-    touching = np.flatnonzero(record.solid[first + 1] > 0)
+    touching = np.flatnonzero(record.grid.spread_forces(record.solid, first + 1, first + 1)[0] > 0)
     if first == 0:
         speeds = record.closing[touching]
     else:
-        speeds = (record.gap[first - 1, touching] - record.gap[first, touching]) / record.dt
+        before, now = record.grid.spread_motions(record.gap, first - 1, first)[:, touching]
+        speeds = (before - now) / record.dt
     fastest = int(np.argmax(speeds))
     return int(touching[fastest]), float(speeds[fastest])
 
@@ -246,7 +255,7 @@ Stored = Callable[[Sequence[int]], Array | None]
 def restitutions(
     problem: ContactProblem,
     force: Array,
-    dt: float,
+    grid: TimeGrid,
     landings: Sequence[Landing],
     stored: Stored,
     loads: Array,
@@ -258,13 +267,13 @@ def restitutions(
     For a held striker it is sqrt(E'/E) of its energies after and before, by ``stored``, which includes the work of
     other contacts and loads meanwhile. For a free striker it is the ratio of the opening to the closing speed of the
     bodies' translations, as mean over the contacts, motion of bases included. ``None`` if the bodies do not part, or if
-    the energy is unknown. ``force`` (n, p): forces of all contacts [N]; ``loads`` (L, n): amplitudes of the striker's
-    loads [N].
+    the energy is unknown. ``force`` (N, p): forces of all contacts in the steps of ``grid`` [N]; ``loads`` (L, n):
+    amplitudes of the striker's loads [N].
     """
     parting = [not (landing.pressed_on or landing.cut_off) for landing in landings]
     if not any(parting):
         return (None,) * len(landings)
-    last = len(force)
+    last, dt = int(grid.ends[-1]), grid.dt
     steps = [(round(one.start / dt), min(round(one.end / dt) + 1, last)) for one in landings]
     if math.isinf(problem.striker.mass):
         numbers = sorted({step for pair in steps for step in pair})
@@ -273,7 +282,7 @@ def restitutions(
         known = np.zeros(last + 1)
         known[numbers] = energies
     else:
-        known = _closing_speeds(problem, force, dt, loads, side)
+        known = _closing_speeds(problem, force, grid, loads, side)
     each: list[float | None] = []
     for (first, second), parts in zip(steps, parting, strict=True):
         ratio = float(known[second] / known[first]) if parts and known[first] > 0 else None
@@ -282,17 +291,19 @@ def restitutions(
     return tuple(each)
 
 
-def _closing_speeds(problem: ContactProblem, force: Array, dt: float, loads: Array, side: int) -> Array:
+def _closing_speeds(problem: ContactProblem, force: Array, grid: TimeGrid, loads: Array, side: int) -> Array:
     """Return the (n + 1,) mean closing speed of the bodies' translations at the contacts of one side [m/s]."""
     face = np.array([contact.side == side for contact in problem.contacts])
-    impulses = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force, axis=0) * dt])
-    speed = np.zeros(len(impulses))
+    impulses = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force * grid.spans[:, None], axis=0)])
+    start_speed, change, dt = 0.0, np.zeros(len(impulses)), grid.dt
     for body in problem.bodies:
         turn = problem.directions(body)
         seen = turn[:, face].mean(axis=1)
         start = np.array([body.velocity_of(port) for port in range(len(seen))])
         inverse = body.greens.inverse_mass()
-        speed += seen @ start + impulses @ (turn.T @ np.where(np.isfinite(inverse), inverse, 0.0) @ seen)
+        start_speed += float(seen @ start)
+        change += impulses @ (turn.T @ np.where(np.isfinite(inverse), inverse, 0.0) @ seen)
+    speed = start_speed + grid.spread_motions(change)
     modal = problem.striker.greens.modal
     if modal is not None and len(loads):
         rigid, seen = modal.omega == 0, problem.directions(problem.striker)[:, face].mean(axis=1)

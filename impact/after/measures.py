@@ -43,12 +43,13 @@ def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
     contact = contact or 0
     if not 0 <= contact < count:
         raise MeasureError(f"contact = {contact} must be 0 ... {count - 1}: this result has {count}")
-    return result if result.force.ndim == 1 else of_contacts(result, contact)
+    return result if result.rows.force.ndim == 1 else of_contacts(result, contact)
 
 
 def impulse(result: ImpactResult, *, contact: int | None = None) -> float:
     """Return the integral of the contact force [N s]; 0 without contact."""
-    return float(np.sum(of_contact(result, contact).force[1:])) * result.dt
+    rows = of_contact(result, contact).rows
+    return float(rows.force[1:] @ rows.spans)
 
 
 def total_impulse(result: ImpactResult) -> float:
@@ -67,18 +68,18 @@ def total_impulse(result: ImpactResult) -> float:
 def peak_force(result: ImpactResult, *, contact: int | None = None) -> float:
     """Return the largest force of any step [N]; at a velocity jump it converges only slowly, see
     `filtered_peak_force`."""
-    return float(np.max(of_contact(result, contact).force))
+    return float(np.max(of_contact(result, contact).rows.force))
 
 
 def film_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
     """Return the largest force by which the film resists closing in any step [N]; 0 without a film."""
-    film = of_contact(result, contact).film
+    film = of_contact(result, contact).rows.film
     return 0.0 if film is None else max(float(film.max()), 0.0)
 
 
 def stiction_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
     """Return the largest tensile force of the film in any step, on separating bodies [N]; 0 without a film."""
-    film = of_contact(result, contact).film
+    film = of_contact(result, contact).rows.film
     return 0.0 if film is None else max(-float(film.min()), 0.0)
 
 
@@ -96,7 +97,7 @@ def filtered_force(
     for |s| <= width/2, both without phase shift. Source: Harris, Proc. IEEE 66 (1978) 51. Raises `MeasureError`:
     ``width`` below two steps, which the record does not resolve; another window.
     """
-    force = _resolved(result, width, contact)
+    force = _resolve(result, width, contact).force
     if window not in ("moving average", "hann"):
         raise MeasureError(f"window {window!r} is unknown; choose 'moving average' or 'hann'")
     return averaged(force[1:], result.dt, width, window)
@@ -107,19 +108,20 @@ def filtered_peak_force(
 ) -> float:
     """Return the largest `filtered_force` [N], with the Hann window at recorded times only; raises as that does."""
     if window == MOVING_AVERAGE:
-        return largest_average(_resolved(result, width, contact)[1:], result.dt, width)
+        rows = _resolve(result, width, contact).rows
+        return largest_average(rows.force[1:], rows.spans, width)
     return float(np.max(filtered_force(result, width, contact=contact, window=window)))
 
 
-def _resolved(result: ImpactResult, width: float, contact: int | None) -> Array:
-    """Return the (n + 1,) force [N] of a contact; raises `MeasureError` for a ``width`` [s] below two steps."""
-    force = of_contact(result, contact).force
+def _resolve(result: ImpactResult, width: float, contact: int | None) -> ImpactResult:
+    """Return the result of one contact; raises `MeasureError` for a ``width`` [s] below two steps."""
+    one = of_contact(result, contact)
     if not width >= 2 * result.dt * (1 - 1e-9):
         raise MeasureError(
             f"filter width {width:g} s is below two steps of {result.dt:g} s: the filtered force is not resolved; "
             f"use dt <= {width / 2:g} s or a wider filter"
         )
-    return force
+    return one
 
 
 def spectrum(
@@ -145,7 +147,8 @@ def spectrum(
 
 def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Array:
     """Return the (n, 2) start and end [s] of each maximal run of steps with a solid contact force, film excluded."""
-    return result.dt * closed_steps(of_contact(result, contact).solid[1:])
+    rows = of_contact(result, contact).rows
+    return np.asarray(rows.time[closed_steps(rows.solid[1:])])
 
 
 def closed_steps(force: Array | NDArray[np.bool_]) -> Array:
@@ -175,11 +178,12 @@ def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array
 
     Groups and force are those of all contacts added up; ``width`` is at least a step. 0 and nan without contact.
     """
-    force, solid = (values.reshape(len(values), -1).sum(axis=1)[1:] for values in (result.force, result.solid))
-    groups = merged(result.dt * closed_steps(solid))
+    rows = result.rows
+    force, solid = (values.reshape(len(values), -1).sum(axis=1) for values in (rows.force, rows.solid))
+    groups = merged(rows.time[closed_steps(solid[1:])])
     if len(groups) == 0:
         return 0, np.full(2, math.nan)
-    mean = averaged(force, result.dt, max(width, result.dt), MOVING_AVERAGE)
+    mean = averaged(rows.spread_forces(force)[1:], result.dt, max(width, result.dt), MOVING_AVERAGE)
     peaks = [mean[first : last + 1].max() for first, last in np.rint(groups / result.dt).astype(int)]
     number = int(np.argmax(peaks))
     return number, groups[number]
@@ -271,7 +275,8 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
         start, end = groups[group]
         if end >= result.time[-1]:
             raise MeasureError(f"the bodies are still in contact at the end, {result.time[-1]:g} s; run longer")
-        energy, before, after = result.energy.striker, _step(result, start), _step(result, end) + 1
+        energy, ends = result.rows.energy.striker, result.rows.ends
+        before, after = (int(np.searchsorted(ends, step)) for step in (_step(result, start), _step(result, end) + 1))
         if not energy[before] > 0:
             raise MeasureError(
                 "the held striker has no energy before the contact: let the body that moves be the striker"
@@ -302,10 +307,11 @@ def work(result: ImpactResult, *, contact: int | None = None) -> Work:
     that its side, seat or stopper, is unknown.
     """
     one = of_contact(result, contact)
-    if not np.any(one.force[1:]):
+    rows = one.rows
+    if not np.any(rows.force[1:]):
         return Work(0.0, 0.0)
-    push = _known_side(one) * one.force[1:]
-    return Work(float(push @ np.diff(one.striker_displacement)), -float(push @ np.diff(one.target_displacement)))
+    push = _known_side(one) * rows.force[1:]
+    return Work(float(push @ np.diff(rows.striker_displacement)), -float(push @ np.diff(rows.target_displacement)))
 
 
 def _step(result: ImpactResult, time: float) -> int:
@@ -314,7 +320,7 @@ def _step(result: ImpactResult, time: float) -> int:
 
 
 def _contacts(result: ImpactResult) -> int:
-    return 1 if result.force.ndim == 1 else result.force.shape[1]
+    return 1 if result.rows.force.ndim == 1 else result.rows.force.shape[1]
 
 
 def _known_side(one: ImpactResult) -> int:
@@ -330,7 +336,7 @@ def _known_side(one: ImpactResult) -> int:
 
 def _side(one: ImpactResult) -> int:
     """Return +1 for a seat, -1 for a stopper, from d(gap) = side d(u_striker - u_target); 0 if that never moves."""
-    striker, target = np.diff(one.striker_displacement), np.diff(one.target_displacement)
-    agreement = float(np.diff(one.gap) @ (striker - target))
+    striker, target = np.diff(one.rows.striker_displacement), np.diff(one.rows.target_displacement)
+    agreement = float(np.diff(one.rows.gap) @ (striker - target))
     round_off = 1e-24 * float(striker @ striker + target @ target)
     return int(np.sign(agreement)) if abs(agreement) > round_off else 0

@@ -14,6 +14,7 @@ from impact.after.result import ImpactResult, pressed_in
 from impact.bodies.body import Body, as_body
 from impact.files.csv_table import read_rows
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
+from impact.march.grid import TimeGrid
 from impact.march.joints import TableJoint
 from impact.march.laws import Signorini
 from impact.march.problem import ContactProblem
@@ -85,7 +86,7 @@ def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result
     if math.isinf(mass) and held is not None and len(held.omega):
         first = int(np.argmin(held.omega))
         mass, omega = _ratio(1.0, float(held.shapes[first, 0]) ** 2), float(held.omega[first])
-    groups = contact_groups(result) if result.force.ndim == 1 else np.zeros((0, 2))
+    groups = contact_groups(result) if result.rows.force.ndim == 1 else np.zeros((0, 2))
     duration = float(groups[0, 1] - groups[0, 0]) if len(groups) else math.nan
     ratio = _ratio(impedance * impedance, stiffness * mass)
     if math.isfinite(striker.mass):
@@ -168,19 +169,21 @@ DIGITS_LIMIT = 1e-6  # largest round-off of the gap over the displacement of a c
 GAIN_LIMIT = 1e-6  # largest energy gained from a contact law over the energy it absorbed that round-off explains
 
 
-def contact_advice(force: Array, dt: float) -> Iterator[notices.Advice]:
-    """Yield advice on the share of the impulse of ``force`` (n, p) [N] in contacts of fewer than `FEWEST_STEPS` steps.
+def contact_advice(force: Array, grid: TimeGrid) -> Iterator[notices.Advice]:
+    """Yield advice on the share of the impulse of ``force`` (N, p) [N] in contacts of fewer than `FEWEST_STEPS` steps.
 
-    A contact cut off by the end of the record counts with its recorded steps; a force that rises over n steps errs by
-    about 1/n.
+    ``grid``: the N steps, which count as fine ones. A contact cut off by the end of the record counts with its
+    recorded steps; a force that rises over n steps errs by about 1/n.
     """
-    total = float(force.sum())
+    impulse = force * grid.spans[:, None]
+    total = float(impulse.sum())
     short, shortest = 0.0, FEWEST_STEPS
-    for column in force.T:
-        first, end = closed_steps(column).T
-        brief, running = end - first < FEWEST_STEPS, np.concatenate([[0.0], np.cumsum(column)])
-        short += float((running[end] - running[first])[brief].sum())
-        shortest = min(shortest, int((end - first)[brief].min(initial=FEWEST_STEPS)))
+    for column in impulse.T:
+        rows = closed_steps(column)
+        steps, running = np.diff(grid.ends[rows], axis=1)[:, 0], np.concatenate([[0.0], np.cumsum(column)])
+        brief = steps < FEWEST_STEPS
+        short += float(np.diff(running[rows], axis=1)[brief].sum())
+        shortest = min(shortest, int(steps[brief].min(initial=FEWEST_STEPS)))
     share = short / total if total > 0 else 0.0
     if share <= UNRESOLVED_LIMIT:
         return
@@ -189,7 +192,7 @@ def contact_advice(force: Array, dt: float) -> Iterator[notices.Advice]:
         share,
         UNRESOLVED_LIMIT,
         "the step does not resolve them: their force and rebound are set by the step",
-        f"use dt <= {dt * shortest / (2 * FEWEST_STEPS):.2g} s",
+        f"use dt <= {grid.dt * shortest / (2 * FEWEST_STEPS):.2g} s",
     )
 
 

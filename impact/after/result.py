@@ -1,8 +1,9 @@
-"""`ImpactResult`, the histories of a run, and `EnergyLedger`: data without references to the solver."""
+"""`ImpactResult`, the histories of a run, its `RunRows` and `EnergyLedger`: data without references to the solver."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from impact import after, notices
 from impact.greens.base import Array
 from impact.march import laws
+from impact.march.grid import TimeGrid
 from impact.march.problem import ContactProblem
 from impact.names import frame_of
 from impact.quantities import as_html, brief, cut, in_units, percent, some
@@ -112,40 +114,55 @@ def ledger(
 
 
 @dataclass(frozen=True)
-class ImpactResult:
-    """Time histories of one contact, all (n + 1,), or of p contacts, (n + 1, p), SI.
+class RunRows(TimeGrid):
+    """Histories of one contact, all (N + 1,), or of p contacts, (N + 1, p): a row a step of the march, the start first.
 
-    ``force[m]`` is constant over the step that ends at ``time[m]``: the impulse is exactly ``sum(force[1:]) * dt``;
-    ``force[0]`` is the preload. Displacements are along the normal from target to striker; ``gap`` > 0 is open.
-
-    Attributes:
-        time: uniform from 0 [s].
-        force: contact force [N], >= 0 except for the tension of a film.
-        gap: opening [m].
-        striker_displacement, target_displacement: displacement of the contact point, its base's motion included [m].
-        energy: the ledger [J].
-        dt: step [s].
-        striker_mass, target_mass: mass in rigid translation [kg], ``inf`` for a held body.
-        striker_velocity, target_velocity: initial velocity of translation [m/s].
-        engine: description of the method that evaluated the convolution with past forces.
-        advice: warnings, empty when all is well.
-        film: part of ``force`` carried by films in the gaps [N]; ``None`` without films.
+    A force is constant over the step that ends there; motions and energies, (N + 1,), are those at its end. See
+    `ImpactResult`.
     """
 
-    time: Array
     force: Array
     gap: Array
     striker_displacement: Array
     target_displacement: Array
     energy: EnergyLedger
-    dt: float
+    film: Array | None = None
+
+    __repr__ = brief
+
+    @property
+    def solid(self) -> Array:
+        """Return the force >= 0 of solid contact [N]: ``force`` without the film's part."""
+        return self.force if self.film is None else self.force - self.film
+
+
+@dataclass(frozen=True)
+class ImpactResult:
+    """Time histories of one contact, all (n + 1,), or of p contacts, (n + 1, p), at n equal steps; SI.
+
+    ``force[m]`` is constant over the step that ends at ``time[m]``: the impulse is exactly ``sum(force[1:]) * dt``;
+    ``force[0]`` is the preload. Displacements are along the normal from target to striker; ``gap`` > 0 is open.
+
+    A long run is marched, and kept, in steps of different lengths: ``rows``. The histories are made from them when they
+    are asked for. Within a long step motions are on the line between its ends, from which they stray by no more than
+    `impact.march.ladder.BEND` of the largest gap; `impact.march.grid.TimeGrid` makes windows of them. They raise
+    `impact.ContactError` where one would take more than 4 GB.
+
+    Attributes:
+        rows: what was marched, a row a step.
+        striker_mass, target_mass: mass in rigid translation [kg], ``inf`` for a held body.
+        striker_velocity, target_velocity: initial velocity of translation [m/s].
+        engine: description of the method that evaluated the convolution with past forces.
+        advice: warnings, empty when all is well.
+    """
+
+    rows: RunRows
     striker_mass: float
     target_mass: float
     striker_velocity: float
     target_velocity: float
     engine: str
     advice: tuple[notices.Advice, ...] = ()
-    film: Array | None = None
 
     _repr_html_ = as_html
 
@@ -153,51 +170,98 @@ class ImpactResult:
         return str(self)
 
     @property
+    def dt(self) -> float:
+        """Return the step [s]."""
+        return self.rows.dt
+
+    @cached_property
+    def time(self) -> Array:
+        """Return the times of the histories, uniform from 0 [s]."""
+        return np.asarray(self.dt * np.arange(self.rows.ends[-1] + 1), dtype=np.float64)
+
+    @cached_property
+    def force(self) -> Array:
+        """Return the contact force [N], >= 0 except for the tension of a film."""
+        return self.rows.spread_forces(self.rows.force)
+
+    @cached_property
+    def gap(self) -> Array:
+        """Return the opening [m]."""
+        return self.rows.spread_motions(self.rows.gap)
+
+    @cached_property
+    def striker_displacement(self) -> Array:
+        """Return the displacement of the contact point of the striker, its base's motion included [m]."""
+        return self.rows.spread_motions(self.rows.striker_displacement)
+
+    @cached_property
+    def target_displacement(self) -> Array:
+        """Return the displacement of the contact point of the target, its base's motion included [m]."""
+        return self.rows.spread_motions(self.rows.target_displacement)
+
+    @cached_property
+    def film(self) -> Array | None:
+        """Return the part of ``force`` carried by films in the gaps [N]; ``None`` without films."""
+        return None if self.rows.film is None else self.rows.spread_forces(self.rows.film)
+
+    @property
     def solid(self) -> Array:
         """Return the force >= 0 of solid contact [N]: ``force`` without the film's part."""
         return self.force if self.film is None else self.force - self.film
 
+    @cached_property
+    def energy(self) -> EnergyLedger:
+        """Return the ledger."""
+        of_rows, spread = self.rows.energy, self.rows.spread_motions
+        film = None if of_rows.film_loss is None else spread(of_rows.film_loss)
+        each = {name: spread(getattr(of_rows, name)) for name in (*_TERMS, "contact_loss")}
+        return EnergyLedger(**each, by_work=of_rows.by_work, film_loss=film)
+
     def __str__(self) -> str:
         """Return a summary in four lines: size of the run, force, contacts, energy balance error."""
-        parts = 1 if self.force.ndim == 1 else self.force.shape[1]
-        total = self.force.reshape(len(self.force), -1).sum(axis=1)
-        peak, when = (
-            in_units(value, unit, 4) for value, unit in ((total.max(), "N"), (self.time[total.argmax()], "s"))
-        )
-        size = f"{parts} contact{'s'[: parts > 1]}, {len(self.time) - 1} steps of {in_units(self.dt, 's', 4)}"
+        rows = self.rows
+        parts = 1 if rows.force.ndim == 1 else rows.force.shape[1]
+        total, time = (values.reshape(len(values), -1).sum(axis=1) for values in (rows.force, rows.time))
+        peak, when = (in_units(value, unit, 4) for value, unit in ((total.max(), "N"), (time[total.argmax()], "s")))
+        size = f"{parts} contact{'s'[: parts > 1]}, {rows.ends[-1]} steps of {in_units(self.dt, 's', 4)}"
+        if not rows.is_uniform:
+            size += f", taken as {rows.in_words()}"
         advice_names = some([advice.name for advice in self.advice]) or "no advice"
-        groups = after.measures.merged(
-            self.dt * after.measures.closed_steps(self.solid.reshape(len(self.force), -1).sum(axis=1)[1:])
-        )
+        closed = after.measures.closed_steps(rows.solid.reshape(len(time), -1).sum(axis=1)[1:])
+        groups = after.measures.merged(time[closed])
         touches = "no contact"
         if len(groups):
-            first = " to ".join(in_units(time, "s", 4) for time in groups[0])
+            first = " to ".join(in_units(edge, "s", 4) for edge in groups[0])
             touches = f"closed once, from {first}"
             if len(groups) > 1:
                 touches = f"closed {len(groups)} times, first from {first}"
         return (
             f"ImpactResult, {size}\n  peak force {peak} at {when}, impulse "
-            f"{in_units(float(total[1:].sum()) * self.dt, 'N s', 4)}\n  {touches}\n  "
-            f"energy balance error {percent(self.energy.residual)}; {cut(self.engine, 160)}; {advice_names}"
+            f"{in_units(float(total[1:] @ rows.spans), 'N s', 4)}\n  {touches}\n  "
+            f"energy balance error {percent(rows.energy.residual)}; {cut(self.engine, 160)}; {advice_names}"
         )
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the histories by time [SI], a row a step; raises `impact.names.FrameError` without pandas."""
-        of_contacts = {"force_N": self.force, **{f"{name}_m": getattr(self, name) for name in _WAYS}}
-        energies = {f"energy_{name}_J": getattr(self.energy, name) for name in _TERMS}
-        return frame_of({"time_s": self.time, **of_contacts, **energies}, "time_s")
+        rows = self.rows
+        of_contacts = {"force_N": rows.force, **{f"{name}_m": getattr(rows, name) for name in _WAYS}}
+        energies = {f"energy_{name}_J": getattr(rows.energy, name) for name in _TERMS}
+        return frame_of({"time_s": rows.time, **of_contacts, **energies}, "time_s")
 
 
 def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
     """Return the result with one of several contacts, histories (n + 1,), or a range; energies remain those of all."""
-    of_film = () if result.film is None else ("film",)
-    return replace(result, **{name: getattr(result, name)[:, which] for name in ("force", *_WAYS, *of_film)})
+    rows = result.rows
+    of_film = () if rows.film is None else ("film",)
+    columns = {name: getattr(rows, name)[:, which] for name in ("force", *_WAYS, *of_film)}
+    return replace(result, rows=replace(rows, **columns))
 
 
 def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
     """Return p contacts of one face as one: summed forces, mean motions weighted by the (p,) area fractions."""
-    if result.force.ndim == 1:
+    rows = result.rows
+    if rows.force.ndim == 1:
         return result
-    means = {name: getattr(result, name) @ shares for name in _WAYS}
-    film = None if result.film is None else result.film.sum(axis=1)
-    return replace(result, **means, force=result.force.sum(axis=1), film=film)
+    means = {name: getattr(rows, name) @ shares for name in _WAYS}
+    film = None if rows.film is None else rows.film.sum(axis=1)
+    return replace(result, rows=replace(rows, **means, force=rows.force.sum(axis=1), film=film))

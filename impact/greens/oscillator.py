@@ -85,6 +85,19 @@ def ramp_response(t: Array, omega: Array, zeta: Array) -> Array:
     return out
 
 
+def ramp_integral(t: Array, omega: Array, zeta: Array) -> Array:
+    """Return the integral of the ramp response from 0 to t [s^4]: the response to a force t^2/2."""
+    t, omega, zeta = np.broadcast_arrays(np.asarray(t, float), np.asarray(omega, float), np.asarray(zeta, float))
+    short = omega * t * (1 + zeta) < 0.5  # where the difference below loses digits
+    safe = np.where(short, 1.0, omega)
+    ramped, stepped = ramp_response(t, omega, zeta), step_response(t, omega, zeta)
+    out: Array = (t**2 / 2 - stepped - 2 * zeta * omega * ramped) / safe**2
+    if np.any(short):
+        ts, ws, zs = t[short, None], omega[short, None], zeta[short, None]
+        out[short] = ts[:, 0] / 2 * (ramp_response(ts * (1 + _NODES) / 2, ws, zs) @ _WEIGHTS)
+    return out
+
+
 def transition(dt: float, omega: Array, zeta: Array) -> tuple[Array, Array]:
     """Return the exact step for a constant force: [q, q'] <- A [q, q'] + B f; A (2, 2, M), B (2, M)."""
     step = np.full(np.shape(omega), dt)
@@ -99,40 +112,47 @@ def free_transition(t: Array, omega: Array, zeta: Array) -> Array:
 
 
 def dissipation_form(dt: float, omega: Array, zeta: Array) -> Array:
-    """Return D (3, 3, M) with 2 zeta w * integral of q'^2 over one step = x' D x, x = (q, q', f) at its start.
+    """Return D (4, 4, M) with 2 zeta w * integral of q'^2 over one step = x' D x, x = (q, q', f, b) at its start.
 
-    The integral of products of exponentials is in closed form if that keeps its digits, otherwise by Gauss quadrature
-    on panels that resolve both the oscillation and the decay.
+    The force is f + b (t/dt - 1/2). The integral of products of exponentials is in closed form if that keeps its
+    digits, otherwise by Gauss quadrature on panels that resolve both the oscillation and the decay.
     """
-    out = np.zeros((3, 3, len(omega)))
+    out = np.zeros((4, 4, len(omega)))
     closed = (omega * dt > 0.5) & (zeta > 0) & (zeta < 0.5)
     out[:, :, closed] = _closed_gram(dt, omega[closed], zeta[closed])
     others = ~closed & (omega > 0) & (zeta > 0)
     slow = others & (omega * dt * np.maximum(1.0, 2 * zeta) <= 0.5)  # one panel each, all at once
-    out[:, :, slow] = _panel_gram(np.zeros((1, 1)), np.full((1, 1), dt), omega[slow, None], zeta[slow, None])
+    whole = np.zeros((1, 1)), np.full((1, 1), dt)
+    out[:, :, slow] = _panel_gram(dt, *whole, omega[slow, None], zeta[slow, None])
     for k in np.flatnonzero(others & ~slow):
         edges = _panels(dt, float(omega[k]), float(zeta[k]))
-        panels = _panel_gram(edges[:-1, None], edges[1:, None], omega[k], zeta[k])
+        panels = _panel_gram(dt, edges[:-1, None], edges[1:, None], omega[k], zeta[k])
         out[:, :, k] = panels.sum(axis=-1)
     return np.asarray(2 * zeta * omega * out)
 
 
 def _closed_gram(dt: float, w: Array, z: Array) -> Array:
-    """Return the integral (3, 3, M) over [0, dt] of v v' with v = Re(c exp(lambda t)), for light damping."""
+    """Return the integral (4, 4, M) over [0, dt] of v v' with v = k + Re(c exp(lambda t)), for light damping."""
     wd = w * np.sqrt((1 - z) * (1 + z))
     rate = -z * w + 1j * wd
     twice = np.expm1(2 * rate * dt) / (2 * rate)
     once = -np.expm1(-2 * z * w * dt) / (2 * z * w)
-    c = np.array([1j * w**2 / wd, 1 + 1j * z * w / wd, -1j / wd])  # of q, q', f (through q - f/w^2)
-    return np.asarray(np.real(c[:, None] * c[None] * twice + c[:, None] * c[None].conj() * once) / 2)
+    c = np.array([1j * w**2 / wd, 1 + 1j * z * w / wd, -1j / wd, 0.5j / wd - (1 - 1j * z * w / wd) / (w**2 * dt)])
+    out = np.asarray(np.real(c[:, None] * c[None] * twice + c[:, None] * c[None].conj() * once) / 2)
+    even = 1 / (w**2 * dt)  # the part k, of b alone
+    crossed = even * np.real(c * np.expm1(rate * dt) / rate)
+    out[3] += crossed
+    out[:, 3] += crossed
+    out[3, 3] += even**2 * dt
+    return out
 
 
-def _panel_gram(start: Array, end: Array, w: Array, z: Array) -> Array:
-    """Return the integrals (3, 3, m) of v v' over each [start, end] (m, 1), where q'(t) = v(t) . (q0, q'0, f)."""
+def _panel_gram(dt: float, start: Array, end: Array, w: Array, z: Array) -> Array:
+    """Return the integrals (4, 4, m) of v v' over each [start, end] (m, 1), where q'(t) = v(t) . (q0, q'0, f, b)."""
     half = (end - start) / 2
     t = (end + start) / 2 + half * _NODES
     cosine, sine = decaying_pair(t, w, z)
-    v = np.array([-(w**2) * sine, cosine - z * w * sine, sine])
+    v = np.array([-(w**2) * sine, cosine - z * w * sine, sine, step_response(t, w, z) / dt - sine / 2])
     return np.asarray(np.einsum("ian,jan,n->ija", v, v, _WEIGHTS) * half[:, 0])
 
 

@@ -20,12 +20,15 @@ from impact.march import history, laws, motion
 from impact.march.loop import ladder as loop
 from impact.march.prepared import Discretised, discretise, find_free_motion
 from impact.march.problem import ContactProblem
-from impact.march.rows import MOST_BYTES, Marched, Rows
+from impact.march.rows import Marched, Rows
 from impact.march.stepper import ContactStepper, LoopLaws
+from impact.notices import Progress, silent
 from impact.quantities import brief
 
 SHARE: Final = 3e-5
 """Largest deviation of the contact forces from a line through the last two in a long step, over the largest so far."""
+BEND: Final = 1e-3
+"""Largest deviation of an open gap from the line between the ends of a step, over the widest gap on its side so far."""
 WORTHWHILE: Final = 1.0  # predicted time of equal steps [s] from which on the loop for long ones repays its compilation
 HIGHEST: Final = 6  # longest step: RISE^6 = 4096 fine ones
 FEWEST: Final = 16  # fewest steps of a length that fit into a run
@@ -149,36 +152,36 @@ def march(
 ) -> Marched:
     """March a problem over a ``duration`` [s] for its forces and gaps, far cheaper than a run with energies.
 
-    ``dt``: fine step [s]. Where equal steps would take long, all bodies are sums of poles and no load depends on the
-    opening, smooth parts of the motion take longer ones, unless ``equal_steps`` are asked for: to compare histories far
-    below `SHARE`, and unless a history at fine steps would not fit (`MOST_BYTES`). ``bodies`` and errors as in
-    `impact.prepare`.
+    ``dt``: fine step [s]; ``equal_steps``: as in `begin_march`. ``bodies`` and errors as in `impact.prepare`.
     """
-    discretised = discretise(problem, dt, duration, bodies=bodies)
-    fits = 8.0 * (discretised.steps + 1) * len(discretised.rest) <= MOST_BYTES
-    is_worthwhile = fits and discretised.plan.seconds > WORTHWHILE and not equal_steps
+    return finish_march(begin_march(discretise(problem, dt, duration, bodies=bodies), equal_steps=equal_steps))
+
+
+def finish_march(run: ContactStepper | LadderMarch, progress: Progress = silent) -> Marched:
+    """March to the end; return the whole run."""
+    while run.done < run.steps:
+        run.advance_far()
+        progress("stepping", run.done / run.steps)
+    return run.marched()
+
+
+def begin_march(discretised: Discretised, *, equal_steps: bool = False) -> ContactStepper | LadderMarch:
+    """Return the march of a problem at its start.
+
+    Where equal steps would take long, all bodies are sums of poles and no load depends on the opening, smooth parts of
+    the motion take longer ones, unless ``equal_steps`` are asked for: to compare histories far below `SHARE`.
+    """
+    is_worthwhile = discretised.plan.seconds > WORTHWHILE and not equal_steps
     if is_worthwhile and (levels := prepare_levels(discretised)) is not None:
-        return march_in_levels(discretised, levels)
-    stepper = ContactStepper(find_free_motion(discretised), flying=True)
-    stepper.advance(discretised.steps)
-    return stepper.marched()
-
-
-def march_in_levels(discretised: Discretised, levels: Levels, share: float = SHARE) -> Marched:
-    """March a problem in fine steps, and in long ones where these are as good.
-
-    ``share``: see `SHARE`. Raises `ContactError` where a law of the user's own fails.
-    """
-    run = LadderMarch(discretised, levels, share)
-    while run.done < discretised.steps:
-        run.advance()
-    return run.collect()
+        return LadderMarch(discretised, levels)
+    return ContactStepper(find_free_motion(discretised))
 
 
 class LadderMarch:
-    """State of one march, and the rows it has written."""
+    """A march in fine steps, and in long ones where these are as good: its state, and the rows it has written."""
 
-    def __init__(self, discretised: Discretised, levels: Levels, share: float) -> None:
+    def __init__(self, discretised: Discretised, levels: Levels, share: float = SHARE) -> None:
+        """Begin at t = 0; ``share``: see `SHARE`."""
         problem, rest = discretised.problem, discretised.rest
         self._of, self._levels, p = discretised, levels, len(rest)
         self._largest = np.zeros(len(discretised.bodies[0].loads))
@@ -191,11 +194,14 @@ class LadderMarch:
         each = [self._laws.shift(own) for own in levels.own]
         self._shifted = None if any(one is None for one in each) else np.array(each)
         self._opened = np.array([c.gap for c in problem.contacts])
-        self._control, self._share = np.zeros(8, dtype=np.int64), np.array([share, float(np.abs(rest).sum())])
+        self._control = np.zeros(8, dtype=np.int64)
+        self._sides = np.array([3 if c.side > 0 else 4 for c in problem.contacts])
         start = self._opened + levels.poles.psi @ levels.start[0] + discretised.own(0) @ rest
         if (carried := problem.carried(np.zeros(1))) is not None:
             start = start + carried[0]
         self._laws.numbers[:, laws.DEEPEST] = np.maximum(-start, 0.0)
+        widest = [float(np.max(start[self._sides == side], initial=0.0)) for side in (3, 4)]
+        self._share = np.array([share, float(np.abs(rest).sum()), BEND, *widest])
         self._written: list[Room] = []
         self._room = self._make_room(np.zeros(1, dtype=np.int64), rest[None], start[None], np.zeros((1, p)))
         self._first, self._chunk = 0, (np.zeros((0, 1)), np.zeros((0, 1)), np.zeros((0, p)))
@@ -205,6 +211,11 @@ class LadderMarch:
     def done(self) -> int:
         """Return the fine steps done."""
         return int(self._control[loop.STEP])
+
+    @property
+    def steps(self) -> int:
+        """Return the fine steps of the whole run."""
+        return self._of.steps
 
     @property
     def level(self) -> int:
@@ -244,8 +255,11 @@ class LadderMarch:
         self._first = first
         self._chunk = amplitudes, sums, np.zeros((0, len(self._of.rest))) if carried is None else carried
 
-    def advance(self, until: int | None = None) -> None:
-        """March to step ``until`` at most; less far if the known loads or the room for rows end."""
+    def advance_far(self, until: int | None = None) -> None:
+        """March to step ``until`` at most; less far if the known loads or the room for rows end.
+
+        Raises `ContactError` where a law of the user's own fails.
+        """
         control, n = self._control, self.done
         if n >= self._first + CHUNK:
             self._load_chunk(n)
@@ -257,7 +271,7 @@ class LadderMarch:
         loop.march_ladder(
             stop, control, self._share, levels.lengths, self._of.dt, (self._rows, levels.scale, self._along),
             (levels.moves, levels.gains, levels.ramps, levels.strays, levels.poles.psi, levels.rest), self._state,
-            (levels.drive, self._lifts, amplitudes, sums, self._largest, first), (self._opened, carried),
+            (levels.drive, self._lifts, amplitudes, sums, self._largest, first), (self._opened, carried, self._sides),
             (known.codes, known.rules, known.numbers, known.user), known.rough, known.films, levels.own, self._shifted,
             swept, single, self._room,
         )  # fmt: skip
@@ -276,7 +290,7 @@ class LadderMarch:
         ends, force, gap, film = self._room
         return ends[first:stop].copy(), force[first:stop].copy(), gap[first:stop].copy(), film[first:stop].copy()
 
-    def collect(self) -> Marched:
+    def marched(self) -> Marched:
         """Return the whole run."""
         ends, force, gap, film = (np.concatenate(parts) for parts in zip(*self._written, strict=True))
         return Marched(

@@ -18,6 +18,8 @@ from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
 from impact.march import history, problem
+from impact.march.grid import TimeGrid
+from impact.march.leaps import LeapReplay, find_loads
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR, displaced
 from impact.march.replay import Replay, blocks, resting, translate
@@ -97,11 +99,14 @@ class Discrete:
             return self.motion(force).displacement
         return _modal_motion(self, self.kernel.modal, force, energies=False).displacement
 
-    def stored_after(self, force: Array, steps: Sequence[int]) -> Array | None:
-        """Return the energy stored in the body after each of the ``steps`` (increasing), under port forces (P, n) [J];
-        ``None`` without modes."""
+    def stored_after(self, force: Array, steps: Sequence[int], grid: TimeGrid | None = None) -> Array | None:
+        """Return the energy stored in the body after each of the fine ``steps`` (increasing) [J]; ``None`` without
+        modes. Arguments as in `motion`; a step that is no end of one of the ``grid`` counts as that it belongs to."""
         if self.kernel.modal is None or self.kernel.weights is not None:
             return None
+        if grid is not None and not grid.is_uniform:
+            stored_at_ends = _move_in_leaps(self, self.kernel.modal, force, grid).stored
+            return np.asarray(stored_at_ends[np.searchsorted(grid.ends, steps)])
         replay, now, last = _replay(self, self.kernel.modal), 0, max(steps, default=0)
         stored, pushed = {0: replay.stored}, np.any(force, axis=0) | np.any(self.loads, axis=0)
         calm = np.flatnonzero(np.diff(pushed, prepend=True, append=True)).reshape(-1, 2)
@@ -116,9 +121,13 @@ class Discrete:
             now, stored[step] = step, replay.stored
         return np.array([stored[step] for step in steps])
 
-    def motion(self, force: Array) -> Motion:
-        """Return the motion under port forces (P, n) along the normal, constant over each step."""
+    def motion(self, force: Array, grid: TimeGrid | None = None) -> Motion:
+        """Return the motion under port forces (P, n) along the normal, constant over each step of the ``grid``, by
+        default fine steps. Other steps are for bodies of modes alone."""
         n = force.shape[1]
+        if grid is not None and not grid.is_uniform:
+            assert self.kernel.modal is not None
+            return _move_in_leaps(self, self.kernel.modal, force, grid)
         out = Motion(np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1))
         if self.kernel.modal is not None:
             out = _modal_motion(self, self.kernel.modal, force)
@@ -127,15 +136,16 @@ class Discrete:
         return out
 
 
-def mean_displacement(discrete: Discrete, force: Array, shares: Array) -> Array:
+def mean_displacement(discrete: Discrete, force: Array, shares: Array, grid: TimeGrid | None = None) -> Array:
     """Return the (n + 1,) mean displacement [m] of the ports under ``force`` (P, n), weighted by ``shares``.
 
     It equals ``shares @ discrete.motion(force).displacement``, and is several times cheaper for a held body at rest:
     without energies, and only by modes with a mean displacement.
     """
     kernel = discrete.kernel
-    if discrete.moves_by_itself or (kernel.modal is not None and not np.all(kernel.modal.omega)):
-        return np.asarray(shares @ discrete.motion(force).displacement)
+    in_leaps = grid is not None and not grid.is_uniform
+    if in_leaps or discrete.moves_by_itself or (kernel.modal is not None and not np.all(kernel.modal.omega)):
+        return np.asarray(shares @ discrete.motion(force, grid).displacement)
     out = np.zeros(force.shape[1] + 1)
     if kernel.modal is not None:
         out[1:] += _mean_of_modes(_with_mean_motion(kernel.modal, shares), discrete.dt, force, shares)
@@ -236,6 +246,23 @@ def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array, *, energ
         if energies:
             stored[now], lost[now], work[now] = block.stored, block.lost, block.load_work
     return Motion(u, stored, np.cumsum(lost), np.cumsum(work))
+
+
+def _move_in_leaps(discrete: Discrete, modal: ModalGreens, force: Array, grid: TimeGrid) -> Motion:
+    """Return the motion by modes under port forces (P, N), constant over each step of the ``grid``."""
+    (lengths, levels), (means, rises) = grid.levels, find_loads(discrete.loads, grid.ends)
+    start, relaxed, rest = find_start(discrete, modal), find_relaxations(discrete, modal), modal.residual
+    shapes = [load.shape for load in discrete.body.loads]
+    replay = LeapReplay(modal, discrete.dt * lengths.astype(np.float64), start, relaxed, discrete.rest, shapes)
+    moved = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + rest.compliance @ discrete.rest
+    stored = replay.stored
+    block = replay.advance(levels, force, means, rises)
+    return Motion(
+        np.concatenate([moved[:, None], block.displacement], axis=1),
+        np.append(stored, block.stored),
+        np.append(0.0, np.cumsum(block.lost)),
+        np.append(0.0, np.cumsum(block.load_work)),
+    )
 
 
 def _replay(discrete: Discrete, modal: ModalGreens) -> Replay:

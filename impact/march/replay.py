@@ -57,17 +57,18 @@ class Replay:
         self._bodies = [resting(q, v) for q, v in zip(start.displacement[rigid], start.velocity[rigid], strict=True)]
         span = -rest.rates * dt
         gains = (dt * oscillator.expm1_over(span), dt * oscillator.expm1_over(2 * span))
-        self._relaxing = np.array([np.exp(span), *gains, rest.rates])
+        self._relaxing = np.array([[np.exp(span), *gains, rest.rates]])
         self._amplitudes = np.ascontiguousarray(rest.shapes.T)
         self._y, self._last = relaxed.astype(float), held.astype(float)
         self._load_displacement = shapes[self._ports :] @ start.displacement  # (L,), after the last step
         self._tile = max(LEAST_TILE, CACHED_VALUES // (self._q.size + self._y.size + 1))
         self._rooms = [np.empty((self._tile, state.size)) for state in (self._q, self._y)]
+        self._levels = np.zeros(self._tile, dtype=np.int64)
 
     @cached_property
     def _form(self) -> Array:
         """Return the (6, K) quadratic form of the energy that damping takes from each oscillator during a step."""
-        form = oscillator.dissipation_form(self._dt, *self._rates)
+        form = oscillator.dissipation_form(self._dt, *self._rates)[:3, :3]
         rows = [form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]]
         return padded(np.array(rows))
 
@@ -76,7 +77,7 @@ class Replay:
         """Return the present elastic and kinetic energy of the body [J]."""
         swinging = float(np.sum(self._p**2) + np.sum(self._steps[6] * self._q**2))
         moving = sum((body[1] + self._dt * (body[2] + body[3])) ** 2 for body in self._bodies)
-        resting = float(self._relaxing[3] @ self._y**2 + self._last @ self._compliance @ self._last)
+        resting = float(self._relaxing[0, 3] @ self._y**2 + self._last @ self._compliance @ self._last)
         return 0.5 * (swinging + float(moving) + resting)
 
     def advance(self, force: Array, loads: Array, *, energies: bool = True) -> Block:
@@ -101,7 +102,7 @@ class Replay:
         if self._y.size and (np.any(self._y) or np.any(force)):
             for part in blocks(m, self._tile):
                 y = _modal_forces(force[:, part], self._amplitudes, self._rooms[1])
-                _relax(self._relaxing, self._y, y, stored[part], lost[part])
+                relax(self._levels[: len(y)], self._relaxing, self._y, y, stored[part], lost[part])
                 u[:ports, part] += self._amplitudes @ y.T
         if np.any(self._compliance):
             yields = self._compliance @ force
@@ -121,7 +122,7 @@ class Replay:
         self._q[: len(omega)], self._p[: len(omega)] = moved
         for body in self._bodies:
             translate(self._dt, body, np.zeros(steps), *np.empty((2, steps)))
-        self._y *= np.exp(-self._relaxing[3] * self._dt * steps)
+        self._y *= np.exp(-self._relaxing[0, 3] * self._dt * steps)
         self._last = np.zeros(self._ports)
 
     def _oscillate(self, pushed: Array, total: Array | None) -> None:
@@ -140,7 +141,7 @@ class Replay:
             q = _modal_forces(channels[:, part], self._shapes, self._rooms[0])
             y = _modal_forces(force[:, part], self._amplitudes, self._rooms[1])
             self._oscillate(q, None)
-            _relax(self._relaxing, self._y, y, none, none)
+            relax(self._levels[: len(y)], self._relaxing, self._y, y, none, none)
             first, rows = -(part.start + 1) % stride, slice(part.start // stride, part.stop // stride)
             coordinates[rows, :swinging], coordinates[rows, swinging:] = q[first::stride, :swinging], y[first::stride]
         return coordinates
@@ -160,19 +161,20 @@ def _modal_forces(force: Array, shapes: Array, room: Array) -> Array:
 
 
 @compiled(nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def _relax(relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def relax(levels, relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Relax Kelvin-Voigt elements f = y' + rate y: each stores rate y^2/2 and loses the integral of y'^2.
 
-    ``pushed`` (m, R): their forces, which become their coordinates after each step; energies for ``lost`` of its size.
+    ``levels`` (m,): numbers of the steps in relaxing (J, 4, R), whose rows are decay, gain of y and of the loss, and
+    rates. ``pushed`` (m, R): their forces, which become their coordinates after each step; energies for ``lost`` of its
+    size.
     """
-    decay, gain, square, rates = relaxing[0], relaxing[1], relaxing[2], relaxing[3]
     for m in range(pushed.shape[0]):
-        f, gone, kept = pushed[m], 0.0, 0.0
+        step, f, gone, kept = relaxing[levels[m]], pushed[m], 0.0, 0.0
         for r in range(y.size):
             before = y[r]
-            gone += (f[r] - rates[r] * before) ** 2 * square[r]
-            y[r] = f[r] = decay[r] * before + gain[r] * f[r] + FLOOR
-            kept += rates[r] * y[r] ** 2
+            gone += (f[r] - step[3, r] * before) ** 2 * step[2, r]
+            y[r] = f[r] = step[0, r] * before + step[1, r] * f[r] + FLOOR
+            kept += step[3, r] * y[r] ** 2
         if lost.size:
             lost[m] += gone
             stored[m] += 0.5 * kept

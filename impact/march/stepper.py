@@ -1,13 +1,4 @@
-"""Time integration of a contact problem, one step or many at a time, with long strides through flight.
-
-Between contacts the poles move freely (under the constant drive of a preload). Over m steps a damped oscillation of
-amplitude A about its equilibrium stays within min(2, (m w h)^2/8) A of the straight line between its values now and
-then, as |q''| <= w^2 A; a relaxation within 1 - exp(-m rate h) of its value; a rigid-body motion is on the line. So
-
-    gap_j >= free_j + line_j - sum_k |psi_k| A_k err_k,   j = 1..m,
-
-with the free gaps known step by step. Where this bound is positive no force can act, and the m steps are one product
-with A^m. Powers and equilibria are computed in extended precision: doubles would rotate slow modes by eps/(w h)^2.
+"""Time integration of a contact problem by equal steps, one at a time or many.
 
 At the end of each step
 
@@ -34,62 +25,6 @@ from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import Contact, ContactError
 from impact.march.rows import Marched, Rows, find_seats
 from impact.quantities import brief
-
-SHORTEST, LONGEST = 4, 13  # binary logarithms of the steps of a stride; shorter strides save no time
-
-
-@dataclass(frozen=True)
-class Strides:
-    """Data of K poles for long strides.
-
-    ``lengths`` (L,): steps of a stride, none if a pole is no oscillation, relaxation or rigid-body motion; ``powers``
-    (L, 5, K): b11, b12, b21, b22 of A^m, and err; ``swing`` (4, K): equilibrium (q, p), and u, v with the amplitude
-    A^2 = q^2 + (v p + u q)^2 about it.
-    """
-
-    lengths: NDArray[np.int64]
-    powers: Array
-    swing: Array
-
-    __repr__ = brief
-
-    @staticmethod
-    def none() -> Strides:
-        """Return no strides: every step is integrated by itself."""
-        return Strides(np.zeros(0, dtype=np.int64), np.zeros((0, 5, 0)), np.zeros((4, 0)))
-
-    @staticmethod
-    def from_poles(steps: Array, drive: Array, most: int) -> Strides:
-        """Return the strides of poles with the (5, K) ``steps`` of `history.Poles` under a constant ``drive`` (K,), of
-        at most ``most`` steps."""
-        a11, a21, a22, c1, c2 = np.asarray(steps, dtype=np.longdouble)
-        half, det = (a11 - a22) / 2, a11 * a22 - a21
-        sine = det - ((a11 + a22) / 2) ** 2  # (exp(-zeta w h) sin(w_d h))^2
-        rigid = (a11 == 1) & (a22 == 1) & (a21 == 0)
-        relaxes = (a22 == 0) & (a21 == 0)
-        swings = (sine > 1e-12 * det) & ~rigid & ~relaxes
-        if not np.all(rigid | relaxes | swings):
-            return Strides.none()
-        over = np.where(swings, 1 / np.sqrt(np.where(swings, sine, 1.0)), 0.0)
-        turn = np.arctan2(np.sqrt(np.maximum(sine, 0.0)), (a11 + a22) / 2)
-        phase = np.hypot(turn, np.log(np.where(swings, det, 1.0)) / 2)  # w h
-        gap = 1 - a11 - a22 + det
-        held = np.where(gap != 0, 1 / np.where(gap != 0, gap, 1.0), 0.0) * drive
-        rest = (held * ((1 - a22) * c1 + c2), held * (a21 * c1 + (1 - a11) * c2))
-        power, powers, lengths = (a11, np.ones_like(a11), a21, a22), [], []
-        for j in range(1, LONGEST + 1):
-            b11, b12, b21, b22 = power
-            power = (b11 * b11 + b12 * b21, b12 * (b11 + b22), b21 * (b11 + b22), b21 * b12 + b22 * b22)
-            if j < SHORTEST or 2**j > most:
-                continue
-            strays = np.where(swings, np.minimum(2.0, (2**j * phase) ** 2 / 8), np.where(rigid, 0.0, 1 - power[0]))
-            powers.append(np.array([*power, strays], dtype=float))
-            lengths.append(2**j)
-        if not powers:
-            return Strides.none()
-        swing = np.array([*rest, half * over, over], dtype=float)
-        return Strides(np.array(lengths, dtype=np.int64), np.ascontiguousarray(powers), swing)
-
 
 FOLLOW = 32  # steps during which a load that depends on the opening keeps its value at their middle
 
@@ -120,9 +55,8 @@ class ContactStepper:
         unsolved: number of steps (since a restart) whose coupled forces were not solved to 1e-12.
     """
 
-    def __init__(self, prepared: Prepared, *, flying: bool = False) -> None:
-        """Begin at t = 0; ``flying``: use long strides if all bodies are poles: the forces are the same to round-off,
-        ``gap`` is exact at the ends of strides and interpolated in between."""
+    def __init__(self, prepared: Prepared) -> None:
+        """Begin at t = 0."""
         p, n = len(prepared.rest), prepared.steps
         self.prepared = prepared
         self.done = 0
@@ -140,13 +74,8 @@ class ContactStepper:
             self._free = prepared.flight.others[1:].copy()
             self._pilot = Pilot(prepared.flight, prepared.dt, self._free)
         poles = prepared.poles
-        steps, psi = (poles.folded(), np.ones((1, poles.psi.shape[1]))) if p == 1 else (poles.steps, poles.psi)
-        self._rows, self._state = history.streams(steps)
+        self._rows, self._state = history.streams(poles.folded() if p == 1 else poles.steps)
         self._along = poles.along()
-        self._strides = Strides.none()
-        if flying and prepared.weights.size == 0 and not self.live.follows:
-            carried = np.asarray(-prepared.rest @ psi)  # drives the poles while nothing touches: the preload, missing
-            self._strides = Strides.from_poles(steps, carried, n)
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
         self._seats = find_seats(prepared.problem)
         self._shifted = self._laws.shift(prepared.own)
@@ -157,6 +86,11 @@ class ContactStepper:
     def __repr__(self) -> str:
         s = self.prepared
         return f"ContactStepper, {self.done} of {s.steps} steps of {s.dt:g} s, {len(s.rest)} contacts; {s.plan.words}"
+
+    @property
+    def steps(self) -> int:
+        """Return the steps of the whole run."""
+        return self.prepared.steps
 
     @property
     def time(self) -> float:
@@ -192,6 +126,10 @@ class ContactStepper:
             self.live.follow(self.done, edge, float(now + FOLLOW / 2 * (now - before)), FOLLOW)
             self._advance(edge)
         self._advance(stop)
+
+    def advance_far(self) -> None:
+        """Take a fiftieth of the run's steps."""
+        self.advance(max(512, -(-self.steps // 50)))
 
     @property
     def opening(self) -> Array:
@@ -274,7 +212,6 @@ class ContactStepper:
     def _march(self, start: int, stop: int) -> None:
         s, force = self.prepared, self.force.T
         memory, recent, block = self._past.memory, self._past.recent, self._past.block
-        strides = (self._strides.lengths, self._strides.powers, self._strides.swing)
         known = self._laws
         if len(known.codes) == 1:
             law = known.codes[0], known.rules[0], known.numbers
@@ -282,14 +219,14 @@ class ContactStepper:
             pulls = self.film.T[0] if self.film.size else np.zeros(0)
             march_one(
                 start, stop, self._rows, self._state, self._free[:, 0], memory[0], recent[0, 0],
-                block, s.own[0, 0], law, film, known.user, known.rough, s.dt, s.rest[0], strides, force[0],
+                block, s.own[0, 0], law, film, known.user, known.rough, s.dt, s.rest[0], force[0],
                 self.gap[:, 0], pulls,
             )  # fmt: skip
         else:
             self.unsolved += march_many(
                 start, stop, (self._rows, s.poles.psi, self._along), self._state, self._free, memory, recent,
                 block, s.own, (known.codes, known.rules, known.numbers), self._shifted, self._swept, known.films,
-                known.user, known.rough, s.dt, s.rest, strides, force, self.gap, self.film.T,
+                known.user, known.rough, s.dt, s.rest, force, self.gap, self.film.T,
             )  # fmt: skip
         known.check()
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Final
@@ -21,14 +22,14 @@ import numpy as np
 
 from impact.after import measures as measured
 from impact.after import regime
-from impact.after.histories import largest_average
 from impact.after.measures import contact_groups
-from impact.after.result import EnergyLedger, ImpactResult, ledger
+from impact.after.result import EnergyLedger, ImpactResult, RunRows, ledger
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
 from impact.march.history import Engine
+from impact.march.ladder import begin_march, finish_march
 from impact.march.motion import Discrete, Motion
-from impact.march.prepared import prepare
+from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.rows import Marched
 from impact.march.stepper import ContactStepper
@@ -107,12 +108,12 @@ def measure_horizon(
     A landing here is the start of a contact group (`measures.contact_groups`) of any contact. Raises as `impact.solve`,
     and `ContactError` for bodies that never part.
     """
-    first = solve(problem, dt=dt, duration=duration)
+    first = solve(problem, dt=dt, duration=duration, equal_steps=True)
     gap = np.asarray(first.gap).reshape(len(first.time), -1)
     contacts = [None] if gap.shape[1] == 1 else list(range(gap.shape[1]))
     starts = sorted({round(start / dt) for contact in contacts for start, _ in contact_groups(first, contact=contact)})
     twin, shift = twin_of(problem, gap, perturbation)
-    other = np.asarray(solve(twin, dt=dt, duration=duration).gap).reshape(gap.shape)
+    other = np.asarray(solve(twin, dt=dt, duration=duration, equal_steps=True).gap).reshape(gap.shape)
     return Horizon(growth_of_difference(gap, other, starts, shift), perturbation)
 
 
@@ -159,6 +160,7 @@ def solve(
     engine: Engine = "auto",
     block: int | None = None,
     bodies: tuple[Discrete, ...] | None = None,
+    equal_steps: bool = False,
     progress: Progress = silent,
 ) -> ImpactResult:
     """March the contact problem over ``duration`` [s] with the step ``dt`` [s].
@@ -172,26 +174,24 @@ def solve(
     measured cost model; ``result.engine`` names it. ``block`` is the number of latest steps that are summed directly
     beside the FFT. ``bodies``: the bodies of the problem, already discretised, as for `impact.prepare`.
 
+    A long run of bodies that are sums of poles takes longer steps where its motion is smooth (`impact.march.ladder`),
+    but not with ``equal_steps``, for histories that are to be compared to the last digits; ``result.rows`` has them.
+
     Raises:
         ContactError: a step or duration that is not positive; two bodies without any immediate response
             (no residual flexibility and no g(0+)) under a rigid law, whose force would grow like 1/dt; a rule that
             the law cannot follow; an engine that a body cannot be run by; a preload on bodies that nothing holds.
     """
-    stepper = ContactStepper(prepare(problem, dt, duration, rule, engine, block, bodies), flying=True)
-    chunk = max(512, -(-stepper.prepared.steps // 50))
-    while stepper.done < stepper.prepared.steps:
-        stepper.advance(chunk)
-        progress("stepping", stepper.done / stepper.prepared.steps)
-    return collect(stepper)
+    run = begin_march(discretise(problem, dt, duration, rule, engine, block, bodies), equal_steps=equal_steps)
+    return collect(finish_march(run, progress))
 
 
-def collect(stepper: ContactStepper) -> ImpactResult:
+def collect(march: ContactStepper | Marched) -> ImpactResult:
     """Return the result of the steps marched so far; raises `ContactError` if a history is not finite."""
-    run = stepper.marched()
-    n, bodies, problem, whole = run.steps, run.bodies, run.problem, run.force
-    force = whole[1:]
-    motions = tuple(b.motion(problem.directions(b.body) @ force.T) for b in bodies)
-    time = np.asarray(run.dt * np.arange(n + 1), dtype=np.float64)
+    run = march.marched() if isinstance(march, ContactStepper) else march
+    rows, bodies, problem = run.rows, run.bodies, run.problem
+    whole, time, force = rows.force, rows.time, rows.force[1:]
+    motions = tuple(b.motion(problem.directions(b.body) @ force.T, rows) for b in bodies)
     carried = problem.carried(time)
     gap = np.array([c.gap for c in problem.contacts]) + (0.0 if carried is None else carried)
     for body, motion in zip(bodies, motions, strict=True):
@@ -200,43 +200,45 @@ def collect(stepper: ContactStepper) -> ImpactResult:
     if np.any(run.rest):  # or the deflection under the preload's contact forces alone, which loads may cancel
         at_rest = [body.body.greens.static_compliance() @ body.rest for body in bodies]
         deflection = max(deflection, *(float(np.abs(moved).max()) for moved in at_rest))
-    film = run.film[1:] if run.film.size else None
+    film = rows.film[1:] if rows.film.size else None
     energy = ledger(problem, motions, force, gap, film, carried)
     single = len(run.rest) == 1
-    pulls = None if film is None else run.film
+    pulls = None if film is None else rows.film
     solid = force if film is None else force - film
     first = problem.contacts[0]
     for history in (whole, gap, *(motion.displacement.T for motion in motions), energy.stored, energy.dissipated):
         if np.any(bad := ~np.isfinite(history)):
-            when = int(np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0]) * run.dt
+            when = float(time[np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0]])
             raise ContactError(
                 f"forces, motions or energies leave the range of numbers at {when:.3g} s: some mass, stiffness, "
                 "shape or velocity is beyond all measure; check their units"
             )
     return ImpactResult(
-        time=time,
-        force=whole[:, 0] if single else whole,
-        gap=gap[:, 0] if single else gap,
-        striker_displacement=_at_contacts(run, motions, single, of_striker=True),
-        target_displacement=_at_contacts(run, motions, single, of_striker=False),
-        energy=energy,
-        dt=run.dt,
+        rows=RunRows(
+            dt=run.dt,
+            ends=rows.ends,
+            force=whole[:, 0] if single else whole,
+            gap=gap[:, 0] if single else gap,
+            striker_displacement=_at_contacts(run, motions, single, of_striker=True),
+            target_displacement=_at_contacts(run, motions, single, of_striker=False),
+            energy=energy,
+            film=None if pulls is None else pulls[:, 0] if single else pulls,
+        ),
         striker_mass=problem.striker.greens.mass(first.striker_port),
         target_mass=first.target.greens.mass(first.port),
         striker_velocity=_speed_at_start(problem.striker, first.striker_port, run.dt),
         target_velocity=_speed_at_start(first.target, first.port, run.dt),
         engine=run.engine,
         advice=(
-            *regime.unsolved_advice(run.unsolved, n),
+            *regime.unsolved_advice(run.unsolved, len(force)),
             *_advice(run, energy),
             *regime.overlap_advice(problem, solid, gap, run.dt),
             *regime.digits_advice(deflection, force, gap, run.own),
             *regime.gain_advice(problem, solid, gap),
             *regime.table_advice(problem, gap),
-            *regime.contact_advice(solid, run.dt),
+            *regime.contact_advice(solid, rows),
             *regime.direction_advice(problem, whole),
         ),
-        film=None if pulls is None else pulls[:, 0] if single else pulls,
     )
 
 
@@ -254,8 +256,7 @@ def _at_contacts(s: Marched, motions: tuple[Motion, ...], single: bool, *, of_st
         number = next(i for i, b in enumerate(s.bodies) if b.body is body)
         port = contact.striker_port if of_striker else contact.port
         moved = motions[number].displacement[body.greens.port_index(port)]
-        times = np.asarray(s.dt * np.arange(len(moved)), dtype=np.float64)
-        columns.append(moved if body.base is None else moved + body.carried(times))
+        columns.append(moved if body.base is None else moved + body.carried(s.rows.time))
     return columns[0] if single else np.stack(columns, axis=1)
 
 
@@ -373,7 +374,7 @@ def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[st
         end = "" if count == 1 else f" {c}"
         measures[f"impulse{end}"] = _at(c, measured.impulse)
         if filter_width is not None:
-            measures[f"filtered_peak{end}"] = _at(c, lambda one: largest_average(one.force[1:], one.dt, filter_width))
+            measures[f"filtered_peak{end}"] = _at(c, partial(measured.filtered_peak_force, width=filter_width))
         measures[f"contact_duration{end}"] = _at(c, _first_duration)
         measures[f"target_displacement{end}"] = _at(c, lambda one: float(np.max(np.abs(one.target_displacement))))
     return measures

@@ -14,17 +14,19 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.after.result import EnergyLedger, ImpactResult
+from impact.after.result import EnergyLedger, ImpactResult, RunRows
 from impact.exact import closed_form, half_space, rods
 from impact.files import hdf5_structure, safe_files
 from impact.greens import base, modal, sums
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
+from impact.march.prepared import MOST_STEPS
 from impact.march.problem import ContactError
 from impact.march.stepper import ContactStepper
 from impact.notices import Advice
 
-SCHEMA = 1
+SCHEMA = 2
+"""1: histories at equal steps; 2: a result may have steps of different lengths, ``ends`` in place of ``time``."""
 BLOCK = 1 << 20  # bytes by which a file grows in memory
 DEEPEST = 8  # levels of sums within sums in one file
 MOST_PARTS = 1000  # most parts of all sums of a file
@@ -38,7 +40,7 @@ _CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
 }
 _KINDS = ("modal", "sampled", "poles", *_CLOSED, "sum", "scaled")
 _POLES = ("rates", "real_shapes", "signs", "rigid", "compliance")
-_SERIES = ("time", "force", "gap", "striker_displacement", "target_displacement")
+_SERIES = ("force", "gap", "striker_displacement", "target_displacement")
 _LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss")
 _BROKEN = (OSError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError)
 """What reading damaged bytes raises; RuntimeError: HDF5's own."""
@@ -122,13 +124,17 @@ def save_results(
     path: str | os.PathLike[str], results: Mapping[str, ImpactResult], about: Mapping[str, object]
 ) -> None:
     """Write results by name (one HDF5 group each) and what they are about (JSON); the file is whole or absent."""
-    with written(path, "result") as file:
+    uniform = all(result.rows.is_uniform for result in results.values())
+    with written(path, "result", schema=1 if uniform else SCHEMA) as file:
         file.attrs["about"] = json.dumps(dict(about), default=str)
-        stored: dict[int, tuple[base.Array, Any]] = {}  # what results share, as their time, is stored once and linked
+        stored: dict[int, tuple[Any, Any]] = {}  # what results share, as their time, is stored once and linked
+        axes: dict[int, Any] = {}
         for name, result in results.items():
-            group = file.create_group(name)
-            histories = {key: getattr(result, key) for key in (*_SERIES, "film")}
-            histories |= {f"energy/{key}": getattr(result.energy, key) for key in (*_LEDGER, "film_loss")}
+            group, rows = file.create_group(name), result.rows
+            histories = {key: getattr(rows, key) for key in (*_SERIES, "film")}
+            histories |= {f"energy/{key}": getattr(rows.energy, key) for key in (*_LEDGER, "film_loss")}
+            axis = axes.setdefault(id(rows.ends), rows.time if uniform else rows.ends)
+            histories["time" if uniform else "ends"] = axis
             for key, history in histories.items():
                 if id(history) in stored:
                     group[key] = stored[id(history)][1]
@@ -150,22 +156,37 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
             filmed = "film" in group
             ledger = {key: finite_array(group, f"energy/{key}") for key in (*_LEDGER, *["film_loss"] * filmed)}
             values: dict[str, Any] = {key: finite_array(group, key) for key in (*_SERIES, *["film"] * filmed)}
-            _check_histories(name, values, ledger)
-            values |= {key: float(group.attrs[key]) for key in _NUMBERS}
+            ends = _read_ends(name, group)
+            _check_histories(name, ends, values, ledger)
+            numbers = {key: float(group.attrs[key]) for key in _NUMBERS}
+            energy = EnergyLedger(**ledger, by_work=tuple(json.loads(str(group.attrs["by_work"]))))
             out[name] = ImpactResult(
-                **values,
-                energy=EnergyLedger(**ledger, by_work=tuple(json.loads(str(group.attrs["by_work"])))),
+                rows=RunRows(numbers.pop("dt"), ends, **values, energy=energy),
+                **numbers,
                 engine=str(group.attrs["engine"]),
                 advice=tuple(Advice(**a) for a in json.loads(str(group.attrs["advice"]))),
             )
     return out
 
 
-def _check_histories(name: str, values: Mapping[str, base.Array], ledger: Mapping[str, base.Array]) -> None:
-    """Raise `_Damage` unless time and energies are (n + 1,), the others alike or (n + 1, p) all, p contacts."""
-    time, contacts = values["time"].shape, {key: array.shape for key, array in values.items() if key != "time"}
+def _read_ends(name: str, group: Any) -> NDArray[np.int64]:
+    """Return the (N + 1,) ends of the steps of a result, in fine ones."""
+    if "ends" not in group:
+        return np.arange(finite_array(group, "time").size)
+    ends = finite_array(group, "ends").astype(np.int64)
+    if ends.ndim != 1 or len(ends) == 0 or ends[0] != 0 or np.any(np.diff(ends) < 1) or ends[-1] > MOST_STEPS:
+        raise _Damage(f"the ends of the steps of {name} do not rise from 0 to at most {MOST_STEPS:g}")
+    return ends
+
+
+def _check_histories(
+    name: str, ends: NDArray[np.int64], values: Mapping[str, base.Array], ledger: Mapping[str, base.Array]
+) -> None:
+    """Raise `_Damage` unless energies are (N + 1,) as the ends of steps, the others alike or (N + 1, p) all, p
+    contacts."""
+    contacts = {key: array.shape for key, array in values.items()}
     lengths = {shape[:1] for shape in contacts.values()} | {array.shape for array in ledger.values()}
-    if len(time) != 1 or lengths != {time}:
+    if lengths != {ends.shape}:
         raise _Damage(f"the histories of {name} differ in length")
     if len(set(contacts.values())) > 1 or (contacts["force"][1:] and len(contacts["force"]) != 2):
         raise _Damage(f"the histories of {name} differ in their number of contacts")
@@ -204,13 +225,13 @@ def _write_greens(file: Any, greens: base.GreensFunction, depth: int = 0) -> Non
 
 
 @contextmanager
-def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
+def written(path: str | os.PathLike[str], content: str, *, schema: int = 1) -> Iterator[Any]:
     """Yield an HDF5 file to fill, stamped with its ``content`` and schema, sealed at the end; whole or absent."""
     # HDF5 makes the file in memory: on a full disk it could not close it, and would crash
     try:
         with h5py.File(uuid4().hex, "w", driver="core", backing_store=False, block_size=BLOCK) as file:
             file.attrs["content"] = content
-            file.attrs["schema"] = SCHEMA
+            file.attrs["schema"] = schema
             yield file
             file.flush()
             image = file.id.get_file_image()

@@ -139,8 +139,9 @@ def _until(record: ContactRecord, time: float) -> ContactRecord:
     first_steps = slice(steps + 1)
     line, film, displacement = record.line, record.film, record.displacement
     if line is not None:
-        of_film = None if line.film is None else line.film[first_steps]
-        line = replace(line, force=line.force[first_steps], film=of_film)
+        grid = line.grid.until(steps)
+        of_film = None if line.film is None else line.film[: len(grid.ends)]
+        line = replace(line, force=line.force[: len(grid.ends)], grid=grid, film=of_film)
     film, displacement = (None if values is None else values[first_steps] for values in (film, displacement))
     landings = tuple(_landing_until(record, landing, time) for landing in record.landings if landing.start < time)
     force = record.force[first_steps]
@@ -222,7 +223,7 @@ def error_budget(
     if shorter := march.step_of_waves(problem, result.dt, scene.run.duration):
         change = variations.changes(values_of_record(own, like), run(problem, shorter))
         finer = {name: max(value, finer.get(name, 0.0)) for name, value in change.items()}
-    parallel = _parallel_runs(len(result.force) * len(problem.contacts))
+    parallel = _parallel_runs(len(result.rows.ends) * len(problem.contacts))
     values = values_with_clock(own)
     budget = variations.budget_of(
         run, problem, values, result.dt, sources, filter_width=width, finer=finer, threads=parallel

@@ -27,7 +27,7 @@ def forces(patch: Patch) -> None:
 
 
 def larger(result: Any) -> Any:
-    return replace(result, force=OFF * result.force)
+    return replace(result, rows=replace(result.rows, force=OFF * result.rows.force))
 
 
 def dashpots(patch: Patch) -> None:

@@ -9,6 +9,7 @@ import pytest
 import impact
 from impact import Body, Contact, ContactProblem, EnergyLedger, ImpactResult, measures
 from impact.after.measures import MeasureError
+from impact.after.result import RunRows
 
 DT = 1e-5
 SPRING = Body(impact.spring(stiffness=1e12))
@@ -18,10 +19,8 @@ def record(force: np.ndarray, dt: float = DT) -> ImpactResult:
     """A force (n,) between bodies that stand still."""
     n = len(force) + 1
     zero = np.zeros(n)
-    return ImpactResult(
-        dt * np.arange(n), np.concatenate([[0.0], force]), zero, zero, zero, EnergyLedger(*[zero] * 6),
-        dt, 2.0, math.inf, -3.0, 0.0, "none",
-    )  # fmt: skip
+    rows = RunRows(dt, np.arange(n), np.concatenate([[0.0], force]), zero, zero, zero, EnergyLedger(*[zero] * 6))
+    return ImpactResult(rows, 2.0, math.inf, -3.0, 0.0, "none")
 
 
 def between(law: impact.Law, duration: float = 1.0, dt: float = 1e-4) -> ImpactResult:
@@ -120,7 +119,7 @@ def test_restitution_and_peak_of_each_blow_of_a_held_reed() -> None:
     assert top == pytest.approx(measures.filtered_peak_force(result, 1e-4), rel=1e-3)
     with pytest.raises(MeasureError, match=rf"group = 99: .*{len(groups)}"):
         measures.restitution(result, group=99)
-    assert math.isnan(measures.peak_time(replace(result, force=np.zeros_like(result.force)), 1e-4))
+    assert math.isnan(measures.peak_time(replace(result, rows=replace(result.rows, force=0 * result.force)), 1e-4))
 
 
 def test_what_begins_pressed_tells_no_restitution() -> None:
@@ -156,7 +155,8 @@ def test_a_side_that_cannot_be_told_is_not_guessed() -> None:
         with pytest.raises(MeasureError, match="seat or a stopper"):
             measure(still)
     steps = np.arange(6.0)
-    receding = replace(still, gap=steps, target_displacement=-steps)  # a seat that gives way, under a striker at rest
+    rows = replace(still.rows, gap=steps, target_displacement=-steps)
+    receding = replace(still, rows=rows)  # a seat that gives way, under a striker at rest
     assert measures.total_impulse(receding) == pytest.approx(measures.impulse(receding))
 
 

@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from impact import EnergyLedger, ImpactResult, measures
 from impact.after.measures import MeasureError
+from impact.after.result import RunRows
 
 DT = 1e-6
 
@@ -16,14 +18,9 @@ def record(force: list[float], **changed: float) -> ImpactResult:
     n = len(force) + 1
     zero = np.zeros(n)
     ledger = EnergyLedger(zero, np.linspace(4.0, 1.0, n), zero, zero, zero, zero)
+    rows = RunRows(DT, np.arange(n), np.array([0.0, *force]), np.linspace(1.0, 0.0, n), zero, zero, ledger)
     result = ImpactResult(
-        time=DT * np.arange(n),
-        force=np.array([0.0, *force]),
-        gap=np.linspace(1.0, 0.0, n) ** 1,
-        striker_displacement=zero,
-        target_displacement=zero,
-        energy=ledger,
-        dt=DT,
+        rows,
         striker_mass=2.0,
         target_mass=math.inf,
         striker_velocity=-3.0,
@@ -31,6 +28,10 @@ def record(force: list[float], **changed: float) -> ImpactResult:
         engine="none",
     )
     return replace(result, **changed)
+
+
+def with_rows(result: ImpactResult, **changed: Any) -> ImpactResult:
+    return replace(result, rows=replace(result.rows, **changed))
 
 
 def test_intervals_span_whole_steps() -> None:
@@ -85,7 +86,7 @@ def test_filter_narrower_than_two_steps_is_refused() -> None:
 
 
 def test_impact_velocity_before_first_contact() -> None:
-    result = replace(record([0.0, 0.0, 1.0]), gap=np.array([9.0, 5.0, 2.0, 0.0]) * 1e-6)
+    result = with_rows(record([0.0, 0.0, 1.0]), gap=np.array([9.0, 5.0, 2.0, 0.0]) * 1e-6)
     assert measures.impact_velocity(result) == pytest.approx(3.0)
     assert measures.impact_velocity(record([1.0, 0.0])) == 3.0  # at once: that of the free motion
     assert math.isnan(measures.impact_velocity(record([0.0, 0.0])))
@@ -101,7 +102,7 @@ def test_restitution_of_a_free_striker_from_the_impulse() -> None:
 def test_restitution_of_a_held_striker_from_its_energy() -> None:
     result = record([0.0, 1.0, 1.0, 0.0], striker_mass=math.inf, striker_velocity=0.0)
     stored = np.array([4.0, 4.0, 3.0, 1.0, 1.0])
-    result = replace(result, energy=replace(result.energy, striker=stored))
+    result = with_rows(result, energy=replace(result.energy, striker=stored))
     assert measures.restitution(result) == pytest.approx(0.5)
 
 
@@ -113,7 +114,7 @@ def test_restitution_of_a_held_striker_from_its_energy() -> None:
         (record([1.0, 0.0], striker_velocity=0.0), "do not approach"),
         (record([0.0, 1.0], striker_mass=math.inf), "still in contact"),
         (
-            replace(record([0.0, 1.0, 0.0], striker_mass=math.inf), energy=EnergyLedger(*[np.zeros(4)] * 6)),
+            with_rows(record([0.0, 1.0, 0.0], striker_mass=math.inf), energy=EnergyLedger(*[np.zeros(4)] * 6)),
             "no energy before the contact",
         ),
     ],
@@ -126,10 +127,10 @@ def test_restitution_that_does_not_exist_is_refused(result: ImpactResult, words:
 def test_the_largest_speed_of_closing_is_of_any_contact() -> None:
     """Over the last open step before each: 1 m/s, then 3, then 2; of a reed that starts shut, only what comes later."""
     gap = 1e-6 * np.array([2.0, 1.0, 0.0, 0.0, 4.0, 3.0, 0.0, 0.0, 2.0, 0.0, 0.0])
-    result = replace(record([0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]), gap=gap)
+    result = with_rows(record([0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]), gap=gap)
     assert measures.impact_velocity(result) == pytest.approx(1.0)
     assert measures.largest_impact_velocity(result) == pytest.approx(3.0)
-    shut = replace(result, force=np.where(result.time < 2.5e-6, 1.0, result.force))
+    shut = with_rows(result, force=np.where(result.time < 2.5e-6, 1.0, result.force))
     assert math.isnan(measures.impact_velocity(shut))
     assert measures.largest_impact_velocity(shut) == pytest.approx(3.0)
     assert math.isnan(measures.largest_impact_velocity(record([0.0, 0.0])))

@@ -13,7 +13,7 @@ from impact.bodies.body import Load, ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.march import ladder
-from impact.march.ladder import LadderMarch, Levels, march, march_in_levels, prepare_levels
+from impact.march.ladder import SHARE, LadderMarch, Levels, finish_march, march, prepare_levels
 from impact.march.prepared import Discretised, discretise, prepare
 from impact.march.problem import ContactError
 from impact.march.rows import Marched, Rows
@@ -61,12 +61,16 @@ def deflected(ports: int = 1) -> Body:
     return reed(ports, state=ModalState(np.eye(12)[0] * 1e-4, np.zeros(12)))
 
 
+def march_in_levels(one: Discretised, levels: Levels, share: float = SHARE) -> Marched:
+    return finish_march(LadderMarch(one, levels, share))
+
+
 def switch(one: LadderMarch, steps: int, random: np.random.Generator, top: int) -> list[int]:
     """March, beginning at random steps with a level drawn at random; return these steps."""
     stops = [0]
     while one.done < steps:
         one.level = int(random.integers(0, top + 1))
-        one.advance(min(one.done + int(4 ** random.uniform(0, top + 1)), steps))
+        one.advance_far(min(one.done + int(4 ** random.uniform(0, top + 1)), steps))
         stops.append(one.done)
     return stops
 
@@ -89,7 +93,7 @@ def test_free_motion_is_exact_whatever_the_steps() -> None:
     pushed = np.array([oscillator.step_response(time, omega, zeta), oscillator.impulse_response(time, omega, zeta)])
     exact = moved[:, 0] * begin.displacement + moved[:, 1] * begin.velocity + pushed * shape * 0.3
     psi = greens.shapes[:, 0]
-    assert len(run.collect().rows.lengths) == len(levels.lengths)
+    assert len(run.marched().rows.lengths) == len(levels.lengths)
     for found, expected, size in zip((q, v), exact, (1.0, omega.clip(1.0)), strict=True):
         np.testing.assert_allclose(found[:5] / psi / size, expected / size, rtol=1e-9, atol=1e-13)
 
@@ -105,8 +109,8 @@ def test_a_force_that_rises_within_a_leap_is_a_ramp() -> None:
     run = LadderMarch(one, levels, 1.0)
     run.level = len(levels.lengths) - 1
     while run.done < one.steps:
-        run.advance()
-    rows = run.collect().rows
+        run.advance_far()
+    rows = run.marched().rows
     assert rows.lengths == {4096: 64}
     np.testing.assert_allclose(rows.gap[:, 0] - 1.0, 0.2 * (H * rows.ends) ** 3 / 6 / 1e-3, rtol=1e-10, atol=1e-16)
 
@@ -159,10 +163,10 @@ def gains(law: impact.Law, seed: int) -> float:
     states.append(march_of.find_state())
     while march_of.done < one.steps:
         march_of.level = int(random.integers(0, len(levels.lengths)))
-        march_of.advance(min(march_of.done + int(random.integers(1, 120)), one.steps))
+        march_of.advance_far(min(march_of.done + int(random.integers(1, 120)), one.steps))
         states.append(march_of.find_state())
         stops.append(march_of.done)
-    run = march_of.collect()
+    run = march_of.marched()
     assert len(run.rows.lengths) > 1
     stored = energies(one, run, states, stops)
     return float(np.max(np.diff(stored))) / float(stored.max())

@@ -18,6 +18,7 @@ from impact.after.landings import (
     restitutions,
 )
 from impact.after.loads import SOFT, static_load
+from impact.march.grid import TimeGrid
 
 MASS, STIFFNESS, SPEED = 5e-3, 2e6, 0.8
 WEIGHT = 3.0  # N
@@ -26,7 +27,8 @@ WEIGHT = 3.0  # N
 def record(force: np.ndarray, static: np.ndarray, dt: float = 1e-6, speed: float = 1.0) -> ContactRecord:
     """One contact that closes at ``speed`` whenever it touches."""
     gap = -speed * dt * np.arange(len(force))[:, None]
-    return ContactRecord(force, force[:, None], gap, static, dt, 2 * dt, np.array([speed]))
+    grid = TimeGrid.of_equal_steps(dt, len(force) - 1)
+    return ContactRecord(force, force > 0, grid, force[:, None], gap, static, 2 * dt, np.array([speed]))
 
 
 def fallen(weight: float = WEIGHT, dt: float = 1e-7) -> tuple[impact.ContactProblem, impact.ImpactResult]:
@@ -40,7 +42,8 @@ def fallen(weight: float = WEIGHT, dt: float = 1e-7) -> tuple[impact.ContactProb
 
 def of_run(problem: impact.ContactProblem, result: impact.ImpactResult, static: np.ndarray) -> tuple[Landing, ...]:
     columns, speeds = (result.force[:, None], result.gap[:, None]), closing_speeds(problem, result.dt)
-    return find_landings(ContactRecord(result.force, *columns, static, result.dt, 1e-6, speeds))
+    record = ContactRecord(result.force, result.force > 0, result.rows, *columns, static, 1e-6, speeds)
+    return find_landings(record)
 
 
 def test_a_mass_on_a_spring_lands_with_its_speed_and_momentum() -> None:
@@ -70,7 +73,7 @@ def test_what_it_gives_back_follows_from_the_impulses_of_a_free_mass() -> None:
         problem, result = fallen(dt=dt)
         landings = of_run(problem, result, static_load(problem, float(result.time[-1])).course(result.time))
         pushed = np.full((1, len(result.force) - 1), -WEIGHT)
-        (value, *_) = restitutions(problem, result.force[1:, None], dt, landings, lambda steps: None, pushed)
+        (value, *_) = restitutions(problem, result.force[1:, None], result.rows, landings, lambda steps: None, pushed)
         assert value is not None
         losses.append(abs(1 - value))
     assert losses[1] < 0.6 * losses[0] < 0.02
@@ -93,7 +96,7 @@ def test_what_a_held_reed_gives_back_is_the_root_of_its_energies() -> None:
     def stored(steps: list[int]) -> np.ndarray | None:
         return striker.stored_after(problem.directions(reed) @ result.force[None, 1:], steps)
 
-    values = restitutions(problem, result.force[1:, None], result.dt, landings, stored, np.zeros((0, prepared.steps)))
+    values = restitutions(problem, result.force[1:, None], result.rows, landings, stored, np.zeros((0, prepared.steps)))
     assert values[0] == pytest.approx(impact.measures.restitution(result), rel=1e-9)
 
 

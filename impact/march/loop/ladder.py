@@ -2,8 +2,8 @@
 
 All bodies are sums of poles, whose coordinates contain the initial state, the loads and the contact forces. A *leap* of
 m steps is one step m times as long, with its own matrices. It is taken back, and tried m/4 long, if a contact opens or
-closes in it, if an open contact might close on the way, or if the forces leave the straight line through the last two
-by more than their share.
+closes in it, if an open contact might close on the way, if its gap strays too far from the straight line, or if the
+forces leave the line through the last two by more than their share.
 """
 
 from __future__ import annotations
@@ -136,21 +136,23 @@ def march_ladder(
     """March from step ``control[STEP]`` to ``stop``, or until no row is left to write into; ``control`` (8,) says
     where the march stands.
 
-    share (2,): allowed deviation of the forces from the line, over their largest sum so far, and that sum [N].
+    share (5,): allowed deviation of the forces from the line, over their largest sum so far, that sum [N], allowed
+    deviation of open gaps over the widest so far on their side, and the widest of both sides [m].
     lengths (J,): steps of each level, the first 1; dt: fine step [s]. fine: rows of `Poles.steps`, scale of the rates
     and groups of `Poles.along`; leaps: (J, 4, K) transitions, (J, 2, K) gains, ramps and strays of each level, psi
     (p, K), and rest as in `_land`. state: q and p (K,); on level 0 p is scaled, and the last force has yet to act.
     loads: shapes (L, S) on the first poles, the (L, p) gap by each in one fine step, amplitudes (L, n) and their sums
     (L, n + 1) from step ``first`` on, the largest so far (L,). contacts: gaps without motion (p,), their changes by
-    moving bases (n + 1, p) or (0, p) from step ``first`` on. law: codes, rules, numbers, user's; own: W (J, p, p);
-    shifts: its shifted twin for linear laws, or None; swept: True where forces are found by sweeps, or None.
+    moving bases (n + 1, p) or (0, p) from step ``first`` on, and the numbers of their sides (p,), 3 or 4. law: codes,
+    rules, numbers, user's; own: W (J, p, p); shifts: its shifted twin for linear laws, or None; swept: True where
+    forces are found by sweeps, or None.
     written: step after each row, force, gap and force of films; the rows up to ``control[ROW]`` are read.
     """
     rows, scale, along = fine
     moves, gains, ramps, strays, psi, rest = leaps
     q, p = state
     shapes, lifts, amplitudes, sums, largest, first = loads
-    opened, carried = contacts
+    opened, carried, sides = contacts
     ends, force, gap, pulls = written
     codes, rules, numbers, user = law
     many, count = opened.size, shapes.shape[0]
@@ -225,7 +227,7 @@ def march_ladder(
                     opening[c] += w[d, c] * warm[d]
         if level > 0:
             _land(gains[level], strays[level], psi, rest, warm, q, p, ahead, strayed)
-            fits, apart, mid, back = True, 0.0, n + 0.5 * m, row - 1
+            fits, bends, apart, mid, back = True, False, 0.0, n + 0.5 * m, row - 1
             middle = 0.5 * (ends[row] + ends[row - 1]) if row > 0 else 0.0
             while back >= 1 and middle - 0.5 * (ends[back] + ends[back - 1]) < m:
                 back -= 1
@@ -242,7 +244,10 @@ def march_ladder(
                     fits = False
                 elif not acts:
                     least = min(gap[row, c], opening[c], opening[c] + BEFORE * (opening[c] - gap[row, c]) / m)
-                    fits = fits and least - strayed[c] - bend > clear[c]
+                    away = strayed[c] + bend
+                    fits = fits and least - away > clear[c]
+                    if away > share[2] * share[sides[c]]:
+                        fits, bends = False, True
                 elif back < 1 or force[back, c] == 0.0:
                     fits = False
                 else:
@@ -253,6 +258,8 @@ def march_ladder(
                     warm[c] = force[row, c]
                 level, since, calm = level - 1, np.int64(0), np.int64(0)
                 wait = n + PATIENCE if level == 0 else n
+                if bends:
+                    wait = n + PATIENCE * m
                 continue
             for k in range(q.size):
                 q[k], p[k] = ahead[0, k], ahead[1, k]
@@ -266,6 +273,7 @@ def march_ladder(
         for c in range(many):
             force[row, c], gap[row, c] = warm[c], opening[c]
             total += abs(warm[c])
+            share[sides[c]] = max(share[sides[c]], opening[c])
             flies = flies and warm[c] == 0.0 and opening[c] > clear[c]
             if films is not None and films[c, 0] > 0.0:
                 pressed, pulled = alone(codes, rules, numbers, user, rough, films, pen, before, w, step, warm, c, 0.0)

@@ -1,8 +1,7 @@
-"""The loops over steps: of one contact and of several, strides of flight, and many scenes side by side."""
+"""The loops over steps: of one contact and of several, and many scenes side by side."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -11,78 +10,11 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from impact.march.laws import FAR, PASSIVE, ROUGH
+from impact.march.laws import PASSIVE, ROUGH
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR, Vectors, advance, advance_many, contact_force, filmed_force, past
 from impact.march.loop.joints import joint_step, remember
 from impact.march.loop.several import active_set_from, alone, by_sweeps
-
-
-@compiled()
-def flight(n, stop, strides, level, psi, q, p, ahead, line, free, carried, clear, gap):
-    """Fly one stride from step ``n`` on, of ``level`` or shorter; return (steps flown, level for the next one).
-
-    gap (n + 1, p) is filled, on the way by the line.
-    """
-    lengths, powers, swing = strides
-    while level >= 0:
-        m = lengths[level]
-        if n + m <= stop:
-            _stride(powers[level], swing, psi, q, p, ahead, line)
-            if _least(n, m, line, free, carried, clear) > 0.0:
-                for k in range(q.size):
-                    q[k], p[k] = ahead[0, k], ahead[1, k]
-                for j in range(m):
-                    share = (j + 1) / m
-                    for c in range(carried.size):
-                        part = line[0, c] + share * (line[1, c] - line[0, c])
-                        gap[n + j + 1, c] = free[n + j, c] + part - carried[c]
-                return m, min(level + 1, lengths.size - 1)
-        level -= 1
-    return 0, 0
-
-
-@compiled(fastmath={"reassoc", "contract", "nsz"})
-def _stride(power, swing, psi, q, p, ahead, line):
-    """Write where one stride of `impact.march.stepper` would take all poles, in ``ahead`` (2, K); of each contact in
-    ``line`` (3, p) their part of the gap now and then, and how far it may stray from the line between; psi (p, K)."""
-    b11, b12, b21, b22, err = power[0], power[1], power[2], power[3], power[4]
-    q0, p0, u, v = swing[0], swing[1], swing[2], swing[3]
-    far, near = ahead[0], ahead[1]
-    for k in range(q.size):
-        x, y = q[k] - q0[k], p[k] - p0[k]
-        z = v[k] * y + u[k] * x
-        far[k] = err[k] * math.sqrt(x * x + z * z)
-    for c in range(psi.shape[0]):
-        seen, now, strays = psi[c], 0.0, 0.0
-        for k in range(q.size):
-            now += seen[k] * q[k]
-            strays += abs(seen[k]) * far[k]
-        line[0, c], line[2, c] = now, strays
-    for k in range(q.size):
-        x, y = q[k] - q0[k], p[k] - p0[k]
-        far[k] = q0[k] + b11[k] * x + b12[k] * y
-        near[k] = p0[k] + b21[k] * x + b22[k] * y
-    for c in range(psi.shape[0]):
-        seen, then = psi[c], 0.0
-        for k in range(q.size):
-            then += seen[k] * far[k]
-        line[1, c] = then
-
-
-@compiled(fastmath={"reassoc", "contract", "nsz", "nnan"})
-def _least(n, m, line, free, carried, clear):
-    """Return by how much any contact may be open at least, beyond the gap ``clear`` (p,), in ``m`` steps from ``n`` on;
-    free (n, p)."""
-    contacts, least = carried.size, np.inf
-    slope, base = np.empty(contacts), np.empty(contacts)
-    for c in range(contacts):
-        slope[c], base[c] = (line[1, c] - line[0, c]) / m, line[0, c] - line[2, c] - carried[c] - clear[c]
-    for j in range(m):
-        for c in range(contacts):
-            least = min(least, free[n + j, c] + base[c] + slope[c] * (j + 1))
-    return least
-
 
 LANES = 16  # scenes that are marched side by side
 
@@ -164,40 +96,21 @@ def march_lanes(rows, state, free, scales, w0, law, user, rough, dt, force, open
             force[n, i] = f
 
 
-WAIT = 32  # steps until a stride is tried again after one that was too long
-
-
 @compiled(nogil=True)
 def march_one(
-    start, stop, rows, state, free, memory, recent, block, w0, law, film, user, rough, dt, rest, strides,
-    force, gap, pulls,
+    start, stop, rows, state, free, memory, recent, block, w0, law, film, user, rough, dt, rest, force, gap, pulls
 ):  # fmt: skip
     """March the steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
 
     rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
     finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, its numbers (1, k)). film: its three numbers;
     None: a march without any is compiled on its own, as one without laws of ``rough`` faces is. rest: force carried
-    since ever. strides: lengths, powers and swing of `Strides`; where there are any, force is zero beforehand. pulls
-    (n,): the film's part of the force.
+    since ever. pulls (n,): the film's part of the force.
     """
     q, p = state
     code, rule, numbers = law
     a, b, c = numbers[0, 0], numbers[0, 1], numbers[0, 2]
-    level, n, wait = np.int64(0), start, start  # a literal zero would be a type of its own, compiled again
-    psi, ahead, line, carried = np.empty((1, q.size)), np.empty((2, q.size)), np.empty((3, 1)), np.empty(1)
-    carried[0], opens, gaps = w0 * rest, free.reshape(-1, 1), gap.reshape(-1, 1)
-    clear = np.zeros(1)
-    if film is not None:
-        clear[0] = FAR * film[1]
-    for k in range(q.size):
-        psi[0, k] = 1.0
-    while n < stop:
-        if strides[0].size > 0 and n >= wait and n > 0 and force[n - 1] == 0.0 and gap[n] > clear[0]:
-            flown, level = flight(n, stop, strides, level, psi, q, p, ahead, line, opens, carried, clear, gaps)
-            n += flown
-            if flown > 0:
-                continue
-            wait = n + WAIT
+    for n in range(start, stop):
         last = force[n - 1] - rest if n > 0 else 0.0
         opening = free[n] + advance(rows, q, p, last)
         if recent.size > 0:
@@ -214,13 +127,12 @@ def march_one(
         gap[n + 1] = opening + w0 * f
         if rough is not None and code >= ROUGH:
             remember(numbers, 0, -gap[n + 1])
-        n += 1
 
 
 @compiled(nogil=True)
 def march_many(
     start, stop, poles, state, free, memory, recent, block, w0, laws, shifted, swept, films, user, rough, dt, rest,
-    strides, force, gap, pulls,
+    force, gap, pulls,
 ):  # fmt: skip
     """Do the same for p contacts: force, pulls and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block), w0
     (p, p), films (p, 3), the first number 0 of a contact without one. Either ``shifted`` (p, p) is that of
@@ -235,31 +147,16 @@ def march_many(
     opening, last, warm = np.empty(contacts), np.zeros(contacts), np.zeros(contacts)
     drive = np.empty(q.size)
     low, held = np.empty((contacts, contacts)), np.full(contacts + 1, -1)
-    clear = np.zeros(contacts)
     heard = np.zeros((contacts, contacts), dtype=np.bool_)  # a seat and a stopper do not hear each other
     for c in range(contacts):  # written out: numpy's assignments and products take seconds to compile
         warm[c] = force[c, start - 1] if start > 0 else 0.0
-        if films is not None and films[c, 0] > 0.0:
-            clear[c] = FAR * films[c, 1]
         for d in range(contacts):
             carried[c] += w0[c, d] * rest[d]
             for m in range(recent.shape[2]):
                 if recent[c, d, m] != 0.0:
                     heard[c, d] = True
                     break
-    level, n, wait = np.int64(0), start, start
-    ahead, line = np.empty((2, q.size)), np.empty((3, contacts))
-    while n < stop:
-        if strides[0].size > 0 and n >= wait and n > 0:
-            apart = True
-            for c in range(contacts):
-                apart = apart and force[c, n - 1] == 0.0 and gap[n, c] > clear[c]
-            if apart:
-                flown, level = flight(n, stop, strides, level, psi, q, v, ahead, line, free, carried, clear, gap)
-                n += flown
-                if flown > 0:
-                    continue
-                wait = n + WAIT
+    for n in range(start, stop):
         for c in range(contacts):
             last[c] = force[c, n - 1] - rest[c] if n > 0 else 0.0
             opening[c] = free[n, c] - carried[c]
@@ -289,5 +186,4 @@ def march_many(
                 pulls[c, n] = pulled if pressed > 0.0 else warm[c]
             if rough is not None and codes[c] >= ROUGH:
                 remember(numbers, c, -closed[c])
-        n += 1
     return unsolved

@@ -289,7 +289,7 @@ def blow_of_march(
         filter_width=scene.run.filter_width,
         displacement=touches.displacement_of(run) if displacement else None,
         stress=stresses,
-        line=scene.geometry.line(Division.from_greens(run.problem.target.greens), touches.parts_of(run)),
+        line=scene.geometry.line(Division.from_greens(run.problem.target.greens), touches.parts_of(run), run.rows),
         film=touches.film_of(run),
         landings=landings,
         asked=choice,

@@ -89,7 +89,9 @@ class GasRun:
 
 def lift_of(touches: Touches) -> Array:
     """Return the (n + 1,) mean gap of the contacts at the seat, which the gas sees as the lift [m]."""
-    return touches.seat.gap if touches.parts is None else np.asarray(touches.parts.gap.mean(axis=1))
+    if touches.parts is None:
+        return touches.seat.gap
+    return touches.parts.rows.spread_motions(touches.parts.rows.gap.mean(axis=1))
 
 
 def gas_keys(run: GasRun, touches: Touches, duration: float) -> dict[str, object]:

@@ -29,6 +29,7 @@ from impact.after.landings import (
 from impact.after.loads import StaticLoad, static_load
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
+from impact.march.grid import TimeGrid
 from impact.march.motion import Discrete, mid_steps
 from impact.march.problem import ContactProblem
 from impact.march.rows import Marched
@@ -81,12 +82,17 @@ class Landings:
 
 def landings_of_result(problem: ContactProblem, result: ImpactResult, width: float) -> Landings:
     """Return the landings of a run with energies; ``width``: width of the filter [s]."""
-    force, solid, gap = (values.reshape(len(result.time), -1) for values in (result.force, result.solid, result.gap))
-    striker = with_recorded_loads(problem.striker, np.asarray(gap[:, _is_seat(problem)].mean(axis=1)), result.dt)
-    march = _March(problem, force, solid, gap, result.dt, width)
-    load = static_load(_with_striker(problem, striker), result.dt * (len(force) - 1))
-    pushed = striker.load_amplitudes(mid_steps(result.dt, len(force) - 1))
-    return march.landings(load, lambda steps: result.energy.striker[list(steps)], pushed)
+    rows, steps = result.rows, int(result.rows.ends[-1])
+    force, solid, gap = (values.reshape(len(rows.ends), -1) for values in (rows.force, rows.solid, rows.gap))
+    opening = rows.spread_motions(gap[:, _is_seat(problem)].mean(axis=1))
+    striker = with_recorded_loads(problem.striker, opening, result.dt)
+    march = _March(problem, rows, force, solid, gap, width)
+    load = static_load(_with_striker(problem, striker), result.dt * steps)
+
+    def stored(numbers: Sequence[int]) -> Array:
+        return np.asarray(rows.energy.striker[np.searchsorted(rows.ends, numbers)])
+
+    return march.landings(load, stored, striker.load_amplitudes(mid_steps(result.dt, steps)))
 
 
 def landings_of_march(run: Marched, width: float, load: StaticLoad | None = None, *, rebound: bool = True) -> Landings:
@@ -95,14 +101,17 @@ def landings_of_march(run: Marched, width: float, load: StaticLoad | None = None
     ``load``: the quasi-static load, if it is known already; ``rebound``: whether to compute restitution, for which the
     striker's motion is computed again.
     """
-    problem, force, striker = run.problem, run.force, run.bodies[0]
-    solid = force - run.film if run.film.size else force
+    problem, rows, striker = run.problem, run.rows, run.bodies[0]
+    force = rows.force
+    solid = force - rows.film if rows.film.size else force
     load = static_load_of_march(run) if load is None else load
 
     def stored(steps: Sequence[int]) -> Array | None:
-        return striker.stored_after(problem.directions(problem.striker) @ force[1:].T, steps) if rebound else None
+        if not rebound:
+            return None
+        return striker.stored_after(problem.directions(problem.striker) @ force[1:].T, steps, rows)
 
-    return _March(problem, force, solid, run.gap, run.dt, width).landings(load, stored, striker.loads)
+    return _March(problem, rows, force, solid, rows.gap, width).landings(load, stored, striker.loads)
 
 
 def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, dt: float, width: float) -> Landings:
@@ -117,7 +126,8 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
         striker = Discrete.from_body(problem.striker, dt, n)
         return striker.stored_after(problem.directions(problem.striker) @ force[None, 1:], steps)
 
-    march = _March(problem, force[:, None], force[:, None], gap[:, None], dt, width)
+    grid = TimeGrid.of_equal_steps(dt, n)
+    march = _March(problem, grid, force[:, None], force[:, None], gap[:, None], width)
     return march.landings(static_load(problem, dt * n), stored, pushed)
 
 
@@ -140,13 +150,14 @@ def _is_seat(problem: ContactProblem) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class _March:
-    """Forces with and without the film [N], and gaps [m] of all contacts, (n + 1, p) each; time step and filter [s]."""
+    """Forces with and without the film [N], and gaps [m] of all contacts, (N + 1, p) each, in the steps of a grid;
+    filter [s]."""
 
     problem: ContactProblem
+    grid: TimeGrid
     force: Array
     solid: Array
     gap: Array
-    dt: float
     width: float
 
     def landings(self, load: StaticLoad, stored: Stored, pushed: Array) -> Landings:
@@ -160,25 +171,27 @@ class _March:
         on_seat_landings, on_stopper_landings = (
             tuple(replace(one, restitution=value) for one, value in zip(each, rebounds, strict=True))
             for each, rebounds in (
-                (each, restitutions(self.problem, self.force[1:], self.dt, each, stored, pushed, side=side))
+                (each, restitutions(self.problem, self.force[1:], self.grid, each, stored, pushed, side=side))
                 for each, side in ((on_seat_landings, 1), (on_stopper_landings, -1))
             )
         )
         time, largest = pressed_on(on_seat, on_seat_landings) if np.any(seats) else (0.0, 0.0)
-        opened = not bool(np.all(np.any(on_seat.solid[1:] > 0, axis=1)))
+        opened = not bool(np.all(on_seat.closed[1:]))
         return Landings(on_seat_landings, on_stopper_landings, load, time, largest, opened)
 
     def _record(self, face: NDArray[np.bool_], load: StaticLoad) -> ContactRecord:
         stopper = bool(np.any(face)) and self.problem.contacts[int(np.argmax(face))].side < 0
-        time = np.asarray(self.dt * np.arange(len(self.force)), dtype=np.float64)
+        grid, dt = self.grid, self.grid.dt
+        time = np.asarray(dt * np.arange(grid.ends[-1] + 1), dtype=np.float64)
         return ContactRecord(
-            force=self.force[:, face].sum(axis=1),
+            force=grid.spread_forces(self.force[:, face].sum(axis=1)),
+            closed=np.asarray(grid.spread_forces(np.any(self.solid[:, face] > 0, axis=1)), dtype=bool),
+            grid=grid,
             solid=self.solid[:, face],
             gap=self.gap[:, face],
             static=load.course(time, stopper=stopper),
-            dt=self.dt,
-            width=max(self.width, self.dt),
-            closing=closing_speeds(self.problem, self.dt)[face],
+            width=max(self.width, dt),
+            closing=closing_speeds(self.problem, dt)[face],
         )
 
 

@@ -63,7 +63,7 @@ def taken_apart(
     """
     division = Division.from_greens(problem.target.greens)
     landings = landings_of_result(problem, result, filter_width)
-    if result.force.ndim == 1:
+    if result.rows.force.ndim == 1:
         return Touches(result, landings=landings)
     of_seat = seat_contacts(problem)
     stopper = on_stopper = None
@@ -74,9 +74,9 @@ def taken_apart(
     if of_seat == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=on_stopper, landings=landings)
     parts = of_contacts(result, slice(of_seat))
-    line = geometry.line(division, parts.force, parts.film)
+    line = geometry.line(division, parts.rows.force, parts.rows, parts.rows.film)
     seat = as_one(parts, division.shares)
-    mass = _mass_that_moves(problem, np.asarray(parts.force.sum(axis=0)), division.shares)
+    mass = _mass_that_moves(problem, np.asarray(parts.rows.spans @ parts.rows.force[1:]), division.shares)
     return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, on_stopper, landings)
 
 
@@ -104,29 +104,30 @@ def stopper_in(problem: impact.ContactProblem) -> Body | None:
 
 def force_of(run: Marched) -> Array:
     """Return the (n + 1,) contact force on the seat's whole patch [N]."""
-    return np.asarray(parts_of(run).sum(axis=1))
+    return run.force_on(slice(seat_contacts(run.problem)))
 
 
 def film_of(run: Marched) -> Array | None:
     """Return the (n + 1,) force of the film, a part of `force_of` [N]; ``None`` without a film."""
-    return np.asarray(run.film[:, : seat_contacts(run.problem)].sum(axis=1)) if run.film.size else None
+    rows = run.rows
+    return rows.spread_forces(rows.film[:, : seat_contacts(run.problem)].sum(axis=1)) if rows.film.size else None
 
 
 def parts_of(run: Marched) -> Array:
-    """Return the (n + 1, parts) contact force on each part of the seat's patch [N]."""
-    return np.asarray(run.force[:, : seat_contacts(run.problem)])
+    """Return the (N + 1, parts) contact force on each part of the seat's patch, in the steps of ``run.rows`` [N]."""
+    return np.asarray(run.rows.force[:, : seat_contacts(run.problem)])
 
 
 def stopper_force_of(run: Marched) -> Array | None:
     """Return the (n + 1,) contact force on the stopper [N]; ``None`` without one."""
     seat = seat_contacts(run.problem)
-    return None if seat == run.force.shape[1] else np.asarray(run.force[:, seat:].sum(axis=1))
+    return None if seat == len(run.problem.contacts) else run.force_on(slice(seat, None))
 
 
 def displacement_of(run: Marched) -> Array:
     """Return the (n + 1,) mean displacement of the seat's patch [m]."""
-    seat, force = run.bodies[1], run.force[1:, : seat_contacts(run.problem)]
-    moved = mean_displacement(seat, -force.T, Division.from_greens(seat.body.greens).shares)
+    seat, shares = run.bodies[1], Division.from_greens(run.bodies[1].body.greens).shares
+    moved = run.rows.spread_motions(mean_displacement(seat, -parts_of(run)[1:].T, shares, run.rows))
     if seat.body.base is None:
         return moved
     return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))

@@ -144,14 +144,15 @@ def _hash_of(numbers: Mapping[str, Any]) -> str:
 
 
 def _number_file(done: Round, touches: Touches, what: str) -> Path:
-    parts = None if touches.parts is None else touches.parts.force
+    parts = None if touches.parts is None else touches.parts.rows.force
     key = content_key(
         {
             "what": what,
             "scene": by_content(done.plan.scene),
             "method": {key: done.plan.method.value(key) for key in FIELDS},
             "forces": [touches.seat.force, parts, touches.stopper_force],
-            "gap": touches.seat.gap,
+            "gap": touches.seat.rows.gap,
+            "ends": None if touches.seat.rows.is_uniform else touches.seat.rows.ends,
             "step": touches.seat.dt,
             "program": code_version(),
         }

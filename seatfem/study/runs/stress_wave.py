@@ -75,13 +75,15 @@ def by_arc(parts: result.ImpactResult, division: Division) -> result.ImpactResul
     def joined(values: Array, weights: Array) -> Array:
         return np.asarray((values.reshape(len(values), division.arcs, division.rings) * weights).sum(axis=2))
 
-    return replace(
-        parts,
-        force=joined(parts.force, np.ones_like(shares)),
-        gap=joined(parts.gap, shares),
-        striker_displacement=joined(parts.striker_displacement, shares),
-        target_displacement=joined(parts.target_displacement, shares),
+    rows = parts.rows
+    joined_rows = replace(
+        rows,
+        force=joined(rows.force, np.ones_like(shares)),
+        gap=joined(rows.gap, shares),
+        striker_displacement=joined(rows.striker_displacement, shares),
+        target_displacement=joined(rows.target_displacement, shares),
     )
+    return replace(parts, rows=joined_rows)
 
 
 def landing_of(done: Round, lip: result.ImpactResult, landings: Sequence[Mapping[str, object]] = ()) -> Frames | None:

@@ -98,7 +98,7 @@ def summarise(
             **film,
             "time_step_s": result.dt,
             "history_engine": result.engine,
-            **_line_keys(touches.line, result.dt, filter_width),
+            **_line_keys(touches.line, filter_width),
         }
     )
 
@@ -157,7 +157,7 @@ def _landing_record(
     place: tuple[float | None, float | None] = (None, None)
     line, parts = touches.line, touches.parts
     if face == "seat" and line is not None and parts is not None:
-        place = _place(line, landing.part * line.force.shape[1] // parts.force.shape[1])
+        place = _place(line, landing.part * line.force.shape[1] // parts.rows.force.shape[1])
     return {
         "body": face,
         "number": number + 1,
@@ -192,16 +192,17 @@ def _place(line: Line, arc: int) -> tuple[float | None, float]:
     return line.degrees_at(middle / float(line.lengths.sum())), middle
 
 
-def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
+def _line_keys(line: Line | None, width: float) -> dict[str, object]:
     """Return the keys of a contact along a lip: its arcs, the averaging length and time, and the places of the first
     touch and of the largest force and impulse per length, as angle and arc length from the start of the first arc."""
     if line is None:
         return {}
     is_pressed = (line.force if line.film is None else line.force - line.film) > 0
     first = int(np.argmax(is_pressed.any(axis=1)))
+    force, spans = line.force[1:], line.grid.spans
     places = {
-        "line_force_peak": line_force_peak(line.force[1:], dt, width, line.length, line.share, line.pieces)[1],
-        "line_impulse_peak": line_impulse_peak(line.force[1:], dt, line.length, line.share, line.pieces)[1],
+        "line_force_peak": line_force_peak(force, spans, width, line.length, line.share, line.pieces)[1],
+        "line_impulse_peak": line_impulse_peak(force, spans, line.length, line.share, line.pieces)[1],
     }
     length, keys, is_touched = float(line.lengths.sum()), {}, bool(is_pressed.any())
     for name, place in places.items():

@@ -11,6 +11,7 @@ import numpy as np
 
 from impact.after.histories import ClosedLine
 from impact.greens.base import Array
+from impact.march.grid import TimeGrid
 from impact.march.laws import SqueezeFilm
 from seatfem.fields import KeyProblem
 from seatfem.structures.kinds.structure import is_curved
@@ -186,14 +187,14 @@ class ContactGeometry:
         films = (replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
         return tuple(film for film in films for _ in range(rings))
 
-    def line(self, division: Division, parts: Array | None, film: Array | None = None) -> Line | None:
-        """Return the contact along the lip from the forces (n + 1, parts) on the seat's parts [N] and their part by a
-        film (n + 1, arcs); ``None`` for a lip without arcs."""
-        if parts is None or division.arcs == 1 or (lip := self.seat.lip(division.arcs)) is None:
+    def line(self, division: Division, parts: Array, grid: TimeGrid, film: Array | None = None) -> Line | None:
+        """Return the contact along the lip from the forces (N + 1, parts) on the seat's parts in the steps of ``grid``
+        [N], and their part by a film (N + 1, arcs); ``None`` for a lip without arcs."""
+        if division.arcs == 1 or (lip := self.seat.lip(division.arcs)) is None:
             return None
         force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)
         share = self.contact.line_arc / (2 * math.pi)
-        return Line(force, lip.lengths, share, lip.edges, film, lip.pieces)
+        return Line(force, grid, lip.lengths, share, lip.edges, film, lip.pieces)
 
     @property
     def _is_uneven(self) -> bool:

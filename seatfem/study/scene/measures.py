@@ -14,6 +14,7 @@ from impact import measures
 from impact.after import histories, stresses
 from impact.after.landings import Landing, hardest, pair_landings
 from impact.greens.base import Array
+from impact.march.grid import TimeGrid
 from seatfem.results import ResultSource
 from seatfem.study.safety import OF_IMPULSE, OPENING
 
@@ -30,15 +31,17 @@ class Line:
     """A contact along a lip.
 
     Attributes:
-        force: (n + 1, arcs) force on each arc [N].
+        force: (N + 1, arcs) force on each arc in the steps of ``grid`` [N].
+        grid: steps of the run.
         length: length of the centre line, if the arcs are equal, or (arcs,) lengths of the arcs [m].
         share: fraction of the line over which forces are averaged.
         edges: (arcs + 1,) angles at the ends of the arcs [rad]; ``None`` if angles do not define places on the line.
-        film: (n + 1, arcs) part of the force by a fluid film [N]; ``None`` without film.
+        film: (N + 1, arcs) part of the force by a fluid film [N]; ``None`` without film.
         pieces: parts of the line, as in `impact.after.histories`.
     """
 
     force: Array
+    grid: TimeGrid
     length: float | Array
     share: float
     edges: Array | None = None
@@ -304,14 +307,17 @@ class _AlongLip:
     def evaluate(self, blow: ContactRecord) -> float:
         """Return the measure over the whole run."""
         assert blow.line is not None
-        return self._peak(blow, blow.line, blow.line.force[1:])
+        return self._peak(blow, blow.line, blow.line.force[1:], blow.line.grid.spans)
 
     def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         """Return the measure for one landing, the quasi-static load included."""
         line = blow.line
-        return None if line is None else self._peak(blow, line, line.force[1:][blow.steps_of(landing)])
+        if line is None:
+            return None
+        steps, n = blow.steps_of(landing), len(blow.force) - 1
+        return self._peak(blow, line, line.grid.spread_forces(line.force, steps.start + 1, min(steps.stop, n)), blow.dt)
 
-    def _peak(self, blow: ContactRecord, line: Line, force: Array) -> float:
+    def _peak(self, blow: ContactRecord, line: Line, force: Array, spans: float | Array) -> float:
         raise NotImplementedError
 
 
@@ -321,8 +327,8 @@ class LineForce(_AlongLip, Measure):
     name, key, words = "line_force", "line_force_peak_N_per_m", "force per length"
     landing_key = "landing_line_force_peak_N_per_m"
 
-    def _peak(self, blow: ContactRecord, line: Line, force: Array) -> float:
-        return histories.line_force_peak(force, blow.dt, blow.filter_width, line.length, line.share, line.pieces)[0]
+    def _peak(self, blow: ContactRecord, line: Line, force: Array, spans: float | Array) -> float:
+        return histories.line_force_peak(force, spans, blow.filter_width, line.length, line.share, line.pieces)[0]
 
 
 class LineImpulse(_AlongLip, Measure):
@@ -331,8 +337,8 @@ class LineImpulse(_AlongLip, Measure):
     name, key, words = "line_impulse", "line_impulse_peak_Ns_per_m", "impulse per length"
     landing_key = "landing_line_impulse_peak_Ns_per_m"
 
-    def _peak(self, blow: ContactRecord, line: Line, force: Array) -> float:
-        return histories.line_impulse_peak(force, blow.dt, line.length, line.share, line.pieces)[0]
+    def _peak(self, blow: ContactRecord, line: Line, force: Array, spans: float | Array) -> float:
+        return histories.line_impulse_peak(force, spans, line.length, line.share, line.pieces)[0]
 
 
 def all_measures() -> Mapping[str, Measure]:

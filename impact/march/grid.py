@@ -1,0 +1,113 @@
+"""The steps of a run, each a whole number of fine ones, and its histories at fine steps, for a window or whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.greens.base import Array
+from impact.march.problem import ContactError
+from impact.quantities import brief, in_units
+
+MOST_BYTES: Final = 4e9
+"""Most memory of one history at equal steps [bytes]."""
+
+
+@dataclass(frozen=True)
+class TimeGrid:
+    """Steps of a run, each a whole number of fine ones.
+
+    Attributes:
+        dt: fine step [s].
+        ends: (N + 1,) number of fine steps from the start to the end of each step, 0 first.
+    """
+
+    dt: float
+    ends: NDArray[np.int64]
+
+    __repr__ = brief
+
+    @staticmethod
+    def of_equal_steps(dt: float, steps: int) -> TimeGrid:
+        """Return ``steps`` steps of ``dt`` [s]."""
+        return TimeGrid(dt, np.arange(steps + 1))
+
+    @property
+    def time(self) -> Array:
+        """Return the (N + 1,) times at the ends of the steps [s]."""
+        return np.asarray(self.dt * self.ends, dtype=np.float64)
+
+    @property
+    def spans(self) -> Array:
+        """Return the (N,) lengths of the steps [s]."""
+        return np.asarray(self.dt * np.diff(self.ends), dtype=np.float64)
+
+    @property
+    def is_uniform(self) -> bool:
+        """Return whether all steps are fine ones."""
+        return int(self.ends[-1]) == len(self.ends) - 1
+
+    @property
+    def levels(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the (J,) different lengths of steps, in fine ones, and for each of the N steps which it has."""
+        lengths, levels = np.unique(np.diff(self.ends), return_inverse=True)
+        return lengths, levels.astype(np.int64)
+
+    @property
+    def lengths(self) -> Mapping[int, int]:
+        """Return how many steps there are of each length, in fine steps."""
+        each, counts = np.unique(np.diff(self.ends), return_counts=True)
+        return dict(zip(each.tolist(), counts.tolist(), strict=True))
+
+    def until(self, step: int) -> TimeGrid:
+        """Return the grid up to a fine ``step``, which cuts the step that contains it."""
+        rows = int(np.searchsorted(self.ends, step))
+        return TimeGrid(self.dt, np.append(self.ends[:rows], step))
+
+    def in_words(self) -> str:
+        """Return how many steps there are of which length."""
+        each = [f"{count} of {in_units(length * self.dt, 's', 3)}" for length, count in sorted(self.lengths.items())]
+        return f"{len(self.ends) - 1} steps: {', '.join(each)}"
+
+    def spread_forces(self, rows: Array, start: int = 0, stop: int | None = None) -> Array:
+        """Return the (stop - start + 1, ...) values at fine steps from ``start`` to ``stop``, the last one by default,
+        of ``rows`` (N + 1, ...) that are constant over each step.
+
+        Raises `ContactError` for a window that takes more than `MOST_BYTES`.
+        """
+        if self.is_uniform:
+            return rows[self._window(start, stop)]
+        return np.asarray(rows[np.searchsorted(self.ends, self._steps_of(rows, start, stop))])
+
+    def spread_motions(self, rows: Array, start: int = 0, stop: int | None = None) -> Array:
+        """Return the same of ``rows`` known at the end of each step, on the line between them meanwhile."""
+        if self.is_uniform:
+            return rows[self._window(start, stop)]
+        steps = self._steps_of(rows, start, stop)
+        after = np.searchsorted(self.ends, steps)
+        before = np.maximum(after - 1, 0)
+        length = np.maximum(self.ends[after] - self.ends[before], 1)
+        share = ((steps - self.ends[before]) / length).reshape(-1, *[1] * (rows.ndim - 1))
+        return np.asarray(np.where(share >= 1.0, rows[after], rows[before] + share * (rows[after] - rows[before])))
+
+    def _window(self, start: int, stop: int | None) -> slice:
+        last = int(self.ends[-1])
+        stop = last if stop is None else stop
+        if not 0 <= start <= stop <= last:
+            raise ContactError(f"steps {start} to {stop}: give a window within the {last} steps of this run")
+        return slice(start, stop + 1)
+
+    def _steps_of(self, rows: Array, start: int, stop: int | None) -> NDArray[np.int64]:
+        """Return the fine steps of a window, whose history has yet to be made."""
+        window = self._window(start, stop)
+        need, last = 8.0 * (window.stop - window.start) * rows[0].size, window.stop - 1
+        if need > MOST_BYTES:
+            raise ContactError(
+                f"steps {start} to {last} of {rows[0].size} contacts take {need / 1e9:.3g} GB a history (limit "
+                f"{MOST_BYTES / 1e9:g} GB): ask for a window of fewer steps, or take the rows as they are"
+            )
+        return np.arange(window.start, window.stop)
