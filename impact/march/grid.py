@@ -81,13 +81,22 @@ class TimeGrid:
         """
         if self.is_uniform:
             return rows[self._window(start, stop)]
-        return np.asarray(rows[np.searchsorted(self.ends, self._steps_of(rows, start, stop))])
+        return self.find_forces(rows, self._steps_of(rows, start, stop))
+
+    def find_forces(self, rows: Array, steps: NDArray[np.int64]) -> Array:
+        """Return the (m, ...) values at the fine ``steps`` (m,) of ``rows`` (N + 1, ...) that are constant over each
+        step."""
+        return np.asarray(rows[np.searchsorted(self.ends, steps)])
 
     def spread_motions(self, rows: Array, start: int = 0, stop: int | None = None) -> Array:
         """Return the same of ``rows`` known at the end of each step, on the line between them meanwhile."""
         if self.is_uniform:
             return rows[self._window(start, stop)]
-        steps = self._steps_of(rows, start, stop)
+        return self.find_motions(rows, self._steps_of(rows, start, stop))
+
+    def find_motions(self, rows: Array, steps: NDArray[np.int64]) -> Array:
+        """Return the (m, ...) values after the fine ``steps`` (m,) of ``rows`` (N + 1, ...) known at the end of each
+        step, on the line between them meanwhile."""
         after = np.searchsorted(self.ends, steps)
         before = np.maximum(after - 1, 0)
         length = np.maximum(self.ends[after] - self.ends[before], 1)

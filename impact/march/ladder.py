@@ -17,6 +17,7 @@ from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
 from impact.march import history, laws, motion
+from impact.march.grid import TimeGrid
 from impact.march.loop import ladder as loop
 from impact.march.prepared import Discretised, discretise, find_free_motion
 from impact.march.problem import ContactProblem
@@ -149,12 +150,14 @@ def march(
     *,
     bodies: tuple[motion.Discrete, ...] | None = None,
     equal_steps: bool = False,
+    like: TimeGrid | None = None,
 ) -> Marched:
     """March a problem over a ``duration`` [s] for its forces and gaps, far cheaper than a run with energies.
 
-    ``dt``: fine step [s]; ``equal_steps``: as in `begin_march`. ``bodies`` and errors as in `impact.prepare`.
+    ``dt``: fine step [s]; ``equal_steps``, ``like``: as in `begin_march`. ``bodies`` and errors as in `impact.prepare`.
     """
-    return finish_march(begin_march(discretise(problem, dt, duration, bodies=bodies), equal_steps=equal_steps))
+    discretised = discretise(problem, dt, duration, bodies=bodies)
+    return finish_march(begin_march(discretised, equal_steps=equal_steps, like=like))
 
 
 def finish_march(run: ContactStepper | LadderMarch, progress: Progress = silent) -> Marched:
@@ -165,23 +168,29 @@ def finish_march(run: ContactStepper | LadderMarch, progress: Progress = silent)
     return run.marched()
 
 
-def begin_march(discretised: Discretised, *, equal_steps: bool = False) -> ContactStepper | LadderMarch:
+def begin_march(
+    discretised: Discretised, *, equal_steps: bool = False, like: TimeGrid | None = None
+) -> ContactStepper | LadderMarch:
     """Return the march of a problem at its start.
 
     Where equal steps would take long, all bodies are sums of poles and no load depends on the opening, smooth parts of
-    the motion take longer ones, unless ``equal_steps`` are asked for: to compare histories far below `SHARE`.
+    the motion take longer ones, unless ``equal_steps`` are asked for. ``like``: steps of a neighbouring run, which are
+    taken as far as contacts neither open nor close in them: a difference of the two far below `SHARE` is then one of
+    the problems alone.
     """
     is_worthwhile = discretised.plan.seconds > WORTHWHILE and not equal_steps
     if is_worthwhile and (levels := prepare_levels(discretised)) is not None:
-        return LadderMarch(discretised, levels)
+        return LadderMarch(discretised, levels, like=like)
     return ContactStepper(find_free_motion(discretised))
 
 
 class LadderMarch:
     """A march in fine steps, and in long ones where these are as good: its state, and the rows it has written."""
 
-    def __init__(self, discretised: Discretised, levels: Levels, share: float = SHARE) -> None:
-        """Begin at t = 0; ``share``: see `SHARE`."""
+    def __init__(
+        self, discretised: Discretised, levels: Levels, share: float = SHARE, like: TimeGrid | None = None
+    ) -> None:
+        """Begin at t = 0; ``share``: see `SHARE`; ``like``: as in `begin_march`."""
         problem, rest = discretised.problem, discretised.rest
         self._of, self._levels, p = discretised, levels, len(rest)
         self._largest = np.zeros(len(discretised.bodies[0].loads))
@@ -194,7 +203,8 @@ class LadderMarch:
         each = [self._laws.shift(own) for own in levels.own]
         self._shifted = None if any(one is None for one in each) else np.array(each)
         self._opened = np.array([c.gap for c in problem.contacts])
-        self._control = np.zeros(8, dtype=np.int64)
+        self._control = np.zeros(9, dtype=np.int64)
+        self._followed = np.zeros(0, dtype=np.int64) if like is None else like.ends
         self._sides = np.array([3 if c.side > 0 else 4 for c in problem.contacts])
         start = self._opened + levels.poles.psi @ levels.start[0] + discretised.own(0) @ rest
         if (carried := problem.carried(np.zeros(1))) is not None:
@@ -273,7 +283,7 @@ class LadderMarch:
             (levels.moves, levels.gains, levels.ramps, levels.strays, levels.poles.psi, levels.rest), self._state,
             (levels.drive, self._lifts, amplitudes, sums, self._largest, first), (self._opened, carried, self._sides),
             (known.codes, known.rules, known.numbers, known.user), known.rough, known.films, levels.own, self._shifted,
-            swept, single, self._room,
+            swept, single, self._followed, self._room,
         )  # fmt: skip
         known.check()
         row = int(control[loop.ROW])

@@ -44,10 +44,12 @@ class LeapReplay:
         relaxed: Array,
         held: Array,
         loads: Sequence[Array],
+        seen: Array | None = None,
     ) -> None:
         """Begin at the modal state ``start``, relaxations ``relaxed`` (R,) and forces ``held`` (P,) before t = 0.
 
-        ``spans`` (J,): lengths of the steps [s]; ``loads``: their (M,) modal shapes.
+        ``spans`` (J,): lengths of the steps [s]; ``loads``: their (M,) modal shapes; ``seen`` (o, P): weights of the
+        sums over ports whose displacements are returned, by default each port's own.
         """
         rest, self._ports = modal.residual, modal.shapes.shape[1]
         self._shapes = np.vstack([modal.shapes.T, *loads])
@@ -61,6 +63,8 @@ class LeapReplay:
         self._amplitudes, self._compliance = np.ascontiguousarray(rest.shapes.T), rest.compliance
         self._y, self._last = relaxed.astype(float), held.astype(float)
         self._load_displacement = self._shapes[self._ports :] @ self._q
+        self._seen = np.eye(self._ports) if seen is None else seen
+        self._out = np.vstack([self._seen @ modal.shapes.T, *loads])
         self._tile = max(LEAST_TILE, CACHED_VALUES // (2 * self._q.size + self._y.size + 1))
 
     @property
@@ -74,38 +78,39 @@ class LeapReplay:
     ) -> Block:
         """Advance through m steps of the spans with the numbers ``levels`` (m,), under port forces (P, m) and loads of
         ``means`` and ``rises`` (L, m); cheaper without ``energies``."""
-        ports, m = force.shape
-        u, stored, lost = np.zeros((len(self._shapes), m)), np.zeros(m), np.zeros(m if energies else 0)
+        (ports, m), seen = force.shape, len(self._seen)
+        u, stored, lost = np.zeros((len(self._out), m)), np.zeros(m), np.zeros(m if energies else 0)
         between = np.zeros((len(means), m))  # mean displacements at the loads
         if energies and self._form is None:
             forms = (oscillator.dissipation_form(float(span), *self._rates) for span in self._spans)
             self._form = np.array([[(1 + (i != j)) * form[i, j] for i, j in _FORM] for form in forms])
         form, moved = self._form if energies else None, bool(np.any(rises)) or None
+        relaxing, springs = self._seen @ self._amplitudes, bool(np.any(self._compliance))
         for part in blocks(m, self._tile):
             q = np.ascontiguousarray(np.concatenate([force[:, part], means[:, part]]).T @ self._shapes)
             f = None if moved is None else np.ascontiguousarray(rises[:, part].T @ self._shapes[ports:])
             _swing(levels[part], self._steps, form, self._q, self._v, q, f, stored[part], lost[part])
-            u[:, part] = self._shapes @ q.T
+            u[:, part] = self._out @ q.T
             if f is not None:
                 between[:, part] = self._shapes[ports:] @ f.T
             if self._y.size:
                 y = np.ascontiguousarray(force[:, part].T @ self._amplitudes)
                 relax(levels[part], self._relaxing, self._y, y, stored[part], lost[part])
-                u[:ports, part] += self._amplitudes @ y.T
-        before = np.concatenate([self._load_displacement[:, None], u[ports:, :-1]], axis=1)
-        work = np.sum(means * (u[ports:] - before), axis=0)
+                u[:seen, part] += relaxing @ y.T
+            if springs:
+                yields = self._compliance @ force[:, part]
+                u[:seen, part] += self._seen @ yields
+                if energies:  # a spring loaded by a step stores F^2 c/2
+                    jump = np.diff(force[:, part], axis=1, prepend=self._last[:, None])
+                    stored[part] += 0.5 * np.sum(force[:, part] * yields, axis=0)
+                    lost[part] += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
+            self._last = force[:, part.stop - 1].copy()
+        before = np.concatenate([self._load_displacement[:, None], u[seen:, :-1]], axis=1)
+        work = np.sum(means * (u[seen:] - before), axis=0)
         if moved is not None:
-            work += np.sum(rises * ((u[ports:] + before) / 2 - between), axis=0)
-        self._load_displacement = u[ports:, -1].copy()
-        if np.any(self._compliance):
-            yields = self._compliance @ force
-            u[:ports] += yields
-            if energies:
-                jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded by a step stores F^2 c/2
-                stored += 0.5 * np.sum(force * yields, axis=0)
-                lost += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
-        self._last = force[:, -1].copy()
-        return Block(u[:ports], stored, lost, work)
+            work += np.sum(rises * ((u[seen:] + before) / 2 - between), axis=0)
+        self._load_displacement = u[seen:, -1].copy()
+        return Block(u[:seen], stored, lost, work)
 
 
 def _find_step(span: float, omega: Array, zeta: Array) -> Array:

@@ -105,7 +105,8 @@ class Discrete:
         if self.kernel.modal is None or self.kernel.weights is not None:
             return None
         if grid is not None and not grid.is_uniform:
-            stored_at_ends = _move_in_leaps(self, self.kernel.modal, force, grid).stored
+            none = np.zeros((0, len(force)))
+            stored_at_ends = _move_in_leaps(self, self.kernel.modal, force, grid, none).stored
             return np.asarray(stored_at_ends[np.searchsorted(grid.ends, steps)])
         replay, now, last = _replay(self, self.kernel.modal), 0, max(steps, default=0)
         stored, pushed = {0: replay.stored}, np.any(force, axis=0) | np.any(self.loads, axis=0)
@@ -143,8 +144,11 @@ def mean_displacement(discrete: Discrete, force: Array, shares: Array, grid: Tim
     without energies, and only by modes with a mean displacement.
     """
     kernel = discrete.kernel
-    in_leaps = grid is not None and not grid.is_uniform
-    if in_leaps or discrete.moves_by_itself or (kernel.modal is not None and not np.all(kernel.modal.omega)):
+    if grid is not None and not grid.is_uniform:
+        assert kernel.modal is not None
+        moved = _move_in_leaps(discrete, kernel.modal, force, grid, shares[None], energies=False)
+        return np.asarray(moved.displacement[0])
+    if discrete.moves_by_itself or (kernel.modal is not None and not np.all(kernel.modal.omega)):
         return np.asarray(shares @ discrete.motion(force, grid).displacement)
     out = np.zeros(force.shape[1] + 1)
     if kernel.modal is not None:
@@ -248,15 +252,27 @@ def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array, *, energ
     return Motion(u, stored, np.cumsum(lost), np.cumsum(work))
 
 
-def _move_in_leaps(discrete: Discrete, modal: ModalGreens, force: Array, grid: TimeGrid) -> Motion:
-    """Return the motion by modes under port forces (P, N), constant over each step of the ``grid``."""
+def _move_in_leaps(
+    discrete: Discrete,
+    modal: ModalGreens,
+    force: Array,
+    grid: TimeGrid,
+    seen: Array | None = None,
+    *,
+    energies: bool = True,
+) -> Motion:
+    """Return the motion by modes under port forces (P, N), constant over each step of the ``grid``.
+
+    ``seen``: as of `LeapReplay`; without ``energies`` these mean nothing.
+    """
     (lengths, levels), (means, rises) = grid.levels, find_loads(discrete.loads, grid.ends)
     start, relaxed, rest = find_start(discrete, modal), find_relaxations(discrete, modal), modal.residual
     shapes = [load.shape for load in discrete.body.loads]
-    replay = LeapReplay(modal, discrete.dt * lengths.astype(np.float64), start, relaxed, discrete.rest, shapes)
+    spans = discrete.dt * lengths.astype(np.float64)
+    replay = LeapReplay(modal, spans, start, relaxed, discrete.rest, shapes, seen)
     moved = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + rest.compliance @ discrete.rest
-    stored = replay.stored
-    block = replay.advance(levels, force, means, rises)
+    moved, stored = moved if seen is None else seen @ moved, replay.stored
+    block = replay.advance(levels, force, means, rises, energies=energies)
     return Motion(
         np.concatenate([moved[:, None], block.displacement], axis=1),
         np.append(stored, block.stored),

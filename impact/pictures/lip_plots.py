@@ -77,8 +77,8 @@ def shown_contact(
     if math.isnan(begin):
         return (0.0, last), "no contact"
     for run in runs[1:]:
-        solid = run.solid[1:].reshape(len(run.solid) - 1, -1).sum(axis=1)
-        groups = measures.merged(run.dt * measures.closed_steps(solid))
+        solid = run.rows.solid.reshape(len(run.rows.ends), -1).sum(axis=1)
+        groups = measures.merged(run.rows.time[measures.closed_steps(solid[1:])])
         simultaneous = groups[(groups[:, 0] <= end) & (groups[:, 1] >= begin)]
         begin, end = min([begin, *simultaneous[:, 0]]), max([end, *simultaneous[:, 1]])
     extra = margin * (end - begin) + 2 * runs[0].dt
@@ -160,7 +160,7 @@ def plot_lip(
     """
     runs = [result] if baseline is None else [result, baseline]
     window, contact = shown_contact(runs, filter_width, 0.1, landings)
-    line = radius if isinstance(radius, ClosedLine) else ClosedLine.circle(radius, result.force.shape[1])
+    line = radius if isinstance(radius, ClosedLine) else ClosedLine.circle(radius, result.rows.force.shape[1])
     with sheet(path, 7.2, 8.4) as figure:
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.15, 1.25, 1.0])
@@ -179,6 +179,11 @@ def _within(run: ImpactResult, window: tuple[float, float], most: int) -> slice:
     return slice(int(first), int(last) + 1, max(1, math.ceil((int(last) + 1 - int(first)) / most)))
 
 
+def _gaps_in(run: ImpactResult, part: slice) -> Array:
+    """Return the (m, N) gaps at some recorded times [m]."""
+    return run.rows.find_motions(run.rows.gap, np.arange(part.start, min(part.stop, len(run.time)), part.step))
+
+
 def _map(
     figure: Figure,
     axes: Axes,
@@ -188,8 +193,11 @@ def _map(
     width: float,
     contact: str,
 ) -> None:
-    part, arcs = _within(result, window, COLUMNS), result.force.shape[1]
-    values = per_length(result.force, result.dt, width, line.lengths)[part]
+    part, arcs = _within(result, window, COLUMNS), result.rows.force.shape[1]
+    reach, last = math.ceil(width / result.dt), len(result.time) - 1
+    first = max(part.start - reach, 0)  # the average reaches beyond the window
+    force = result.rows.spread_forces(result.rows.force, first, min(part.stop + reach, last))
+    values = per_length(force, result.dt, width, line.lengths)[part.start - first : part.stop - first : part.step]
     (factor, unit), rate = scaled(values, "N/m"), time_axis(axes, window)
     times = rate * result.time[part]
     edges = np.append(times, 2 * times[-1] - times[-2]) - (times[1] - times[0]) / 2
@@ -219,7 +227,7 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     from matplotlib.ticker import MaxNLocator
 
     length = float(line.borders[-1])
-    impulses = [line_impulse(run.force[1:], run.dt, line.lengths, share, line.pieces) for run in runs]
+    impulses = [line_impulse(run.rows.force[1:], run.rows.spans, line.lengths, share, line.pieces) for run in runs]
     factor, unit = scaled(np.concatenate([values for values, _ in impulses]), "N s/m")
     for (values, places), name, (colour, style) in zip(impulses, names, _STYLES, strict=False):
         x, around = length * places, values
@@ -241,7 +249,8 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
 def _force(
     axes: Axes, runs: list[ImpactResult], window: tuple[float, float], width: float, names: tuple[str, str]
 ) -> None:
-    averages = [averaged(run.force[1:].sum(axis=1), run.dt, width, MOVING_AVERAGE) for run in runs]
+    totals = [run.rows.spread_forces(run.rows.force.sum(axis=1))[1:] for run in runs]
+    averages = [averaged(total, run.dt, width, MOVING_AVERAGE) for run, total in zip(runs, totals, strict=True)]
     (factor, unit), rate = scaled(np.concatenate(averages), "N"), time_axis(axes, window)
     for run, values, name, (colour, style) in zip(runs, averages, names, _STYLES, strict=False):
         part = _within(run, window, 4000)
@@ -253,14 +262,15 @@ def _force(
 
 
 def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:
-    part, arcs = _within(result, window, 4000), result.force.shape[1]
-    rate, (factor, unit) = time_axis(axes, window), scaled(result.gap[part], "m")
+    part, arcs = _within(result, window, 4000), result.rows.force.shape[1]
+    gap = _gaps_in(result, part)
+    rate, (factor, unit) = time_axis(axes, window), scaled(gap, "m")
     borders, _ = _borders(line)
     for share, colour in zip(QUARTERS, _OF_QUARTERS, strict=True):
         place = share * borders[-1]
         arc = min(int(np.searchsorted(borders, place + 1e-9 * borders[-1], side="right")) - 1, arcs - 1)
         name = f"{place:.3g} mm" if line.edges is None else f"{place:.0f}°"
-        axes.plot(rate * result.time[part], factor * result.gap[part, arc], color=colour, label=name)
+        axes.plot(rate * result.time[part], factor * gap[:, arc], color=colour, label=name)
     zero_line(axes)
     axes.set_ylabel(f"gap [{unit}]")
     axes.legend(loc="best", ncols=2)
@@ -270,7 +280,7 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
 
 def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:
     part, rate = _within(result, window, 4000), time_axis(axes, window)
-    slopes = np.degrees(np.arctan(best_plane(result.gap[part], line)[:, 1:]))
+    slopes = np.degrees(np.arctan(best_plane(_gaps_in(result, part), line)[:, 1:]))
     for values, name, colour in ((slopes[:, 1], "roll, about x", BLUE), (-slopes[:, 0], "pitch, about y", ORANGE)):
         axes.plot(rate * result.time[part], values, color=colour, label=name)
     zero_line(axes)

@@ -26,12 +26,13 @@ from impact.after.measures import contact_groups
 from impact.after.result import EnergyLedger, ImpactResult, RunRows, ledger
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
+from impact.march.grid import TimeGrid
 from impact.march.history import Engine
-from impact.march.ladder import begin_march, finish_march
+from impact.march.ladder import begin_march, finish_march, march
 from impact.march.motion import Discrete, Motion
 from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
-from impact.march.rows import Marched
+from impact.march.rows import Marched, Rows
 from impact.march.stepper import ContactStepper
 from impact.measured.reading import sampling_advice
 from impact.notices import Advice, Progress, silent
@@ -108,13 +109,13 @@ def measure_horizon(
     A landing here is the start of a contact group (`measures.contact_groups`) of any contact. Raises as `impact.solve`,
     and `ContactError` for bodies that never part.
     """
-    first = solve(problem, dt=dt, duration=duration, equal_steps=True)
-    gap = np.asarray(first.gap).reshape(len(first.time), -1)
+    first = solve(problem, dt=dt, duration=duration)
+    gap = first.rows.gap.reshape(len(first.rows.ends), -1)
     contacts = [None] if gap.shape[1] == 1 else list(range(gap.shape[1]))
     starts = sorted({round(start / dt) for contact in contacts for start, _ in contact_groups(first, contact=contact)})
     twin, shift = twin_of(problem, gap, perturbation)
-    other = np.asarray(solve(twin, dt=dt, duration=duration, equal_steps=True).gap).reshape(gap.shape)
-    return Horizon(growth_of_difference(gap, other, starts, shift), perturbation)
+    other = march(twin, dt, duration, like=first.rows)
+    return Horizon(growth_of_difference(first.rows, gap, other.rows, starts, shift), perturbation)
 
 
 def twin_of(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[ContactProblem, float]:
@@ -136,14 +137,15 @@ def with_wider_gaps(problem: ContactProblem, shift: float) -> ContactProblem:
     return ContactProblem(problem.striker, contacts=contacts, preload=problem.preload)
 
 
-def growth_of_difference(first: Array, second: Array, starts: Sequence[int], shift: float) -> Array:
-    """Return the largest difference of the gaps (n + 1, p) of two runs between each landing and the one before, over
-    ``shift`` [m].
+def growth_of_difference(grid: TimeGrid, gap: Array, other: Rows, starts: Sequence[int], shift: float) -> Array:
+    """Return the largest difference of the gaps of two runs between each landing and the one before, over ``shift``
+    [m].
 
-    ``starts``: (m,) steps at which the landings of the first run begin.
+    ``gap`` (N + 1, p): those of the first run, in the steps of ``grid`` [m]; ``other``: the second run; ``starts``:
+    (m,) fine steps at which the landings of the first run begin.
     """
-    difference = np.max(np.abs(second - first), axis=1)
-    edges = [0, *starts]
+    difference = np.max(np.abs(other.find_motions(other.gap, grid.ends) - gap), axis=1)
+    edges = np.searchsorted(grid.ends, [0, *starts]).tolist()
     growth = [np.max(difference[begin : end + 1]) / shift for begin, end in pairwise(edges)]
     return np.array(growth, dtype=np.float64)
 

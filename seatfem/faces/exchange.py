@@ -74,15 +74,16 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
 def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
     summary = report.fragments.run_summary(source)
     results, width = impact.load_results(source / runs.pipeline.RESULT_FILE), _filter_width(source, summary)
-    columns = {"time [s]": results["wave"].time}
+    ends = np.union1d(*(results[name].rows.ends for name in ("wave", "spring")))  # of long steps in either
+    columns = {"time [s]": results["wave"].dt * ends}
     for name, words in (("wave", ""), ("spring", "spring ")):
-        run = results[name]
+        run, rows = results[name], results[name].rows
         columns |= {
-            f"{words}force [N]": run.force,
-            f"{words}force, mean over {1e6 * width:g} us [N]": impact.measures.filtered_force(run, width),
-            f"{words}gap [m]": run.gap,
-            f"{words}striker displacement [m]": run.striker_displacement,
-            f"{words}seat displacement [m]": run.target_displacement,
+            f"{words}force [N]": rows.find_forces(rows.force, ends),
+            f"{words}force, mean over {1e6 * width:g} us [N]": impact.measures.filtered_force(run, width)[ends],
+            f"{words}gap [m]": rows.find_motions(rows.gap, ends),
+            f"{words}striker displacement [m]": rows.find_motions(rows.striker_displacement, ends),
+            f"{words}seat displacement [m]": rows.find_motions(rows.target_displacement, ends),
         }
     yield files.csv_table.write_csv(
         output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True)

@@ -18,10 +18,10 @@ from impact.march.loop.forces import FLOOR, advance, advance_many, contact_force
 from impact.march.loop.joints import joint_step, remember
 from impact.march.loop.several import active_set_from, alone, by_sweeps
 
-STEP, ROW, LEVEL, SINCE, CALM, WAIT, PENDING, UNSOLVED = range(8)
+STEP, ROW, LEVEL, SINCE, CALM, WAIT, PENDING, UNSOLVED, PLACE = range(9)
 """Places in the state of the loop: steps done, rows written, present level, rows on it since it was entered, how many
 of the last ones were smooth, step before which no longer one is tried, whether the last force still has to act on the
-poles, and steps whose forces were not found."""
+poles, steps whose forces were not found, and the place in the steps that are followed."""
 PATIENCE = 32  # fine steps after which a leap is tried again
 SMOOTH = 8  # smooth rows before a longer step is tried; they are compared over four and eight rows
 BEFORE = 2.0  # fine steps that a leap leaves before a touch, for the closing speed
@@ -131,9 +131,9 @@ def _smooth(force, row):
 @compiled(nogil=True)
 def march_ladder(
     stop, control, share, lengths, dt, fine, leaps, state, loads, contacts, law, rough, films, own, shifts, swept,
-    single, written,
+    single, followed, written,
 ):  # fmt: skip
-    """March from step ``control[STEP]`` to ``stop``, or until no row is left to write into; ``control`` (8,) says
+    """March from step ``control[STEP]`` to ``stop``, or until no row is left to write into; ``control`` (9,) says
     where the march stands.
 
     share (5,): allowed deviation of the forces from the line, over their largest sum so far, that sum [N], allowed
@@ -145,7 +145,8 @@ def march_ladder(
     (L, n + 1) from step ``first`` on, the largest so far (L,). contacts: gaps without motion (p,), their changes by
     moving bases (n + 1, p) or (0, p) from step ``first`` on, and the numbers of their sides (p,), 3 or 4. law: codes,
     rules, numbers, user's; own: W (J, p, p); shifts: its shifted twin for linear laws, or None; swept: True where
-    forces are found by sweeps, or None.
+    forces are found by sweeps, or None. followed: ends of the steps of a neighbouring run, which are taken as far as
+    contacts neither open nor close in them, or (0,).
     written: step after each row, force, gap and force of films; the rows up to ``control[ROW]`` are read.
     """
     rows, scale, along = fine
@@ -166,7 +167,16 @@ def march_ladder(
         warm[c] = force[row, c]
         if films is not None and films[c, 0] > 0.0:
             clear[c] = FAR * films[c, 1]
+    place, tried, given = control[PLACE], np.int64(-1), False
     while n < stop and row + 1 < ends.size:
+        given = False
+        if tried != n:  # it equals n after a step that was taken back
+            while place + 1 < followed.size and followed[place] < n:
+                place += 1
+            if place + 1 < followed.size and followed[place] == n:
+                given, tried, level = True, n, np.int64(0)
+                while lengths[level] < followed[place + 1] - n:
+                    level += 1
         while level > 0 and n + lengths[level] > stop:
             level, since, calm = level - 1, np.int64(0), np.int64(0)
         m = lengths[level]
@@ -212,7 +222,7 @@ def march_ladder(
                 largest[i] = max(largest[i], abs(begins), abs(ends_at))
                 inner = 0.5 * (amplitudes[i, n + m // 2 - 1 - first] + amplitudes[i, n + m // 2 - first])
                 bend = max(abs(amplitude[0, i] - 0.5 * (begins + ends_at)), abs(inner - 0.5 * (begins + ends_at)))
-                sudden = sudden or bend > STRAIGHT * share[0] * largest[i]
+                sudden = sudden or (bend > STRAIGHT * share[0] * largest[i] and not given)
             if sudden:
                 level, since, calm, wait = level - 1, np.int64(0), np.int64(0), n + PATIENCE
                 continue
@@ -246,14 +256,14 @@ def march_ladder(
                     least = min(gap[row, c], opening[c], opening[c] + BEFORE * (opening[c] - gap[row, c]) / m)
                     away = strayed[c] + bend
                     fits = fits and least - away > clear[c]
-                    if away > share[2] * share[sides[c]]:
+                    if away > share[2] * share[sides[c]] and not given:
                         fits, bends = False, True
                 elif back < 1 or force[back, c] == 0.0:
                     fits = False
                 else:
                     slope = (was - force[back, c]) / (middle - 0.5 * (ends[back] + ends[back - 1]))
                     apart += abs(now - was - slope * (mid - middle))
-            if not fits or apart > share[0] * share[1]:
+            if not fits or (apart > share[0] * share[1] and not given):
                 for c in range(many):
                     warm[c] = force[row, c]
                 level, since, calm = level - 1, np.int64(0), np.int64(0)
@@ -287,5 +297,5 @@ def march_ladder(
             rises = calm >= SMOOTH
         if rises and level + 1 < lengths.size and n % lengths[level + 1] == 0:
             level, since, calm = level + 1, np.int64(0), np.int64(0)
-    control[STEP], control[ROW], control[LEVEL] = n, row, level
+    control[STEP], control[ROW], control[LEVEL], control[PLACE] = n, row, level, place
     control[SINCE], control[CALM], control[WAIT], control[PENDING] = since, calm, wait, pending

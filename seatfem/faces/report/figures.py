@@ -201,17 +201,18 @@ def lip_figure(run: ImpactResult, arcs: int | None = None) -> Figure:
     ``arcs``: number of segments, each of equally many parts across; ``None``: each part is a segment.
     """
     first, last = _pressed([run])
-    parts, time = run.force[first:last], run.time[first:last]
-    force = parts.reshape(len(parts), arcs or parts.shape[1], -1).sum(axis=2)
-    size = max(1, math.ceil(len(time) / CELLS))
-    whole = len(time) // size * size
-    mean = force[:whole].reshape(-1, size, force.shape[1]).mean(axis=1)
+    parts = run.rows.force[1:].reshape(len(run.rows.ends) - 1, arcs or run.rows.force.shape[1], -1).sum(axis=2)
+    impulse = np.concatenate([np.zeros((1, parts.shape[1])), np.cumsum(parts * run.rows.spans[:, None], axis=0)])
+    size = max(1, math.ceil((last - first) / CELLS))
+    edges = np.arange(first, last, size)
+    mean = np.diff(run.rows.find_motions(impulse, edges), axis=0) / (size * run.dt)
+    time = run.dt * edges[:-1]
     factor, unit = scaled(float(mean.max(initial=0.0)), "N")
-    rate, time_unit = scaled(float(time[-1]), "s")
+    rate, time_unit = scaled(run.dt * float(last), "s")
     figure = _empty(f"time [{time_unit}]")
-    names = [f"{k + 1}" for k in range(force.shape[1])]
+    names = [f"{k + 1}" for k in range(parts.shape[1])]
     colours = {"colorscale": "Cividis", "colorbar": {"title": f"force [{unit}]"}}
-    figure.add_heatmap(x=_short(rate * time[:whole:size]), y=names, z=_short(factor * mean.T), **colours)
+    figure.add_heatmap(x=_short(rate * time), y=names, z=_short(factor * mean.T), **colours)
     figure.update_layout(hovermode="closest")
     figure.update_yaxes(title="segment of the lip", showgrid=False)
     return figure
@@ -300,8 +301,12 @@ class _Along:
 
 def _pressed(runs: Sequence[ImpactResult]) -> tuple[int, int]:
     """Return the first step with force in any run, and the one after the last; all steps if no run has any."""
-    steps = np.concatenate([np.flatnonzero(np.abs(run.force).reshape(len(run.time), -1).sum(axis=1)) for run in runs])
-    return (int(steps.min()), int(steps.max()) + 1) if len(steps) else (0, len(runs[0].time))
+    each = [np.any(run.rows.force.reshape(len(run.rows.ends), -1) != 0, axis=1) for run in runs]
+    begins = [run.rows.ends[:-1][pressed[1:]] for run, pressed in zip(runs, each, strict=True)]
+    ends = np.concatenate([run.rows.ends[pressed] for run, pressed in zip(runs, each, strict=True)])
+    if not len(ends):
+        return 0, int(runs[0].rows.ends[-1]) + 1
+    return int(min(np.append(np.concatenate(begins) + 1, ends))), int(ends.max()) + 1
 
 
 def _empty(along: str) -> Figure:

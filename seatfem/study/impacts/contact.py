@@ -21,6 +21,7 @@ from impact.bodies.loads import SprungBody
 from impact.files import csv_table
 from impact.greens.base import Array, GreensFunction
 from impact.march import history, motion
+from impact.march.grid import TimeGrid
 from impact.march.ladder import march
 from impact.march.prepared import step_count
 from impact.march.rows import Marched
@@ -226,11 +227,12 @@ def marched(
     duration: float,
     flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
     *,
-    equal_steps: bool = False,
+    like: TimeGrid | None = None,
 ) -> Marched:
     """Integrate a problem over a ``duration`` [s] for its forces only, far cheaper than a run with energies.
 
-    ``flight``: function such as `Flights`, which several runs may share; ``equal_steps``: as in `march`.
+    ``flight``: function such as `Flights`, which several runs may share; ``like``: as in
+    `impact.march.ladder.begin_march`.
     """
     striker = problem.striker
     for body in problem.targets:
@@ -238,7 +240,7 @@ def marched(
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
     discrete = (flight or Flights(striker, duration, problem.preload))(striker, dt)
     targets = (motion.Discrete.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
-    return march(problem, dt, duration, bodies=(discrete, *targets), equal_steps=equal_steps)
+    return march(problem, dt, duration, bodies=(discrete, *targets), like=like)
 
 
 def record_of(

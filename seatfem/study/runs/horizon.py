@@ -10,8 +10,9 @@ import numpy as np
 
 import impact
 from impact.after.landings import Landing
-from impact.greens.base import Array
+from impact.march.grid import TimeGrid
 from impact.march.problem import ContactProblem
+from impact.march.rows import Rows
 from impact.notices import Progress
 from impact.runs.solver import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of, with_wider_gaps
 from seatfem import results
@@ -39,10 +40,10 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     """Return the number of known landings, the growth rate of a perturbation, and ensemble statistics of later ones."""
     scene = done.plan.scene
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
-    gap, landings = _march(done, problem)
-    twin, shift = twin_of(problem, gap, PERTURBATION)
+    rows, landings = _march(done, problem)
+    twin, shift = twin_of(problem, rows.gap, PERTURBATION)
     starts = [round(landing.start / done.result.dt) for landing in landings]
-    horizon = Horizon(growth_of_difference(gap, _march(done, twin)[0], starts, shift))
+    horizon = Horizon(growth_of_difference(rows, rows.gap, _march(done, twin, rows)[0], starts, shift))
     known = horizon.known()
     keys: dict[str, object] = {
         results.KNOWN_LANDINGS: known,
@@ -56,7 +57,8 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     runs = [landings[known:]]
     for number in range(1, members):
         progress(STAGE, number / members)
-        runs.append(_march(done, with_wider_gaps(problem, number * ROUND_OFF * shift / PERTURBATION))[1][known:])
+        wider = with_wider_gaps(problem, number * ROUND_OFF * shift / PERTURBATION)
+        runs.append(_march(done, wider, rows)[1][known:])
     return keys | ensemble_keys(runs)
 
 
@@ -79,10 +81,11 @@ def ensemble_keys(runs: Sequence[Sequence[Landing]]) -> dict[str, object]:
     return keys
 
 
-def _march(done: Round, problem: ContactProblem) -> tuple[Array, tuple[Landing, ...]]:
-    """March a problem; return the gaps (n + 1, p) [m], and the landings on seat and stopper in the order of time."""
+def _march(done: Round, problem: ContactProblem, like: TimeGrid | None = None) -> tuple[Rows, tuple[Landing, ...]]:
+    """March a problem, in steps ``like`` those of another run; return the rows, and the landings on seat and stopper in
+    the order of time."""
     scene = done.plan.scene
-    run = marched(problem, done.result.dt, scene.run.duration, done.flights, equal_steps=True)
+    run = marched(problem, done.result.dt, scene.run.duration, done.flights, like=like)
     landings = landings_of_march(run, scene.run.filter_width, rebound=False)
     both = sorted((*landings.seat, *landings.stopper), key=lambda landing: landing.start)
-    return run.gap, tuple(both)
+    return run.rows, tuple(both)
