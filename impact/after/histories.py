@@ -38,28 +38,26 @@ def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
     return np.asarray(whole[reach - 1 : reach + n])
 
 
-def largest_average(force: Array, spans: float | Array, width: float) -> float:
+def largest_average(force: Array, steps: float | Array, width: float) -> float:
     """Return the largest moving average [N] of ``force`` (n,) over ``width`` [s], reached at an edge of a step.
 
-    ``spans``: length of the steps, or the (n,) length of each [s].
+    ``steps``: length of the steps, or the (n + 1,) times at which they begin and end [s].
     """
-    return float(largest_averages(force[:, None], spans, width)[0])
+    return float(largest_averages(force[:, None], steps, width)[0])
 
 
-def largest_averages(force: Array, spans: float | Array, width: float) -> Array:
+def largest_averages(force: Array, steps: float | Array, width: float) -> Array:
     """Return the (N,) `largest_average` of each column of ``force`` (n, N)."""
-    edges = edges_of(spans, len(force))
+    edges = edges_of(steps, len(force))
     integral = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force * np.diff(edges)[:, None], axis=0)])
     begins = _interpolate(edges + width, edges, integral) - integral
     ends = integral - _interpolate(edges - width, edges, integral)
     return np.asarray(np.maximum(begins.max(axis=0), ends.max(axis=0)) / width)
 
 
-def edges_of(spans: float | Array, number: int) -> Array:
-    """Return the (n + 1,) times at which n steps begin and end [s]."""
-    if np.ndim(spans) == 0:
-        return np.asarray(spans * np.arange(number + 1), dtype=np.float64)
-    return np.concatenate([[0.0], np.cumsum(spans)])
+def edges_of(steps: float | Array, number: int) -> Array:
+    """Return the (n + 1,) times at which n ``steps`` begin and end [s]."""
+    return np.asarray(steps * np.arange(number + 1) if np.ndim(steps) == 0 else steps, dtype=np.float64)
 
 
 def _interpolate(at: Array, time: Array, values: Array) -> Array:
@@ -226,30 +224,30 @@ def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
 
 
 def line_force_peak(
-    force: Array, spans: float | Array, width: float, length: float | Array, share: float, pieces: Pieces = ()
+    force: Array, steps: float | Array, width: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
     """Return the largest force per length [N/m], averaged over ``width`` [s] and a ``share`` of the line; its place.
 
-    ``force``: (n, N) on N arcs, constant over each step [N]; ``spans``: length of the steps, or of each [s];
-    ``length``: the line's, or (N,) arcs' [m]. The place is the middle of the averaged part, as a fraction of the line
-    from the beginning of the first arc.
+    ``force``: (n, N) on N arcs, constant over each step [N]; ``steps``: length of the steps, or the (n + 1,) times at
+    which they begin and end [s]; ``length``: the line's, or (N,) arcs' [m]. The place is the middle of the averaged
+    part, as a fraction of the line from the beginning of the first arc.
     """
     lengths, when = lengths_of(length, force.shape[1]), np.flatnonzero(np.any(force, axis=1))
     part = slice(when[0], when[-1] + 1) if when.size else slice(1)  # there is no force before and after
     means = over_arcs(force[part], share, lengths, pieces)
-    each = largest_averages(means, spans if np.ndim(spans) == 0 else np.asarray(spans)[part], width)
+    each = largest_averages(means, edges_of(steps, len(force))[part.start or 0 : part.stop + 1], width)
     return float(each.max()), float(_middles(lengths, share, pieces)[int(np.argmax(each))])
 
 
 def line_impulse(
-    force: Array, spans: float | Array, length: float | Array, share: float, pieces: Pieces = ()
+    force: Array, steps: float | Array, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[Array, Array]:
     """Return the (N,) impulses per length averaged over a ``share`` of the line [N s/m], and their places, ascending.
 
     Arguments and places are as in `line_force_peak`.
     """
     lengths = lengths_of(length, force.shape[1])
-    whole = np.diff(edges_of(spans, len(force))) @ force
+    whole = np.diff(edges_of(steps, len(force))) @ force
     impulses = over_arcs(whole[None], share, lengths, pieces)[0]
     places = _middles(lengths, share, pieces)
     order = np.argsort(places, kind="stable")
@@ -257,10 +255,10 @@ def line_impulse(
 
 
 def line_impulse_peak(
-    force: Array, spans: float | Array, length: float | Array, share: float, pieces: Pieces = ()
+    force: Array, steps: float | Array, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
     """Return the largest value of `line_impulse` [N s/m] and its place."""
-    each, places = line_impulse(force, spans, length, share, pieces)
+    each, places = line_impulse(force, steps, length, share, pieces)
     return float(each.max()), float(places[int(np.argmax(each))])
 
 

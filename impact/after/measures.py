@@ -109,7 +109,7 @@ def filtered_peak_force(
     """Return the largest `filtered_force` [N], with the Hann window at recorded times only; raises as that does."""
     if window == MOVING_AVERAGE:
         rows = _resolve(result, width, contact).rows
-        return largest_average(rows.force[1:], rows.spans, width)
+        return largest_average(rows.force[1:], rows.time, width)
     return float(np.max(filtered_force(result, width, contact=contact, window=window)))
 
 

@@ -227,7 +227,7 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     from matplotlib.ticker import MaxNLocator
 
     length = float(line.borders[-1])
-    impulses = [line_impulse(run.rows.force[1:], run.rows.spans, line.lengths, share, line.pieces) for run in runs]
+    impulses = [line_impulse(run.rows.force[1:], run.rows.time, line.lengths, share, line.pieces) for run in runs]
     factor, unit = scaled(np.concatenate([values for values, _ in impulses]), "N s/m")
     for (values, places), name, (colour, style) in zip(impulses, names, _STYLES, strict=False):
         x, around = length * places, values

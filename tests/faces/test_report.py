@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from impact.march.rows import Rows
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.report.asked import AskedError
 from seatfem.faces.report.figures import MOST, _envelope, body_figure, lip_figure
@@ -106,7 +107,7 @@ def test_a_curve_keeps_its_peaks() -> None:
 def test_force_along_the_lip_is_that_of_segments_not_of_the_parts_across_them() -> None:
     """Two segments of three rings each, in newtons."""
     force = np.array([[0, 0, 0, 0, 0, 0], [1, 2, 3, 10, 20, 30], [0, 1, 0, 0, 10, 0]], dtype=float)
-    run: Any = SimpleNamespace(force=force, time=np.array([0.0, 1e-6, 2e-6]))
+    run: Any = SimpleNamespace(rows=Rows(1e-6, np.arange(3), force, force, force), dt=1e-6)
     (drawn,) = lip_figure(run, 2).data
     assert list(drawn.y) == ["1", "2"]
     np.testing.assert_allclose(drawn.z, [[6, 1], [60, 10]])

@@ -204,9 +204,9 @@ def lip_figure(run: ImpactResult, arcs: int | None = None) -> Figure:
     parts = run.rows.force[1:].reshape(len(run.rows.ends) - 1, arcs or run.rows.force.shape[1], -1).sum(axis=2)
     impulse = np.concatenate([np.zeros((1, parts.shape[1])), np.cumsum(parts * run.rows.spans[:, None], axis=0)])
     size = max(1, math.ceil((last - first) / CELLS))
-    edges = np.arange(first, last, size)
+    edges = np.arange(max(first - 1, 0), last, size)
     mean = np.diff(run.rows.find_motions(impulse, edges), axis=0) / (size * run.dt)
-    time = run.dt * edges[:-1]
+    time = np.asarray(run.dt * (edges[:-1] + 1), dtype=np.float64)
     factor, unit = scaled(float(mean.max(initial=0.0)), "N")
     rate, time_unit = scaled(run.dt * float(last), "s")
     figure = _empty(f"time [{time_unit}]")

@@ -113,6 +113,7 @@ LEAST_STEPS_PER_FILTER = 2  # fewest steps in the filter's width that resolve th
 MAX_STEPS = 20_000_000
 STEP_BYTES = 530  # bytes per step of all histories of a run, and of their file while it is put together
 CONTACT_BYTES = 48  # bytes per step of each further contact
+LONG_BYTES = 0.2  # of these bytes where smooth motion takes long steps (docs/performance.md, "Long runs")
 PAIR_TIME = 6e-9  # time [s] of a step for each pair of contacts, by spring laws; rigid ones take a quarter
 LONGEST_MARCH = 86400.0  # longest predicted computing time of a run [s]
 
@@ -360,7 +361,8 @@ def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
     steps, room = scene.run.duration / dt, available_memory()
     contacts = parts or (scene.contact.ports or 1) * scene.contact.rings
     contacts += 0 if scene.stopper is None else scene.stopper.parts.count
-    memory, seconds = CONTACT_BYTES * (contacts - 1) * steps, PAIR_TIME * contacts**2 * steps
+    each = CONTACT_BYTES * (1.0 if scene.is_blown_by_lift else LONG_BYTES)
+    memory, seconds = each * (contacts - 1) * steps, PAIR_TIME * contacts**2 * steps
     if contacts > 1 and (memory > room or seconds > LONGEST_MARCH):
         raise RunError(
             f"contact.ports and contact.rings with [stopper] make {contacts} contacts over {steps:.2g} steps: "

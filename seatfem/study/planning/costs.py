@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.greens.base import GreensFunction
+from impact.march.ladder import WORTHWHILE
 from seatfem.machine import rates
 from seatfem.structures.estimates.costs import SeatModel, count_elements, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.kinds import Structure
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import Method
 from seatfem.study.impacts.bodies import striker_of
-from seatfem.study.impacts.contact import CONTACT_BYTES, fallback_step
+from seatfem.study.impacts.contact import CONTACT_BYTES, LONG_BYTES, fallback_step
 from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.ladders.level import method_beside
 from seatfem.study.method import RunMethod, stated_method
@@ -102,6 +103,7 @@ COARSE_STRESS: Final = 0.4  # time of the stress in a run of the budget, over th
 ARRAYS: Final = 44  # histories that are in memory at once
 SAVED: Final = 22  # histories written to the file
 OF_A_PORT: Final = CONTACT_BYTES / 8  # further histories for each port of a lip
+LONG_TIME: Final = 0.3  # time of a run in steps of different lengths, over that in equal ones, as benchmarked
 PORT: Final = 0.5  # time of a pole's step for each further port, over that for one, measured
 WEIGHTS: Final = 30  # poles that take as long as exact step weights, per log2 of the steps
 
@@ -186,6 +188,7 @@ class ContactModel:
         runs: number of runs of the error budget.
         bends: whether the reed is a beam, whose stress is computed.
         ports: number of contact points along the lip.
+        has_long_steps: whether smooth motion may take long steps.
     """
 
     steps: float
@@ -195,11 +198,17 @@ class ContactModel:
     runs: float
     bends: bool = True
     ports: int = 1
+    has_long_steps: bool = False
+
+    @property
+    def values(self) -> float:
+        """Return the number of values of further ports that each step keeps."""
+        return OF_A_PORT * (self.ports - 1) * (LONG_BYTES if self.has_long_steps else 1.0)
 
     @property
     def memory(self) -> float:
         """Return the bytes of the histories."""
-        return 8 * (ARRAYS + OF_A_PORT * (self.ports - 1)) * self.steps
+        return 8 * (ARRAYS + self.values) * self.steps
 
 
 def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> ContactModel:
@@ -212,6 +221,7 @@ def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> Contact
     steps = max(1.0, scene.run.duration / dt)
     if seat is not None:
         model = ContactModel(steps, seat.poles, 1.0, seat.poles, BUDGET_RUNS)
+        model = replace(model, has_long_steps=not scene.is_blown_by_lift)
     else:
         model = contact_model(steps, dt, closed)
     return with_striker(model, scene.reed, method, dt, scene.run.duration, known)
@@ -266,7 +276,8 @@ def contact_seconds(model: ContactModel) -> Mapping[str, float]:
 
     def run(poles: float) -> float:
         per_pole = rates.POLE * (1 + PORT * (model.ports - 1))
-        return rates.STEP + per_pole * (poles + model.reed + (model.ports if model.ports > 1 else 0))
+        each = rates.STEP + per_pole * (poles + model.reed + (model.ports if model.ports > 1 else 0))
+        return each * (LONG_TIME if model.has_long_steps and model.steps * each > WORTHWHILE else 1.0)
 
     n = model.steps
     return {
@@ -274,7 +285,7 @@ def contact_seconds(model: ContactModel) -> Mapping[str, float]:
         "spring baseline": n * run(0.0),
         "reed stress": (2 * rates.COMPILED if stress else 0.0) + 2 * n * stress,
         "error budget": model.runs / 2 * n * (run(model.coarse_poles) + COARSE_STRESS * stress),
-        "files": (SAVED + OF_A_PORT * (model.ports - 1)) * n * rates.VALUE,
+        "files": (SAVED + model.values) * n * rates.VALUE,
     }
 
 

@@ -14,7 +14,7 @@ from impact.notices import Progress, Tell, ignore
 from impact.quantities import in_time
 from impact.runs.variations import Budget, Values, total
 from seatfem import structures
-from seatfem.machine.resources import Stopwatch, peak_memory
+from seatfem.machine.resources import Stopwatch, peak_memory, within_memory
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.study import impacts, runs
 from seatfem.study.error_budget import error_budget, with_bars_of_measures
@@ -71,6 +71,7 @@ def rounds(
             "seatfem plan shows what takes them, and what cheaper targets take"
         )
     deadline = limits.seconds + (time.perf_counter() if start is None else start)
+    progress = within_memory(progress)
     latest = _measured(partial(_first_round, limits=limits), plan, folder, watch, progress)
     while True:
         further: Plan | None = None

@@ -199,10 +199,10 @@ def _line_keys(line: Line | None, width: float) -> dict[str, object]:
         return {}
     is_pressed = (line.force if line.film is None else line.force - line.film) > 0
     first = int(np.argmax(is_pressed.any(axis=1)))
-    force, spans = line.force[1:], line.grid.spans
+    force, times = line.force[1:], line.grid.time
     places = {
-        "line_force_peak": line_force_peak(force, spans, width, line.length, line.share, line.pieces)[1],
-        "line_impulse_peak": line_impulse_peak(force, spans, line.length, line.share, line.pieces)[1],
+        "line_force_peak": line_force_peak(force, times, width, line.length, line.share, line.pieces)[1],
+        "line_impulse_peak": line_impulse_peak(force, times, line.length, line.share, line.pieces)[1],
     }
     length, keys, is_touched = float(line.lengths.sum()), {}, bool(is_pressed.any())
     for name, place in places.items():

@@ -307,17 +307,18 @@ class _AlongLip:
     def evaluate(self, blow: ContactRecord) -> float:
         """Return the measure over the whole run."""
         assert blow.line is not None
-        return self._peak(blow, blow.line, blow.line.force[1:], blow.line.grid.spans)
+        return self._peak(blow, blow.line, blow.line.force[1:], blow.line.grid.time)
 
     def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         """Return the measure for one landing, the quasi-static load included."""
         line = blow.line
         if line is None:
             return None
-        steps, n = blow.steps_of(landing), len(blow.force) - 1
-        return self._peak(blow, line, line.grid.spread_forces(line.force, steps.start + 1, min(steps.stop, n)), blow.dt)
+        within, n = blow.steps_of(landing), len(blow.force) - 1
+        force = line.grid.spread_forces(line.force, within.start + 1, min(within.stop, n))
+        return self._peak(blow, line, force, blow.dt)
 
-    def _peak(self, blow: ContactRecord, line: Line, force: Array, spans: float | Array) -> float:
+    def _peak(self, blow: ContactRecord, line: Line, force: Array, steps: float | Array) -> float:
         raise NotImplementedError
 
 
@@ -327,8 +328,8 @@ class LineForce(_AlongLip, Measure):
     name, key, words = "line_force", "line_force_peak_N_per_m", "force per length"
     landing_key = "landing_line_force_peak_N_per_m"
 
-    def _peak(self, blow: ContactRecord, line: Line, force: Array, spans: float | Array) -> float:
-        return histories.line_force_peak(force, spans, blow.filter_width, line.length, line.share, line.pieces)[0]
+    def _peak(self, blow: ContactRecord, line: Line, force: Array, steps: float | Array) -> float:
+        return histories.line_force_peak(force, steps, blow.filter_width, line.length, line.share, line.pieces)[0]
 
 
 class LineImpulse(_AlongLip, Measure):
@@ -337,8 +338,8 @@ class LineImpulse(_AlongLip, Measure):
     name, key, words = "line_impulse", "line_impulse_peak_Ns_per_m", "impulse per length"
     landing_key = "landing_line_impulse_peak_Ns_per_m"
 
-    def _peak(self, blow: ContactRecord, line: Line, force: Array, spans: float | Array) -> float:
-        return histories.line_impulse_peak(force, spans, line.length, line.share, line.pieces)[0]
+    def _peak(self, blow: ContactRecord, line: Line, force: Array, steps: float | Array) -> float:
+        return histories.line_impulse_peak(force, steps, line.length, line.share, line.pieces)[0]
 
 
 def all_measures() -> Mapping[str, Measure]:
