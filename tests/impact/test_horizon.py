@@ -9,6 +9,8 @@ import pytest
 
 import impact
 from impact.greens.base import Array
+from impact.march import ladder
+from impact.march.ladder import march
 from impact.runs.solver import PERTURBATION, Horizon, twin_of
 from tests.known_answers.compliant import rigid_seat
 
@@ -110,3 +112,22 @@ def test_between_two_walls_a_ball_falls_behind_by_two_a_flight() -> None:
     problem = impact.ContactProblem(impact.rigid_mass(mass=MASS, velocity=-v), contacts=contacts)
     horizon = impact.measure_horizon(problem, dt=CONTACT / 40, duration=4.0 * width / v)
     assert horizon.growth == pytest.approx([1, 3, 5, 7], rel=5e-3)
+
+
+@pytest.mark.slow
+def test_a_twin_that_follows_the_long_steps_of_its_run_grows_as_one_at_equal_steps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A difference of 1e-9 is far below what the choice of steps may change; the same steps leave it alone."""
+    problem = dropped(0.5**2 / (2 * G))
+    way: dict[str, float] = {"dt": CONTACT / 400, "duration": 0.31}
+    equal = impact.measure_horizon(problem, **way)
+    monkeypatch.setattr(ladder, "WORTHWHILE", 0.0)
+    result = impact.solve(problem, **way)
+    assert len(result.rows.ends) < len(result.time) / 10
+    np.testing.assert_allclose(impact.measure_horizon(problem, **way).growth, equal.growth, rtol=1e-3)
+    twin, _ = twin_of(problem, result.rows.gap[:, None], PERTURBATION)
+    followed = march(twin, way["dt"], way["duration"], like=result.rows)
+    alone = march(twin, way["dt"], way["duration"])
+    assert np.mean(np.isin(followed.rows.ends, result.rows.ends)) >= np.mean(np.isin(alone.rows.ends, result.rows.ends))
+    assert np.mean(np.isin(result.rows.ends, followed.rows.ends)) > 0.99

@@ -19,6 +19,9 @@ from impact.exact.closed_form import PowerGreens
 from impact.files.safe_files import whole_file
 from impact.greens.base import ErrorEstimate, GreensFunction
 from impact.greens.sampled import SampledGreens
+from impact.march.ladder import LadderMarch, finish_march, prepare_levels
+from impact.march.prepared import discretise
+from impact.runs.solver import collect
 from impact.storage.hdf5 import SCHEMA, StorageError, load_greens, load_results, save_greens, save_results
 from tests.fuzz.hdf5 import seal
 
@@ -291,3 +294,34 @@ def test_a_killed_writer_leaves_no_half_file(sent: signal.Signals, tmp_path: Pat
     assert path.read_text() == "older"
     left = sorted(p.name for p in tmp_path.iterdir())
     assert left == ["result.h5"] if sent is signal.SIGINT else left[-1] == "result.h5" and left[0].startswith(".")
+
+
+def in_long_steps() -> impact.ImpactResult:
+    """A reed on its seat, in steps of several lengths."""
+    reed = impact.cantilever_reed(**REED, damping_ratio=0.03, n_modes=7, tip_deflection=1e-4)
+    one = discretise(impact.ContactProblem(reed, impact.spring(stiffness=1e6)), 1e-7, 2e-3)
+    levels = prepare_levels(one)
+    assert levels is not None
+    return collect(finish_march(LadderMarch(one, levels)))
+
+
+def test_steps_of_different_lengths_are_kept_as_they_are(tmp_path: Path) -> None:
+    """A row a step on file, and the same histories at equal steps; programs before schema 2 refuse it."""
+    result = in_long_steps()
+    assert len(result.rows.ends) < len(result.time) / 2
+    save_results(tmp_path / "r.h5", {"wave": result}, {})
+    read = load_results(tmp_path / "r.h5")["wave"]
+    assert_same(read, result)
+    np.testing.assert_array_equal(read.force, result.force)
+    with h5py.File(tmp_path / "r.h5") as file:
+        assert file.attrs["schema"] == 2
+        assert file["wave/force"].shape == file["wave/ends"].shape == result.rows.ends.shape
+
+
+@pytest.mark.parametrize("wrong", [-1, 0, 10**12])
+def test_ends_of_steps_that_do_not_rise_are_damage(wrong: int, tmp_path: Path) -> None:
+    save_results(tmp_path / "r.h5", {"wave": in_long_steps()}, {})
+    with h5py.File(tmp_path / "r.h5", "r+") as opened:
+        opened["wave/ends"][-1] = wrong
+    with pytest.raises(StorageError, match=r"r\.h5.*ends of the steps"):
+        load_results(tmp_path / "r.h5")

@@ -1,0 +1,45 @@
+"""Steps of different lengths, and histories at fine steps that are made from them."""
+
+import numpy as np
+import pytest
+
+from impact import ContactError
+from impact.march import grid
+from impact.march.grid import TimeGrid
+
+STEPS = TimeGrid(1e-3, np.array([0, 1, 2, 6, 22]))
+MOVED = np.array([0.0, 1.0, 2.0, 6.0, 22.0])  # on one line
+
+
+def test_a_force_is_constant_over_a_step_and_a_motion_is_a_line() -> None:
+    np.testing.assert_array_equal(STEPS.spread_forces(MOVED), [0, 1, 2, 6, 6, 6, 6, *[22] * 16])
+    np.testing.assert_allclose(STEPS.spread_motions(MOVED), np.arange(23.0))
+    np.testing.assert_array_equal(STEPS.spread_forces(MOVED, 2, 4), [2, 6, 6])
+    np.testing.assert_allclose(
+        STEPS.find_motions(np.stack([MOVED, -MOVED], axis=1), np.array([4, 14]))[:, 1], [-4, -14]
+    )
+
+
+def test_times_lengths_and_words() -> None:
+    np.testing.assert_allclose(STEPS.time, [0, 1e-3, 2e-3, 6e-3, 22e-3])
+    np.testing.assert_allclose(STEPS.spans, [1e-3, 1e-3, 4e-3, 16e-3])
+    lengths, levels = STEPS.levels
+    assert lengths.tolist() == [1, 4, 16]
+    assert levels.tolist() == [0, 0, 1, 2]
+    assert STEPS.in_words() == "4 steps: 2 of 1 ms, 1 of 4 ms, 1 of 16 ms"
+
+
+@pytest.mark.parametrize(
+    ("step", "ends"), [(1, [0, 1]), (6, [0, 1, 2, 6]), (7, [0, 1, 2, 6, 7]), (22, [0, 1, 2, 6, 22])]
+)
+def test_a_grid_is_cut_at_a_step(step: int, ends: list[int]) -> None:
+    assert STEPS.until(step).ends.tolist() == ends
+
+
+def test_a_history_that_would_not_fit_is_refused_and_its_windows_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(grid, "MOST_BYTES", 8.0 * 10)
+    with pytest.raises(ContactError, match="0 to 22 .*window"):
+        STEPS.spread_forces(MOVED)
+    assert len(STEPS.spread_forces(MOVED, 3, 12)) == 10
+    with pytest.raises(ContactError, match="0 to 23.*22 steps"):
+        STEPS.spread_motions(MOVED, 0, 23)
