@@ -22,11 +22,9 @@ import numpy as np
 
 from impact.after import measures as measured
 from impact.after import regime
-from impact.after.measures import contact_groups
 from impact.after.result import EnergyLedger, ImpactResult, RunRows, ledger
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
-from impact.march.grid import TimeGrid
 from impact.march.history import Engine
 from impact.march.ladder import begin_march, finish_march, march
 from impact.march.motion import Discrete, Motion
@@ -106,16 +104,16 @@ def measure_horizon(
 ) -> Horizon:
     """Run a problem and its twin over ``duration`` [s] with the step ``dt`` [s], and compare them landing by landing.
 
-    A landing here is the start of a contact group (`measures.contact_groups`) of any contact. Raises as `impact.solve`,
-    and `ContactError` for bodies that never part.
+    A landing here is the start of a contact group (`impact.measures.contact_groups`) of any contact. Raises as
+    `impact.solve`, and `ContactError` for bodies that never part.
     """
-    first = solve(problem, dt=dt, duration=duration)
-    gap = first.rows.gap.reshape(len(first.rows.ends), -1)
-    contacts = [None] if gap.shape[1] == 1 else list(range(gap.shape[1]))
-    starts = sorted({round(start / dt) for contact in contacts for start, _ in contact_groups(first, contact=contact)})
-    twin, shift = twin_of(problem, gap, perturbation)
-    other = march(twin, dt, duration, like=first.rows)
-    return Horizon(growth_of_difference(first.rows, gap, other.rows, starts, shift), perturbation)
+    first = march(problem, dt, duration).rows
+    solid = first.force - first.film if first.film.size else first.force
+    groups = (measured.merged(first.time[measured.closed_steps(each[1:])]) for each in solid.T)
+    starts = sorted({round(start / dt) for each in groups for start in each[:, 0]})
+    twin, shift = twin_of(problem, first.gap, perturbation)
+    other = march(twin, dt, duration, like=first).rows
+    return Horizon(growth_of_difference(first, other, starts, shift), perturbation)
 
 
 def twin_of(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[ContactProblem, float]:
@@ -137,15 +135,15 @@ def with_wider_gaps(problem: ContactProblem, shift: float) -> ContactProblem:
     return ContactProblem(problem.striker, contacts=contacts, preload=problem.preload)
 
 
-def growth_of_difference(grid: TimeGrid, gap: Array, other: Rows, starts: Sequence[int], shift: float) -> Array:
+def growth_of_difference(first: Rows, second: Rows, starts: Sequence[int], shift: float) -> Array:
     """Return the largest difference of the gaps of two runs between each landing and the one before, over ``shift``
     [m].
 
-    ``gap`` (N + 1, p): those of the first run, in the steps of ``grid`` [m]; ``other``: the second run; ``starts``:
-    (m,) fine steps at which the landings of the first run begin.
+    ``starts``: (m,) fine steps at which the landings of the first run begin. Both must be as they were marched: gaps
+    that are replayed from the forces have another round-off.
     """
-    difference = np.max(np.abs(other.find_motions(other.gap, grid.ends) - gap), axis=1)
-    edges = np.searchsorted(grid.ends, [0, *starts]).tolist()
+    difference = np.max(np.abs(second.find_motions(second.gap, first.ends) - first.gap), axis=1)
+    edges = np.searchsorted(first.ends, [0, *starts]).tolist()
     growth = [np.max(difference[begin : end + 1]) / shift for begin, end in pairwise(edges)]
     return np.array(growth, dtype=np.float64)
 

@@ -38,8 +38,8 @@ def test_a_grid_is_cut_at_a_step(step: int, ends: list[int]) -> None:
 
 def test_a_history_that_would_not_fit_is_refused_and_its_windows_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(grid, "MOST_BYTES", 8.0 * 10)
-    with pytest.raises(ContactError, match="0 to 22 .*window"):
+    with pytest.raises(ContactError, match=r"0 to 22 .*window"):
         STEPS.spread_forces(MOVED)
     assert len(STEPS.spread_forces(MOVED, 3, 12)) == 10
-    with pytest.raises(ContactError, match="0 to 23.*22 steps"):
+    with pytest.raises(ContactError, match=r"0 to 23.*22 steps"):
         STEPS.spread_motions(MOVED, 0, 23)

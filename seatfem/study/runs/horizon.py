@@ -43,7 +43,7 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     rows, landings = _march(done, problem)
     twin, shift = twin_of(problem, rows.gap, PERTURBATION)
     starts = [round(landing.start / done.result.dt) for landing in landings]
-    horizon = Horizon(growth_of_difference(rows, rows.gap, _march(done, twin, rows)[0], starts, shift))
+    horizon = Horizon(growth_of_difference(rows, _march(done, twin, rows)[0], starts, shift))
     known = horizon.known()
     keys: dict[str, object] = {
         results.KNOWN_LANDINGS: known,
