@@ -26,7 +26,7 @@ from impact.march.stepper import ContactStepper
 from impact.notices import Advice
 
 SCHEMA = 2
-"""1: histories at equal steps; 2: a result may have steps of different lengths, ``ends`` in place of ``time``."""
+"""1: histories at equal steps; 2: a result may have steps of different lengths, whose ``ends`` it has."""
 BLOCK = 1 << 20  # bytes by which a file grows in memory
 DEEPEST = 8  # levels of sums within sums in one file
 MOST_PARTS = 1000  # most parts of all sums of a file
@@ -133,8 +133,8 @@ def save_results(
             group, rows = file.create_group(name), result.rows
             histories = {key: getattr(rows, key) for key in (*_SERIES, "film")}
             histories |= {f"energy/{key}": getattr(rows.energy, key) for key in (*_LEDGER, "film_loss")}
-            axis = axes.setdefault(id(rows.ends), rows.time if uniform else rows.ends)
-            histories["time" if uniform else "ends"] = axis
+            histories["time"] = axes.setdefault(id(rows.ends), rows.time)
+            histories["ends"] = None if uniform else rows.ends
             for key, history in histories.items():
                 if id(history) in stored:
                     group[key] = stored[id(history)][1]
