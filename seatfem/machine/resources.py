@@ -16,8 +16,6 @@ from typing import Final
 
 import psutil
 
-from impact.notices import Progress
-
 if sys.platform != "win32":
     import resource
 
@@ -53,31 +51,6 @@ def peak_memory() -> float:
     if sys.platform == "win32":
         return math.nan
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
-
-
-LEAST_FREE: Final = 3e8
-"""Memory that must remain available while a run goes on [bytes]."""
-EVERY: Final = 0.5  # least time between two looks at the memory [s]
-
-
-def within_memory(progress: Progress) -> Progress:
-    """Return ``progress`` that raises `MemoryError`, in words, at a report with less than `LEAST_FREE` available: the
-    run ends before the system ends it."""
-    last = -math.inf
-
-    def listen(stage: str, done: float) -> None:
-        nonlocal last
-        if time.perf_counter() - last > EVERY:
-            last = time.perf_counter()
-            if (free := available_memory()) < LEAST_FREE:
-                raise MemoryError(
-                    f"{stage} was stopped at {done:.0%}: {free / 1e9:.2g} GB of memory are left, at least "
-                    f"{LEAST_FREE / 1e9:g} GB are needed to go on; shorten run.duration, state a longer run.time_step "
-                    "or fewer contact.ports, or end other programs"
-                )
-        progress(stage, done)
-
-    return listen
 
 
 def _of_the_machine() -> float:

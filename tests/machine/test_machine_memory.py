@@ -90,15 +90,3 @@ except MemoryError:
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert float(done.stdout) == pytest.approx(200 * MB, rel=0.1)  # importing and measuring map a little
-
-
-def test_a_run_ends_in_words_before_its_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The stage, how far it came, what is left and what is needed, and keys that need less."""
-    heard: list[tuple[str, float]] = []
-    progress = resources.within_memory(lambda stage, done: heard.append((stage, done)))
-    progress("stepping", 0.1)
-    monkeypatch.setattr(resources, "EVERY", 0.0)
-    monkeypatch.setattr(resources, "available_memory", lambda: 0.9 * resources.LEAST_FREE)
-    with pytest.raises(MemoryError, match=r"stepping .* 20%: 0\.27 GB .* 0\.3 GB .* run\.duration.* contact\.ports"):
-        progress("stepping", 0.2)
-    assert heard == [("stepping", 0.1)]

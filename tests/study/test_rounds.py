@@ -336,3 +336,15 @@ def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFi
     assert not any(re.search(r"\bdt\b", note) for note in notes)
     assumed = "reed.width = 10.0 mm, reed.thickness = 305 µm, reed.material = 200 GPa, 7850 kg/m^3"
     assert any(note.endswith(assumed) for note in notes)
+
+
+def test_a_run_ends_in_words_before_its_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The stage, how far it came, what is left and what is needed, and keys that need less."""
+    heard: list[tuple[str, float]] = []
+    progress = rounds.within_memory(lambda stage, done: heard.append((stage, done)))
+    progress("stepping", 0.1)
+    monkeypatch.setattr(rounds, "EVERY", 0.0)
+    monkeypatch.setattr(rounds, "available_memory", lambda: 0.9 * rounds.LEAST_FREE)
+    with pytest.raises(MemoryError, match=r"stepping .* 20%: 0\.27 GB .* 0\.3 GB .* run\.duration.* contact\.ports"):
+        progress("stepping", 0.2)
+    assert heard == [("stepping", 0.1)]

@@ -3,6 +3,7 @@ be."""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -14,7 +15,7 @@ from impact.notices import Progress, Tell, ignore
 from impact.quantities import in_time
 from impact.runs.variations import Budget, Values, total
 from seatfem import structures
-from seatfem.machine.resources import Stopwatch, peak_memory, within_memory
+from seatfem.machine.resources import Stopwatch, available_memory, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.study import impacts, runs
 from seatfem.study.error_budget import error_budget, with_bars_of_measures
@@ -111,6 +112,31 @@ def _until(deadline: float, progress: Progress) -> Progress:
     def listen(stage: str, done: float) -> None:
         if time.perf_counter() > deadline:
             raise OutOfTime(f"--max-time is over ({stage}); allow more")
+        progress(stage, done)
+
+    return listen
+
+
+LEAST_FREE: Final = 3e8
+"""Memory that must remain available while a run goes on [bytes]."""
+EVERY: Final = 0.5  # least time between two looks at the memory [s]
+
+
+def within_memory(progress: Progress) -> Progress:
+    """Return ``progress`` that raises `MemoryError`, in words, at a report with less than `LEAST_FREE` available: the
+    run ends before the system ends it."""
+    last = -math.inf
+
+    def listen(stage: str, done: float) -> None:
+        nonlocal last
+        if time.perf_counter() - last > EVERY:
+            last = time.perf_counter()
+            if (free := available_memory()) < LEAST_FREE:
+                raise MemoryError(
+                    f"{stage} was stopped at {done:.0%}: {free / 1e9:.2g} GB of memory are left, at least "
+                    f"{LEAST_FREE / 1e9:g} GB are needed to go on; shorten run.duration, state a longer run.time_step "
+                    "or fewer contact.ports, or end other programs"
+                )
         progress(stage, done)
 
     return listen
