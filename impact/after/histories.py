@@ -233,9 +233,9 @@ def line_force_peak(
     part, as a fraction of the line from the beginning of the first arc.
     """
     lengths, when = lengths_of(length, force.shape[1]), np.flatnonzero(np.any(force, axis=1))
-    part = slice(when[0], when[-1] + 1) if when.size else slice(1)  # there is no force before and after
+    part = slice(when[0], when[-1] + 1) if when.size else slice(0, 1)  # there is no force before and after
     means = over_arcs(force[part], share, lengths, pieces)
-    each = largest_averages(means, edges_of(steps, len(force))[part.start or 0 : part.stop + 1], width)
+    each = largest_averages(means, edges_of(steps, len(force))[part.start : part.stop + 1], width)
     return float(each.max()), float(_middles(lengths, share, pieces)[int(np.argmax(each))])
 
 

@@ -132,7 +132,7 @@ def _swing(levels, steps, form, q, v, pushed, rises, stored, lost):  # type: ign
     K): of the energy that damping takes, or None for no energies.
     """
     for m in range(pushed.shape[0]):
-        step, f, kept, gone = steps[levels[m]], pushed[m], 0.0, 0.0
+        step, f, stored_now, lost_now = steps[levels[m]], pushed[m], 0.0, 0.0
         if form is not None:
             d = form[levels[m]]
         for k in range(q.size):
@@ -145,12 +145,12 @@ def _swing(levels, steps, form, q, v, pushed, rises, stored, lost):  # type: ign
                 s += step[7, k] * b
                 rises[m, k] = step[8, k] * x + step[9, k] * y + step[10, k] * a + step[11, k] * b
             if form is not None:
-                gone += x * (d[0, k] * x + d[1, k] * y + d[2, k] * a)
-                gone += y * (d[4, k] * y + d[5, k] * a) + d[7, k] * a * a
+                lost_now += x * (d[0, k] * x + d[1, k] * y + d[2, k] * a)
+                lost_now += y * (d[4, k] * y + d[5, k] * a) + d[7, k] * a * a
                 if rises is not None:
-                    gone += b * (d[3, k] * x + d[6, k] * y + d[8, k] * a + d[9, k] * b)
-                kept += s * s + step[12, k] * r * r
+                    lost_now += b * (d[3, k] * x + d[6, k] * y + d[8, k] * a + d[9, k] * b)
+                stored_now += s * s + step[12, k] * r * r
             q[k], v[k], f[k] = r, s, r
         if form is not None:
-            stored[m] += 0.5 * kept
-            lost[m] += gone
+            stored[m] += 0.5 * stored_now
+            lost[m] += lost_now

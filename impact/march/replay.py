@@ -169,15 +169,15 @@ def relax(levels, relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped
     size.
     """
     for m in range(pushed.shape[0]):
-        step, f, gone, kept = relaxing[levels[m]], pushed[m], 0.0, 0.0
+        step, f, lost_now, stored_now = relaxing[levels[m]], pushed[m], 0.0, 0.0
         for r in range(y.size):
             before = y[r]
-            gone += (f[r] - step[3, r] * before) ** 2 * step[2, r]
+            lost_now += (f[r] - step[3, r] * before) ** 2 * step[2, r]
             y[r] = f[r] = step[0, r] * before + step[1, r] * f[r] + FLOOR
-            kept += step[3, r] * y[r] ** 2
+            stored_now += step[3, r] * y[r] ** 2
         if lost.size:
-            lost[m] += gone
-            stored[m] += 0.5 * kept
+            lost[m] += lost_now
+            stored[m] += 0.5 * stored_now
 
 
 def resting(place: float, rate: float) -> Array:

@@ -167,14 +167,14 @@ def march_ladder(
         warm[c] = force[row, c]
         if films is not None and films[c, 0] > 0.0:
             clear[c] = FAR * films[c, 1]
-    place, tried, given = control[PLACE], np.int64(-1), False
+    place, begun_at, is_followed = control[PLACE], np.int64(-1), False
     while n < stop and row + 1 < ends.size:
-        given = False
-        if tried != n:  # it equals n after a step that was taken back
+        is_followed = False
+        if begun_at != n:  # it equals n after a step that was taken back
             while place + 1 < followed.size and followed[place] < n:
                 place += 1
             if place + 1 < followed.size and followed[place] == n:
-                given, tried, level = True, n, np.int64(0)
+                is_followed, begun_at, level = True, n, np.int64(0)
                 while lengths[level] < followed[place + 1] - n:
                     level += 1
         while level > 0 and n + lengths[level] > stop:
@@ -222,7 +222,7 @@ def march_ladder(
                 largest[i] = max(largest[i], abs(begins), abs(ends_at))
                 inner = 0.5 * (amplitudes[i, n + m // 2 - 1 - first] + amplitudes[i, n + m // 2 - first])
                 bend = max(abs(amplitude[0, i] - 0.5 * (begins + ends_at)), abs(inner - 0.5 * (begins + ends_at)))
-                sudden = sudden or (bend > STRAIGHT * share[0] * largest[i] and not given)
+                sudden = sudden or (bend > STRAIGHT * share[0] * largest[i] and not is_followed)
             if sudden:
                 level, since, calm, wait = level - 1, np.int64(0), np.int64(0), n + PATIENCE
                 continue
@@ -256,14 +256,14 @@ def march_ladder(
                     least = min(gap[row, c], opening[c], opening[c] + BEFORE * (opening[c] - gap[row, c]) / m)
                     away = strayed[c] + bend
                     fits = fits and least - away > clear[c]
-                    if away > share[2] * share[sides[c]] and not given:
+                    if away > share[2] * share[sides[c]] and not is_followed:
                         fits, bends = False, True
                 elif back < 1 or force[back, c] == 0.0:
                     fits = False
                 else:
                     slope = (was - force[back, c]) / (middle - 0.5 * (ends[back] + ends[back - 1]))
                     apart += abs(now - was - slope * (mid - middle))
-            if not fits or (apart > share[0] * share[1] and not given):
+            if not fits or (apart > share[0] * share[1] and not is_followed):
                 for c in range(many):
                     warm[c] = force[row, c]
                 level, since, calm = level - 1, np.int64(0), np.int64(0)
