@@ -68,6 +68,10 @@ class TimeGrid:
         rows = int(np.searchsorted(self.ends, step))
         return TimeGrid(self.dt, np.append(self.ends[:rows], step))
 
+    def merge_ends(self, other: TimeGrid) -> NDArray[np.int64]:
+        """Return the ends of the steps of this grid and of another one, each once."""
+        return np.union1d(self.ends, other.ends)
+
     def in_words(self) -> str:
         """Return how many steps there are of which length."""
         each = [f"{count} of {in_units(length * self.dt, 's', 3)}" for length, count in sorted(self.lengths.items())]

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 import impact
 import seatfem
 from impact import files
@@ -76,7 +74,7 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
 def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
     summary = report.fragments.run_summary(source)
     results, width = impact.load_results(source / runs.pipeline.RESULT_FILE), _filter_width(source, summary)
-    ends = np.union1d(*(results[name].rows.ends for name in ("wave", "spring")))  # of long steps in either
+    ends = results["wave"].rows.merge_ends(results["spring"].rows)
     columns = {"time [s]": results["wave"].dt * ends}
     for name, words in (("wave", ""), ("spring", "spring ")):
         run, rows = results[name], results[name].rows

@@ -119,7 +119,7 @@ def test_a_newer_greens_function(tmp_path: Path, capsys: pytest.CaptureFixture[s
     save_greens(impact.spring(stiffness=1e7), seat)
     with h5py.File(seat, "r+") as file:
         file.attrs["schema"] = 99
-    message = f"{seat}: schema 99 is newer than this version reads (up to 1); update the package\n"
+    message = f"{seat}: schema 99 is newer than this version reads (up to 2); update the package\n"
     assert complaint(tmp_path, GREENS + BALL + RUN, capsys).endswith(message)
 
 
