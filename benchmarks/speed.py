@@ -22,6 +22,7 @@ import numpy as np
 import skfem
 from long_runs import long_runs_table
 from table import RESULTS, Table, in_words, publish, timed
+from whole_runs import whole_runs_table
 
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.elements.assembly import assemble
@@ -221,7 +222,13 @@ def growth_table() -> Table:
     return Table("Growth", notes, columns, tuple(rows))
 
 
-TABLES: Final = {"waits": waits_table, "studies": studies_table, "long_runs": long_runs_table, "growth": growth_table}
+TABLES: Final = {
+    "waits": waits_table,
+    "studies": studies_table,
+    "whole_runs": whole_runs_table,
+    "long_runs": long_runs_table,
+    "growth": growth_table,
+}
 
 
 def write_page() -> None:

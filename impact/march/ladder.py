@@ -31,6 +31,7 @@ SHARE: Final = 3e-5
 BEND: Final = 1e-3
 """Largest deviation of an open gap from the line between the ends of a step, over the widest gap on its side so far."""
 WORTHWHILE: Final = 1.0  # predicted time of equal steps [s] from which on the loop for long ones repays its compilation
+LARGE: Final = 8e6  # steps x contacts of equal steps, of 64 MB a history, from which on it repays it whatever the time
 HIGHEST: Final = 6  # longest step: RISE^6 = 4096 fine ones
 FEWEST: Final = 16  # fewest steps of a length that fit into a run
 CHUNK: Final = loop.RISE**HIGHEST * 16  # fine steps whose loads are known at once
@@ -178,10 +179,16 @@ def begin_march(
     taken as far as contacts neither open nor close in them: a difference of the two far below `SHARE` is then one of
     the problems alone.
     """
-    is_worthwhile = discretised.plan.seconds > WORTHWHILE and not equal_steps
-    if is_worthwhile and (levels := prepare_levels(discretised)) is not None:
+    is_worth_it = is_worthwhile(discretised.plan.seconds, discretised.steps * len(discretised.rest))
+    if is_worth_it and not equal_steps and (levels := prepare_levels(discretised)) is not None:
         return LadderMarch(discretised, levels, like=like)
     return ContactStepper(find_free_motion(discretised))
+
+
+def is_worthwhile(seconds: float, values: float) -> bool:
+    """Return whether a run takes long steps where it can, if equal ones take ``seconds`` and write ``values`` forces:
+    those of each step and contact."""
+    return seconds > WORTHWHILE or values > LARGE
 
 
 class LadderMarch:

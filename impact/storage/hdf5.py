@@ -144,7 +144,7 @@ def save_results(
             for key in _NUMBERS:
                 group.attrs[key] = getattr(result, key)
             group.attrs["engine"] = result.engine
-            group.attrs["by_work"] = json.dumps(result.energy.by_work)
+            group.attrs["by_work"] = json.dumps(rows.energy.by_work)
             group.attrs["advice"] = json.dumps([vars(a) for a in result.advice])
 
 

@@ -103,20 +103,18 @@ class CrowdedError(ConvergenceError):
 
 
 @dataclass(frozen=True)
-class Shift:
-    """K - value M, factorized, with ``count`` eigenvalues below ``value`` [1/s^2]."""
-
-    value: float
-    count: int
-    factor: Factorization
-
-
-@dataclass(frozen=True)
 class Counted:
     """The ``count`` of eigenvalues below ``value`` [1/s^2]."""
 
     value: float
     count: int
+
+
+@dataclass(frozen=True)
+class Shift(Counted):
+    """K - value M, factorized, with ``count`` eigenvalues below ``value`` [1/s^2]."""
+
+    factor: Factorization
 
 
 def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> Shift:

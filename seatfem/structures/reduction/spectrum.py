@@ -98,11 +98,13 @@ class Spectrum:
         """
         if value <= self.top:
             return
-        top = self._shift(value)
+        top: Counted = self._shift(value)
         if most is not None and top.count > most:
             highest = write_quantity(np.sqrt(value) / (2 * np.pi), "frequency", 3)
             words = f"{top.count} modes lie below {highest} (limit {most}); lower the bandwidth"
             raise CrowdedError(words, top.count)
+        if self._takes_two_shifts(top.count - len(self.values)):
+            top = Counted(top.value, top.count)  # without its factors, which would be held beside those of others
         while top.count - len(self.values) > _AT_ONCE:
             self.first(len(self.values) + _AT_ONCE)
         if top.value > self.top:
@@ -115,22 +117,21 @@ class Spectrum:
         self.factorization = shift.factor.backend
         return shift
 
-    def _fill(self, top: Shift) -> None:
+    def _fill(self, top: Counted) -> None:
         """Compute all eigenpairs below a shift, whose number is known."""
         missing = top.count - len(self.values)
         if missing < 0:
             raise CountError(
                 f"{len(self.values)} eigenvalues are found, {top.count} counted below {top.value:.6e} 1/s^2"
             )
-        if missing > WIDEST and not self._is_one_shift_cheaper(missing):
+        if self._takes_two_shifts(missing):
             lower = max(self.top, 0.0)
-            shift = self._shift(lower + 0.5 * (top.value - lower))
-            self._about(shift, top.count, top, True)
+            self._about(self._shift(lower + 0.5 * (top.value - lower)), top.count, top, True)
         elif missing > 0:
-            self._about(top, top.count, top, True)
+            self._about(top if isinstance(top, Shift) else self._shift(top.value), top.count, top, True)
         self.top = top.value
 
-    def _about(self, shift: Shift, upto: int, top: Shift | None, check: bool) -> None:
+    def _about(self, shift: Shift, upto: int, top: Counted | None, check: bool) -> None:
         """Compute the eigenpairs below a shift, and those above up to number ``upto``, below ``top`` or before a
         gap."""
         have, end = len(self.values), None if top is None else Counted(top.value, top.count)
@@ -204,6 +205,10 @@ class Spectrum:
         self.values, self.shapes = values[order], np.concatenate([self.shapes, shapes], axis=1)[:, order]
         self.solves += lanczos.solves
         self.restarts += lanczos.restarts
+
+    def _takes_two_shifts(self, missing: int) -> bool:
+        """Return whether the ``missing`` eigenvalues below a counted shift are computed about another one."""
+        return missing > WIDEST and not self._is_one_shift_cheaper(missing)
 
     def _is_one_shift_cheaper(self, want: int) -> bool:
         """Return whether one shift above ``want`` eigenvalues takes fewer operations than two factorizations."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.greens.base import GreensFunction
-from impact.march.ladder import WORTHWHILE
+from impact.march.ladder import is_worthwhile
 from seatfem.machine import rates
 from seatfem.structures.estimates.costs import SeatModel, count_elements, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.kinds import Structure
@@ -277,7 +277,8 @@ def contact_seconds(model: ContactModel) -> Mapping[str, float]:
     def run(poles: float) -> float:
         per_pole = rates.POLE * (1 + PORT * (model.ports - 1))
         each = rates.STEP + per_pole * (poles + model.reed + (model.ports if model.ports > 1 else 0))
-        return each * (LONG_TIME if model.has_long_steps and model.steps * each > WORTHWHILE else 1.0)
+        is_long = model.has_long_steps and is_worthwhile(model.steps * each, model.steps * model.ports)
+        return each * (LONG_TIME if is_long else 1.0)
 
     n = model.steps
     return {
