@@ -191,22 +191,27 @@ def collect(march: ContactStepper | Marched) -> ImpactResult:
     run = march.marched() if isinstance(march, ContactStepper) else march
     rows, bodies, problem = run.rows, run.bodies, run.problem
     whole, time, force = rows.force, rows.time, rows.force[1:]
-    motions = tuple(b.motion(problem.directions(b.body) @ force.T, rows) for b in bodies)
     carried = problem.carried(time)
-    gap = np.array([c.gap for c in problem.contacts]) + (0.0 if carried is None else carried)
-    for body, motion in zip(bodies, motions, strict=True):
-        gap = gap + (problem.directions(body.body).T @ motion.displacement).T
-    deflection = max(float(np.abs(motion.displacement[:, 0]).max()) for motion in motions)
+    gap = np.tile([c.gap for c in problem.contacts], (len(time), 1)) + (0.0 if carried is None else carried)
+    of_striker, of_targets = np.zeros_like(gap), np.zeros_like(gap)
+    energies, deflection = list[Motion](), 0.0
+    for number, body in enumerate(bodies):  # one after the other, as the motions of many contacts are large
+        directions = problem.directions(body.body)
+        motion = body.motion(directions @ force.T, rows)
+        gap += (directions.T @ motion.displacement).T
+        deflection = max(deflection, float(np.abs(motion.displacement[:, 0]).max()))
+        _write_at_contacts(problem, body.body, motion, time, of_targets if number else of_striker)
+        energies.append(replace(motion, displacement=motion.displacement[:, :0]))
     if np.any(run.rest):  # or the deflection under the preload's contact forces alone, which loads may cancel
         at_rest = [body.body.greens.static_compliance() @ body.rest for body in bodies]
         deflection = max(deflection, *(float(np.abs(moved).max()) for moved in at_rest))
     film = rows.film[1:] if rows.film.size else None
-    energy = ledger(problem, motions, force, gap, film, carried)
+    energy = ledger(problem, tuple(energies), force, gap, film, carried)
     single = len(run.rest) == 1
     pulls = None if film is None else rows.film
     solid = force if film is None else force - film
     first = problem.contacts[0]
-    for history in (whole, gap, *(motion.displacement.T for motion in motions), energy.stored, energy.dissipated):
+    for history in (whole, gap, of_striker, of_targets, energy.stored, energy.dissipated):
         if np.any(bad := ~np.isfinite(history)):
             when = float(time[np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0]])
             raise ContactError(
@@ -219,8 +224,8 @@ def collect(march: ContactStepper | Marched) -> ImpactResult:
             ends=rows.ends,
             force=whole[:, 0] if single else whole,
             gap=gap[:, 0] if single else gap,
-            striker_displacement=_at_contacts(run, motions, single, of_striker=True),
-            target_displacement=_at_contacts(run, motions, single, of_striker=False),
+            striker_displacement=of_striker[:, 0] if single else of_striker,
+            target_displacement=of_targets[:, 0] if single else of_targets,
             energy=energy,
             film=None if pulls is None else pulls[:, 0] if single else pulls,
         ),
@@ -248,16 +253,14 @@ def _speed_at_start(body: Body, port: str | int, dt: float) -> float:
     return body.velocity_of(port) + float(end - start) / dt
 
 
-def _at_contacts(s: Marched, motions: tuple[Motion, ...], single: bool, *, of_striker: bool) -> Array:
-    """Return the (n + 1,) or (n + 1, p) displacements of the striker or of the targets at the contacts."""
-    columns = []
-    for contact in s.problem.contacts:
-        body = s.problem.striker if of_striker else contact.target
-        number = next(i for i, b in enumerate(s.bodies) if b.body is body)
-        port = contact.striker_port if of_striker else contact.port
-        moved = motions[number].displacement[body.greens.port_index(port)]
-        columns.append(moved if body.base is None else moved + body.carried(s.rows.time))
-    return columns[0] if single else np.stack(columns, axis=1)
+def _write_at_contacts(problem: ContactProblem, body: Body, motion: Motion, time: Array, displacement: Array) -> None:
+    """Write the displacements of a body at its contacts, its base's motion included, to their columns of
+    ``displacement`` (n + 1, p)."""
+    base = 0.0 if body.base is None else body.carried(time)
+    for column, contact in enumerate(problem.contacts):
+        if body is problem.striker or body is contact.target:
+            port = contact.striker_port if body is problem.striker else contact.port
+            displacement[:, column] = motion.displacement[body.greens.port_index(port)] + base
 
 
 def _advice(s: Marched, energy: EnergyLedger) -> Iterator[Advice]:
