@@ -1,4 +1,4 @@
-"""Reeds as blocks of mapped quadrilaterals: a sheet and a flapper, both symmetric about the x axis."""
+"""Reeds as blocks of mapped quadrilaterals: a sheet, a flapper and a ring, all symmetric about the x axis."""
 
 from __future__ import annotations
 
@@ -92,4 +92,40 @@ class Flapper:
         ]
 
 
-Outline = Sheet | Flapper
+@dataclass(frozen=True)
+class Ring:
+    """A free annulus about the origin, or a disc where ``inner`` is 0 [m]."""
+
+    inner: float
+    outer: float
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """Middle of its contact [m]."""
+        return 0.0, 0.0
+
+    def blocks(self, size: float) -> list[Block]:
+        """Return four quarters of the rim, and a square inside of those of a disc."""
+        square = INNER * self.outer * math.sqrt(0.5) * np.array([[1, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]])
+        around = equal_parts(0.5 * math.pi * self.outer, size, 2)
+        hole = self.inner or INNER * self.outer
+
+        def quarter(k: int) -> Block:
+            def place(s: Array, t: Array) -> Array:
+                angle = math.pi / 2 * (k - 0.5 + t)
+                ray = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+                chord = square[k] + t[..., None] * (square[k + 1] - square[k])
+                near = self.inner * ray if self.inner else chord
+                return np.asarray(near + s[..., None] * (self.outer * ray - near))
+
+            return Block(place, equal_parts(self.outer - hole, size), around)
+
+        def inside(s: Array, t: Array) -> Array:
+            side = square[0, 0] - square[2, 0]
+            return np.stack([side * (s - 0.5), side * (t - 0.5)], axis=-1)
+
+        middle = [] if self.inner else [Block(inside, around, around)]
+        return [*middle, *(quarter(k) for k in range(4))]
+
+
+Outline = Sheet | Flapper | Ring

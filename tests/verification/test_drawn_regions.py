@@ -1,0 +1,56 @@
+"""The landings on whole regions that are drawn for benchmarks/points: the same each time, and valid scenes."""
+
+import math
+
+import numpy as np
+import pytest
+from drawn_regions import KINDS, SCENES, draw_region
+from points.regions import KidneyLand, RoundLand
+
+from seatfem.study.scene import load_scene
+
+
+def test_draws_are_the_same_each_time_and_differ() -> None:
+    texts = [draw_region(index).text for index in range(SCENES)]
+    assert texts == [draw_region(index).text for index in range(SCENES)]
+    assert len(set(texts)) == SCENES
+    assert draw_region(0).text != draw_region(0, seed=1).text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", range(SCENES))
+def test_scene_is_valid_and_states_no_contact(index, tmp_path) -> None:
+    drawn, path = draw_region(index), tmp_path / "scene.toml"
+    path.write_text(drawn.text, encoding="utf-8")
+    scene = load_scene(path)
+    assert not scene.reed.states_contact
+    assert scene.contact.ports is None
+    assert scene.reed.thickness == pytest.approx(drawn.thickness)
+    assert scene.contact.gap == pytest.approx(drawn.fall.gap, rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", range(len(KINDS)))
+def test_region_is_the_struck_face(index, tmp_path) -> None:
+    """The land that the product finds on the seat has the area and the reach of the other program's region."""
+    drawn, path = draw_region(index), tmp_path / "scene.toml"
+    path.write_text(drawn.text, encoding="utf-8")
+    lip = load_scene(path).seat.lip(64)
+    cells = drawn.region.cells(720, 4)
+    assert sum(each.areas.sum() for each in cells) == pytest.approx(lip.area, rel=1e-3)
+    far = max(np.hypot(*each.places.reshape(-1, 2).T).max() for each in cells)
+    assert far == pytest.approx(lip.outer, rel=0.02)
+
+
+def test_kidney_has_the_area_between_its_offsets() -> None:
+    """An offset by d of an arc of length l encloses 2 d l + pi d^2."""
+    kidney = KidneyLand(4.5e-3, math.radians(75), 1.2e-3, 2.2e-3)
+    length = 2 * kidney.half * kidney.bend
+    exact = 2 * (kidney.outer - kidney.inner) * length + math.pi * (kidney.outer**2 - kidney.inner**2)
+    assert kidney.cells(40, 2).areas.sum() == pytest.approx(exact, rel=1e-12)
+
+
+def test_ring_has_its_second_moment() -> None:
+    cells = RoundLand((0.0, 0.0), 2e-3, 3e-3).cells(16, 2)
+    moment = (cells.areas * (cells.places**2).sum(axis=-1)).sum()
+    assert moment == pytest.approx(math.pi / 2 * (3e-3**4 - 2e-3**4), rel=1e-12)
