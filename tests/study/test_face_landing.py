@@ -33,12 +33,15 @@ LANDING = FLAPPER + 'greens = { bandwidth = "60 kHz" }\nrelease = { velocity = "
 GAP = 1e-6
 
 
-def scene_of(folder: Path, seat: str, contact: str, duration: float = 0.12) -> Scene:
-    return load_text(
-        folder,
+def scene_text(seat: str, contact: str, duration: float = 0.12) -> str:
+    return (
         f'[seat]\n{seat}[reed]\n{LANDING}[contact]\ngap = "1 um"\n{contact}[run]\nduration = "{duration} ms"\n'
-        'filter_width = "5 us"\n[accuracy]\ntarget = "5 %"\n',
+        'filter_width = "5 us"\n[accuracy]\ntarget = "5 %"\n'
     )
+
+
+def scene_of(folder: Path, seat: str, contact: str, duration: float = 0.12) -> Scene:
+    return load_text(folder, scene_text(seat, contact, duration))
 
 
 def cad(name: str) -> str:
@@ -47,9 +50,15 @@ def cad(name: str) -> str:
 
 @pytest.mark.slow
 def test_a_face_is_divided_where_the_scene_says_so(tmp_path: Path) -> None:
-    """Scenes that say nothing of a lip are struck as before: with the reed's own contact."""
-    assert scene_of(tmp_path, SLOT, "").geometry.lip() is None
-    for contact, arcs in (("ports = 24\n", 24), ('tilt = "0.1 deg"\n', 32), ('offset = ["1 mm", "0 mm"]\n', 32)):
+    """A plate meets a lip in segments, also where the scene says nothing; with the contact that it states, if any."""
+    stated = load_text(tmp_path, scene_text(SLOT, "").replace("[contact]", 'contact_radius = "1 mm"\n[contact]'))
+    assert stated.geometry.lip() is None
+    for contact, arcs in (
+        ("", 16),
+        ("ports = 24\n", 24),
+        ('tilt = "0.1 deg"\n', 32),
+        ('offset = ["1 mm", "0 mm"]\n', 32),
+    ):
         lip = scene_of(tmp_path, SLOT, contact).geometry.lip()
         assert isinstance(lip, FaceLip)
         assert lip.arcs == arcs

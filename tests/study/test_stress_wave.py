@@ -193,7 +193,8 @@ def test_times_that_cannot_be_are_refused(tmp_path: Path, stress: str, said: str
 @pytest.mark.slow
 def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     """Where it is touched it is drawn as far as the run says; stress is told away from the contact, and only there."""
-    reed = f"[reed]\n{FLAPPER}greens = {{ bandwidth = '10 kHz' }}\nrelease = {{ velocity = '-1 m/s' }}\n[contact]"
+    reed = f"[reed]\n{FLAPPER}greens = {{ bandwidth = '10 kHz' }}\nrelease = {{ velocity = '-1 m/s' }}\n"
+    reed += "contact_radius = '1 mm'\n[contact]"
     text = SCENE.format(stress="frames = 8", criterion="")
     start, end = text.index("[reed]"), text.index("[contact]")
     text = (text[:start] + reed + text[end + len("[contact]") :]).replace('gap = "10 um"', 'gap = "5 um"\nports = 1')

@@ -128,8 +128,8 @@ class Elastic(Reduced):
         """Return the flat contact faces. Raises `ModelError` unless they are rings or strips."""
         raise NotImplementedError
 
-    def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        return None if self.lip_face.no_lip else lands.face_lip(self.land(), arcs, rings)
+    def region(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
+        return lands.face_lip(self.land(), arcs, rings) if self.has_faces else None
 
     @property
     def copies(self) -> Mapping[AnyLevel, int]:

@@ -77,7 +77,9 @@ thickness = "1 mm"
 
     kind: Literal["disc"]
     contact_radius: Length | None = Field(
-        None, description="radius of the disc that touches, or mean radius of the ring; absent: diameter/16"
+        None,
+        description="radius of the disc that touches, or mean radius of the ring, in place of the struck face; absent: "
+        "the disc meets that face all over, or, of a partner without one, touches with a disc of diameter/16",
     )
 
 
@@ -97,7 +99,9 @@ contact_width = "1 mm"
 
     kind: Literal["ring_plate"]
     contact_radius: Length | None = Field(
-        None, description="mean radius of the ring that touches; absent: in the middle of the annulus"
+        None,
+        description="mean radius of the ring that touches, in place of the struck face; absent: the plate meets that "
+        "face all over, or, of a partner without one, touches in the middle of the annulus",
     )
     contact_width: Length | None = Field(
         None, description="radial width of the ring that touches; absent: a quarter of the annulus's"
@@ -128,8 +132,9 @@ thickness = "0.3 mm"
     kind: Literal["flapper"]
     contact_radius: Length | None = Field(
         None,
-        description="radius of the disc that touches, or mean radius of the ring; absent: paddle_diameter/16, or "
-        "midway between a hole and the paddle's edge",
+        description="radius of the disc that touches, or mean radius of the ring, in place of the struck face; absent: "
+        "the paddle meets that face all over, or, of a partner without one, touches with a disc of paddle_diameter/16, "
+        "about a hole with a ring midway to its edge",
     )
     contact_width: Length | None = Field(
         None,

@@ -151,8 +151,9 @@ thickness = "0.3 mm"
     contact_at: Place = Field(description="[x, y], where its contact is centred", examples=[["16 mm", "0 mm"]])
     contact_radius: Length | None = Field(
         None,
-        description="radius of the disc that touches, or mean radius of the ring; absent: an eighth of the way from "
-        "contact_at to the nearest edge, or midway between a hole there and that edge",
+        description="radius of the disc that touches, or mean radius of the ring, in place of the struck face; absent: "
+        "the sheet meets that face all over, or, of a partner without one, touches with a disc of an eighth of the way "
+        "from contact_at to the nearest edge, about a hole with a ring midway to that edge",
     )
     contact_width: Length | None = Field(
         None,

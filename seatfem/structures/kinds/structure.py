@@ -24,7 +24,6 @@ from seatfem import structures
 from seatfem.fields import Angle, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import Column, Face, Patch, Surrogate, unknown
-from seatfem.structures.lip import Lip
 from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
 from seatfem.units import write_quantity
@@ -328,12 +327,18 @@ class Structure(Striking):
         return LipFace(no_lip=NO_RING)
 
     def lip(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
-        """Return the flat ring-shaped contact face, divided into arcs and rings; ``None`` if `lip_face` excludes it.
+        """Return the struck region, whose parts have ports of their own; ``None`` if `lip_face` excludes that. Raises
+        as `region`."""
+        return None if self.lip_face.no_lip else self.region(arcs, rings)
+
+    def region(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
+        """Return the flat ring, disc, or strips that are struck, divided into arcs and rings, however much of the body
+        is modelled; ``None`` of a body without such a face.
 
         Raises:
-            ModelError: a face from a file that is no lip.
+            ModelError: a face from a file that is neither ring nor strip.
         """
-        return None if (ring := self.lip_face.ring) is None else Lip(*ring, arcs, rings)
+        return None
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         """Return its outlines in section and plan, for drawings; a labelled symbol if the shape is not known.

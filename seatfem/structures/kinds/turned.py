@@ -14,7 +14,6 @@ from impact import after, exact
 from impact.after.histories import Spans
 from impact.bodies.body import Body
 from impact.greens.base import Array
-from seatfem import structures
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
 from seatfem.structures.estimates import surrogate
 from seatfem.structures.kinds import drawn, structure
@@ -74,7 +73,7 @@ class Turned(drawn.Drawn):
             return structure.LipFace(no_lip="with arc is struck on that part of its ring alone; remove arc, or the key")
         if self.model in UNDIVIDED:
             return structure.LipFace(no_lip=drawn.struck_as_a_whole(self.model))
-        if (face := self._flat_face()) is None:
+        if (face := self.region() if self.isotropic else None) is None:
             return structure.LipFace(no_lip=structure.NO_RING)
         return structure.LipFace(None if face.inner == 0 else (face.radius, face.width))
 
@@ -82,18 +81,13 @@ class Turned(drawn.Drawn):
         name = self.kind.replace("_", " ")
         return of_profile(name, self.geometry().profile, struck_arc=self.arc, held=self.clamped)
 
-    def lip(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
-        face = self._flat_face()
-        return None if face is None else replace(face, arcs=arcs, rings=rings)
-
-    def _flat_face(self) -> Lip | None:
-        """Return the whole flat ring or disc that is struck; ``None`` if the contact face is another one."""
-        if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
+    def region(self, arcs: int = 1, rings: int = 1) -> Lip | None:
+        if self.arc is not None:
             return None
         edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
         (r, z), (s, height) = edges[0].start, edges[-1].end
         flat = abs(z - height) < FLAT * abs(s - r)
-        return Lip((r + s) / 2, abs(s - r)) if flat else None
+        return Lip((r + s) / 2, abs(s - r), arcs, rings) if flat else None
 
     def elements_of(self, method: Method) -> Level:
         return "harmonics" if method.in_arcs else super().elements_of(method)

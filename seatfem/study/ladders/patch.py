@@ -148,24 +148,26 @@ class Arcs(Ladder):
 
 @dataclass(frozen=True)
 class OnePort(Ladder):
-    """One contact point in place of the arcs of a lip, which a plan may choose."""
+    """One contact of a plate in place of the segments of a lip: chosen by a plan, or stated."""
 
     def applies(self, run: ComputedRun) -> bool:
-        """Return whether a plan has chosen it."""
-        return method.chooses_one_port(run.scene.contact, run.method)
+        """Return whether a plate meets a lip with one contact."""
+        return run.division.arcs == 1 and run.scene.geometry.segments() is not None
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the run with the default number of arcs and rings, weighted by `ONE_PORT_BAR`, against one contact
-        point on the same half-space, and against the run itself, as one change may be small by accident."""
+        """Return the run with the lip in segments, weighted by `ONE_PORT_BAR`, against one contact point on the same
+        half-space, and against the run itself, as one change may be small by accident."""
         scene = run.scene
-        lip = scene.geometry.lip(None, scene.geometry.rings_compared)
+        lip = scene.geometry.segments()
         many = _on_a_half_space(run, lip)
         if lip is None or many is None:
             return None
         one = impact.Body(divided_less(many, Division(1, scene.contact.rings)))
         as_before = problem_of(scene, run.problem.striker, one, run.body("stopper"))
-        striker = striker_of(scene, greens=_greens_along(run, lip.division))
-        varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))
+        reed = replace(run.method.reed, lip=scene.geometry.on_the_reed(lip))
+        solved = solve_body("reed", scene.reed, reed, scene.run.duration, mesh_error=False)
+        assert solved is not None
+        varied = problem_of(scene, striker_of(scene, greens=solved.greens), impact.Body(many), run.body("stopper"))
         return ((Variation(varied, safety.ONE_PORT_BAR, as_before), Variation(varied, safety.ONE_PORT_BAR)),)
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:

@@ -67,6 +67,12 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
         choices.append(
             Choice(key, described(key, value), reason(decision, method), is_given(scene, key), _most(errors))
         )
+    plate = scene.reed.thin_plate
+    if ONE_PORT in decision.changes and method.ports is None and plate is not None:
+        why = "one contact in place of lip segments; error by segments on a half-space"
+        stated = write_quantity(plate.radius, "length")
+        key, value = ("reed.contact_radius", stated) if plate.states_contact else (PORTS, "1")
+        choices.append(Choice(key, value, why, plate.states_contact, _most(_of(decision, ONE_PORT))))
     if at_hand:
         choices.insert(1, Choice("seat", "computed before", f"{at_hand}, at least as fine: no computing time", False))
     window = decision.context.sensitivity.bench.window
@@ -214,7 +220,7 @@ def _rings(decision: Decision, method: RunMethod) -> str:
 
 
 def _ports(decision: Decision, method: RunMethod) -> str:
-    if decision.context.one_port is not None:
+    if decision.context.one_port is not None and PORTS not in decision.context.stated.given:
         change = {name: decision.context.simpler[ONE_PORT][name] for name in decision.context.scene.accuracy.judged}
         within = f"within {percent(LIP_SHARE)} of the target, margins included"
         return f"a single contact point instead of lip segments: {_most(change)}, {within}"

@@ -124,7 +124,7 @@ class PlanningContext:
         surrogate: the coarse or surrogate seat of the pre-runs.
         sensitivity: relative changes of the measures, by pre-runs.
         arcs: division of the seat's lip into arcs; ``None`` if it is struck as a whole.
-        one_port: errors by one contact point, if chosen in place of arcs, else ``None``.
+        one_port: errors by one contact of a plate in place of arcs; ``None`` if there is none, or they are not known.
         store: cache of seats, coarse ones included.
         look: longest predicted time of a coarse seat [s]; 0: none is computed.
         band: bandwidth of a plate that strikes, and its error; ``None`` for other strikers.
@@ -183,6 +183,8 @@ class PlanningContext:
         if one_port is not None:
             arcs, method, surrogate = None, method.along(scene.geometry, 1, scene.contact.rings), whole
             bench = prepare_bench(scene, method.reed, surrogate.greens, stopper, progress)
+        elif method.ports in (None, 1):
+            one_port = lips.error_of_one_contact(bench, method, whole)
         widest = math.inf if surrogate.band is None else surrogate.band
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=widest)
         return PlanningContext(

@@ -28,7 +28,16 @@ from seatfem.study.method import PORTS, REED_BAND, RINGS, RunMethod
 from seatfem.study.prerun.bench import MOST as MOST_STEPS
 from seatfem.study.prerun.bench import Bench, prepare_bench, relative_changes, surrogate_striker
 from seatfem.study.prerun.sensitivity import COARSE, Changes, with_other_modes
-from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, MODES_SHARE, STIFFER
+from seatfem.study.safety import (
+    ACROSS_SHARE,
+    AIM,
+    ARCS_SHARE,
+    DOUBT_OF_ONE_PORT,
+    LIP_SHARE,
+    MODES_SHARE,
+    ONE_PORT_BAR,
+    STIFFER,
+)
 from seatfem.study.scene import Scene
 from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.measures import all_measures
@@ -220,6 +229,26 @@ def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], 
         if bar > LIP_SHARE * target or bar + safety(name) * beside.get(name, 0.0) > AIM * target:
             return None
     return errors
+
+
+def error_of_one_contact(bench: Bench, method: RunMethod, surrogate: Surrogate) -> Changes | None:
+    """Return the relative errors by one contact of a plate that a scene states, or an undivided seat has, in place of
+    the segments of a lip; ``None`` if they are not known, or the struck face is no lip.
+
+    ``bench``: pre-runs with one contact; ``surrogate``: seat of the pre-runs, undivided.
+    """
+    scene, segments = bench.scene, bench.scene.geometry.segments()
+    if segments is None or surrogate.patch is None or surrogate.greens.modal is None:
+        return None
+    reed, seat = (
+        replace(each, lip=lip)
+        for each, lip in ((method.reed, scene.geometry.on_the_reed(segments)), (method.seat, segments))
+    )
+    divided = replace(method, reed=reed, seat=seat)
+    striker = surrogate_striker(scene.reed, divided.reed, scene.run.duration, scene.seat.face)
+    several = Bench(scene, surrogate_in_arcs(divided, surrogate).greens, bench.window, striker, bench.stopper)
+    dt = bench.affordable(scene.run.filter_width / COARSE)
+    return times(ONE_PORT_BAR, relative_changes(bench.measures(dt=dt), several.measures(dt=dt)))
 
 
 def surrogate_in_arcs(method: RunMethod, surrogate: Surrogate) -> Surrogate:

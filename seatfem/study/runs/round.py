@@ -143,6 +143,8 @@ def missed(done: Round) -> tuple[str, ...]:
             if source == "patch" and plan.method.ports is not None:
                 errors = {key: plan.parts.get(key, {}).get(name, 0.0) for key in (PORTS, RINGS)}
                 remedy = f"divide the lip by more {max(errors, key=errors.__getitem__)}"
+            if source == LIP and (plate := plan.scene.reed.thin_plate) is not None and plate.states_contact:
+                remedy = "remove reed.contact_radius: the reed then meets the struck face in segments"
             if source == "model" and modes:
                 remedy = f"keep more {' or '.join(modes)}"
             sentences.append(

@@ -114,7 +114,7 @@ gap = "1.5 mm"
     arcs: int | None = absent(
         "segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
         "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
-        "reed's contact face; 32 where rings or a tilt are given, else the stopper is struck as a whole",
+        "reed's contact face; 32 where rings or a tilt are given, else its face is met as a whole",
         strict=True,
         ge=1,
         le=MOST_PORTS,
@@ -205,8 +205,8 @@ class Contact(Table):
     )
 
     ports: int | None = absent(
-        "segments of the lip, each with its own contact; chosen where absent: then faces other than "
-        "rings of bodies of revolution are struck as a whole, unless another key of a lip is given",
+        "segments of the lip, each with its own contact; chosen where absent: one where the reed states its own "
+        "contact or is no plate, unless another key of a lip is given",
         strict=True,
         ge=1,
         le=MOST_PORTS,

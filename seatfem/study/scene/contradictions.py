@@ -179,6 +179,10 @@ def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradiction
         yield "reed.curvature", f"a seat of kind {seat.kind!r}, {why}"
     if structure.is_curved(reed) and contact.ports == 1:
         yield "contact.ports", "a single contact point has only a mean gap, reed.curvature needs several: remove it"
+    touches = reed.thin_plate is not None and not reed.thin_plate.states_contact
+    if touches and seat.elastic is not None and not seat.elastic.has_faces and seat.region() is None:
+        words = f"required key is missing: a seat of kind {seat.kind!r}, as it is given here, has no flat ring or disc"
+        yield "reed.contact_radius", f"{words} that the reed could meet all over"
     if any(contact.offset) and reed.thin_plate is None:
         yield "contact.offset", f"a body of kind {reed.kind!r} touches with one rigid face; remove the key"
 

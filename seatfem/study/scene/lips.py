@@ -14,8 +14,9 @@ from impact.greens.base import Array
 from impact.march.grid import TimeGrid
 from impact.march.laws import SqueezeFilm
 from seatfem.fields import KeyProblem
+from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.structure import is_curved
-from seatfem.structures.lip import AnyLip, tilted
+from seatfem.structures.lip import AnyLip, Lip, tilted
 from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import scene_error
@@ -80,11 +81,46 @@ class ContactGeometry:
     @property
     def usual_ports(self) -> int:
         """Return the default number of arcs: `USUAL` if the gap varies along the lip or the lip is off the middle, or
-        if a plate without a stated contact face meets a ring, else one."""
-        touches = (reed := self.reed.thin_plate) is not None and not reed.states_contact
+        if a plate without a stated contact face meets the ring of a body of revolution; `FEWEST_ARCS` if it meets other
+        rings or strips; else one."""
         uneven = self.contact.uneven or is_curved(self.reed) or any(self.contact.offset)
-        many = (touches and self.seat.lip_face.ring is not None) or uneven
-        return min(USUAL, MOST_CHOSEN // self.contact.rings) if many else 1
+        arcs = USUAL if uneven or (self._meets_a_lip and self.seat.lip_face.ring is not None) else FEWEST_ARCS
+        return min(arcs, MOST_CHOSEN // self.contact.rings) if uneven or self._meets_a_lip else 1
+
+    @property
+    def _meets_a_lip(self) -> bool:
+        """Return whether a plate without a stated contact face meets rings or strips that can be divided into arcs."""
+        if self.seat.lip_face.no_lip or (region := self.region()) is None:
+            return False
+        return not (isinstance(region, Lip) and region.inner == 0)
+
+    def region(self) -> AnyLip | None:
+        """Return the struck face with which a plate without a stated contact face meets it all over, undivided;
+        ``None`` of other reeds, and of seats without such a face. Raises `SceneError` of a face that is neither ring
+        nor strip."""
+        return self._face_met(self.seat, "seat.contact")
+
+    def segments(self) -> AnyLip | None:
+        """Return the struck face in segments, with which one contact of a plate is compared; ``None`` of other reeds,
+        and of a face that is no ring or strip, as a disc."""
+        if self.reed.thin_plate is None:
+            return None
+        try:
+            region = self.seat.region()
+        except ModelError:  # a face that the reed's stated contact meets in part
+            return None
+        if region is None or (isinstance(region, Lip) and region.inner == 0):
+            return None
+        return self.seat.region(region.whole(FEWEST_ARCS))
+
+    def _face_met(self, struck: Structure, key: str) -> AnyLip | None:
+        if (reed := self.reed.thin_plate) is None or reed.states_contact:
+            return None
+        try:
+            return struck.region()
+        except ModelError as error:
+            words = f"{error}; or state where the reed touches: reed.contact_radius, of a ring with contact_width"
+            raise scene_error(key, words) from error
 
     def lip(self, ports: int | None = None, rings: int | None = None) -> AnyLip | None:
         """Return the seat's lip divided into arcs and rings, by default the stated or usual numbers.
@@ -93,9 +129,7 @@ class ContactGeometry:
         revolution is divided only by ``contact.ports``. Raises `ModelError` for a face from a file that is no lip.
         """
         arcs, rings = ports or self.contact.ports or self.usual_ports, rings or self.contact.rings
-        reed = self.reed.thin_plate
-        open_ports = arcs == 1 and self.contact.ports is None
-        if arcs == 1 and (reed is None or (open_ports and (reed.states_contact or self.seat.lip_face.ring is None))):
+        if arcs == 1 and (self.reed.thin_plate is None or (self.contact.ports is None and not self._meets_a_lip)):
             return None
         lip = self.seat.lip(arcs, rings)
         stated = ports or self.contact.ports
@@ -121,10 +155,11 @@ class ContactGeometry:
         return rings if self.contact.film is not None else max(rings, arc_rings_to_compare(rings)[0])
 
     def on_the_reed(self, lip: AnyLip | None) -> AnyLip | None:
-        """Return the lip in the coordinates of a plate, with its offset; ``None`` for a striker with a rigid face."""
-        if lip is None or self.reed.thin_plate is None:
+        """Return the lip, where it is not divided the region, in the coordinates of a plate, with its offset; ``None``
+        for a striker with a face of its own."""
+        if self.reed.thin_plate is None or (face := lip or self.region()) is None:
             return None
-        return replace(lip, offset=self.contact.offset)  # type: ignore[type-var]
+        return replace(face, offset=self.contact.offset)  # type: ignore[type-var]
 
     def stopper_lip(self) -> AnyLip | None:
         """Return the stopper's contact face divided into its parts; ``None`` if it is not divided.
@@ -139,8 +174,11 @@ class ContactGeometry:
         return replace(own, arcs=parts.arcs, rings=parts.rings) if lip is None and own is not None else lip  # type: ignore[type-var]
 
     def behind_the_reed(self) -> AnyLip | None:
-        """Return the stopper's lip in the reed's coordinates, with the prefix `STOPPER` in names of ports."""
+        """Return the stopper's lip, or what of its face a plate meets as a whole, in the reed's coordinates, with the
+        prefix `STOPPER` in names of ports."""
         lip = self.stopper_lip()
+        if lip is None and self.stopper is not None:
+            lip = self._face_met(self.stopper.body, "stopper.contact")
         return None if lip is None else replace(lip, side=STOPPER)  # type: ignore[type-var]
 
     def stopper_gaps(self) -> Array:
