@@ -46,7 +46,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     seen = reed.views(at).turned_over()
     thickness = max((float(loop[:, 1].max()) for loop in seen.section), default=0.0)
     stated = division or Division(contact.ports or 1, contact.rings)
-    if stated.arcs > 1:  # the contact is drawn on the arcs of the seat
+    if stated.arcs > 1 or scene.geometry.region() is not None:  # the contact is drawn on the struck face
         seen = replace(seen, contact=(), struck=())
     stopper_body = None
     if stopper is not None:
@@ -262,8 +262,8 @@ def _notes(geometry: ContactGeometry, bodies: Sequence[Placed], division: Divisi
     if division.count > 1:
         rings = f" x {division.rings} rings" if division.rings > 1 else ""
         yield f"contact in {division.arcs} segments{rings}"
-    elif reed.thin_plate is not None and not geometry.seat.lip_face.no_lip and not planned:
-        yield "contact as a whole, unless the plan divides it into segments"
+    elif not planned and geometry.usual_ports > 1:
+        yield "contact along the struck face, in as many segments as the plan chooses"
     if contact.tilt:
         axis = math.degrees(contact.tilt_axis)
         tilt = math.degrees(contact.tilt)

@@ -86,7 +86,8 @@ def _fine(loop: Array) -> Array:
 def check_files(scene: models.Scene) -> None:
     """Open the files of the scene, and check the faces, groups and regions that it names.
 
-    Raises `SceneError` with all problems by key; `seatfem.study.scene.located` adds the scene's file and lines.
+    Raises `SceneError` with all problems by key, or of a face that is no lip; `seatfem.study.scene.located` adds the
+    scene's file and lines.
     """
     contact, stopper = scene.contact, scene.stopper
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
@@ -95,6 +96,7 @@ def check_files(scene: models.Scene) -> None:
     if not findings and stopper is not None and stopper.parts != rings.Division():
         findings += _of_lip(contact, stopper.body, "stopper", "arcs")
     if not findings:
+        scene.geometry.region()  # refuses a face that a plate cannot meet all over
         findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))

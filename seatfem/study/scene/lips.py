@@ -119,8 +119,8 @@ class ContactGeometry:
         try:
             return struck.region()
         except ModelError as error:
-            words = f"{error}; or state where the reed touches: reed.contact_radius, of a ring with contact_width"
-            raise scene_error(key, words) from error
+            as_a_whole = "state where the reed touches, reed.contact_radius, of a ring also contact_width"
+            raise scene_error(key, f"{error} (as a whole: {as_a_whole})") from error
 
     def lip(self, ports: int | None = None, rings: int | None = None) -> AnyLip | None:
         """Return the seat's lip divided into arcs and rings, by default the stated or usual numbers.
