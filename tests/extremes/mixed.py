@@ -40,6 +40,8 @@ REFUSED = (  # these are refused, whatever the rest
     *(("division", one, "tilt", other) for one in ("none", "rings") for other in (1e-3, 0.3)),
     *(("seat", one, "stress", "seat") for one in ("spring", "rod")),
     ("striker", "ball", "load", "gravity"),
+    *(("seat", one, "law", "hertz") for one in ("annular", "soft annular")),  # struck at the edges of a lip
+    ("striker", "ball", "law", "hertz"),  # beyond its facet at these speeds
 )
 
 

@@ -162,7 +162,7 @@ patch_depth = "1 mm"
         block = self.geometry()
         room = min(block.width / block.patch_width, block.depth / block.patch_depth) - 1
         compliance = partial(rectangle_compliance, sides=(block.patch_width, block.patch_depth))
-        return self.patch_on_half_space(compliance, room, ("patch_width", "patch_depth"))
+        return self.on_half_space(compliance, room, ("patch_width", "patch_depth"))
 
     @property
     def sectors(self) -> int:

@@ -136,11 +136,9 @@ class Elastic(Reduced):
         words = "is struck on faces whose distance from the body's edges is not known; take a block, stopper or ball"
         return structure.LocalShare(unknown=words)
 
-    def patch_on_half_space(
-        self, compliance: HalfSpaceShare, room: float, sizes: tuple[str, ...]
-    ) -> structure.LocalShare:
-        """Return the share of a patch with the ``compliance`` of a half-space, a function of Young's modulus and
-        Poisson's ratio, ``room`` times its own half width away from the body's edges."""
+    def on_half_space(self, compliance: HalfSpaceShare, room: float, sizes: tuple[str, ...]) -> structure.LocalShare:
+        """Return the share of a patch with the ``compliance`` of a half-space, ``room`` times half its own width away
+        from the body's edges."""
         if not self.isotropic or self.materials:
             return structure.LocalShare(unknown="has no single isotropic material under its patch; state one")
         if room < 1:

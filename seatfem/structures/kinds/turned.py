@@ -88,7 +88,7 @@ class Turned(drawn.Drawn):
         if self.arc is not None:
             return structure.LocalShare(unknown="with arc is struck on a part of its disc; remove arc")
         compliance = partial(exact.half_space.disk_compliance, radius=radius)
-        return self.patch_on_half_space(compliance, room, ("contact_radius",))
+        return self.on_half_space(compliance, room, ("contact_radius",))
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         name = self.kind.replace("_", " ")

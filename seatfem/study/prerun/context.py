@@ -279,8 +279,10 @@ class PlanningContext:
         return {name: error * value for name, value in self.sensitivity.of_g.items()}
 
     def of_rings(self, rings: int) -> Changes:
-        """Return the relative errors of the measures by a contact face in so many rings, as the budget states them: none
-        where the law holds the patch's local compliance."""
+        """Return the relative errors of the measures by a contact face in so many rings, as the budget states them.
+
+        They are none where the law holds the patch's local compliance.
+        """
         if local.holds_patches(self.scene.geometry):
             return self.per_g(0.0)
         if self._by_rings is None:

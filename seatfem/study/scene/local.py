@@ -45,10 +45,7 @@ def unknown_shares(geometry: ContactGeometry) -> Contradictions:
                 yield f"{table}.law", f"{words}; the {where}, of kind {each.kind!r}, {own.unknown}, {remedy}"
             elif own.compliance > 0 and parts > 1:
                 key = "contact.ports = 1 and contact.rings = 1" if table == "contact" else "stopper.arcs = 1"
-                yield (
-                    f"{table}.law",
-                    f"{words}, of which {parts} parts have no share that is known: take {key}, {remedy}",
-                )
+                yield f"{table}.law", f"{words}; the shares of {parts} parts are not known: take {key}, {remedy}"
 
 
 def _contacts(geometry: ContactGeometry) -> Iterator[tuple[str, ContactLaw, int, Structure]]:
