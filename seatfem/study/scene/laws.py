@@ -84,8 +84,10 @@ class SpringLaw(ContactLaw):
 
 
 class HertzLaw(ContactLaw):
-    """Hertz's contact of a sphere: force = stiffness * penetration^1.5. It holds the local indentation of both bodies:
-    that of a patch of finite elements is taken out of it."""
+    """Hertz's contact of a sphere: force = stiffness * penetration^1.5. The stiffness is that of both bodies; the local
+    compliance that a patch of finite elements brings besides is taken out of the law. State a patch at least as large
+    as the contact, and its own width away from edges: the force does not depend on its size. Rings, lips, faces of
+    files and faces in parts are refused."""
 
     holds_indentation: ClassVar[bool] = True
 
@@ -109,8 +111,8 @@ stiffness = "5 GN/m^1.5"
 
 
 class HuntCrossleyLaw(HertzLaw):
-    """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration). It holds
-    the local indentation of both bodies: that of a patch of finite elements is taken out of it."""
+    """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration). Stiffness
+    and patches are as in hertz."""
 
     kind: Literal["hunt_crossley"]  # type: ignore[assignment]
     damping: Slowness = default("0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v")
