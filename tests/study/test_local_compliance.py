@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from impact import Hertz, HertzOnPatch
+from impact import Hertz, HertzOnPatch, LinearSpring, RoughJoint, Signorini
 from impact.exact.contact_stress import hertz_impact
 from impact.exact.half_space import disk_compliance, rectangle_compliance, square_compliance
+from seatfem.study.scene.laws import ContactLaw
 from seatfem.study.scene.local import law_of_part
 from tests.gallery import load_text, refusal
 from tests.steps import Scene, SceneError, load_scene, run_scene
@@ -19,6 +20,7 @@ MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 kg"\nvelocity = "-3.132 m/s"\n'
 HERTZ = 'law = { kind = "hertz", stiffness = "25.9 GN/m^1.5" }\n'
 DISC = '[seat]\nkind = "stopper"\nradius = "150 mm"\nthickness = "150 mm"\ncontact_radius = "5 mm"\n' + STEEL
 BLOCK = '[seat]\nkind = "block"\nwidth = "20 mm"\ndepth = "20 mm"\nthickness = "10 mm"\n' + STEEL
+ANNULAR = f'[seat]\nkind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\n{STEEL}'
 STEP = '[run]\nduration = "0.25 ms"\n'
 
 
@@ -56,15 +58,27 @@ def test_nothing_is_taken_where_no_patch_brings_a_share(seat: str, tmp_path: Pat
     assert law_in(scene_of(seat, tmp_path)) == Hertz(25.9e9)
 
 
+@pytest.mark.parametrize(
+    ("law", "kind"),
+    [
+        ('law = "signorini"\n', Signorini),
+        ('law = { kind = "spring", stiffness = "1 GN/m" }\n', LinearSpring),
+        ('law = { kind = "rough_joint", force = "10 kN", closure = "2 um" }\n', RoughJoint),
+    ],
+)
+def test_nothing_is_taken_from_laws_of_the_joint_alone(law: str, kind: type, tmp_path: Path) -> None:
+    """Nor from one's own, unless they say that they hold the indentation of both bodies; lips in parts stay."""
+    assert isinstance(law_in(scene_of(DISC, tmp_path, law)), kind)
+    assert scene_of(ANNULAR, tmp_path, law + "ports = 16\n").contact.ports == 16
+    assert not ContactLaw.holds_indentation
+
+
 def test_a_rectangle_is_a_square_where_its_sides_are_equal() -> None:
-    """Twice as long, half as wide: the mean of 1/r by Love's formula, 0.9066 of the square's (by quadrature)."""
+    """Also one of sides 1 and 3: the mean of 1/r over it is 1.5988441176 by quadrature."""
     of = {"young": 1.0, "poisson": 0.3}
     square = square_compliance(**of, side=2.0)
     assert rectangle_compliance(**of, sides=(2.0, 2.0)) == pytest.approx(square, rel=1e-14)
     assert rectangle_compliance(**of, sides=(1.0, 3.0)) == pytest.approx(1.5988441176 * 0.91 / math.pi, rel=1e-9)
-
-
-ANNULAR = f'[seat]\nkind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\n{STEEL}'
 
 
 @pytest.mark.parametrize(
