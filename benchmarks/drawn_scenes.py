@@ -24,6 +24,8 @@ STRIKERS: Final = (
     *("tip_mass", "ball", "stepped", "flapper", "cantilever", "rod", "disc", "bar"),
 )
 """Both by turns, 29 and 16 of them, so that any seat may meet any striker; all else is drawn at random."""
+PATCHED: Final = ("annular", "conical", "stopper", "block", "cad", "mesh", "plate")
+"""Seats whose patch brings the local compliance that Hertz's law holds, too: these have a spring in its place."""
 ON_LIPS: Final = 0.4  # of the plates meet a lip, whatever seat has its turn
 STATED: Final = 0.2  # of the scenes state keys that the others leave to the plan
 MEASURES: Final[Mapping[str, float]] = {"impulse": 3, "filtered_peak": 3}
@@ -103,7 +105,9 @@ def _contact(seat: Seat, striker: Striker, extras: Mapping[str, str], rng: np.ra
         f'law = {{ kind = "hunt_crossley", stiffness = "{1e3 * stiffness:.4g} N/m^1.5", damping = "0.1 s/m" }}\n',
     )
     preload = striker.preload or "gas" in extras  # which laws of other powers have not
-    law = rng.choice(laws, p=[0.7, 0.3, 0.0, 0.0] if preload else [0.55, 0.15, 0.15, 0.15])
+    law = str(rng.choice(laws, p=[0.7, 0.3, 0.0, 0.0] if preload else [0.55, 0.15, 0.15, 0.15]))
+    if law in laws[2:] and (seat.kind in PATCHED or striker.kind == "ball"):
+        law = laws[1]
     lines = [f'gap = "{striker.gap:.6f} mm"\n', law]
     if "tilted" in extras:
         lines.append(extras["tilted"])

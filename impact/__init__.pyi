@@ -82,6 +82,7 @@ from impact.march.joints import RoughJoint as RoughJoint, TableJoint as TableJoi
 from impact.march.laws import (
     CompiledLaw as CompiledLaw,
     Hertz as Hertz,
+    HertzOnPatch as HertzOnPatch,
     HuntCrossley as HuntCrossley,
     Law as Law,
     LawError as LawError,

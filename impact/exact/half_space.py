@@ -49,6 +49,18 @@ def square_compliance(*, young: float, poisson: float, side: float, at: str = "m
     return _unit_compliance(young, poisson, side, "side") * _place(at, {"mean": mean, "centre": centre})
 
 
+def rectangle_compliance(*, young: float, poisson: float, sides: tuple[float, float]) -> float:
+    """Return the mean static displacement per unit force, spread evenly over a rectangle of these ``sides`` [m/N].
+
+    (1 - nu^2)/(pi E) times the mean of 1/r over the rectangle, 2/(a b) [a asinh(b/a) + b asinh(a/b) - (d^3 - a^3 -
+    b^3)/(3 a b)] with sides a, b and the diagonal d. Source: Love, Phil. Trans. A 228 (1929) 377.
+    """
+    a, b = sides
+    unit = min(_unit_compliance(young, poisson, side, "side") * side for side in sides)
+    corners = (math.hypot(a, b) ** 3 - a**3 - b**3) / (3 * a * b)
+    return unit / math.pi * 2 / (a * b) * (a * math.asinh(b / a) + b * math.asinh(a / b) - corners)
+
+
 def punch_compliance(*, young: float, poisson: float, radius: float) -> float:
     """Return the static displacement per unit force of a rigid round punch, (1 - nu^2)/(2 E a) [m/N] (Johnson 3.36)."""
     return _unit_compliance(young, poisson, radius) / 2

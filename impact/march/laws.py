@@ -64,11 +64,17 @@ import numpy as np
 from impact import exact
 from impact.greens.base import Array
 
-SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, USER, ROUGH, TABLE = 0, 1, 2, 3, 4, 5, 6
+SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, ON_PATCH, USER, ROUGH, TABLE = range(8)
 """Codes of the laws; those from `ROUGH` on remember the deepest closure since the contact last opened."""
 DEEPEST, FIRST_KNOT = 3, 4
 """Columns of such a law's parameters in the time loop: the deepest closure [m], and the first of a table."""
 PASSIVE, CONSERVING, BLENDED = 0, 1, 2
+FIRMEST: Final = 0.9
+"""Square root of the indentation over 2/(3 c k), up to which `HertzOnPatch` follows its curve."""
+FIRMEST_PENETRATION: Final = FIRMEST**2 - 2 / 3 * FIRMEST**3
+"""Penetration over (2/(3 c k))^2 there."""
+FIRMEST_SLOPE: Final = 1.5 * FIRMEST / (1 - FIRMEST)
+"""Slope of the law there, over 2/(3 c)."""
 
 Parameters = tuple[float, ...]
 
@@ -176,9 +182,9 @@ class LinearSpring(_PowerLaw):
 class Hertz(_PowerLaw):
     """N = k max(0, pen)^(3/2); ``stiffness`` k [N/m^1.5], (4/3) E* sqrt(R) for a sphere. Source: Hertz 1882.
 
-    Convex potential (2/5) k pen^(5/2). The law includes the local compliance of both surfaces, which must be removed
-    from a Green's function that includes it, too (`impact.exact.half_space.without_patch`). Raises `LawError` for a
-    stiffness that is not positive and finite.
+    Convex potential (2/5) k pen^(5/2). The law includes the local compliance of both surfaces: beside a Green's
+    function that includes it, too, take `HertzOnPatch` (or `impact.exact.half_space.without_patch`). Raises `LawError`
+    for a stiffness that is not positive and finite.
     """
 
     stiffness: float
@@ -233,6 +239,80 @@ class HuntCrossley(_PowerLaw):
     @property
     def parameters(self) -> Parameters:
         return (self.stiffness, self.damping, self.exponent)
+
+
+@dataclass(frozen=True)
+class HertzOnPatch:
+    """Hertz's law, or Hunt and Crossley's, between bodies whose patches bring their own local compliance c.
+
+    Hertz's indentation is that of both bodies, as seen from far away. A patch of a solid brings the local compliance
+    c N under its uniform load besides; in series it is taken out of the law,
+
+        pen(N) = (N/k)^(2/3) - c N,   Psi = (2/5) k h^5 - c N^2/2,   N = k h^3,
+
+    with the damping factor 1 + d times the rate of the indentation. c of a round patch of radius a on a half-space is
+    16 (1 - nu^2)/(3 pi^2 E a), the sum of both bodies' where both have patches. The law is increasing and its
+    potential convex for N < (2/(3 c))^3/k^2: while the patch is not smaller than the contact. From `largest` on, at
+    `FIRMEST`^3 of that, it follows its tangent, which is a law for the search of a step's force and no model of a
+    contact: a run beyond it must be refused.
+
+    The damping's share is exact to first order in d times the speed: the indentation's rate is that of the law without
+    damping, at the start of the step.
+
+    Attributes:
+        stiffness: k [N/m^1.5].
+        local: c [m/N] > 0.
+        damping: d [s/m] >= 0.
+
+    Raises:
+        LawError: a stiffness or a local compliance that is not positive, a negative damping, or one not finite.
+
+    Source: docs/methods.md, "Local compliance once"; Johnson, Contact Mechanics, 3.4 and 4.2.
+    """
+
+    stiffness: float
+    local: float
+    damping: float = 0.0
+    code: ClassVar[int] = ON_PATCH
+    elastic: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        for name, unit in (("stiffness", "N/m^1.5"), ("local", "m/N")):
+            value = getattr(self, name)
+            if not (value > 0 and math.isfinite(value)):
+                raise LawError(f"HertzOnPatch.{name} = {value:g} {unit} must be positive and finite")
+        if not (self.damping >= 0 and math.isfinite(self.damping)):
+            raise LawError(f"HertzOnPatch.damping = {self.damping:g} s/m must be >= 0 and finite")
+
+    @property
+    def parameters(self) -> Parameters:
+        """Return k, d and c."""
+        return (self.stiffness, self.damping, self.local)
+
+    @property
+    def largest(self) -> float:
+        """Return the largest static force [N] that the law describes."""
+        return self.stiffness * (FIRMEST * self._unit) ** 3
+
+    @property
+    def _unit(self) -> float:
+        """Return 2/(3 c k), the square root of the indentation at which a patch is firmer than the contact [m^0.5]."""
+        return 2 / (3 * self.local * self.stiffness)
+
+    def potential(self, penetration: Array) -> Array:
+        """Return Psi [J]."""
+        depth = np.maximum(penetration, 0.0) / self._unit**2
+        beyond = np.maximum(depth - FIRMEST_PENETRATION, 0.0)
+        third = np.arcsin(np.sqrt(3 * (depth - beyond))) / 3
+        y = 2 * np.sin(third) * np.sin(third + np.pi / 3)
+        work = y**5 * (0.4 - y / 3) + beyond * (FIRMEST**3 + FIRMEST_SLOPE * beyond / 2)
+        return np.asarray(self.stiffness * self._unit**5 * work)
+
+    def closure(self, force: float) -> float:
+        """Return (N/k)^(2/3) - c N [m], beyond `largest` along the tangent."""
+        curved = min(force, self.largest)
+        slope = 2 / (3 * self.local) * FIRMEST_SLOPE
+        return float((curved / self.stiffness) ** (2 / 3) - self.local * curved + (force - curved) / slope)
 
 
 @dataclass(frozen=True)

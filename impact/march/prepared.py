@@ -330,7 +330,7 @@ def _rules(problem: ContactProblem, rule: str) -> NDArray[np.int64]:
             if not contact.law.elastic:
                 raise ContactError(
                     f"the {rule} step needs a contact law with a potential, {type(contact.law).__name__} has none; "
-                    'use LinearSpring, Hertz or HuntCrossley, the passive step, or rule="auto"'
+                    'use LinearSpring, Hertz, HertzOnPatch or HuntCrossley, the passive step, or rule="auto"'
                 )
     return np.full(len(problem.contacts), RULES[rule])
 

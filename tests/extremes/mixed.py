@@ -200,7 +200,9 @@ class Mix:
         stated = {"film": {**film, "width": self._mm(1), "length": self._mm(47)}} if film else {}
         tilt = {"tilt": si(float(self.levels["tilt"]), "deg")} if self.levels["tilt"] else {}
         gap = {"gap": si(GAP, "m")}
-        return {**gap, **laws[str(self.levels["law"])], **parts[str(self.levels["division"])], **stated, **tilt}  # type: ignore[dict-item]
+        solids = "annular" in str(self.levels["seat"]) or self.levels["striker"] == "ball"
+        law = "spring" if solids and self.levels["law"] == "hertz" else str(self.levels["law"])  # else refused
+        return {**gap, **laws[law], **parts[str(self.levels["division"])], **stated, **tilt}  # type: ignore[dict-item]
 
 
 def drawn_mix(index: int, seed: int) -> Mix:

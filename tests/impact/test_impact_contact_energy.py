@@ -38,9 +38,11 @@ def dashpots(rng: np.random.Generator, ports: int) -> Residual:
 def law(rng: np.random.Generator, with_potential: bool = False) -> Law:
     k = float(10.0 ** rng.uniform(0, 5))
     laws: list[Law] = [impact.LinearSpring(stiffness=k), impact.Hertz(stiffness=k)]
+    laws.append(impact.HertzOnPatch(stiffness=k, local=10.0 ** rng.uniform(-1, 2) / k))
     if not with_potential:
         laws.append(impact.Signorini())
         laws.append(impact.HuntCrossley(stiffness=k, damping=rng.uniform(0, 2), exponent=rng.uniform(1, 3)))
+        laws.append(impact.HertzOnPatch(stiffness=k, local=1.0 / k, damping=rng.uniform(0, 2)))
     return laws[int(rng.integers(0, len(laws)))]
 
 

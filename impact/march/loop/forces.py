@@ -17,8 +17,9 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from impact.greens.base import Array
-from impact.march.laws import BLENDED, FAR, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
+from impact.march.laws import BLENDED, FAR, HERTZ, HUNT_CROSSLEY, ON_PATCH, PASSIVE, SIGNORINI, SPRING, USER
 from impact.march.loop.compiled import compiled
+from impact.march.loop.patch import patch_force, patch_potential, patch_quickness, patch_secant, patch_stiffness
 
 FLOOR = 1e-140  # value added to every state at every step, so that decayed modes never become slow denormal numbers
 
@@ -213,6 +214,8 @@ def law_force(code, a, b, c, user, pen, pen_start, dt):
         return a * pen * math.sqrt(pen)
     if code == HUNT_CROSSLEY:
         return a * pen**c * max(0.0, 1.0 + b * (pen - pen_start) / dt)
+    if code == ON_PATCH:
+        return patch_force(a, c, pen) * max(0.0, 1.0 + b * patch_quickness(a, c, pen_start) * (pen - pen_start) / dt)
     if code == USER and user is not None:  # None: built-in law; its type is inferred at once, a function's is not
         force = user(pen, pen_start, dt)
         return 0.0 if force <= 0.0 else force  # nan is returned, and refused at the end
@@ -228,6 +231,8 @@ def law_potential(code, a, b, c, pen):
         return 0.5 * a * pen * pen
     if code == HERTZ:
         return 0.4 * a * pen * pen * math.sqrt(pen)
+    if code == ON_PATCH:
+        return patch_potential(a, c, pen)
     return a * pen ** (c + 1.0) / (c + 1.0)
 
 
@@ -337,6 +342,8 @@ def step_force(code, a, b, c, p, p0, dt, share):
         force += share * (_elastic_force(code, a, b, c, p) - force)
     if code == HUNT_CROSSLEY:
         force *= max(0.0, 1.0 + b * (p - p0) / dt)
+    if code == ON_PATCH and b > 0.0:
+        force *= max(0.0, 1.0 + b * patch_quickness(a, c, p0) * (p - p0) / dt)
     return force
 
 
@@ -351,6 +358,8 @@ def _secant(code, a, b, c, p, p0):
         if code == HERTZ:
             x, y = math.sqrt(p), math.sqrt(p0)  # (x^5 - y^5)/(x^2 - y^2)
             return 0.4 * a * (x**4 + x**3 * y + x * x * y * y + x * y**3 + y**4) / (x + y)
+        if code == ON_PATCH:
+            return patch_secant(a, c, p, p0)
         middle, apart = 0.5 * (p + p0), (p - p0) / (p + p0)
         if abs(apart) < 1e-3:
             square = apart * apart
@@ -362,7 +371,11 @@ def _secant(code, a, b, c, p, p0):
 @compiled()
 def _elastic_force(code, a, b, c, pen):
     """Return dPsi/dpen [N]."""
-    return 0.0 if pen <= 0.0 else a * pen if code == SPRING else a * pen ** (1.5 if code == HERTZ else c)
+    if pen <= 0.0:
+        return 0.0
+    if code == ON_PATCH:
+        return patch_force(a, c, pen)
+    return a * pen if code == SPRING else a * pen ** (1.5 if code == HERTZ else c)
 
 
 @compiled()
@@ -370,8 +383,12 @@ def stiffness(code, a, b, c, pen):
     """Return d2Psi/dpen2 [N/m]; for a spring also before contact."""
     if code == SPRING:
         return a
+    if pen <= 0.0:
+        return 0.0
+    if code == ON_PATCH:
+        return patch_stiffness(a, c, pen)
     exponent = 1.5 if code == HERTZ else c
-    return 0.0 if pen <= 0.0 else exponent * a * pen ** (exponent - 1.0)
+    return exponent * a * pen ** (exponent - 1.0)
 
 
 @compiled()

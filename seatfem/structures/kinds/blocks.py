@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import ClassVar, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 import impact
+from impact.exact.half_space import rectangle_compliance
 from impact.greens import base, modal
 from impact.notices import Progress
 from seatfem.fields import KeyProblem, of_same_names
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import Patch, column_end, on_plate
 from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.kinds.structure import LocalShare
 from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews, arc, box, of_ported_plate
 from seatfem.structures.shapes import Bar, Block, Geometry, ValvePlate
@@ -51,6 +54,10 @@ height = "5 mm"
     def patch(self) -> Patch | None:
         area, width, length = self.struck_part()
         return column_end(self.material.mean, area, width, length)
+
+    @property
+    def local_share(self) -> LocalShare:
+        return LocalShare()  # its end is struck as a whole and remains plane
 
     @property
     def sectors(self) -> int:
@@ -149,6 +156,13 @@ patch_depth = "1 mm"
         block = self.geometry()
         sides = (block.patch_width, block.patch_depth)
         return sides[0] * sides[1], min(sides), block.thickness
+
+    @property
+    def local_share(self) -> LocalShare:
+        block = self.geometry()
+        room = min(block.width / block.patch_width, block.depth / block.patch_depth) - 1
+        compliance = partial(rectangle_compliance, sides=(block.patch_width, block.patch_depth))
+        return self.on_half_space(compliance, room, ("patch_width", "patch_depth"))
 
     @property
     def sectors(self) -> int:

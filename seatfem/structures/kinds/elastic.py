@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self
 
 from pydantic import Field, model_validator
 
@@ -26,6 +26,13 @@ if TYPE_CHECKING:
     from seatfem.structures.lands import Land
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.materials import Material, Orthotropic
+
+
+class HalfSpaceShare(Protocol):
+    """Static compliance of a half-space under a patch."""
+
+    def __call__(self, *, young: float, poisson: float) -> float:
+        """Return the mean displacement under a uniform load, per force [m/N]."""
 
 
 class Reduced(motion.Moving):
@@ -123,6 +130,22 @@ class Elastic(Reduced):
     @property
     def lip_face(self) -> structure.LipFace:
         return structure.LipFace() if self.has_faces else super().lip_face
+
+    @property
+    def local_share(self) -> structure.LocalShare:
+        words = "is struck on faces whose distance from the body's edges is not known; take a block, stopper or ball"
+        return structure.LocalShare(unknown=words)
+
+    def on_half_space(self, compliance: HalfSpaceShare, room: float, sizes: tuple[str, ...]) -> structure.LocalShare:
+        """Return the share of a patch with the ``compliance`` of a half-space, ``room`` times half its own width away
+        from the body's edges."""
+        if not self.isotropic or self.materials:
+            return structure.LocalShare(unknown="has no single isotropic material under its patch; state one")
+        if room < 1:
+            words = f"is struck nearer an edge than half of its patch's width; make {' and '.join(sizes)} smaller"
+            return structure.LocalShare(unknown=words)
+        solid = self.material.mean
+        return structure.LocalShare(compliance(young=solid.young, poisson=abs(solid.poisson)), sizes)
 
     def land(self) -> Land:
         """Return the flat contact faces. Raises `ModelError` unless they are rings or strips."""

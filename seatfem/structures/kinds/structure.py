@@ -213,6 +213,22 @@ class LipFace:
     no_lip: str = ""
 
 
+@dataclass(frozen=True)
+class LocalShare:
+    """Local compliance that the struck patch of a solid adds to that of the body as a whole.
+
+    Attributes:
+        compliance: mean displacement of a half-space under the patch's uniform load, per force [m/N]; 0 without a patch
+            of a solid: beams, plates, rods, springs, measured records.
+        sizes: keys that state the size of the patch.
+        unknown: reason why it is not known, and the remedy; "" if it is.
+    """
+
+    compliance: float = 0.0
+    sizes: tuple[str, ...] = ()
+    unknown: str = ""
+
+
 class Measured(Protocol):
     """A body whose Green's function is fitted to a measured frequency response."""
 
@@ -325,6 +341,11 @@ class Structure(Striking):
     def lip_face(self) -> LipFace:
         """Return the struck face as the table describes it."""
         return LipFace(no_lip=NO_RING)
+
+    @property
+    def local_share(self) -> LocalShare:
+        """Return the local compliance of the struck patch."""
+        return LocalShare()
 
     def lip(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
         """Return the struck region, whose parts have ports of their own; ``None`` if `lip_face` excludes that. Raises

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar, Final, Literal, Self
 
 import numpy as np
@@ -76,6 +77,17 @@ class Turned(drawn.Drawn):
         if (face := self.region() if self.isotropic else None) is None:
             return structure.LipFace(no_lip=structure.NO_RING)
         return structure.LipFace(None if face.inner == 0 else (face.radius, face.width))
+
+    @property
+    def local_share(self) -> structure.LocalShare:
+        words = "is struck on a ring, nearer its edges than it is wide; take one struck on a disc (stopper) or a block"
+        return structure.LocalShare(unknown=words)
+
+    def _of_disc(self, radius: float, room: float) -> structure.LocalShare:
+        if self.arc is not None:
+            return structure.LocalShare(unknown="with arc is struck on a part of its disc; remove arc")
+        compliance = partial(exact.half_space.disk_compliance, radius=radius)
+        return self.on_half_space(compliance, room, ("contact_radius",))
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         name = self.kind.replace("_", " ")
@@ -181,6 +193,11 @@ contact_radius = "1 mm"
     def geometry(self) -> Stopper:
         return of_same_names(Stopper, self)
 
+    @property
+    def local_share(self) -> structure.LocalShare:
+        shape = self.geometry()
+        return self._of_disc(shape.contact_radius, shape.radius / shape.contact_radius - 1)
+
     def struck_part(self) -> tuple[float, float, float]:
         return self.struck_area, self.geometry().contact_radius, self.geometry().thickness
 
@@ -188,8 +205,10 @@ contact_radius = "1 mm"
 class Ball(Turned):
     """An elastic sphere in free flight. It touches with a small flat facet at its pole, a disc whose radius stays: it
     translates as a rigid body exactly, and its waves and own compliance are in its Green's function. Hertz's contact of
-    a ball on a flat face, whose disc grows with the force, is kind = "rigid_mass" with law = { kind = "hertz", ... }:
-    that has the compliance of both bodies, and no waves in the ball."""
+    a ball on a flat face, whose disc grows with the force, is law = { kind = "hertz", ... } with the stiffness of both
+    bodies, (4/3) E* sqrt(R): the local compliance of facet and patch is then taken out of the law. State a
+    contact_radius of at least that of the contact, on both bodies; the force does not depend on it. kind = "rigid_mass"
+    in place of the ball leaves its waves out."""
 
     traits: ClassVar[structure.Traits] = replace(Turned.traits, has_stress=True)
     group: ClassVar[str] = "strikers"
@@ -216,6 +235,10 @@ damping_ratio = 0.005
 
     def geometry(self) -> Sphere:
         return Sphere(self.diameter, self.contact_radius or self.diameter / 16)
+
+    @property
+    def local_share(self) -> structure.LocalShare:
+        return self._of_disc(self.geometry().contact_radius, math.inf)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         radius = self.diameter / 2

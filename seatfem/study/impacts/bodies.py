@@ -21,7 +21,7 @@ from seatfem.structures.kinds.motion import constant, scaled
 from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.gas import gas_loads
-from seatfem.study.scene import ContactGeometry, Scene, drives, lips, problems
+from seatfem.study.scene import ContactGeometry, Scene, drives, lips, local, problems
 from seatfem.study.scene.contact import Stopper
 from seatfem.units import write_quantity
 
@@ -123,7 +123,7 @@ def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = N
             seat,
             port=k,
             gap=float(gap),
-            law=law.law(float(share)),
+            law=local.law_of_part(law, float(share), scene.seat, scene.reed),
             striker_port=striker.greens.port_index(name) if name in striker.greens.ports and not apart else 0,
             film=film,
         )
@@ -142,7 +142,7 @@ def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = N
                     target,
                     port=k if len(target.greens.ports) > 1 else 0,
                     gap=float(above[k]),
-                    law=scene.stopper.law.law(float(share)),
+                    law=local.law_of_part(scene.stopper.law, float(share), scene.stopper.body, scene.reed),
                     side=-1,
                     striker_port=port if port in striker.greens.ports else beyond,
                 )

@@ -35,7 +35,7 @@ from seatfem.study.impacts.bodies import check_base, problem_of
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Landings, landings_of_march
 from seatfem.study.impacts.touches import Touches, on_the_ports, pushes
-from seatfem.study.scene import ContactGeometry, Run, Scene, drives, lips, measures
+from seatfem.study.scene import ContactGeometry, Run, Scene, drives, lips, local, measures
 from seatfem.study.scene.drives import Gauged
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.units import write_quantity
@@ -215,6 +215,7 @@ def run_contacts(
         flight = flights(striker, dt)
         bodies = (flight, *(motion.Discrete.from_body(body, dt, flight.loads.shape[1]) for body in problem.targets))
     result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, bodies=bodies, progress=progress)
+    local.check_patches(scene.geometry, [each.law for each in problem.contacts], np.atleast_2d(result.force.T).T)
     run = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
         return run

@@ -31,7 +31,7 @@ from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
 from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
-from seatfem.study.scene import Run
+from seatfem.study.scene import Run, local
 
 PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # numbers of arcs of a lip in a trade, besides its centre's
 
@@ -50,6 +50,8 @@ class Rings(Ladder):
         Fewer rings make the face too soft, as the striker's face is stiff. A rod or spring has no rings; their effect
         is unknown for a response from a file. Along a lip see `of_rings_across`.
         """
+        if local.holds_patches(run.scene.geometry):
+            return ()
         seat, division, divided = run.seat, run.division, run.seat.in_rings
         rings = division.rings
         if division.arcs > 1:

@@ -26,7 +26,7 @@ from seatfem.study.prerun import lips
 from seatfem.study.prerun.bench import prepare_bench
 from seatfem.study.prerun.sensitivity import Changes, Sensitivity
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Scene, local
 
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Bandwidths to choose from [Hz]: five a decade, so that scenes with different contacts can share a cached seat."""
@@ -281,7 +281,12 @@ class PlanningContext:
         return {name: error * value for name, value in self.sensitivity.of_g.items()}
 
     def of_rings(self, rings: int) -> Changes:
-        """Return the relative errors of the measures by a contact face in so many rings, as the budget states them."""
+        """Return the relative errors of the measures by a contact face in so many rings, as the budget states them.
+
+        They are none where the law holds the patch's local compliance.
+        """
+        if local.holds_patches(self.scene.geometry):
+            return self.per_g(0.0)
         if self._by_rings is None:
             return self._bound_of_rings(rings)
         return times(left_by(rings) if rings > 2 else 1 + left_by(REFERENCE_RINGS), self._by_rings)

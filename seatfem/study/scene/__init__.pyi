@@ -15,6 +15,7 @@ from seatfem.study.scene import (
     life as life,
     lips as lips,
     load as load,
+    local as local,
     measures as measures,
     models as models,
     parcel as parcel,

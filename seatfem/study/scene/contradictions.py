@@ -12,6 +12,7 @@ from impact.bodies.time_series import TimeSeriesError
 from seatfem.fields import Contradictions, keys_of, problem_of, within
 from seatfem.structures.kinds import structure
 from seatfem.structures.rings import Division
+from seatfem.study.scene.local import unknown_shares
 from seatfem.study.scene.measures import GaugeStrain, LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
 
@@ -41,6 +42,7 @@ def contradictions_of(scene: Scene) -> Contradictions:
     yield from _of_contact(reed, seat.lip_face.ring, contact.at)
     yield from contradictions_of_start(scene.geometry)
     yield from _of_lip(seat, reed, contact)
+    yield from unknown_shares(scene.geometry)
     yield from _of_parts(seat, contact, scene.stress, scene.run.duration)
     yield from _of_measures(scene.accuracy.measures, reed, scene.life)
     if scene.life is not None:

@@ -9,7 +9,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from impact.march.joints import RoughJoint, TableJoint
-from impact.march.laws import Hertz, HuntCrossley, Law, LawError, LinearSpring, Signorini
+from impact.march.laws import Hertz, HertzOnPatch, HuntCrossley, Law, LawError, LinearSpring, Signorini
 from seatfem.fields import (
     ExistingFile,
     HertzStiffness,
@@ -38,11 +38,19 @@ class ContactLaw(Table):
 
     remembers: ClassVar[bool] = False
     """This says whether the force depends on the largest closure since the contact last opened."""
+    holds_indentation: ClassVar[bool] = False
+    """This says whether its penetration includes the local indentation of both bodies, as seen from far away; then
+    patches that bring one of their own are taken out of it (`beside_patches`)."""
 
     kind: str
 
     def law(self, share: float = 1.0) -> Law:
         """Return the law for a fraction ``share`` of the contact area."""
+        raise NotImplementedError
+
+    def beside_patches(self, local: float) -> Law:
+        """Return the law of the whole contact less the local compliance of the patches [m/N], of one that
+        `holds_indentation`."""
         raise NotImplementedError
 
     @property
@@ -76,7 +84,12 @@ class SpringLaw(ContactLaw):
 
 
 class HertzLaw(ContactLaw):
-    """Hertz's contact of a sphere: force = stiffness * penetration^1.5."""
+    """Hertz's contact of a sphere: force = stiffness * penetration^1.5. The stiffness is that of both bodies; the local
+    compliance that a patch of finite elements brings besides is taken out of the law. State a patch at least as large
+    as the contact, and its own width away from edges: the force does not depend on its size. Rings, lips, faces of
+    files and faces in parts are refused."""
+
+    holds_indentation: ClassVar[bool] = True
 
     sample: ClassVar[str] = """
 kind = "hertz"
@@ -89,19 +102,26 @@ stiffness = "5 GN/m^1.5"
     def law(self, share: float = 1.0) -> Law:
         return Hertz(share * self.stiffness)
 
+    def beside_patches(self, local: float) -> Law:
+        return HertzOnPatch(self.stiffness, local)
+
     @property
     def of_a_sphere(self) -> float | None:
         return self.stiffness
 
 
 class HuntCrossleyLaw(HertzLaw):
-    """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration)."""
+    """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration). Stiffness
+    and patches are as in hertz."""
 
     kind: Literal["hunt_crossley"]  # type: ignore[assignment]
     damping: Slowness = default("0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v")
 
     def law(self, share: float = 1.0) -> Law:
         return HuntCrossley(share * self.stiffness, self.damping)
+
+    def beside_patches(self, local: float) -> Law:
+        return HertzOnPatch(self.stiffness, local, self.damping)
 
 
 class RoughLaw(ContactLaw):
