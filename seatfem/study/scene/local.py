@@ -50,7 +50,10 @@ def unknown_shares(geometry: ContactGeometry) -> Contradictions:
 
 def _contacts(geometry: ContactGeometry) -> Iterator[tuple[str, ContactLaw, int, Structure]]:
     contact, stopper = geometry.contact, geometry.stopper
-    arcs = contact.ports or (geometry.usual_ports if not geometry.seat.lip_face.no_lip else 1)
+    seat, holds = geometry.seat, contact.law.holds_indentation
+    arcs = contact.ports or 1
+    if contact.ports is None and holds and not (seat.lip_face.no_lip or seat.local_share.unknown):
+        arcs = geometry.usual_ports
     yield "contact", contact.law, arcs * contact.rings, geometry.seat
     if stopper is not None:
         yield "stopper", stopper.law, stopper.parts.count, stopper.body
