@@ -136,6 +136,20 @@ def test_one_contact_that_is_stated_knows_what_segments_change(tmp_path: Path, g
 
 
 @pytest.mark.slow
+def test_three_lands_are_divided_alike(tmp_path: Path) -> None:
+    """Of three equal lands numbers of segments are multiples of three, and so are the halves that runs compare."""
+    seat = (
+        PORTS.replace("ports = 2", "ports = 3").replace('"row"\nstruck = 1', '"circle"').replace('"12 mm"', '"11 mm"')
+    )
+    disc = f'kind = "disc"\ndiameter = "26 mm"\nthickness = "1 mm"\nvelocity = "-1 m/s"\n{STEEL}'
+    stiff = seat + 'model = "spring"\nmesh = { size = "4 mm", contact_size = "1 mm" }\n'
+    tilted = scene_of(tmp_path, stiff, disc, '[contact]\ntilt = "0.05 deg"\n')
+    ports = plan_scene(tilted).method.ports
+    assert ports is not None
+    assert ports % 6 == 0
+
+
+@pytest.mark.slow
 def test_a_plan_says_what_one_contact_leaves(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, ANNULAR, FLAPPER + RING + IN_MODE)
     choice = plan_scene(scene).choice("reed.contact_radius")

@@ -87,7 +87,7 @@ def choose_arc_count(
     most = ports if stated else min(upto, MOST_CHOSEN // scene.contact.rings)
     lip = scene.geometry.lip(most)
     assert lip is not None
-    most = most if stated else lip.whole(most)
+    most = most if stated else lip.whole_halves(most)
     parts = division_to_compare(Division(most, scene.contact.rings))
     finest = method.along(scene.geometry, parts.arcs, parts.rings)
     seat = surrogate_in_arcs(finest, surrogate).greens
@@ -109,7 +109,7 @@ def choose_arc_count(
         return larger(by_doubling, relative_changes(measures(arcs), measures(division.arcs)))
 
     chosen, aim = most, ARCS_SHARE * scene.accuracy.target
-    while not stated and chosen // 2 >= FEWEST_ARCS and lip.whole(chosen // 2) == chosen // 2:
+    while not stated and chosen // 2 >= FEWEST_ARCS and lip.whole_halves(chosen // 2) == chosen // 2:
         errors = errors_of(chosen // 2)
         if any(safety(name) * errors[name] > aim for name in scene.accuracy.judged):
             break
