@@ -21,7 +21,7 @@ from impact.bodies.time_series import TimeSeries, TimeSeriesError
 from impact.greens.base import Array, GreensFunctionError
 from impact.quantities import brief
 
-Course = Callable[[Array], ArrayLike]  # (n,) times [s] -> (n,) values, or one value for all times
+Course = Callable[[Array], ArrayLike] | float  # (n,) times [s] -> (n,) values; a number holds for all times
 
 
 class ReedLoad(Protocol):
@@ -130,7 +130,7 @@ class Gravity:
 
 def _course(values: Course, factor: float = 1.0) -> Callable[[Array], Array]:
     def amplitude(t: Array) -> Array:
-        course = np.asarray(values(t), dtype=float)
+        course = np.asarray(values(t) if callable(values) else values, dtype=float)
         if course.ndim and course.shape != t.shape:
             raise GreensFunctionError(f"a load gave {course.shape} values for {t.shape} times; give one value per time")
         return np.asarray(factor * np.broadcast_to(course, t.shape))

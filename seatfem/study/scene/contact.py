@@ -87,7 +87,7 @@ else:
 
 
 USUAL_ARCS: Final = 32  # default number of segments of a tilted or divided stopper
-STEEPEST: Final = math.radians(30)  # largest tilt
+STEEPEST: Final = math.radians(30) * (1 + 1e-12)  # largest tilt; 30 deg itself fits, however it is rounded
 
 
 class Stopper(Table):

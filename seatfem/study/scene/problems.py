@@ -257,6 +257,8 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case "model_type" | "model_attributes_type" | "dict_type":
             table = f"[{path[-1]}]" if len(path) == 1 else f"{path[-1]} = {{ ... }}"
             return f"{written!r} is no table; write {table}{_content(place)}"
+        case "tuple_type" if place.choices and isinstance(written, Mapping):
+            return f"is written as one table, but there may be several: write [[{place.key}]], in two brackets"
         case "path_type":
             return f"{written!r} is no path of a file; write the path alone, in quotes"
         case "value_error":
