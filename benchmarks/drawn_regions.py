@@ -19,6 +19,7 @@ from typing import Final
 import numpy as np
 from points.outlines import Flapper, Outline, Ring, Sheet
 from points.plate import Material
+from points.region_landing import Fall
 from points.regions import KidneyLand, Region, RoundLand
 
 SEED, SCENES = 46001, 18
@@ -31,27 +32,6 @@ mesh = { size = "4 mm", contact_size = "0.7 mm" }
 STEEL: Final = Material(206e9, 0.3, 7800.0)
 OF_STEEL: Final = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
 MM: Final = 1e-3
-
-
-@dataclass(frozen=True)
-class Fall:
-    """How a reed comes down, in SI units.
-
-    Attributes:
-        gap: the smallest opening on the region, its rims included [m].
-        tilt, axis: of the region's plane about a direction from the reed's x axis [rad].
-        speed: towards the seat: of a held reed in its first mode at the contact's centre, of all of a free one [m/s].
-        stiffness: of a spring that all points share by area [N/m]; infinite of points that do not penetrate.
-        duration, filter_width: [s].
-    """
-
-    gap: float
-    tilt: float
-    axis: float
-    speed: float
-    stiffness: float
-    duration: float
-    filter_width: float
 
 
 @dataclass(frozen=True)
