@@ -5,7 +5,8 @@
 
 appends rows to results/coverage_of_regions.csv as scenes end, one for each measure, or one that says why a scene has
 none; scenes that are in the file are not run again. ``--document`` writes the table into docs/coverage.md. The product
-runs as a user would run it; `points` computes the reference on two grids, whose difference is its doubt.
+runs as a user would run it; `points` computes the reference on ever finer grids until the last step changes impulse and
+peak by less than `SURE`. What that step changes is its doubt.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ from time import monotonic
 from typing import Final
 
 from drawn_regions import SCENES, SEED, STEEL, RegionLanding, draw_region
-from points.region_landing import GRIDS, Measured, march_region, measure_region
+from points.outlines import Ring
+from points.region_landing import GRIDS, Fineness, Measured, march_region, measure_region
 from table import RESULTS, append_rows, read_rows, write_between
 
 from seatfem.structures.cache import VARIABLE
@@ -34,6 +36,8 @@ FILE: Final = RESULTS / "coverage_of_regions.csv"
 PAGE: Final = Path(__file__).parents[1] / "docs" / "coverage.md"
 RUN_SECONDS: Final = 120  # as of ``--max-time``
 LONGEST: Final = 600.0  # s for a run in all
+SURE: Final = 0.01
+LAST_FREE, LAST_HELD = 3, 2  # numbers of the finest grids: held plates have more modes
 KEYS: Final[Mapping[str, str]] = {
     "impulse": "impulse_Ns", "filtered_peak": "filtered_peak_force_N",
     "closing_speed": "landing_closing_speed_m_per_s", "line_force": "line_force_peak_N_per_m",
@@ -53,7 +57,7 @@ class Row:
         value, bar: of the product; the bar is nan where it is not known.
         reference, doubt: of the other program.
         inside: whether the value is within its bar of the reference; "" without a bar.
-        seconds, reference_seconds: of the wall, for the run and for both grids.
+        seconds, reference_seconds: of the wall, for the run and for the grids.
     """
 
     seed: int
@@ -82,7 +86,7 @@ def judge(index: int) -> list[Row]:
     """Return the rows of one scene."""
     drawn = draw_region(index)
     start = monotonic()
-    coarse, fine = (_reference(drawn, level) for level in (0, 1))
+    fine, coarse = references(drawn)
     head = Row(SEED, index, drawn.kind, reference_seconds=monotonic() - start)
     start = monotonic()
     summary, reason = run_scene(drawn)
@@ -93,8 +97,18 @@ def judge(index: int) -> list[Row]:
     return list(_compared(head, summary, fine, coarse))
 
 
-def _reference(drawn: RegionLanding, level: int) -> Measured:
-    grid = GRIDS[level]
+def references(drawn: RegionLanding) -> tuple[Measured, Measured]:
+    """Return the measures on the finest grid that is needed, or that is left, and on the one before."""
+    last = LAST_FREE if isinstance(drawn.outline, Ring) else LAST_HELD
+    fine = _measured(drawn, GRIDS[0])
+    for grid in GRIDS[1 : last + 1]:
+        fine, coarse = _measured(drawn, grid), fine
+        if all(abs(getattr(coarse, name) / getattr(fine, name) - 1) < SURE for name in NARROW):
+            break
+    return fine, coarse
+
+
+def _measured(drawn: RegionLanding, grid: Fineness) -> Measured:
     marched, cells = march_region(drawn.outline, STEEL, drawn.thickness, drawn.region, drawn.fall, grid)
     return measure_region(marched, cells, drawn.fall, grid.dt)
 

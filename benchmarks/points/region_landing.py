@@ -63,6 +63,7 @@ GRIDS = (
     Fineness(48, 2, 6, 0.6e6, 40e-9),
     Fineness(64, 3, 6, 1.2e6, 20e-9),
     Fineness(96, 4, 7, 2.4e6, 10e-9),
+    Fineness(128, 4, 7, 4.8e6, 5e-9),
 )
 
 
