@@ -3,11 +3,11 @@
     python benchmarks/coverage_of_regions.py [--first N] [--scenes N] [--again]
     python benchmarks/coverage_of_regions.py --document
 
-appends rows to results/coverage_of_regions.csv as scenes end, one for each measure, or one that says why a scene has
-none; scenes that are in the file are not run again, unless ``--again``: then the product runs and references stay, as
-they do not depend on it. ``--document`` writes the table into docs/coverage.md. The product
-runs as a user would run it; `points` computes the reference on two grids, of free plates on ever finer ones until impulse
-and peak change by less than `SURE`. What the last step changes is its doubt.
+puts rows into results/coverage_of_regions.csv as scenes end, one for each measure, with the reason where there is no
+value; scenes that are there are not run again, unless ``--again``: then the product runs and references stay, which do
+not depend on it. ``--document`` writes the table into docs/coverage.md. The product runs as a user would run it.
+`points` computes the reference on two grids, of free plates on ever finer ones until impulse and peak change by less
+than `SURE`; what the last step changes is its doubt.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from seatfem.structures.rings import (
     arc_rings_to_compare,
     as_a_whole,
     division_to_compare,
+    in_fewer_arcs,
 )
 from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
@@ -104,7 +105,7 @@ def choose_arc_count(
         """Return the relative errors, as the budget states them: from the change by twice as many arcs, and at least
         the change by the most arcs compared; for these, from the change by half as many."""
         if arcs == division.arcs:
-            return times(OF_TWICE - 1, relative_changes(measures(arcs), measures(arcs // 2)))
+            return times(OF_TWICE - 1, relative_changes(measures(arcs), measures(in_fewer_arcs(division).arcs)))
         by_doubling = times(OF_TWICE, relative_changes(measures(arcs), measures(2 * arcs)))
         return larger(by_doubling, relative_changes(measures(arcs), measures(division.arcs)))
 
