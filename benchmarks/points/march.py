@@ -35,18 +35,28 @@ class Modes:
         cosine, sine = fall * np.cos(ringing * dt), fall * dt * np.sinc(ringing * dt / np.pi)
         return cosine + decay * sine, sine, -(self.omega**2) * sine, cosine - decay * sine
 
+    def step_compliance(self, dt: float) -> Array:
+        """Return the openings (points, points) at the end of a step by unit forces over it [m/N]."""
+        gain = self.flight(dt)[1]
+        return dt * (self.shapes * gain) @ self.shapes.T
+
 
 class PointForces:
     """Forces at the points from the openings of the modes, with the last closed points as the first guess."""
 
-    def __init__(self, stiffness: Array, residual: Array) -> None:
-        """Take the stiffness (points,) of the law [N/m] and the compliance (points, points) beyond the modes [m/N]."""
+    def __init__(self, stiffness: Array, residual: Array | None = None, *, ahead: bool = False) -> None:
+        """Take the stiffness (points,) of the law [N/m] and the compliance (points, points) beyond the modes [m/N];
+        ``None``: there is none. ``ahead``: forces are those of the openings at the end of a step, not at its start, so
+        that what meets a rigid point stays there until it is pulled off; the compliance is then that of a step."""
+        self.ahead = ahead
         self._stiffness, self._residual = stiffness, residual
         self._closed = np.zeros(len(stiffness), dtype=bool)
         self._factored: tuple[bytes, tuple[Array, bool]] | None = None
 
     def solve(self, openings: Array) -> Array:
         """Return the forces (points,) [N]."""
+        if self._residual is None:
+            return np.asarray(self._stiffness * np.maximum(-openings, 0.0))
         forces = np.zeros(len(openings))
         if openings.min() > 0:
             self._closed = forces > 0
@@ -70,19 +80,34 @@ class PointForces:
         return np.asarray(cho_solve(self._factored[1], -openings[closed]))
 
 
-def march_landing(modes: Modes, gaps: Array, rates: Array, forces: PointForces, dt: float, duration: float) -> Array:
-    """Return the total force (steps,) [N] at times 0, dt, ... of modes that start undeformed with rates (m,)."""
+@dataclass(frozen=True)
+class Marched:
+    """A landing: forces (steps, points) [N] at times 0, dt, ..., and by the step of each touch after an opening of all
+    points the largest speed at which the points that touch close [m/s]."""
+
+    forces: Array
+    touches: dict[int, float]
+
+
+def march_points(modes: Modes, gaps: Array, rates: Array, forces: PointForces, dt: float, duration: float) -> Marched:
+    """Return the forces at the points under modes that start undeformed with rates (m,)."""
     keep, gain, pull, hold = modes.flight(dt)
     place, rate = np.zeros_like(rates), rates.copy()
-    total = np.zeros(round(duration / dt) + 1)
+    kicks, touches = np.zeros((round(duration / dt) + 1, len(gaps))), {}
     transposed = np.ascontiguousarray(modes.shapes.T)
-    for step in range(len(total)):
-        kick = forces.solve(gaps + modes.shapes @ place)
-        total[step] = kick.sum()
-        if total[step] > 0:
+    for step, kick in enumerate(kicks):
+        kick[:] = forces.solve(gaps + modes.shapes @ (keep * place + gain * rate if forces.ahead else place))
+        if (touching := kick > 0).any():
+            if step == 0 or not kicks[step - 1].any():
+                touches[step] = float(-(modes.shapes[touching] @ rate).min())
             rate = rate + dt * (transposed @ kick)
         place, rate = keep * place + gain * rate, pull * place + hold * rate
-    return total
+    return Marched(kicks, touches)
+
+
+def march_landing(modes: Modes, gaps: Array, rates: Array, forces: PointForces, dt: float, duration: float) -> Array:
+    """Return the total force (steps,) [N]; as `march_points`."""
+    return march_points(modes, gaps, rates, forces, dt, duration).forces.sum(axis=1)
 
 
 def impulse(force: Array, dt: float) -> float:

@@ -16,13 +16,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix, diags
+from scipy.sparse import csc_matrix, diags, identity
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from points.gll import Array
 from points.mesh import Mesh
 
 SHEAR_FACTOR = 5 / 6
+SHIFT = 1e-8  # of a free plate's stiffness, over its largest diagonal term: far above round-off, below its modes
 MORE_MODES = 1.35  # of a plate with free edges, over the count of Weyl's leading term
 
 
@@ -94,7 +95,7 @@ class Plate:
             basis = basis[:, np.diff(basis.indptr) > 0]
             half = csc_matrix(basis.T @ stiffness[free][:, free] @ basis)
             lumped = basis.multiply(basis).T @ mass[free]
-            squares, vectors = lowest_modes(half, lumped, math.ceil(0.54 * count) + 4)
+            squares, vectors = lowest_modes(half, lumped, math.ceil(0.54 * count) + 4, free=len(self.held) == 0)
             shapes = np.zeros((len(mass), len(squares)))
             shapes[free] = basis @ vectors
             families.append((squares, shapes[::3]))
@@ -132,13 +133,16 @@ class Plate:
         return math.ceil(MORE_MODES * weights.sum() * frequency * number / 2) + 10
 
 
-def lowest_modes(stiffness: csc_matrix, mass: Array, count: int) -> tuple[Array, Array]:
-    """Return the lowest eigenvalues of K - x M, M diagonal, and vectors of unit modal mass, by inversion of K."""
+def lowest_modes(stiffness: csc_matrix, mass: Array, count: int, *, free: bool = False) -> tuple[Array, Array]:
+    """Return the lowest eigenvalues of K - x M, M diagonal, and vectors of unit modal mass, by inversion of K, or of
+    K + s M of a ``free`` body."""
     roots = 1 / np.sqrt(mass)
     scaled = (diags(roots) @ stiffness @ diags(roots)).tocsc()
-    factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    shift = SHIFT * float(scaled.diagonal().max()) if free else 0.0
+    shifted = (scaled + shift * identity(len(mass))).tocsc()
+    factor = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     inverse = LinearOperator(scaled.shape, matvec=factor.solve, dtype=float)
     kept = min(len(mass) - 1, math.ceil(1.4 * count) + 20)
-    values, vectors = eigsh(scaled, count, sigma=0.0, OPinv=inverse, v0=np.ones(len(mass)), ncv=kept)
+    values, vectors = eigsh(scaled, count, sigma=-shift, OPinv=inverse, v0=np.ones(len(mass)), ncv=kept)
     order = np.argsort(values)
     return values[order], roots[:, None] * vectors[:, order]

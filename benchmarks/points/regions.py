@@ -5,26 +5,32 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from points.gll import Array
 
+THIN = 1e-6  # share of its distance of a land that stands for a line
 FINE = 720  # points around one land, from which the centroid is found
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells of one land, those across fastest: places (around, across, 2) and areas (around, across), in SI units."""
+    """Cells of one land: places (around, across, 2), areas (around, across), lengths (around,) along its middle; SI."""
 
     places: Array
     areas: Array
+    lengths: Array
 
 
 class Land(ABC):
     """A flat face between two closed lines."""
+
+    @abstractmethod
+    def rims(self, number: int) -> Array:
+        """Return about this number of places (n, 2) on both lines."""
 
     @abstractmethod
     def cells(self, around: int, across: int) -> Cells:
@@ -39,45 +45,58 @@ class RoundLand(Land):
     inner: float
     outer: float
 
+    def rims(self, number: int) -> Array:
+        rays = _rays(_middles(2 * math.pi, number))
+        return np.array(self.centre) + np.concatenate([self.inner * rays, self.outer * rays])
+
     def cells(self, around: int, across: int) -> Cells:
         radii, weights = _gauss(self.inner, self.outer, across)
         angles = 2 * np.pi * (np.arange(around) + 0.5) / around
         places = np.array(self.centre) + radii[:, None] * _rays(angles)[:, None]
-        return Cells(places, np.tile(2 * np.pi / around * radii * weights, (around, 1)))
+        areas = np.tile(2 * np.pi / around * radii * weights, (around, 1))
+        return Cells(places, areas, np.full(around, np.pi / around * (self.inner + self.outer)))
 
 
 @dataclass(frozen=True)
 class KidneyLand(Land):
-    """What lies ``inner`` to ``outer`` [m] off an arc of radius ``bend`` over the angle 2 ``half`` [rad], whose centre is
-    the origin and whose middle lies on the x axis."""
+    """What lies ``inner`` to ``outer`` [m] off an arc of radius ``bend`` over the angle 2 ``half`` [rad].
+
+    The arc's centre is the origin, its middle lies on the x axis."""
 
     bend: float
     half: float
     inner: float
     outer: float
 
+    def rims(self, number: int) -> Array:
+        thin = (replace(self, inner=off * (1 - THIN), outer=off * (1 + THIN)) for off in (self.inner, self.outer))
+        return np.concatenate([each.cells(number, 1).places[:, 0] for each in thin])
+
     def cells(self, around: int, across: int) -> Cells:
         off, weights = _gauss(self.inner, self.outer, across)
         middle = (self.inner + self.outer) / 2
-        lengths = np.array(
-            [2 * self.half * (self.bend + middle), math.pi * middle, 2 * self.half * (self.bend - middle)]
+        angle = 2 * self.half
+        lines = (angle * (self.bend + middle), math.pi * middle, angle * (self.bend - middle))  # with two round ends
+        numbers = [max(1, round(line / (sum(lines) + lines[1]) * around)) for line in lines]
+        ahead, wound, back = (
+            _middles(turn, number) for turn, number in zip((angle, math.pi, angle), numbers, strict=True)
         )
-        whole = lengths.sum() + lengths[1]
-        numbers = np.maximum(1, np.round(lengths / whole * around).astype(int))
-        turn = _middles(-self.half, self.half, numbers[0])
-        back = _middles(self.half, -self.half, numbers[2])
-        caps = _middles(0.0, math.pi, numbers[1])
-        ends = self.bend * _rays(np.array([self.half, -self.half]))
-        spread = np.full((len(turn), 1), 2 * self.half / len(turn))
-        wound = np.full((len(caps), 1), math.pi / len(caps))
-        inwards = np.full((len(back), 1), 2 * self.half / len(back))
-        parts = [
-            ((self.bend + off)[:, None] * _rays(turn)[:, None], spread * (self.bend + off) * weights),
-            (ends[0] + off[:, None] * _rays(self.half + caps)[:, None], wound * off * weights),
-            ((self.bend - off)[:, None] * _rays(back)[:, None], inwards * (self.bend - off) * weights),
-            (ends[1] + off[:, None] * _rays(-self.half + math.pi + caps)[:, None], wound * off * weights),
-        ]
-        return Cells(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+        end = self.bend * _rays(np.array([self.half, -self.half]))
+        ends = (
+            off[:, None] * _rays(self.half + wound)[:, None],
+            off[:, None] * _rays(math.pi - self.half + wound)[:, None],
+        )
+        parts = (
+            ((self.bend + off)[:, None] * _rays(ahead - self.half)[:, None], self.bend + off, angle, numbers[0]),
+            (end[0] + ends[0], off, math.pi, numbers[1]),
+            ((self.bend - off)[:, None] * _rays(self.half - back)[:, None], self.bend - off, angle, numbers[2]),
+            (end[1] + ends[1], off, math.pi, numbers[1]),
+        )
+        places = np.concatenate([part[0] for part in parts])
+        areas = [np.tile(turn / number * radii * weights, (number, 1)) for _, radii, turn, number in parts]
+        pairs = zip((*lines, lines[1]), (*numbers, numbers[1]), strict=True)
+        lengths = [np.full(number, line / number) for line, number in pairs]
+        return Cells(places, np.concatenate(areas), np.concatenate(lengths))
 
 
 @dataclass(frozen=True)
@@ -93,10 +112,14 @@ class Region:
         areas = sum(each.areas.sum() for each in cells)
         return np.asarray(sum((each.places * each.areas[..., None]).sum(axis=(0, 1)) for each in cells) / areas)
 
+    def rims(self, number: int) -> list[Array]:
+        """Return places (n, 2) on the rims of every land from the common centroid."""
+        return [land.rims(number) - self.centroid for land in self.lands]
+
     def cells(self, around: int, across: int) -> list[Cells]:
         """Return the cells of every land from the common centroid."""
         each = (land.cells(around, across) for land in self.lands)
-        return [Cells(one.places - self.centroid, one.areas) for one in each]
+        return [Cells(one.places - self.centroid, one.areas, one.lengths) for one in each]
 
 
 def _gauss(low: float, high: float, number: int) -> tuple[Array, Array]:
@@ -104,8 +127,9 @@ def _gauss(low: float, high: float, number: int) -> tuple[Array, Array]:
     return (low + high) / 2 + (high - low) / 2 * x, (high - low) / 2 * weights
 
 
-def _middles(start: float, end: float, number: int) -> Array:
-    return np.asarray(start + (end - start) * (np.arange(number) + 0.5) / number)
+def _middles(turn: float, number: int) -> Array:
+    """Return the middles (number,) of equal parts of 0 to ``turn``."""
+    return np.asarray(turn * (np.arange(number) + 0.5) / number)
 
 
 def _rays(angles: Array) -> Array:

@@ -95,10 +95,6 @@ class AnyLip(ABC):
         none."""
         return arcs
 
-    def whole_halves(self, arcs: int) -> int:
-        """Return the same for an even number, half of which is compared with it, too."""
-        return arcs if arcs == 1 else 2 * self.whole(arcs // 2)
-
     @abstractmethod
     def cuts(self, shares: Array) -> tuple[Array, Array]:
         """Return the (n, 2) ends of the cuts at places (n,) on the inner, or left, line and on the other, from the

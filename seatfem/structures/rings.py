@@ -131,6 +131,13 @@ def division_to_compare(division: Division) -> Division:
     return Division(1, rings_to_compare(division.rings))
 
 
+def in_fewer_arcs(division: Division) -> Division:
+    """Return the division in half as many arcs, or the most whole ones below, which are joined of several of its own:
+    33 arcs in 11."""
+    fewer = next(each for each in range(division.arcs // 2, 0, -1) if division.arcs % each == 0)
+    return Division(fewer, division.rings)
+
+
 def arc_rings_to_compare(rings: int) -> tuple[int, float]:
     """Return the number of rings across each arc to compare ``rings`` with, more of them or one, and the error of
     ``rings`` over the change between both."""

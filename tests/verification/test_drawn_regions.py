@@ -1,11 +1,8 @@
 """The landings on whole regions that are drawn for benchmarks/points: the same each time, and valid scenes."""
 
-import math
-
 import numpy as np
 import pytest
 from drawn_regions import KINDS, SCENES, draw_region
-from points.regions import KidneyLand, RoundLand
 
 from seatfem.study.scene import load_scene
 
@@ -40,17 +37,3 @@ def test_region_is_the_struck_face(index, tmp_path) -> None:
     assert sum(each.areas.sum() for each in cells) == pytest.approx(lip.area, rel=1e-3)
     far = max(np.hypot(*each.places.reshape(-1, 2).T).max() for each in cells)
     assert far == pytest.approx(lip.outer, rel=0.02)
-
-
-def test_kidney_has_the_area_between_its_offsets() -> None:
-    """An offset by d of an arc of length l encloses 2 d l + pi d^2."""
-    kidney = KidneyLand(4.5e-3, math.radians(75), 1.2e-3, 2.2e-3)
-    length = 2 * kidney.half * kidney.bend
-    exact = 2 * (kidney.outer - kidney.inner) * length + math.pi * (kidney.outer**2 - kidney.inner**2)
-    assert kidney.cells(40, 2).areas.sum() == pytest.approx(exact, rel=1e-12)
-
-
-def test_ring_has_its_second_moment() -> None:
-    cells = RoundLand((0.0, 0.0), 2e-3, 3e-3).cells(16, 2)
-    moment = (cells.areas * (cells.places**2).sum(axis=-1)).sum()
-    assert moment == pytest.approx(math.pi / 2 * (3e-3**4 - 2e-3**4), rel=1e-12)

@@ -22,6 +22,7 @@ from seatfem.structures.rings import (
     divided_less,
     division_to_compare,
     face_compliance,
+    in_fewer_arcs,
     left_by,
     parts_joined,
     with_fewer_rings,
@@ -122,7 +123,7 @@ class Arcs(Ladder):
         if finer is None or Division.from_greens(finer) != other:
             return None
         if other == division:
-            other, weight = Division(division.arcs // 2, division.rings), OF_TWICE - 1
+            other, weight = in_fewer_arcs(division), OF_TWICE - 1
         striker = run.problem.striker
         if scene.reed.thin_plate is not None:
             striker = striker_of(scene, greens=_greens_along(run, other))
@@ -244,7 +245,7 @@ def _beside(division: Division) -> tuple[Division, float]:
     other = division_to_compare(division)
     if division.arcs == 1:
         return (Division(), left_by(division.rings)) if division.rings > 2 else (other, 1 + left_by(other.rings))
-    return (Division(division.arcs // 2, division.rings), OF_TWICE - 1) if other == division else (other, OF_TWICE)
+    return (in_fewer_arcs(division), OF_TWICE - 1) if other == division else (other, OF_TWICE)
 
 
 def _holds(greens: base.GreensFunction, division: Division) -> bool:

@@ -21,6 +21,7 @@ from seatfem.structures.rings import (
     arc_rings_to_compare,
     as_a_whole,
     division_to_compare,
+    in_fewer_arcs,
 )
 from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
@@ -87,7 +88,7 @@ def choose_arc_count(
     most = ports if stated else min(upto, MOST_CHOSEN // scene.contact.rings)
     lip = scene.geometry.lip(most)
     assert lip is not None
-    most = most if stated else lip.whole_halves(most)
+    most = most if stated else lip.whole(most)
     parts = division_to_compare(Division(most, scene.contact.rings))
     finest = method.along(scene.geometry, parts.arcs, parts.rings)
     seat = surrogate_in_arcs(finest, surrogate).greens
@@ -104,12 +105,12 @@ def choose_arc_count(
         """Return the relative errors, as the budget states them: from the change by twice as many arcs, and at least
         the change by the most arcs compared; for these, from the change by half as many."""
         if arcs == division.arcs:
-            return times(OF_TWICE - 1, relative_changes(measures(arcs), measures(arcs // 2)))
+            return times(OF_TWICE - 1, relative_changes(measures(arcs), measures(in_fewer_arcs(division).arcs)))
         by_doubling = times(OF_TWICE, relative_changes(measures(arcs), measures(2 * arcs)))
         return larger(by_doubling, relative_changes(measures(arcs), measures(division.arcs)))
 
     chosen, aim = most, ARCS_SHARE * scene.accuracy.target
-    while not stated and chosen // 2 >= FEWEST_ARCS and lip.whole_halves(chosen // 2) == chosen // 2:
+    while not stated and chosen // 2 >= FEWEST_ARCS and lip.whole(chosen // 2) == chosen // 2:
         errors = errors_of(chosen // 2)
         if any(safety(name) * errors[name] > aim for name in scene.accuracy.judged):
             break

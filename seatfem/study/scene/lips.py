@@ -133,7 +133,7 @@ class ContactGeometry:
             return None
         lip = self.seat.lip(arcs, rings)
         stated = ports or self.contact.ports
-        if stated or lip is None or arcs == 1 or (whole := lip.whole_halves(arcs)) == arcs:
+        if stated or lip is None or arcs == 1 or (whole := lip.whole(arcs)) == arcs:
             return lip
         return self.seat.lip(whole, rings)
 
