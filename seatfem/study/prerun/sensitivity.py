@@ -287,7 +287,8 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
 
     First the highest modes are left out (`OF_MODES`); their effect extrapolates to that of the next ones if many of
     them take part in the contact. In the middle of a disc, or all around a ring, few do: then modes beyond the last are
-    added, as one or over octaves (`BEYOND`). A run's time step hides a part of their effect (`HIDDEN`).
+    added, as one or over octaves (`BEYOND`), and always of a plate with one contact, whose short blows are blind between
+    two bands. A run's time step hides a part of their effect (`HIDDEN`).
     """
     felt, share_beyond = modes_felt(body), safety.ALONE
     for ratio, share in safety.OF_MODES:
@@ -295,7 +296,8 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
             share_beyond = safety.HIDDEN if felt < safety.ONE_FELT else 1.0
             yield fewer, share
     for ratio, octaves, most in safety.BEYOND:
-        if felt < most and (ringing := ringing_on(body, ratio, band, octaves)) is not None:
+        counts = felt < most or (len(body.greens.ports) == 1 and most == safety.MANY_FELT)
+        if counts and (ringing := ringing_on(body, ratio, band, octaves)) is not None:
             yield ringing, share_beyond
 
 
@@ -303,14 +305,16 @@ def modes_felt(body: Body) -> float:
     """Return the effective number of a body's highest modes (last ratio of `OF_MODES`) that take part in its contacts.
 
     It is the participation number (sum c)^2/sum c^2 of their compliances c = |shape|^2/omega^2: n for n equal modes, 1
-    if one dominates.
+    if one dominates. Contacts in parts may close one by one, or all at once with their mean: the lesser number counts.
     """
     g = body.greens.modal
     if g is None or not np.any(g.omega):
         return 0.0
     top = g.omega > g.omega.max() / safety.OF_MODES[-1][0]
-    yields = np.sum((g.shapes[top] / g.omega[top, None]) ** 2, axis=1)
-    return float(yields.sum() ** 2 / np.sum(yields**2)) if np.any(yields) else 0.0
+    each = g.shapes[top] / g.omega[top, None]
+    yields = np.stack([np.sum(each**2, axis=1), np.mean(each, axis=1) ** 2])
+    squares = np.maximum(np.sum(yields**2, axis=1), np.finfo(float).tiny)
+    return float(np.min(yields.sum(axis=1) ** 2 / squares))
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
