@@ -305,14 +305,17 @@ def modes_felt(body: Body) -> float:
     """Return the effective number of a body's highest modes (last ratio of `OF_MODES`) that take part in its contacts.
 
     It is the participation number (sum c)^2/sum c^2 of their compliances c = |shape|^2/omega^2: n for n equal modes, 1
-    if one dominates. Contacts in parts may close one by one, or all at once with their mean: the lesser number counts.
+    if one dominates. A free plate that meets a lip in parts may close them all at once, with their mean: the lesser
+    number counts.
     """
     g = body.greens.modal
     if g is None or not np.any(g.omega):
         return 0.0
     top = g.omega > g.omega.max() / safety.OF_MODES[-1][0]
     each = g.shapes[top] / g.omega[top, None]
-    yields = np.stack([np.sum(each**2, axis=1), np.mean(each, axis=1) ** 2])
+    yields = np.sum(each**2, axis=1)[None]
+    if not np.all(g.omega):
+        yields = np.append(yields, np.mean(each, axis=1)[None] ** 2, axis=0)
     squares = np.maximum(np.sum(yields**2, axis=1), np.finfo(float).tiny)
     return float(np.min(yields.sum(axis=1) ** 2 / squares))
 
