@@ -225,15 +225,18 @@ def _cited(value: str) -> str:
     return value
 
 
-def _towards_the_seat(value: float) -> float:
-    """Return a velocity towards the seat: negative, as the normal points from the seat to the striker [m/s]."""
-    if value < 0.0:
-        return value
+def _moving(value: float) -> float:
+    """Return a velocity [m/s] that is not zero: negative towards the seat, positive towards a stopper."""
     if value == 0.0:
         raise ValueError("a mass at rest never touches the seat; give it a velocity towards it, as '-2 m/s'")
-    raise ValueError(
-        f"it would fly away: velocities towards the seat are negative, write '-{write_quantity(value, 'velocity')}'"
-    )
+    return value
+
+
+def flies_away(velocity: float, key: str, remedy: str = "") -> Contradictions:
+    """Yield a contradiction of the ``key`` if a ``velocity`` [m/s] is not towards the seat."""
+    if velocity > 0:
+        words = f"it would fly away: velocities towards the seat are negative, write '-{write_quantity(velocity, 'velocity')}'"
+        yield key, words + remedy
 
 
 def _open(value: float) -> float:
@@ -277,7 +280,7 @@ Time = Annotated[float, BeforeValidator(ReadQuantity("time")), Gt(0)]
 Delay = Annotated[float, BeforeValidator(ReadQuantity("time")), Ge(0)]
 Mass = Annotated[float, BeforeValidator(ReadQuantity("mass")), Gt(0)]
 Speed = Annotated[float, BeforeValidator(ReadQuantity("velocity")), Gt(0)]
-Approach = Annotated[float, BeforeValidator(ReadQuantity("velocity")), AfterValidator(_towards_the_seat)]
+Approach = Annotated[float, BeforeValidator(ReadQuantity("velocity")), AfterValidator(_moving)]
 Density = Annotated[float, BeforeValidator(ReadQuantity("density")), Gt(0)]
 Pressure = Annotated[float, BeforeValidator(ReadQuantity("pressure")), Gt(0)]
 SignedPressure = Annotated[float, BeforeValidator(ReadQuantity("pressure"))]

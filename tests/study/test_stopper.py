@@ -79,6 +79,29 @@ def test_a_mass_between_two_springs(tmp_path: Path) -> None:
     assert fine.seat.energy.residual < 1e-12
 
 
+def test_a_mass_released_towards_the_stopper(tmp_path: Path) -> None:
+    """It meets the stopper first, and comes back to the seat with its speed and 2 m v."""
+    scene = load_text(tmp_path, SEAT + MASS.replace('"-1 m/s"', '"1 m/s"') + STOPPER + RUN.replace("1.4 ms", "0.9 ms"))
+    touches = bounced(scene, 2.5e-8)
+    up, down = (measures.contact_groups(run)[0, 0] for run in (touches.stopper, touches.seat))
+    assert up == pytest.approx(2e-4 / SPEED, abs=5e-8)
+    assert down == pytest.approx(up + OF_STOPPER + WAY / SPEED, abs=5e-7)
+    assert measures.impulse(touches.seat) == pytest.approx(2 * MASS_KG * SPEED, rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_cantilever_released_towards_the_stopper(tmp_path: Path) -> None:
+    """A run of it; without the stopper it is refused, with what to do, and so is a stopper that flies away."""
+    reed = REED.replace('tip_deflection = "1 mm"', 'mode = 1, velocity = "2 m/s"').replace('pressure = "0.3 bar"\n', "")
+    stopper = STOPPER.replace("0.2 mm", "0.5 mm")
+    summary = run_scene(load_text(tmp_path, SEAT + reed + stopper + SHORT), tmp_path / "out", pictures=False).summary
+    assert 0.5e-3 / 2 < summary["stopper_first_contact_s"] < 0.3e-3 < summary["first_contact_s"]
+    told = refusal(load_text, tmp_path, SEAT + reed + SHORT)
+    assert re.search(r"reed\.release\.velocity: .*fly away.*'-2 m/s'.*\[stopper\]", told)
+    away = '[stopper]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "1 m/s"\ngap = "1 mm"\n'
+    assert re.search(r"stopper\.velocity: .*'-1 m/s'", refusal(load_text, tmp_path, SEAT + reed + away + SHORT))
+
+
 def test_a_scene_is_the_problem_built_by_hand(tmp_path: Path) -> None:
     """Seat at the tip, stopper at 18 mm: the reed has two ports, and both contacts are those of `impact.Contact`."""
     law = 'law = { kind = "spring", stiffness = "50 N/um" }\n'

@@ -23,6 +23,7 @@ from seatfem.fields import (
     absent,
     default,
     field_of,
+    flies_away,
     one_of,
 )
 from seatfem.structures.kinds import Structure
@@ -156,6 +157,7 @@ gap = "1.5 mm"
             yield "arcs", "a single contact point has only a mean gap, tilt needs several: remove one key"
         if (key := motion_key(self.body)) and key != "velocity":
             yield key, "a stopper is at rest, or strikes with a velocity; remove the key, or strike with the body"
+        yield from flies_away(self.speed, "velocity")
 
     @property
     def speed(self) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impact.bodies.time_series import TimeSeriesError
-from seatfem.fields import Contradictions, keys_of, problem_of, within
+from seatfem.fields import Contradictions, flies_away, keys_of, problem_of, within
 from seatfem.structures.kinds import structure
 from seatfem.structures.rings import Division
 from seatfem.study.scene.local import unknown_shares
@@ -35,6 +35,10 @@ def contradictions_of(scene: Scene) -> Contradictions:
     driven = bool(scene.load or scene.base or scene.spring or scene.wave or scene.gas)
     struck = stopper is not None and structure.motion_key(stopper.body) != ""
     yield from _of_roles(seat, reed, driven=driven or struck)
+    if stopper is None:
+        for name, table in (("velocity", reed), ("release.velocity", getattr(reed, "release", None))):
+            speed = getattr(table, "velocity", None) or 0.0
+            yield from flies_away(speed, f"reed.{name}", ", or add a [stopper] that it meets")
     yield from _of_loads(reed, scene.load, scene.spring, based="reed" in [base.of for base in scene.base])
     yield from _of_bases(scene.bodies, scene.base)
     yield from _of_waves(scene.bodies, scene.wave, {base.of for base in scene.base})
