@@ -235,8 +235,8 @@ def _moving(value: float) -> float:
 def flies_away(velocity: float, key: str, remedy: str = "") -> Contradictions:
     """Yield a contradiction of the ``key`` if a ``velocity`` [m/s] is not towards the seat."""
     if velocity > 0:
-        words = f"it would fly away: velocities towards the seat are negative, write '-{write_quantity(velocity, 'velocity')}'"
-        yield key, words + remedy
+        towards = f"velocities towards the seat are negative, write '-{write_quantity(velocity, 'velocity')}'"
+        yield key, f"it would fly away: {towards}{remedy}"
 
 
 def _open(value: float) -> float:

@@ -81,9 +81,12 @@ class Division:
 
     @staticmethod
     def from_greens(greens: GreensFunction) -> Division:
-        """Return the division that the port names of a Green's function state; undivided where they name no arcs and
-        rings."""
-        names = greens.ports
+        """Return the division that the port names of a Green's function state, as `from_names`."""
+        return Division.from_names(greens.ports)
+
+    @staticmethod
+    def from_names(names: tuple[str, ...]) -> Division:
+        """Return the division that names of ports state; undivided where they name no arcs and rings."""
         first, _, last = names[-1].partition("_")
         arcs = int(last.partition("_")[0]) if first == ARC and last.partition("_")[0].isdecimal() else 1
         division = Division(max(1, min(arcs, len(names))), max(1, len(names) // max(1, arcs)))

@@ -12,7 +12,8 @@ from impact import measures
 from impact.march.motion import modal_coordinates
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
-from seatfem.study.impacts.contact import run_contacts
+from seatfem.study.impacts.contact import marched, run_contacts
+from seatfem.study.impacts.plate_stress import Forces, plate_field
 from seatfem.study.impacts.touches import Touches, on_the_ports, stopper_values
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import STOPPER
@@ -140,6 +141,31 @@ def test_a_run_says_how_the_stopper_was_met(tmp_path: Path) -> None:
     assert outcome.summary["stopper_tilt_deg"] == pytest.approx(0.1)
     kept = load_results(tmp_path / "out" / "result.h5")
     np.testing.assert_allclose(kept["stopper_lip"].force.sum(axis=1), kept["stopper"].force, rtol=1e-12)
+
+
+@pytest.mark.slow
+def test_stress_of_a_plate_that_meets_its_stopper_in_arcs(tmp_path: Path) -> None:
+    """Equal forces on all arcs bend it as one on the whole ring, its own face; what a march did to each arc is what
+    its results say, and the run has a stress."""
+    reed = REED.replace('deflection = "-1 mm"', 'velocity = "-1 m/s"')
+    scene = scene_of(tmp_path, SPRING + 'arcs = 4\ntilt = "0.1 deg"\n', reed)
+    asked = scene.accuracy.model_copy(update={"measures": ("impulse", "stress")})
+    near = scene.contact.model_copy(update={"gap": 2e-5})
+    scene = scene.model_copy(update={"accuracy": asked, "contact": near})
+    striker, seat = striker_of(scene), impact.Body(impact.spring(stiffness=5e7))
+    field = plate_field(scene.geometry, striker, Division())
+    arcs = [striker.greens.port_index(STOPPER + name) for name in Division(4).names]
+    bent = field.static[:, :, arcs].mean(axis=2)
+    np.testing.assert_allclose(bent, field.static[:, :, 0], atol=1e-3 * np.abs(bent).max())
+    run = marched(problem_of(scene, striker, seat), 2e-7, scene.run.duration)
+    pushed, force = Forces.from_march(run).pushes(striker.greens, Division()), run.force[:, 1:]
+    np.testing.assert_array_equal(pushed[:, arcs], -force)
+    np.testing.assert_array_equal(
+        pushed, on_the_ports(scene.geometry, striker.greens, seat.greens, struck(scene, 2e-7))
+    )
+    assert np.ptp(force.sum(axis=0)) > 0.1 * force.sum(axis=0).max()
+    summary = run_scene(scene, tmp_path / "out", pictures=False).summary
+    assert summary["landing_peak_reed_stress_Pa"] > 0
 
 
 MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'

@@ -20,8 +20,9 @@ from seatfem import structures
 from seatfem.structures import fields, lip, rings
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.thin_plate import ThinPlate
-from seatfem.study.impacts.touches import parts_of, stopper_force_of
+from seatfem.study.impacts import touches
 from seatfem.study.scene import ContactGeometry
+from seatfem.study.scene.lips import STOPPER
 
 if TYPE_CHECKING:
     from seatfem.structures import sheets
@@ -58,8 +59,9 @@ def has_plate_stress(reed: Structure, striker: Body) -> bool:
 
 
 def lips_of_plate(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
-    """Return the contact patches on the striking plate: its own face, then the seat's lip by `division`."""
-    return _plate_of(geometry).lips(geometry.on_the_reed(geometry.lip(division.arcs, division.rings)))
+    """Return the contact patches on the striking plate: its own face, the stopper's, the seat's lip by `division`."""
+    seat = geometry.on_the_reed(geometry.lip(division.arcs, division.rings))
+    return _plate_of(geometry).lips(seat, geometry.behind_the_reed())
 
 
 def _plate_of(geometry: ContactGeometry) -> ThinPlate:
@@ -69,10 +71,13 @@ def _plate_of(geometry: ContactGeometry) -> ThinPlate:
 
 
 def _touching_lips(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
-    """Return the patches of `lips_of_plate` that are in contact: the seat's or else its own, which also meets a
-    stopper."""
-    lips = lips_of_plate(geometry, division)
-    return lips if geometry.stopper is not None else lips[-1:]
+    """Return the patches of `lips_of_plate` that are in contact: those of seat and stopper, for which its own stands
+    in."""
+    own, *others = lips_of_plate(geometry, division)
+    behind = [each for each in others if each.side]
+    if geometry.stopper is not None and not behind:
+        behind = [own]
+    return (*behind, *([each for each in others if not each.side] or [own]))
 
 
 def touched_points(geometry: ContactGeometry, greens: GreensFunction, division: rings.Division) -> Array:
@@ -212,7 +217,7 @@ class PlateLook:
         if not len(self.field.points):
             return None
         forces, body = Forces.from_march(run), self.field.body
-        pushes = pushes_of(body.greens, forces.by(self.division), self.division, forces.stopper)
+        pushes = forces.pushes(body.greens, self.division)
         field = struck_by(self.field, body, run.opening, pushes, forces.dt)
         return stresses_of_plate(
             self.reed, field, fields.recovery.largest(field, pushes, forces.dt, since=since, workers=1)
@@ -226,21 +231,26 @@ class Forces:
     Attributes:
         parts: (n + 1, parts) force on each part of the seat's patch [N].
         division: division of the patch into these parts.
-        stopper: (n + 1,) force on the stopper [N]; ``None`` without one.
+        stopper: forces on the parts of the stopper's patch; ``None`` without one.
         dt: time step [s].
     """
 
     parts: Array
     division: rings.Division
-    stopper: Array | None
+    stopper: Forces | None
     dt: float
 
     @staticmethod
     def from_march(run: Marched) -> Forces:
         """Return the contact forces of a run."""
-        problem, parts = run.problem, parts_of(run)
+        problem, seats = run.problem, touches.seat_contacts(run.problem)
+        parts, above = run.force[:, :seats], run.force[:, seats:]
         division = rings.Division.from_greens(problem.target.greens) if parts.shape[1] > 1 else rings.Division()
-        return Forces(parts, division, stopper_force_of(run), run.dt)
+        of_stopper = _behind(problem.striker.greens)
+        if of_stopper.count == 1:  # met at one port, in however many parts
+            above = above.sum(axis=1, keepdims=True)
+        behind = Forces(above, of_stopper, None, run.dt) if problem.contacts[seats:] else None
+        return Forces(parts, division, behind, run.dt)
 
     def by(self, wanted: rings.Division) -> Array:
         """Return the (n + 1, parts) forces on the parts of another division, for uniform pressure on each part [N]."""
@@ -252,26 +262,31 @@ class Forces:
         parts = self.parts.reshape(-1, own.arcs, own.rings)
         return np.asarray(np.einsum("nar,ab,rc->nbc", parts, along, across, optimize=True)).reshape(len(parts), -1)
 
+    def pushes(self, greens: GreensFunction, division: rings.Division) -> Array:
+        """Return the (n + 1, ports) forces on the ports of a striker, away from the seat [N]; ``division``: of the
+        seat's patch there."""
+        force = np.zeros((len(self.parts), len(greens.ports)))
+        for name, pushed in zip(division.names, self.by(division).T, strict=True):
+            force[:, greens.port_index(name) if name in greens.ports else 0] += pushed
+        if self.stopper is not None:
+            behind = _behind(greens)
+            for name, pushed in zip(behind.names, self.stopper.by(behind).T, strict=True):
+                port = STOPPER + name
+                force[:, greens.port_index(port) if port in greens.ports else 0] -= pushed
+        return force
+
+
+def _behind(greens: GreensFunction) -> rings.Division:
+    """Return the division of the stopper's patch by the ports of a striker; undivided where it has none for it."""
+    names = tuple(name.removeprefix(STOPPER) for name in greens.ports if name.startswith(STOPPER))
+    return rings.Division.from_names(names or rings.Division().names)
+
 
 def overlaps(have: Array, wanted: Array) -> Array:
     """Return the (h, w) fraction of each of h intervals that lies in each of w others; edges (h + 1,) and (w + 1,)."""
     low = np.maximum(have[:-1, None], wanted[None, :-1])
     high = np.minimum(have[1:, None], wanted[None, 1:])
     return np.asarray(np.maximum(high - low, 0.0) / np.diff(have)[:, None])
-
-
-def pushes_of(greens: GreensFunction, parts: Array, division: rings.Division, stopper: Array | None) -> Array:
-    """Return the (n + 1, ports) forces on the ports of a striker, away from the seat [N].
-
-    ``parts``: (n + 1, parts) forces of the seat's patch in the parts of ``division``; ``stopper``: (n + 1,) force of
-    the stopper on the first port, if there is one [N].
-    """
-    force = np.zeros((len(parts), len(greens.ports)))
-    for name, pushed in zip(division.names, parts.T, strict=True):
-        force[:, greens.port_index(name) if name in greens.ports else 0] += pushed
-    if stopper is not None:
-        force[:, 0] -= stopper
-    return force
 
 
 def _singular(plate: sheets.PlateModes, touched: tuple[lip.AnyLip, ...]) -> Array:

@@ -139,10 +139,10 @@ def on_the_ports(geometry: ContactGeometry, striker: GreensFunction, seat: Green
 
     def add(parts: ImpactResult | None, whole: ImpactResult, names: tuple[str, ...], other: int, sign: int) -> None:
         each = whole.force[:, None] if parts is None else parts.force
-        for name, pushed in zip(names if parts is not None else ("",), each.T, strict=True):
+        for name, pushed in zip(names, each.T, strict=True):
             force[:, striker.port_index(name) if name in striker.ports else other] += sign * pushed
 
-    add(touches.parts, touches.seat, Division.from_greens(seat).names, 0, 1)
+    add(touches.parts, touches.seat, (Division() if touches.parts is None else Division.from_greens(seat)).names, 0, 1)
     if touches.stopper is not None and geometry.stopper is not None:
         names = tuple(lips.STOPPER + name for name in geometry.stopper.parts.names)
         add(touches.stopper_parts, touches.stopper, names, len(striker.ports) - 1 if geometry.has_two_places else 0, -1)

@@ -38,10 +38,9 @@ from seatfem.study.impacts.plate_stress import (
     has_plate_stress,
     in_some_modes,
     lips_of_plate,
-    pushes_of,
     struck_by,
 )
-from seatfem.study.impacts.touches import Touches, force_of, stress_since
+from seatfem.study.impacts.touches import Touches, force_of, on_the_ports, stress_since
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs import kept
@@ -126,7 +125,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
             values |= _peaks_of(largest(of_seat.largest_at, -forces.by(of_seat.division), forces.dt).after_contact)
         if of_reed is not None:
             division = Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division()
-            pushes = pushes_of(of_reed.largest_at.body.greens, forces.by(division), division, forces.stopper)
+            pushes = forces.pushes(of_reed.largest_at.body.greens, division)
             values[REED] = float(largest(of_reed.largest_at, pushes, forces.dt).after_contact.von_mises.max())
         return values
 
@@ -323,6 +322,4 @@ def parts_of_plate(done: Round, points: Array) -> NDArray[np.str_]:
 
 def plate_pushes(done: Round, touches: Touches) -> Array:
     """Return the (n + 1, ports) forces [N] on the striker's ports in a run of a round, its own or on another seat."""
-    if touches.parts is None:
-        return pushes_of(done.striker.greens, touches.seat.force[:, None], rings.Division(), touches.stopper_force)
-    return pushes_of(done.striker.greens, touches.parts.force, _division(done), touches.stopper_force)
+    return on_the_ports(done.plan.scene.geometry, done.striker.greens, done.seat.greens, touches)

@@ -32,7 +32,9 @@ class Curves(fields.Table):
     stays. Files margin_over_speed.csv and .png, ...; in summary.json life_allowed_speed_m_per_s, ... is the value with
     a margin of 1, where the curve reaches it."""
 
-    speed: tuple[fields.Speed, ...] = fields.default((), "of the reed at its start, in the direction of the scene, as [1, 2, 4] m/s")
+    speed: tuple[fields.Speed, ...] = fields.default(
+        (), "of the reed at its start, towards the seat or its stopper as the reed's velocity, as [1, 2, 4] m/s"
+    )
     tilt: tuple[fields.Angle, ...] = fields.default((), "of the reed on the seat's lip: contact.tilt")
     lift: tuple[fields.Gap, ...] = fields.default((), "to the stopper: its gap, or its lift where that is stated")
 
@@ -85,10 +87,10 @@ def varied(geometry: ContactGeometry, name: str, value: float) -> ContactGeometr
         key = "gap" if stopper.lift is None else "lift"
         return replace(geometry, stopper=stopper.model_copy(update={key: value}))
     release = getattr(reed, "release", None)
-    if getattr(reed, "velocity", None) is not None:
-        return replace(geometry, reed=reed.model_copy(update={"velocity": math.copysign(value, reed.velocity)}))
-    if getattr(release, "velocity", None) is not None:
-        thrown = release.model_copy(update={"velocity": math.copysign(value, release.velocity)})  # type: ignore[union-attr]
+    if (stated := getattr(reed, "velocity", None)) is not None:
+        return replace(geometry, reed=reed.model_copy(update={"velocity": math.copysign(value, stated)}))
+    if (stated := getattr(release, "velocity", None)) is not None:
+        thrown = release.model_copy(update={"velocity": math.copysign(value, stated)})  # type: ignore[union-attr]
         return replace(geometry, reed=reed.model_copy(update={"release": thrown}))
     raise fields.KeyProblem("speed", "the reed does not start with a velocity: state one, or run over loads instead")
 
