@@ -10,6 +10,7 @@ import pytest
 import impact
 from impact import measures
 from impact.march.motion import modal_coordinates
+from seatfem.structures.inspection.cad import Shape
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import marched, run_contacts
@@ -190,6 +191,30 @@ def test_a_stopper_that_the_reed_misses(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, DISC.replace('"9 mm"', '"12 mm"').replace('"6 mm"', '"9 mm"') + "arcs = 8\n")
     with pytest.raises(ModelError, match=r"stopper\.arcs:.*face.*0.*9 mm .*8 mm"):
         problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
+
+
+def test_a_stopper_whose_face_is_not_flat(tmp_path: Path) -> None:
+    """A cone is refused, the flat face of another file is not."""
+    meshes = Path(__file__).parents[2] / "meshes"
+    check_files(scene_of(tmp_path, f'kind = "cad"\nfile = "{meshes / "stopper.step"}"\n{STEEL}'))
+    scene = scene_of(tmp_path, f'kind = "cad"\nfile = "{meshes / "conical_seat.step"}"\n{STEEL}')
+    with pytest.raises(
+        SceneError, match=r"stopper\.contact: .*conical_seat\.step is not flat.* mm.*choose a flat face"
+    ):
+        check_files(scene)
+
+
+@pytest.mark.parametrize("radius", [0.2, 2.0])
+def test_the_rise_of_a_face_is_its_sagitta(radius: float) -> None:
+    """L^2/(8 R) of a cylinder, however it lies in space."""
+    x, y = np.meshgrid(np.linspace(-0.015, 0.015, 61), np.linspace(-0.005, 0.005, 3), indexing="ij")
+    points = np.stack([x, y, radius - np.sqrt(radius**2 - x**2)], axis=-1).reshape(-1, 3)
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    shape = Shape(
+        points @ turn.T, np.arange(183).reshape(61, 3), {"struck": np.arange(61)}, np.zeros((0, 4), dtype=np.int64), 0.0
+    )
+    rise, _ = shape.rise("struck")
+    assert rise == pytest.approx(0.03**2 / (8 * radius), rel=2e-3)
 
 
 def test_a_stopper_of_a_file_without_a_face_in_arcs(tmp_path: Path) -> None:

@@ -114,6 +114,13 @@ class Shape:
         values, vectors = np.linalg.eigh(np.einsum("i,ij,ik->jk", self.areas[rows], n, n))
         return np.asarray(vectors[:, 2]) if values[2] - values[1] > DIRECTED * values.sum() else None
 
+    def rise(self, group: str) -> tuple[float, float]:
+        """Return by how much the group's points rise over the plane fitted to them, from the lowest to the highest,
+        and the largest side of their bounding box [m]."""
+        points = self.points[np.unique(self.triangles[self.groups[group]])]
+        normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][-1]
+        return float(np.ptp(points @ normal)), float(np.ptp(points, axis=0).max())
+
     def outline(self, group: str) -> Integers:
         """Return the (e, 2) edges that bound the group."""
         rows = self.triangles[self.groups[group]]

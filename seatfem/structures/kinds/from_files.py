@@ -18,7 +18,7 @@ from seatfem.fields import ExistingFile, Gap, KeyProblem, default
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import estimates, formats, inspection, outlines
 from seatfem.structures.estimates.surrogate import Column, Patch, of_shape
-from seatfem.structures.inspection.cad import FileState, inspect_geometry, naming, state_of
+from seatfem.structures.inspection.cad import FileState, Shape, inspect_geometry, naming, state_of
 from seatfem.structures.kinds import drawn, elastic, structure
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, Direction, FaceSelector, Region
@@ -116,6 +116,9 @@ file = "seat.step"
     def part(self) -> inspection.mesh_file.Part:
         return inspection.mesh_file.of_geometry(self.geometry(), self.file.name)
 
+    def surface(self) -> Shape:
+        return inspect_geometry(self.geometry()).shape
+
     def patch(self) -> Patch | None:
         """Return the patch by the contact faces in the file; raises `GeometryError` if there are none."""
         inspected = inspect_geometry(self.geometry())
@@ -184,6 +187,9 @@ file = "seat.msh"
 
     def part(self) -> inspection.mesh_file.Part:
         return inspection.mesh_file.of_mesh(self.file.name, self.read(), ())
+
+    def surface(self) -> Shape:
+        return inspection.mesh_file.shape_of(self.read())
 
     def patch(self) -> Patch | None:
         return of_shape(inspection.mesh_file.shape_of(self.read()), self.supports, self.material.mean)

@@ -31,6 +31,7 @@ from seatfem.units import write_quantity
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
     from impact.measured.pole_fit import PoleFit
+    from seatfem.structures.inspection.cad import Shape
     from seatfem.structures.kinds.beam import Beam
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
@@ -327,6 +328,10 @@ class Structure(Striking):
     def problems(self) -> Iterator[Finding]:
         """Yield the problems found on opening its files."""
         return iter(())
+
+    def surface(self) -> Shape | None:
+        """Return the surface of a body from a file; ``None`` for others."""
+        return None
 
     def inputs(self) -> Inputs:
         """Return the data that determine its Green's function together with the method."""

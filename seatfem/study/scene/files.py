@@ -10,7 +10,7 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.quantities import in_digits, percent
-from seatfem.structures import errors, inspection, outlines, rings
+from seatfem.structures import errors, inspection, lands, outlines, rings
 from seatfem.structures.shapes import GeometryError
 from seatfem.study.scene import lips, load, models
 from seatfem.study.scene.problems import Problem, SceneError
@@ -93,6 +93,8 @@ def check_files(scene: models.Scene) -> None:
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
     if not findings and (key := contact.along_a_lip or ("ports" if contact.ports else "")):
         findings += _of_lip(contact, scene.seat, "contact", key)
+    if not findings and stopper is not None:
+        findings += _not_flat(stopper.body)
     if not findings and stopper is not None and stopper.parts != rings.Division():
         findings += _of_lip(contact, stopper.body, "stopper", "arcs")
     if not findings:
@@ -100,6 +102,23 @@ def check_files(scene: models.Scene) -> None:
         findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
+
+
+def _not_flat(stopper: Structure) -> Iterator[Finding]:
+    """Yield a problem if the struck face of a stopper from a file is not flat: the gap is known of all of it as one.
+
+    The limit is that of lands: a reed passes the rise of a face of 10 mm, 10 um, at 1 m/s within a landing, some 10 us.
+    """
+    if (shape := stopper.surface()) is None or stopper.elastic is None:
+        return
+    rise, size = (1e3 * each for each in shape.rise(stopper.elastic.struck_face))
+    if rise > lands.FLAT * size:
+        yield (
+            ("stopper", "contact"),
+            f"this face of {stopper.files()[0].name} is not flat: it rises by {rise:.3g} mm over {size:.3g} mm (limit "
+            f"{lands.FLAT * size:.2g} mm), and how the reed rolls on it is not modelled; choose a flat face, or draw "
+            "one where the reed meets it",
+        )
 
 
 def _of_lip(contact: Contact, body: Structure, table: str, key: str) -> Iterator[Finding]:
