@@ -122,9 +122,8 @@ def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), c
     checked = load(scene, changes)
     path = output or Path(f"{scene.stem}-drawing.png")
     layout = impacts.layout.draw_scene(checked, path)
-    print_outcome(
-        lines(quiet=common.quiet), [impacts.layout.facts_of(layout)], [impacts.layout.cover_note(layout)], [path]
-    )
+    notes = [impacts.layout.cover_note(layout), *impacts.validity.one_way_notes(checked)]
+    print_outcome(lines(quiet=common.quiet), [impacts.layout.facts_of(layout)], notes, [path])
     return DONE
 
 
