@@ -244,6 +244,8 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         wide.print(f"\n{title}")
         wide.print(faces.verdict.verdict(outcome.summary), soft_wrap=True)
         wide.print(faces.tables.result_table(outcome.summary))
+        if words := report.checked.weak_coverage(outcome.summary):
+            wide.print(words, soft_wrap=True)
         landings = faces.tables.landings_of(outcome.summary)
         if len(landings) > 1 and (table := faces.tables.landings_table(landings)):  # else the table above has all
             wide.print(table)
