@@ -122,9 +122,8 @@ def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), c
     checked = load(scene, changes)
     path = output or Path(f"{scene.stem}-drawing.png")
     layout = impacts.layout.draw_scene(checked, path)
-    print_outcome(
-        lines(quiet=common.quiet), [impacts.layout.facts_of(layout)], [impacts.layout.cover_note(layout)], [path]
-    )
+    notes = [impacts.layout.cover_note(layout), *impacts.validity.one_way_notes(checked)]
+    print_outcome(lines(quiet=common.quiet), [impacts.layout.facts_of(layout)], notes, [path])
     return DONE
 
 
@@ -245,6 +244,8 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         wide.print(f"\n{title}")
         wide.print(faces.verdict.verdict(outcome.summary), soft_wrap=True)
         wide.print(faces.tables.result_table(outcome.summary))
+        if words := report.checked.weak_coverage(outcome.summary):
+            wide.print(words, soft_wrap=True)
         landings = faces.tables.landings_of(outcome.summary)
         if len(landings) > 1 and (table := faces.tables.landings_table(landings)):  # else the table above has all
             wide.print(table)

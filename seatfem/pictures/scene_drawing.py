@@ -201,8 +201,9 @@ class _Sheet:
             if len(line) > 2 or np.ptp(line[:, 0]) > 0:  # jaws are drawn at the end of a sheet only
                 continue
             (x, low), (_, high) = frame.place("section", line, body)
-            ends = np.concatenate(body.views.section)[:, 0]
-            side = -1.0 if line[0, 0] < float(ends.mean()) else 1.0
+            ends = np.array([(piece[:, 0].min(), piece[:, 0].max()) for piece in body.views.section])
+            first, last = np.isclose(ends, line[0, 0], rtol=0, atol=1e-6 * float(np.ptp(ends))).any(axis=0)
+            side = -1.0 if first or (not last and line[0, 0] < float(ends.mean())) else 1.0
             for y, way in ((min(low, high), -1.0), (max(low, high), 1.0)):
                 jaw = np.array([(x, y), (x + 0.2 * side, y), (x + 0.2 * side, y + 0.13 * way), (x, y + 0.13 * way)])
                 self._fill([jaw], facecolor="white", edgecolor=BLUE, linewidth=0.8, hatch="//////", zorder=4)
@@ -295,6 +296,9 @@ class _Sheet:
             self._line(loop, GREEN, 0.9, linestyle=(0, (2, 1.5)), zorder=6)
         middle = np.concatenate([np.zeros((1, 2)), *reed.views.plan]).mean(axis=0)
         for line in reed.views.clamp:
+            if np.array_equal(line[0], line[-1]):  # the edge of a hole
+                self._line(frame.place("plan", line, reed), BLUE, 1.8, zorder=6)
+                continue
             self._ground(frame.place("plan", line, reed), _outward(line, middle))
         self._marks()
 

@@ -320,6 +320,10 @@ def of_sheet(name: str, flat: Flat, contact: Loops) -> BodyViews:
         x = float(np.interp(0.0, *(ends[np.argsort(ends[:, 1])].T[::-1])))
         held = (np.array([(x, -t), (x, 0.0)]),)
     clamp = (ends,) if len(ends) else ()
+    if (edge := flat.held_loop) is not None:
+        corners = polygon(edge)[0] - centre
+        clamp = (np.vstack([corners, corners[:1]]),)
+        held = tuple(np.array([(x, -t), (x, 0.0)]) for x in crossings(clamp, 0.0))
     y = BESIDE * float(np.ptp(loops[0]))
     return _extruded(name, loops, contact, t, y, held=held, clamp=clamp, sizes=tuple(sizes), mirrored=True)
 
@@ -327,7 +331,7 @@ def of_sheet(name: str, flat: Flat, contact: Loops) -> BodyViews:
 def _clamped_ends(flat: Flat) -> Array:
     """Return the (2, 2) ends of the straight line along which a sheet is clamped [m]; (0, 2) of a free one."""
     corners = polygon(flat.around[0])[0]
-    held = corners[flat.clamped(corners)] if flat.is_clamped else corners[:0]
+    held = corners[flat.clamped(corners)] if flat.is_clamped and flat.held_loop is None else corners[:0]
     if len(held) < 2:
         return np.zeros((0, 2))
     along = held[:, int(np.ptp(held[:, 1]) >= np.ptp(held[:, 0]))]

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.report import fragments
-from seatfem.faces.report.fragments import checked_scenes, omissions, who_checked
+from seatfem.faces.cli import run_command
+from seatfem.faces.report import checked
+from seatfem.faces.report.checked import checked_scenes, weak_coverage, who_checked
+from seatfem.faces.report.fragments import omissions
 from seatfem.faces.report.page import report_page
 
 HOSTILE = "<script>document.title='taken'</script>"
@@ -77,13 +79,47 @@ def test_kinds_that_never_met_are_told_apart(monkeypatch: pytest.MonkeyPatch) ->
     heads = ("section", "seat", "reed", "scenes", "inside", "numbers")
     lines = ("Runs rod ball 1 3 4", "Runs rod disc 2 5 5")
     rows = [dict(zip(heads, line.split(), strict=True)) for line in lines]
-    monkeypatch.setattr(fragments, "checked_scenes", lambda: rows)
+    monkeypatch.setattr(checked, "checked_scenes", lambda: rows)
     words = html.unescape(who_checked({"seat_kind": "rod", "reed_kind": "bar"}))
     assert 'None had a seat "rod" and a reed "bar", but:' in words
     assert '<li>seat "rod", Runs: 8 of 9 numbers of 3 scenes had' in words
     assert '<li>reed "bar"' not in words
     assert "nor either of them" in who_checked({"seat_kind": "cad", "reed_kind": "bar"})
     assert "Runs: 3 of 4 numbers of 1 scene had" in who_checked({"seat_kind": "rod", "reed_kind": "ball"})
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("Runs plate flapper 1 6 13", "Runs: 6 of 13 numbers of 1 scene had"),  # few and bad
+        ("Runs plate flapper 1 13 13", "Runs: 13 of 13 numbers of 1 scene had"),  # few
+        ("Runs plate flapper 4 52 58", "Runs: 52 of 58 numbers of 4 scenes had"),  # bad
+        ("Runs plate flapper 4 57 58", ""),  # one of 58 may well be outside
+        ("Runs plate disc 4 58 58", 'no scene with a seat "plate" and a reed "flapper"'),
+    ],
+)
+def test_thin_or_bad_coverage_is_told(line: str, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    heads = ("section", "seat", "reed", "scenes", "inside", "numbers")
+    monkeypatch.setattr(checked, "checked_scenes", lambda: [dict(zip(heads, line.split(), strict=True))])
+    summary = {"seat_kind": "plate", "reed_kind": "flapper", "accuracy_met": True}
+    said = weak_coverage(summary)
+    assert words in said
+    assert bool(said) == bool(words)
+    assert weak_coverage({**summary, "accuracy_met": False}) == ""
+
+
+@pytest.mark.slow
+def test_the_terminal_tells_it_beside_reached(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    keys = 'seat = { kind = "spring", stiffness = "1 N/um" }\nreed = { kind = "rigid_mass", mass = "1 g", '
+    (tmp_path / "scene.toml").write_text(
+        f'{keys}velocity = "-1 m/s" }}\nrun = {{ duration = "1 ms" }}\n', encoding="utf-8"
+    )
+    assert run_command(["run", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out"), "--no-pictures"]) == 0
+    (line,) = [each for each in capsys.readouterr().out.splitlines() if each.startswith('"reached" is by')]
+    assert line.endswith("13 of 13 numbers of 1 scene had their true error within the uncertainty")
+    assert html.escape(line) in report_page(tmp_path / "out")
 
 
 def test_nothing_of_a_summary_runs_in_the_page(tmp_path: Path) -> None:

@@ -7,10 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
+from seatfem.structures.outlines import of_sheet
 from seatfem.structures.shapes import Flapper, GeometryError, Outlined, decode, encode
+from seatfem.structures.shapes.loops import whole
+from seatfem.structures.shapes.selectors import CylinderFace
 from seatfem.structures.sheets import Sheet, plate_modes
 
 STEEL = Material(206e9, 0.3, 7800.0)
@@ -179,3 +184,67 @@ def test_a_line_that_leaves_two_pieces_is_refused() -> None:
     )
     with pytest.raises(GeometryError, match="leave one piece"):
         Outlined(legs, 0.1e-3, (2e-3, 7e-3), side=(0.0, -1.0, -6e-3))
+
+
+WASHER = tuple((x, y, bulge) for x, y, bulge in whole((0.0, 0.0), 2.5e-3).tolist())
+UMBRELLA = Outlined(DISC, 0.04e-3, (0.0, 0.0), holes=(WASHER,), hole=(0.0, 0.0))
+"""Held at the edge of its hole of a quarter of its radius, free outside: an umbrella valve."""
+
+
+def held_inside(k: float, n: int, ratio: float) -> float:
+    """Zero where J, Y, I, K_n(k r/a) have a sum at rest and level at r = ratio a, without moment and force at r = a.
+
+    Source: Leissa, Vibration of Plates, NASA SP-160, section 2.2, w = (A J_n + B Y_n + C I_n + D K_n) cos n th.
+    """
+    nu, inner = STEEL.poisson, k * ratio
+    rows = np.zeros((4, 4))
+    for column, (value, slope, sign) in enumerate(((jv, jvp, -1), (yv, yvp, -1), (iv, ivp, 1), (kv, kvp, 1))):
+        f, df = value(n, k), k * slope(n, k)
+        rows[:2, column] = value(n, inner), k * slope(n, inner)
+        rows[2, column] = sign * k**2 * f - (1 - nu) * (df - n**2 * f)
+        rows[3, column] = sign * k**2 * df - (1 - nu) * n**2 * (df - f)
+    rows /= np.abs(rows).max(axis=1, keepdims=True)
+    return float(np.linalg.det(rows / np.abs(rows).max(axis=0)))
+
+
+@pytest.mark.slow
+def test_a_disc_held_at_its_middle_converges_to_the_bessel_determinant() -> None:
+    """With order 2, first without nodal diameters, then with n = 1 and 2; h/a = 0.004: shear takes 2e-4 at most."""
+    rigidity = STEEL.young * UMBRELLA.thickness**3 / (12 * (1 - STEEL.poisson**2))
+    scale = 2 * np.pi * 10e-3**2 * math.sqrt(STEEL.density * UMBRELLA.thickness / rigidity)
+    exact = [brentq(lambda k, n=n: held_inside(k, n, 0.25), 1.2, 3.2) ** 2 for n in (1, 0, 2)]
+    found = np.array(
+        [plate_modes(Sheet(UMBRELLA, STEEL, 1e3, size)).modes.frequencies_hz[:5] for size in (2e-3, 1e-3, 0.5e-3)]
+    )
+    tilting, breathing, folded = (scale * found[:, k] for k in ([0, 1], [2], [3, 4]))
+    for modes, root in zip((tilting, breathing, folded), exact, strict=True):
+        assert modes[-1] == pytest.approx(root, rel=3e-4)
+    coarse, middle, fine = breathing[:, 0]
+    assert math.log2((coarse - middle) / (middle - fine)) == pytest.approx(2.0, abs=0.3)
+    assert fine + (middle - fine) / -3 == pytest.approx(exact[1], rel=2e-4)
+
+
+def test_the_nodes_of_a_clamped_hole_are_those_of_its_edge() -> None:
+    """Round or with corners, wherever the point lies in it; the other hole stays free."""
+    square = ((5e-3, -1e-3), (7e-3, -1e-3), (7e-3, 1e-3), (5e-3, 1e-3))
+    for point, held in (((1e-3, 1e-3), WASHER), ((2.5e-3, 0.0), WASHER), ((6.5e-3, 0.5e-3), square)):
+        shape = replace(UMBRELLA, holes=(WASHER, square), hole=point)
+        assert decode(encode(shape)) == shape
+        mesh = mesh_sheet(shape, 1e-3)
+        nodes = mesh.points[mesh.lines["clamped"]]
+        away = np.hypot(*nodes.T) - 2.5e-3 if held is WASHER else np.abs(nodes - (6e-3, 0.0)).max(axis=1) - 1e-3
+        assert np.abs(away).max() < 1e-8
+        assert len(nodes) >= 16
+    assert shape.is_mirrored
+    assert not replace(shape, holes=(WASHER, square, ((0.0, 5e-3), (1e-3, 5e-3), (1e-3, 6e-3)))).is_mirrored
+    with pytest.raises(GeometryError, match=r"Outlined.clamped = hole \(0, 0.004\) m: .*one of its holes"):
+        replace(UMBRELLA, hole=(0.0, 4e-3))
+    with pytest.raises(GeometryError, match="give one of segment, hole"):
+        replace(PLATE, holes=(SLOT,), hole=(5e-3, 0.0))
+
+
+def test_a_hole_is_clamped_in_drawing_and_solid() -> None:
+    views = of_sheet("sheet", UMBRELLA, ())
+    assert np.hypot(*views.clamp[0].T) == pytest.approx(2.5e-3)
+    assert sorted(float(line[0, 0]) for line in views.held) == pytest.approx([-2.5e-3, 2.5e-3], rel=2e-3)
+    assert UMBRELLA.patches["fixed"][0] == CylinderFace(2.5e-3, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), several=True)

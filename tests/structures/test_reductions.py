@@ -15,6 +15,7 @@ from seatfem.machine.libraries import has_pardiso
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError, Port, SecondOrderModel, as_csr
+from seatfem.structures.reduction import greens as reductions
 from seatfem.structures.reduction.eigen_search import rigid_shapes
 from seatfem.structures.reduction.factorization import SINGLE, TWO_GRIDS
 from seatfem.structures.reduction.greens import greens_function
@@ -290,6 +291,24 @@ def test_modes_are_modes_at_any_time(block):
     modes = greens_function(block, bandwidth=1 / WIDTH, duration=SPAN, tolerance=2e-2, method="modes")
     assert modes.valid_for == np.inf
     assert late_error(block, modes, 0.0, 30 * SPAN) <= 2 * modes.error_estimate.reduction
+
+
+@pytest.mark.slow
+def test_where_krylov_vectors_do_not_suffice_the_next_way_is_taken(block, monkeypatch):
+    """Unless the scene states their number; where no way reaches the tolerance, the message has the reason of each."""
+    ways = {"krylov": Krylov(most=12), "modes": Modal()}
+    monkeypatch.setattr(reductions, "reducers", lambda: ways)
+    arguments = {"bandwidth": 1 / WIDTH, "duration": SPAN, "tolerance": 2e-2}
+    found, modes = greens_function(block, **arguments), greens_function(block, **arguments, method="modes")
+    assert found.origin["method"] == "modes"
+    assert "not by krylov: 12 Krylov vectors leave" in found.origin["reason"]
+    assert np.array_equal(found.omega, modes.omega)
+    with pytest.raises(ConvergenceError, match=r"^krylov: 12 Krylov vectors leave .*seat\.greens\.max_vectors"):
+        greens_function(block, **arguments, max_vectors=12)
+    ways["modes"] = Modal(most=3)
+    with pytest.raises(ConvergenceError, match=r"(?s)^krylov: 12 Krylov.*bandwidth.*; modes: .*") as told:
+        greens_function(block, **arguments)
+    assert "use method" not in str(told.value)
 
 
 @pytest.mark.parametrize("method", ["krylov", "second_order"])

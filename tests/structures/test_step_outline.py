@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.inspection.outline import outline_in
+from seatfem.structures.inspection.outline import held_edge, outline_in
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes import Flapper, Outlined, loops
+from seatfem.structures.shapes.selectors import NumberedFace
 from seatfem.structures.sheets import Sheet, plate_modes
 
 MESHES = Path(__file__).parents[2] / "meshes"
@@ -52,6 +53,19 @@ def test_slot_and_hole_are_kept(drawn: Path) -> None:
     assert len(found.openings) == 2
     assert found.area == pytest.approx(shape.area, rel=1e-9)
     assert found.room == pytest.approx(shape.room)
+
+
+@pytest.mark.slow
+def test_a_round_hole_is_held_by_its_faces(drawn: Path) -> None:
+    """Of the faces of a slotted flapper 8 to 11 close a circle; the paddle's and the slot's do not."""
+    path = drawn / "slotted.step"
+    frame = outline_in(path).frame
+    assert frame is not None
+    ((x, y),) = held_edge(path, (NumberedFace((8, 9, 10, 11)),), frame)
+    assert math.hypot(x - REED.centre[0], y) == pytest.approx(3e-3, rel=1e-6)
+    for part in ((8, 9), (3, 4), (12, 13, 15, 16)):
+        with pytest.raises(GeometryError, match=f"face {part[0]} is a cylinder; select all faces of a round hole"):
+            held_edge(path, (NumberedFace(part),), frame)
 
 
 def test_a_face_in_another_plane(drawn: Path) -> None:

@@ -97,6 +97,7 @@ def test_a_reed_that_lies_off_the_port(folder: Path) -> None:
 
 AT = 'contact_at = ["0.4 mm", "-0.3 mm"]\nclamped ='
 PLANE = '{ normal = [-1, 0, 0], offset = "22 mm" }'
+HOLE = '{ hole = ["0 mm", "0 mm"] }'
 SAME = '[["-22 mm", "4 mm"], ["-22 mm", "4 mm"]]'
 SEGMENT = '[["-22 mm", "4 mm"], ["-22 mm", "-4 mm"]]'
 
@@ -145,6 +146,7 @@ WRONG = [
     ("plate flapper", ("damping_ratio", "along = [1, 0, 0]\ndamping_ratio"), "seat.along", ["remove it"]),
     ("plate flapper", ('kind = "cad"', 'kind = "mesh"'), "assembly.placed", ["'mesh' has no CAD file"]),
     ("plate flapper", ("{ number = 1 }", SAME), "reed.clamped", ["both ends are the same"]),
+    ("plate flapper", ("{ number = 1 }", HOLE), "reed.clamped", ["edge of a hole", "remove [assembly]"]),
     ("plate missing", (), "reed.file", ["no such file"]),
     ("plate flapper", ("cast iron", "cast irn"), "seat.material", ["did you mean"]),
 ]

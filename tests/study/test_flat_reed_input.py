@@ -25,6 +25,13 @@ clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]
 contact_at = ["16 mm", "0 mm"]
 thickness = "0.3 mm"
 {STEEL}"""
+HELD = f"""kind = "sheet"
+outline = [["0 mm", "-8 mm"], ["24 mm", "-8 mm"], ["24 mm", "8 mm"], ["0 mm", "8 mm"]]
+holes = [[["2 mm", "-1 mm"], ["4 mm", "-1 mm"], ["4 mm", "1 mm"], ["2 mm", "1 mm"]]]
+clamped = {{ hole = ["20 mm", "0 mm"] }}
+contact_at = ["16 mm", "0 mm"]
+thickness = "0.3 mm"
+{STEEL}"""
 GAP = 'gap = "1 um"\n'
 STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
 
@@ -42,11 +49,12 @@ STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
         (FLAPPER.replace("0.3 mm", "7 mm"), GAP, "", ("reed.thickness", "7 mm", "6 mm", "neck_width", "cad")),
         (THICK, GAP, "", ("reed.thickness", "5 mm", "0.39", "limit 0.33", "to 217 kHz", "'cad' or 'mesh'")),
         (SHEET, GAP, "", ("reed.outline", "crosses", "edges 1 and 3")),
+        (HELD, GAP, "", ("reed.clamped", "hole (0.02, 0) m", "one of its holes")),
         (FLAPPER, GAP, STOPPER + 'lift = "-1 mm"', ("stopper.lift", "-1 mm", "could not leave", "more than 0 mm")),
         (FLAPPER, 'gap = "-1 um"\ntilt = "0.3 deg"', "", ("contact.gap", "-1 um", "must be >= 0")),
         (FLAPPER, GAP + "ports = 2048\nrings = 4", "", ("contact.ports", "2048", "4096", "take fewer")),
     ],
-    ids=["misses", "reaches_off", "small", "thick", "waves", "crosses", "stopper", "gap", "parts"],
+    ids=["misses", "reaches_off", "small", "thick", "waves", "crosses", "hole", "stopper", "gap", "parts"],
 )  # fmt: skip
 def test_it_is_told(reed, contact, more, told, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "scene.toml"

@@ -11,7 +11,7 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts
-from seatfem.study.impacts.validity import dishing_notes, validity_advice
+from seatfem.study.impacts.validity import dishing_notes, one_way_notes, validity_advice
 from tests.as_stated import striker_of
 from tests.gallery import load_text
 from tests.steps import GreensFunction, Scene, Solved, Touches, error_budget, load_scene, stated_method
@@ -126,3 +126,56 @@ def test_a_beam_that_is_pressed_on_a_port_says_that_it_does_not_dish() -> None:
     assert "about 159 MPa to 262 MPa" in note
     assert dishing_of(load_scene(examples / "flapper_on_peek_sleeve.toml")) == ()  # no pressure
     assert dishing_of(load_scene(examples / "suction_flapper.toml")) == ()  # a plate
+
+
+LANDING = """
+seat = { kind = "spring", stiffness = "1 N/um" }
+reed = { kind = "cantilever", length = "25.4 mm", n_modes = 6, release = { mode = 1, velocity = "-2 m/s" } }
+run = { duration = "2 ms", filter_width = "5 us", time_step = "1 us" }
+contact = { gap = "0 mm" }
+"""
+
+
+def pressed(*bars: float, more: str = "", area: str = "80 mm^2") -> str:
+    """Return a load by the pressure of a file over a turn of 2 ms."""
+    rows = "".join(f"{k * 360 / len(bars):g},{bar:g}\n" for k, bar in enumerate(bars))
+    name = f"{'_'.join(map(str, bars))}.csv"
+    Path(name).write_text(f"angle [deg],pressure [bar]\n{rows}", encoding="utf-8")
+    return f'{LANDING}[[load]]\npressure = {{ file = "{name}", rpm = 30000 }}\narea = "{area}"\n{more}'
+
+
+@pytest.mark.slow
+def test_an_absolute_pressure_is_named_before_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """1 to 9 bar on 80 mm^2 are 8 to 72 N: they push the reed off all the time, or press it on with the other sign."""
+    monkeypatch.chdir(tmp_path)
+    Path("scene.toml").write_text(pressed(1, 3, 9, 3), encoding="utf-8")
+    for verb, more in (("draw", []), ("plan", []), ("run", ["-o", "out", "--no-pictures"])):
+        run_command([verb, "scene.toml", *more])
+        said = " ".join(capsys.readouterr().out.split())
+        assert "load.0.pressure: the loads (8 N to 72 N, positive off the seat) push the reed off its seat" in said, (
+            verb
+        )
+        assert "of an absolute one subtract the pressure on the other side" in said, verb
+    (note,) = one_way_notes(load_text(tmp_path, pressed(-1, -3, -9, -3)))
+    assert "(-72 N to -8 N, positive off the seat) press the reed on its seat" in note
+
+
+def test_loads_that_close_and_open_a_valve_need_no_word(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    other_side = '[[load]]\npressure = "-2 bar"\narea = "80 mm^2"\n'
+    spring = '[[spring]]\nstiffness = "1 N/mm"\npreload = "9 N"\n'
+    for text in (
+        LANDING,
+        pressed(-1, 3, 9, 3),
+        pressed(1, 3, 9, 3, more=other_side),
+        pressed(1, 3, 9, 3, more=spring),
+        pressed(-1, -3, -9, -3).replace('"0 mm"', '"1 mm"'),  # it closes
+        f'{LANDING}[[load]]\nforce = "-1 N"\n',
+        f'{LANDING}[[load]]\nforce = "1 N"\n[[load]]\ngravity = "-1 m/s^2"\n',
+    ):
+        assert one_way_notes(load_text(tmp_path, text)) == (), text
+    (note,) = one_way_notes(load_text(tmp_path, f'{LANDING}[[load]]\nforce = "1 N"\n'))
+    assert note.startswith("load.0.force: the loads (1 N,")
+    assert note.endswith("Check their signs")

@@ -1,16 +1,14 @@
 """HTML fragments of the page of a run, which page.py orders in sections: tables, hot spots, life, omissions,
-checked scenes, provenance, pictures; and the reading of a run's folder."""
+provenance, pictures; and the reading of a run's folder."""
 
 from __future__ import annotations
 
 import base64
-import csv
 import html
 import json
 import math
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -190,48 +188,6 @@ def _not_computed(summary: readings.Summary) -> Iterator[str]:
         yield "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."
     if not any(key.startswith("life_") for key in summary):
         yield "Fatigue was not judged; [life] in the scene asks for it."
-
-
-TABLE: Final = "checked_scenes.csv"
-"""Table in the package that benchmarks/checked_scenes.py writes."""
-PAGE: Final = "docs/coverage.md"
-
-
-def checked_scenes() -> list[dict[str, str]]:
-    """Return the rows of `TABLE` as header -> cell."""
-    lines = resources.files(__package__).joinpath(TABLE).read_text(encoding="utf-8").splitlines()
-    return list(csv.DictReader(lines))
-
-
-def who_checked(summary: Mapping[str, Any]) -> str:
-    """Return, as HTML, the random scenes with the run's kinds of seat and reed, or if no scene has both, with either,
-    that were compared with finer runs: by section of `PAGE` the number of scenes, of numbers with an error bar, and of
-    those whose true error lies within it."""
-    seat, reed = str(summary.get("seat_kind")), str(summary.get("reed_kind"))
-    table, words = checked_scenes(), f'a seat "{seat}" and a reed "{reed}"'
-    beginning = f"Scenes drawn at random were compared with finer runs (sections of {PAGE})."
-    if both := list(_counts(each for each in table if (each["seat"], each["reed"]) == (seat, reed))):
-        return _list(f"{beginning} Of those with {words}:", both)
-    with_seat = _counts(each for each in table if each["seat"] == seat)
-    with_reed = _counts(each for each in table if each["reed"] == reed)
-    either = [f'seat "{seat}", {line}' for line in with_seat] + [f'reed "{reed}", {line}' for line in with_reed]
-    return _list(f"{beginning} None had {words}{', but:' if either else ', nor either of them.'}", either)
-
-
-def _counts(scenes: Iterator[Mapping[str, str]]) -> Iterator[str]:
-    """Yield a line for each section: how many numbers of how many scenes have their true error within the bar."""
-    sections: dict[str, list[Mapping[str, str]]] = {}
-    for each in scenes:
-        sections.setdefault(each["section"], []).append(each)
-    for section, group in sections.items():
-        inside, numbers, count = (sum(int(each[name]) for each in group) for name in ("inside", "numbers", "scenes"))
-        of_scenes = f"{count} scene{'s'[: count > 1]}"
-        yield f"{section}: {inside} of {numbers} numbers of {of_scenes} had their true error within the uncertainty"
-
-
-def _list(words: str, lines: list[str]) -> str:
-    items = "".join(f"<li>{html.escape(line)}</li>" for line in lines)
-    return f"<p>{html.escape(words)}</p>" + (f"<ul>{items}</ul>" if items else "")
 
 
 def provenance(folder: Path, summary: Mapping[str, Any]) -> str:

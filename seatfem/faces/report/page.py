@@ -19,6 +19,7 @@ from impact.storage.hdf5 import load_greens, load_results
 from seatfem import readings, results
 from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
+from seatfem.faces.report.checked import weak_coverage, who_checked
 from seatfem.faces.report.figures import MOST_OF_BODIES, body_figure, part_of_page
 from seatfem.faces.report.fragments import (
     ReportError,
@@ -33,7 +34,6 @@ from seatfem.faces.report.fragments import (
     run_summary,
     text_of,
     versions,
-    who_checked,
 )
 from seatfem.faces.tables import landings_of, landings_table, result_table
 from seatfem.faces.verdict import LANDED, horizon, judged_words, lasting, pressed_on, simpler, verdict
@@ -91,7 +91,7 @@ def report_page(folder: Path) -> str:
 def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if drawing := first_picture(folder):
         yield "Drawing", drawing
-    lines = (pressed_on(summary), horizon(summary), simpler(summary), lasting(summary))
+    lines = (weak_coverage(summary), pressed_on(summary), horizon(summary), simpler(summary), lasting(summary))
     sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line] + [_notes(summary)]
     yield "Result", html_table(result_table(summary)) + _landings(summary) + "".join(sentences)
     left_out = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in omissions(summary))

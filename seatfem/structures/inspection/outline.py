@@ -100,8 +100,9 @@ GROUP: Final = "clamped"
 Place = tuple[float, float]
 
 
-def straight_side(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tuple[Place, Place]:
-    """Return both ends of the straight side made of the selected faces, in coordinates of the frame [m].
+def held_edge(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tuple[Place, ...]:
+    """Return both ends of the straight side made of the selected faces, or one point on the edge of a round hole that
+    they make, in coordinates of the frame [m].
 
     Raises:
         GeometryError: "Outlined.clamped = ...": no face is selected, or a face that is no straight side, or faces
@@ -111,7 +112,7 @@ def straight_side(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> 
 
 
 @lru_cache(maxsize=8)
-def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tuple[Place, Place]:
+def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tuple[Place, ...]:
     del state  # part of the cache key
     try:
         inspected = inspect_geometry(CadPart(path, contact=(), fixed=(), groups=(Group(GROUP, selectors),)))
@@ -125,10 +126,14 @@ def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: 
         if face.normal is not None and abs(float(np.array(face.normal) @ frame.normal)) < ANGLE_TOLERANCE
     ]
     chosen = [face for face in inspected.faces if GROUP in face.groups]
+    if (hole := _circle(chosen, frame)) is not None:
+        return (hole,)
     if other := [face for face in chosen if face not in sides]:
         kind = "a broad face of the plate" if other[0].normal is not None else f"a {other[0].kind.lower()}"
         raise _wrong_side(
-            path, f"face {_numbers(other[0])} is {kind}; select a straight side of the sheet: {_listed_sides(sides)}"
+            path,
+            f"face {_numbers(other[0])} is {kind}; select all faces of a round hole, or a straight side: "
+            f"{_listed_sides(sides)}",
         )
     first = np.array(chosen[0].normal)
     points = inspected.edges[GROUP].reshape(-1, 3)
@@ -141,6 +146,21 @@ def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: 
     ends = points[[int(np.argmin(points @ way)), int(np.argmax(points @ way))]]
     (a, b), (c, d) = (np.round(frame.seen(ends), PICOMETRE) + 0.0).tolist()
     return (a, b), (c, d)
+
+
+def _circle(faces: Sequence[FoundFace], frame: Frame) -> Place | None:
+    """Return a point on the circle [m] that faces of cylinders along the normal close; ``None`` if they do not."""
+    axes = [face.axis for face in faces if face.axis is not None and face.radii is not None]
+    if len(axes) < len(faces) or any(
+        np.linalg.norm(np.cross(axis[1], frame.normal)) > ANGLE_TOLERANCE for axis in axes
+    ):
+        return None
+    weights = [face.area for face in faces]
+    centre = np.average(frame.seen(np.array([face.centre for face in faces])), axis=0, weights=weights)
+    middles = frame.seen(np.array([axis[0] for axis in axes]))
+    if np.linalg.norm(middles - centre, axis=1).max() > LENGTH_TOLERANCE:
+        return None
+    return float(centre[0]) + max(face.radii[1] for face in faces if face.radii), float(centre[1])
 
 
 def _wrong_side(path: Path, why: str) -> errors.GeometryError:

@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table
 from seatfem.structures import errors, inspection, lands
-from seatfem.structures.inspection.outline import outline_in, straight_side
+from seatfem.structures.inspection.outline import held_edge, outline_in
 from seatfem.structures.kinds import plate_loads, selectors
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.structure import SampleScene, Traits
@@ -32,19 +32,25 @@ HOLE = [["2 mm", "-1 mm"], ["6 mm", "-1 mm"], ["6 mm", "1 mm"], ["2 mm", "1 mm"]
 
 
 class Clamp(Table):
-    """What is clamped of a sheet: a straight part of its outline, or all that lies beyond the line n.x = offset."""
+    """What is clamped of a sheet: a straight part of its outline, the edge of a hole, or all beyond the line n.x =
+    offset."""
 
     kind: Literal["line"]
     segment: tuple[Place, Place] | None = Field(
         None, description="both ends of a straight part of the outline", examples=[[CORNERS[3], CORNERS[0]]]
+    )
+    hole: Place | None = Field(
+        None,
+        description="a point in the hole whose edge is clamped, as where a sheet is screwed on in its middle",
+        examples=[["4 mm", "0 mm"]],
     )
     normal: tuple[float, float] | None = Field(None, description="n, towards what is clamped", examples=[[-1.0, 0.0]])
     offset: Position | None = Field(None, description="distance of the line from the origin, along the normal")
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
-        if (self.segment is None) == (self.normal is None):
-            raise KeyProblem("segment", "give exactly one of segment and normal, with its offset")
+        if sum(each is not None for each in (self.segment, self.hole, self.normal)) != 1:
+            raise KeyProblem("segment", "give exactly one of segment, hole, and normal with its offset")
         if (self.normal is None) != (self.offset is None):
             raise KeyProblem("offset", "give normal and offset together")
         if self.normal is not None and not any(self.normal):
@@ -83,7 +89,7 @@ def _as_clamp(given: object) -> object:
     if not isinstance(given, Mapping):
         return {"kind": "line", "segment": given}
     normal = given.get("normal")
-    if "segment" in given or (isinstance(normal, Sequence) and len(normal) < DIMENSIONS):
+    if "segment" in given or "hole" in given or (isinstance(normal, Sequence) and len(normal) < DIMENSIONS):
         return {"kind": "line", **given}
     meant = selectors.kind_by_keys(given)
     return meant if isinstance(meant, Mapping) and "kind" in meant else {"kind": "line", **given}
@@ -103,8 +109,8 @@ AnyClamp = Annotated[
 
 
 class OutlinedSheet(plate_loads.ClampedPlate):
-    """A flat reed of even thickness and any outline, clamped along a straight part of it or beyond a line; it
-    touches with a disc or a ring about a point. By Mindlin plate elements: it twists, and bends across.
+    """A flat reed of even thickness and any outline, clamped along a straight part of it, beyond a line or at the edge
+    of a hole; it touches with a disc or a ring about a point. By Mindlin plate elements: it twists, and bends across.
 
     A file holds its outline and holes, as a DXF drawing or as STEP: one plane face, or a solid plate of even thickness.
     Places are in the file's coordinates. A STEP face lies square to an axis of the file and is seen against it: x and y
@@ -146,7 +152,8 @@ thickness = "0.3 mm"
     )
     clamped: AnyClamp = Field(
         description="what is clamped; both ends of a straight part of the outline may be written as a list. Of a solid "
-        "in a STEP file also a face, as in { number = 1 }: `seatfem faces FILE` numbers them"
+        "in a STEP file also a straight side as a face, as in { number = 1 }, or all faces of a round hole, as in "
+        "{ numbers = [8, 9] }: `seatfem faces FILE` numbers them"
     )
     contact_at: Place = Field(description="[x, y], where its contact is centred", examples=[["16 mm", "0 mm"]])
     contact_radius: Length | None = Field(
@@ -205,23 +212,26 @@ thickness = "0.3 mm"
         return drawn.seen_in(frame)
 
     @property
-    def _segment(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
-        """Return both ends of the clamped side [m]; ``None`` if it is stated as a line."""
+    def _clamp(self) -> Clamp:
+        """Return what is clamped in coordinates [m], also where faces of a file are selected."""
         if isinstance(self.clamped, Clamp):
-            return self.clamped.segment
+            return self.clamped
         if self.file is None or (frame := self._from_file.frame) is None:
             raise KeyProblem("clamped", "faces are those of a STEP file; give both ends of a straight part")
-        return straight_side(self.file, self.clamped.selectors(), frame)
+        ends = held_edge(self.file, self.clamped.selectors(), frame)
+        stated = {"segment": ends} if len(ends) > 1 else {"hole": ends[0]}
+        return Clamp.model_construct(kind="line", **stated)
 
     def geometry(self) -> Outlined:
-        held, side, segment = self.clamped, None, self._segment
-        if isinstance(held, Clamp) and held.normal is not None and held.offset is not None:
+        held, side = self._clamp, None
+        if held.normal is not None and held.offset is not None:
             side = (*held.normal, held.offset)
+        stated = (self.thickness, self.contact_at, held.segment, side)
         if self.file is None:
-            return _checked(self.outline or (), self.thickness, self.contact_at, segment, side, self.holes)
+            return _checked(self.outline or (), *stated, self.holes, held.hole)
         drawn = self._from_file
         try:
-            return _checked(drawn.outline, self.thickness, self.contact_at, segment, side, drawn.holes)
+            return _checked(drawn.outline, *stated, drawn.holes, held.hole)
         except errors.GeometryError as error:
             message = str(error)
             for field in ("outline", "holes"):

@@ -17,6 +17,7 @@ from seatfem.structures.model import Damping, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
+from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reducer, Reduction, defined
 from seatfem.structures.reduction.second_order import SecondOrderKrylov
 from seatfem.structures.reduction.transient import Transient
@@ -49,8 +50,8 @@ def named(name: str) -> Reducer:
     return known[name]
 
 
-def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reducer, str]:
-    """Return the cheapest reduction that can be used, and the reason in a sentence with numbers.
+def ranked(model: SecondOrderModel, damping: Damping, aims: Aims) -> list[tuple[Reducer, str]]:
+    """Return the reductions that can be used, the cheapest first, each with the reason in a sentence with numbers.
 
     Raises:
         ModelError: none can be used; the message gives the reason of each.
@@ -60,13 +61,34 @@ def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reduc
     usable = [(each.cost(model, aims), each) for each in known if each.name not in refused]
     if not usable:
         raise ModelError("; ".join(dict.fromkeys(refused.values())))
-    (cost, best), *others = sorted(usable, key=lambda one: one[0].seconds)
-    time = f"about {in_time(cost.seconds)} predicted" if cost.seconds else "in no time"
-    against = [
-        f"{other.name} {in_time(predicted.seconds)}" for predicted, other in others if predicted.seconds < math.inf
-    ]
+    usable.sort(key=lambda one: one[0].seconds)
     reasons = dict.fromkeys(why.partition(":")[0] for why in refused.values())
-    return best, "; ".join([f"{model.size} unknowns: {cost.effort}, {time}", *against, *reasons])
+    ways = []
+    for number, (cost, way) in enumerate(usable):
+        time = f"about {in_time(cost.seconds)} predicted" if cost.seconds else "in no time"
+        later = [
+            f"{other.name} {in_time(other_cost.seconds)}"
+            for other_cost, other in usable[number + 1 :]
+            if other_cost.seconds < math.inf
+        ]
+        ways.append((way, "; ".join([f"{model.size} unknowns: {cost.effort}, {time}", *later, *reasons])))
+    return ways
+
+
+def _cheapest(
+    model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress
+) -> tuple[Reducer, str, Reduction]:
+    """Return the result of the cheapest reduction that reaches the tolerance; where the number of vectors is stated,
+    of the cheapest alone. Raises `ConvergenceError` with the reason of each that does not."""
+    ways, missed = ranked(model, damping, aims), list[str]()
+    for reducer, reason in ways if aims.max_vectors is None else ways[:1]:
+        try:
+            reduction = reducer.reduce(model, damping, aims, progress)
+        except ConvergenceError as error:
+            missed.append(f"{reducer.name}: {str(error).partition(': use method=')[0]}")
+            continue
+        return reducer, "; ".join([reason, *(f"not by {why}" for why in missed)]), reduction
+    raise ConvergenceError("; ".join(missed))
 
 
 MEASURE: Final = 1e-100, 1e100  # accepted range of the largest entry of M, of K and of each port [SI]
@@ -157,13 +179,15 @@ def reduced(
     if not model.ports:
         raise ModelError("the model has no port to be pushed at; give it one")
     _refuse_beyond_measure(model)
-    damping = model.damping.plus(damping_ratio)
-    reducer, reason = choose(model, damping, aims) if named_reducer is None else (named_reducer, "asked for")
-    if why := reducer.refusal(model, damping, aims):
-        raise ModelError(why)
-    remembered = memory(damping_ratio, aims.bandwidth)
-    lasting = min(aims.duration, remembered)
-    reduction = reducer.reduce(model, damping, replace(aims, duration=lasting), progress)
+    damping, remembered = model.damping.plus(damping_ratio), memory(damping_ratio, aims.bandwidth)
+    lasting = replace(aims, duration=min(aims.duration, remembered))
+    if named_reducer is None:
+        reducer, reason, reduction = _cheapest(model, damping, lasting, progress)
+    else:
+        if why := named_reducer.refusal(model, damping, aims):
+            raise ModelError(why)
+        reducer, reason = named_reducer, "asked for"
+        reduction = reducer.reduce(model, damping, lasting, progress)
     origin = {
         "method": reducer.name,
         "reason": reason,

@@ -62,6 +62,11 @@ class Flat(Shape):
         """Return whether a part of the outline is clamped."""
         return True
 
+    @property
+    def held_loop(self) -> Array | None:
+        """Return the loop (n, 3) around a hole whose edge is clamped; ``None`` if there is none."""
+        return None
+
     def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which of (n, 2) points [m] lie in the clamped part."""
         return np.zeros(len(points), dtype=bool)

@@ -36,7 +36,8 @@ class Outlined(flat.Flat):
         thickness: thickness of the sheet.
         touched: centre of the contact; if it lies in a hole, the contact is a ring about the hole.
         segment: both ends of the clamped straight part of the outline; or
-        side: (n_x, n_y, offset): the part beyond the line n.x = offset is clamped, and not modelled.
+        side: (n_x, n_y, offset): the part beyond the line n.x = offset is clamped, and not modelled; or
+        hole: a point in the hole, or on its edge, whose edge is clamped.
         holes: closed loops of corners inside; those beyond the line are ignored.
     """
 
@@ -48,6 +49,7 @@ class Outlined(flat.Flat):
     segment: tuple[Place, Place] | None = None
     side: tuple[float, float, float] | None = None
     holes: tuple[tuple[Corner, ...], ...] = ()
+    hole: Place | None = None
 
     def __post_init__(self) -> None:
         shape.require_positive(self, "thickness")
@@ -56,9 +58,15 @@ class Outlined(flat.Flat):
         for number, hole in enumerate(self.holes, 1):
             self._check_loop(hole, "holes", f"number {number}", MOST_POINTS)
         self._check_holes()
-        if (self.segment is None) == (self.side is None):
-            raise GeometryError("Outlined.clamped = None: give a segment, or a normal with its offset")
-        if self.segment is not None:
+        if sum(each is not None for each in (self.segment, self.side, self.hole)) != 1:
+            raise GeometryError("Outlined.clamped = None: give one of segment, hole, and a normal with its offset")
+        if self.hole is not None:
+            if self.held_loop is None:
+                x, y = self.hole
+                raise GeometryError(
+                    f"Outlined.clamped = hole ({x:g}, {y:g}) m: this point must lie in one of its holes"
+                )
+        elif self.segment is not None:
             for x, y in self.segment:
                 if loops.nearest(self._outer, np.array([x, y])) > SAME * self._size:
                     raise GeometryError(f"Outlined.clamped = ({x:g}, {y:g}) m: this point must lie on the outline")
@@ -163,13 +171,25 @@ class Outlined(flat.Flat):
         return tuple(hole for hole in hole_loops if self.side is None or self._height(hole[:, :2])[0] <= 0)
 
     @cached_property
+    def held_loop(self) -> Array | None:
+        if self.hole is None:
+            return None
+        point = np.array(self.hole)
+        around = (
+            hole
+            for hole in self.openings
+            if loops.holds(loops.polygon(hole)[0], self.hole) or loops.nearest(hole, point) <= self._within
+        )
+        return next(around, None)
+
+    @cached_property
     def corners(self) -> Array:
         """Return the (n, 2) corners of a polygon around the unclamped part, anticlockwise, with chords for arcs."""
         return loops.polygon(self.loop)[0]
 
     def _joined(self) -> Iterator[Array]:
         """Yield the outline's corners, and between them the ends of the segment that lie on a straight edge."""
-        points = np.array(self.segment)
+        points = np.array(self.segment or ()).reshape(-1, 2)
         for start, end in loops.edges(self._outer):
             run = end[:2] - start[:2]
             on = loops.distances(start[None, :2], end[None, :2], points)[0] <= self._within
@@ -191,6 +211,12 @@ class Outlined(flat.Flat):
         return np.asarray(points @ normal - offset)
 
     def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        if (edge := self.held_loop) is not None:
+            corners = loops.polygon(edge)[0]
+            low, high = corners.min(axis=0) - self._within, corners.max(axis=0) + self._within
+            on = ((points >= low) & (points <= high)).all(axis=1)
+            on[on] = [loops.nearest(edge, point) <= self._within for point in points[on]]
+            return np.asarray(on)
         if self.segment is not None:
             start, end = np.array(self.segment)[:, None]
             return np.asarray(loops.distances(start, end, points)[0] <= self._within)
@@ -223,7 +249,7 @@ class Outlined(flat.Flat):
 
     @property
     def is_mirrored(self) -> bool:
-        held = np.concatenate([self._held, np.zeros(sum(map(len, self.openings)), dtype=bool)])
+        held = np.concatenate([self._held, *(np.full(len(hole), hole is self.held_loop) for hole in self.openings)])
         return loops.mirrored((self.loop, *self.openings), held, ROUND_OFF * self._size)
 
     @property
@@ -237,6 +263,8 @@ class Outlined(flat.Flat):
 
     @property
     def patches(self) -> selectors.Patches:
+        if self.held_loop is not None:
+            return {**super().patches, "fixed": tuple(_faces(self.held_loop))}
         corners, held = self.loop[:, :2], self._held
         edge = (np.roll(corners, -1, axis=0) - corners)[held][0]
         normal = np.array([edge[1], -edge[0]]) / np.linalg.norm(edge)
@@ -250,3 +278,16 @@ class Outlined(flat.Flat):
     @property
     def drawn(self) -> tuple[Array, ...]:
         return (self._outer, *(loops.ordered(loops.as_loop(hole)) for hole in self.holes))
+
+
+def _faces(loop: Array) -> Iterator[selectors.Selector]:
+    """Yield the faces of a solid sheet along a loop."""
+    for start, end in loops.edges(loop):
+        if start[2]:
+            x, y = map(float, loops.circle(start, end, float(start[2]))[0])
+            radius = float(np.hypot(*(start[:2] - (x, y))))
+            yield selectors.CylinderFace(radius, (0.0, 0.0, 1.0), (x, y, 0.0), several=True)
+            continue
+        run = end[:2] - start[:2]
+        x, y = map(float, np.array([run[1], -run[0]]) / np.linalg.norm(run))
+        yield selectors.PlaneFace((x, y, 0.0), float(start[:2] @ (x, y)))

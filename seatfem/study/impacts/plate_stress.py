@@ -291,9 +291,8 @@ def overlaps(have: Array, wanted: Array) -> Array:
 
 def _singular(plate: sheets.PlateModes, touched: tuple[lip.AnyLip, ...]) -> Array:
     """Return the (k, 2) points of contact patches, ends of the clamp and sharp corners [m]."""
-    return np.concatenate(
-        [_points_of(plate, touched), _ends_of_clamp(plate.mesh), fields.sites.sharp_nodes(plate.mesh)]
-    )
+    ends = _ends_of_clamp(plate.mesh) if plate.sheet.shape.held_loop is None else np.zeros((0, 2))
+    return np.concatenate([_points_of(plate, touched), ends, fields.sites.sharp_nodes(plate.mesh)])
 
 
 def _points_of(plate: sheets.PlateModes, lips: tuple[lip.AnyLip, ...]) -> Array:

@@ -193,6 +193,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     notes.extend(validity.stopper_notes(scene.stopper))
     notes.extend(validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration))
     notes.extend(validity.covered_notes(scene.geometry))
+    notes.extend(validity.one_way_notes(scene))
     if seen.band is not None:
         notes.append("mesh error of the reed: known after the run")
     elif plan.scene.reed.traits.is_solved:

@@ -95,8 +95,10 @@ class PartsAsDrawn:
         table: Any = TypeAdapter(AnyClamp).validate_python(given)
         if not isinstance(table, Clamp):
             with problem_of("reed.clamped", errors.GeometryError, drop="Outlined.clamped = "):
-                ends = outline.straight_side(self.file, table.selectors(), self.frame)
+                ends = outline.held_edge(self.file, table.selectors(), self.frame)
+            _check_side(len(ends) > 1)
             return DrawnClamp(table, _points(self.frame, ends))
+        _check_side(table.hole is None)
         self._check_square("reed.clamped", "select the clamped side as a face, as in { number = 1 }")
         if table.segment is not None:
             if table.segment[0] == table.segment[1]:
@@ -251,6 +253,12 @@ def open_parts(seat: Drawn, file: Path) -> PartsAsDrawn:
         raise KeyProblem("seat.file", f"{seat.files()[0].name}: {error}") from None
     parts.check_facing()
     return parts
+
+
+def _check_side(straight: bool) -> None:
+    if not straight:
+        words = "an assembly places its reed by a straight clamped side; for one held at a hole remove [assembly]"
+        raise KeyProblem("reed.clamped", f"this is the edge of a hole: {words}")
 
 
 def _points(frame: Frame, places: Any) -> tuple[Vector, Vector]:
