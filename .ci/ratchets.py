@@ -1,4 +1,5 @@
-"""Count lines, files and hidden arrows; exit with 1 where one is 2 % above its value at the last release.
+"""Count lines, files and hidden arrows; exit with 1 where one is more than 2 % and what was allowed since above its
+value at the last release.
 
     python .ci/ratchets.py [--write]
 
@@ -17,6 +18,8 @@ from typing import Final
 ROOT: Final = Path(__file__).parents[1]
 FILE: Final = Path(__file__).with_name("ratchets.json")
 SLACK: Final = 0.02  # of each limit: a line may be added without asking
+ALLOWED: Final = {"lines of product": 700, "files of product": 4, "hidden arrows": 4, "lines of tests": 1000}
+"""What long runs and contact faces were allowed since the last release; the next release takes it out."""
 PACKAGES: Final = ("impact", "seatfem")
 
 
@@ -77,8 +80,9 @@ def _module_name(path: Path) -> str:
 def judge(figures: Mapping[str, int], released: Mapping[str, int]) -> Iterator[str]:
     """Yield a line for each figure above its limit."""
     for name, value in figures.items():
-        if value > (limit := int(released[name] * (1 + SLACK))):
-            yield f"{name}: {value}, at most {limit} ({released[name]} at the last release + {SLACK:.0%})"
+        if value > (limit := int(released[name] * (1 + SLACK)) + ALLOWED[name]):
+            parts = f"{released[name]} at the last release + {SLACK:.0%} + {ALLOWED[name]}"
+            yield f"{name}: {value}, at most {limit} ({parts})"
 
 
 def main(arguments: list[str]) -> int:
