@@ -52,6 +52,28 @@ class Action:
 
 
 @dataclass(frozen=True, eq=False)
+class Tilt:
+    """Tilt of a face over the undeformed reed.
+
+    Attributes:
+        body: the seat or the stopper.
+        angle, axis: between the planes, and direction of the axis about which it is tilted [rad].
+        corners: (n, 2) places on the rims of the face [m].
+    """
+
+    body: Placed
+    angle: float
+    axis: float
+    corners: Array
+
+    @property
+    def nearest(self) -> Array:
+        """Return the (2,) corner with the smallest gap [m]."""
+        across = np.array([-np.sin(self.axis), np.cos(self.axis)])
+        return np.asarray(self.corners[int(np.argmin(np.sign(self.angle) * (self.corners @ across)))])
+
+
+@dataclass(frozen=True, eq=False)
 class Layout:
     """Bodies, dimensions, loads and words of the drawing of a scene.
 
@@ -64,7 +86,7 @@ class Layout:
         actions: loads and motions.
         springs: positions (n, 2) of valve springs on the reed [m].
         arcs: lines (n, 2, 2) across the lip between its arcs [m].
-        tilt: angle between lip and reed, and direction of the axis of tilt [rad]; ``None``: parallel.
+        tilts: faces that are tilted.
         notes: sentences at the foot of the drawing.
     """
 
@@ -78,7 +100,7 @@ class Layout:
     actions: tuple[Action, ...]
     springs: Array
     arcs: Array
-    tilt: tuple[float, float] | None
+    tilts: tuple[Tilt, ...]
     notes: tuple[str, ...]
 
     @property

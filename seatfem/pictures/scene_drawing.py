@@ -25,6 +25,7 @@ from seatfem.pictures.layout import (
     Frame,
     Layout,
     Placed,
+    Tilt,
     Zone,
     extent_of,
     factors_of,
@@ -303,7 +304,7 @@ class _Sheet:
         self._marks()
 
     def _marks(self) -> None:
-        """Draw the contact point, the line of the section, the position of the stopper and the axis of tilt."""
+        """Draw the contact point, the line of the section, the position of the stopper and the axes of tilt."""
         frame, layout = self._frame, self._layout
         low, high = (frame.x + frame.scale * float(end[0]) for end in extent_of(layout))
         for x, align in ((low - 0.2, "right"), (high + 0.2, "left")):
@@ -315,20 +316,17 @@ class _Sheet:
             self._axes.plot(x, y, "x", color=PURPLE, markersize=7, markeredgewidth=1.4, zorder=9)
         for x, y in (frame.x, frame.plan) + frame.scale * layout.springs:
             self._axes.plot(x, y, "o", color=LOAD, markersize=6, markerfacecolor="none", zorder=9)
-        if layout.tilt is not None:
-            self._tilt_axis(*layout.tilt)
+        for tilt in layout.tilts:
+            self._tilt_axis(tilt)
 
-    def _tilt_axis(self, tilt: float, axis: float) -> None:
-        """Draw the axis about which the lip is tilted, and the point of the smallest gap."""
-        frame, seat = self._frame, self._layout.seat
-        corners = np.concatenate(seat.views.contact) if seat.views.contact else np.zeros((1, 2))
-        reach = 1.35 * float(np.hypot(*corners.T).max())
-        along, across = np.array([np.cos(axis), np.sin(axis)]), np.array([-np.sin(axis), np.cos(axis)])
-        line = frame.place("plan", np.array([-reach * along, reach * along]), seat)
-        self._line(line, GREEN, 1.2, linestyle=(0, (8, 2, 2, 2)), zorder=8)
-        first = corners[int(np.argmin(np.sign(tilt) * (corners @ across)))]
-        place = frame.place("plan", first[None], seat)[0]
-        self._axes.plot(*place, "o", color=GREEN, markersize=5, markeredgecolor="white", zorder=10)
+    def _tilt_axis(self, tilt: Tilt) -> None:
+        """Draw the axis about which a face is tilted, and the point of the smallest gap."""
+        reach, colour = 1.35 * float(np.hypot(*tilt.corners.T).max()), _colour(tilt)
+        along = reach * np.array([np.cos(tilt.axis), np.sin(tilt.axis)])
+        line = self._frame.place("plan", np.array([-along, along]), tilt.body)
+        self._line(line, colour, 1.2, linestyle=(0, (8, 2, 2, 2)), zorder=8)
+        place = self._frame.place("plan", tilt.nearest[None], tilt.body)[0]
+        self._axes.plot(*place, "o", color=colour, markersize=5, markeredgecolor="white", zorder=10)
 
     # Words and numbers
 
@@ -482,14 +480,19 @@ def _key(layout: Layout) -> Iterator[tuple[str, str]]:
     yield BLUE, "clamped"
     if layout.reed.views.contact:
         yield GREEN, "the reed's own face"
-    if layout.tilt is not None:
+    tilted = [tilt.body.role for tilt in layout.tilts]
+    if "seat" in tilted:
         yield GREEN, "axis of tilt, dot: smallest gap"
     if layout.start is not None:
         yield GREEN, "reed at the start"
     if layout.stopper is not None:
-        yield PURPLE, "stopper"
+        yield PURPLE, "stopper, its axis of tilt" if "stopper" in tilted else "stopper"
     if layout.actions:
         yield LOAD, "load, spring, motion" if len(layout.springs) else "load, motion"
+
+
+def _colour(tilt: Tilt) -> str:
+    return PURPLE if tilt.body.role == "stopper" else GREEN
 
 
 def _fine(loop: Array) -> Array:

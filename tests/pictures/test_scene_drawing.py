@@ -115,8 +115,22 @@ def test_a_flapper_lies_on_the_middle_of_its_port() -> None:
     assert sorted(clamp.tolist()) == pytest.approx(np.array([(-22.416e-3, -4e-3), (-22.416e-3, 4e-3)]), abs=1e-6)
     assert len(layout.arcs) == 96
     assert np.hypot(*layout.arcs[:, 0].T) == pytest.approx(5e-3)
-    assert layout.tilt == pytest.approx((math.radians(0.3), 0.0))
+    (tilt,) = layout.tilts
+    assert (tilt.body.role, tilt.angle, tilt.axis) == ("seat", pytest.approx(math.radians(0.3)), 0.0)
+    assert tilt.nearest == pytest.approx([0.0, -6e-3], abs=1e-4)  # the height rises with y
     assert len(layout_of(example("tilted_landing"), Division(16, 3)).arcs) == 16  # as a plan chose them
+
+
+def test_the_tilt_of_a_stopper_is_drawn(tmp_path: Path) -> None:
+    """Its axis, and a dot where the reed's own face, which a spring meets, is met first; other tilts, another side."""
+    for degrees, side in ((0.1, -1), (-0.1, 1)):
+        *_, tilt = layout_of(example("kidney_landing", stopper__tilt=f"{degrees} deg")).tilts
+        assert (tilt.body.role, tilt.angle) == ("stopper", pytest.approx(math.radians(degrees)))
+        across = np.array([-math.sin(tilt.axis), math.cos(tilt.axis)])
+        assert side * (tilt.nearest @ across) == pytest.approx((side * tilt.corners @ across).max())
+        assert side * (tilt.nearest @ across) > 0.5e-3
+    draw_scene(example("kidney_landing"), tmp_path / "tilted.svg")
+    assert "stopper, its axis of tilt" in (tmp_path / "tilted.svg").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

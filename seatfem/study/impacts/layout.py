@@ -11,11 +11,11 @@ import numpy as np
 from impact.greens.base import Array
 from impact.quantities import percent
 from seatfem.pictures import scene_drawing
-from seatfem.pictures.layout import Action, Layout, Placed, Way
+from seatfem.pictures.layout import Action, Layout, Placed, Tilt, Way
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
-from seatfem.structures.outlines import BodyViews, length_text, round_sizes
+from seatfem.structures.outlines import BodyViews, Loops, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene, drives, files
 from seatfem.study.scene.drives import Wave
@@ -79,9 +79,17 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         actions=actions,
         springs=np.concatenate([np.zeros((0, 2)), *(places for _, places in springs)]),
         arcs=_arcs(scene.seat, stated),
-        tilt=(contact.tilt, contact.tilt_axis) if contact.tilt else None,
+        tilts=tuple(_tilts(scene.geometry, seat, stopper_body, reed.views(at).contact)),
         notes=tuple(_notes(scene.geometry, (seat, placed), stated, planned=division is not None)),
     )
+
+
+def _tilts(geometry: ContactGeometry, seat: Placed, stopper: Placed | None, own: Loops) -> Iterator[Tilt]:
+    """Yield the faces that are tilted; ``own``: the reed's face, which a stopper without one takes."""
+    for body, table, face in ((seat, geometry.contact, seat.views.contact), (stopper, geometry.stopper, own)):
+        if body is not None and table is not None and table.tilt:
+            corners = np.concatenate(body.views.contact or face or (np.zeros((1, 2)),))
+            yield Tilt(body, table.tilt, table.tilt_axis, corners)
 
 
 def facts_of(layout: Layout) -> str:
