@@ -257,8 +257,8 @@ def open_parts(seat: Drawn, file: Path) -> PartsAsDrawn:
 
 def _check_side(straight: bool) -> None:
     if not straight:
-        words = "an assembly places its reed by a straight clamped side; for one held at a hole remove [assembly]"
-        raise KeyProblem("reed.clamped", f"this is the edge of a hole: {words}")
+        words = "an assembly places its reed by a straight one; give that, or remove [assembly]"
+        raise KeyProblem("reed.clamped", f"the clamped side is the edge of a hole: {words}")
 
 
 def _points(frame: Frame, places: Any) -> tuple[Vector, Vector]:
