@@ -184,7 +184,8 @@ def test_histories_and_peak_are_those_of_a_time_integration(reed, more, step, al
     exact = (functional @ unknowns).reshape(len(plate.mesh.points), 6, -1)[node]
     in_all = von_mises(np.moveaxis(exact, 1, 2))
     largest, half = in_all.max(axis=1), in_all.shape[1] // 2
-    assert abs(told.found.after_contact.value - largest.max()) < told.bar < 0.3 * largest.max()
+    assert abs(told.found.after_contact.value - largest.max()) < told.bar
+    assert told.bar < 0.7 * largest.max()  # half of it is what segments of the lip change
     assert found[AFTER] == told.found.after_contact.value
     cut = PlatePeaks.from_round(done, since=half * dt).found  # as if a landing began in mid-run
     for chosen, there in (("until", in_all[:, : half + 1]), ("after", in_all[:, half + 1 :])):

@@ -17,6 +17,7 @@ from seatfem.fields import KeyProblem
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.lip import AnyLip, Lip, tilted
+from seatfem.structures.outlines import covered_share
 from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import scene_error
@@ -32,6 +33,7 @@ NO_ANGLES: Final = (
 STOPPER: Final = "stopper_"  # prefix of the names of ports that meet a stopper
 ACROSS: Final = 9  # number of lines from rim to rim on which the smallest gap is searched for a curved reed
 USUAL: Final = 32  # default number of arcs of a lip
+COVERED: Final = 0.999  # share of a lip, by sampled points, that counts as all of it
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ class ContactGeometry:
 
     def segments(self) -> AnyLip | None:
         """Return the struck face in segments, with which one contact of a plate is compared; ``None`` of other reeds,
-        and of a face that is no ring or strip, as a disc."""
+        of a face that is no ring or strip, as a disc, and of one that the reed does not cover."""
         if self.reed.thin_plate is None:
             return None
         try:
@@ -110,6 +112,9 @@ class ContactGeometry:
         except ModelError:  # a face that the reed's stated contact meets in part
             return None
         if region is None or (isinstance(region, Lip) and region.inner == 0):
+            return None
+        face, over = self.seat.views(coarse=True), self.reed.views(self.own_place, coarse=True).turned_over()
+        if (covered_share(face, over, self.contact.offset) or 0.0) < COVERED:
             return None
         return self.seat.region(region.whole(FEWEST_ARCS))
 
