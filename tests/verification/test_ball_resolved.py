@@ -58,7 +58,7 @@ def by_law(seat: impact.GreensFunction, law: impact.Law) -> float:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "above_hertz", "within"),
-    [((20, 20), 0.013, 0.003), ((5, 5), 0.0925, 0.008), ((12, 3), 0.196, 0.025)],
+    [((20, 20), 0.02, 0.003), ((5, 5), 0.0925, 0.008), ((12, 3), 0.196, 0.025)],
     ids=["bulky", "short", "thin"],
 )
 def test_one_patch_has_the_force_of_the_resolved_contact(

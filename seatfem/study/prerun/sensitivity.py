@@ -287,8 +287,7 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
 
     First the highest modes are left out (`OF_MODES`); their effect extrapolates to that of the next ones if many of
     them take part in the contact. In the middle of a disc, or all around a ring, few do: then modes beyond the last are
-    added, as one or over octaves (`BEYOND`); always of a plate with one contact, as short blows may change little from
-    band to band. A run's time step hides a part of their effect (`HIDDEN`).
+    added, as one or over octaves (`BEYOND`). A run's time step hides a part of their effect (`HIDDEN`).
     """
     felt, share_beyond = modes_felt(body), safety.ALONE
     for ratio, share in safety.OF_MODES:
@@ -296,8 +295,7 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
             share_beyond = safety.HIDDEN if felt < safety.ONE_FELT else 1.0
             yield fewer, share
     for ratio, octaves, most in safety.BEYOND:
-        counts = felt < most or (len(body.greens.ports) == 1 and most == safety.MANY_FELT)
-        if counts and (ringing := ringing_on(body, ratio, band, octaves)) is not None:
+        if felt < most and (ringing := ringing_on(body, ratio, band, octaves)) is not None:
             yield ringing, share_beyond
 
 
