@@ -252,9 +252,9 @@ class HertzOnPatch:
 
     with the damping factor 1 + d times the rate of the indentation. c of a round patch of radius a on a half-space is
     16 (1 - nu^2)/(3 pi^2 E a), the sum of both bodies' where both have patches. The law is increasing and its
-    potential convex for N < (2/(3 c))^3/k^2: while the patch is not smaller than the contact. From `largest` on, at
-    `FIRMEST`^3 of that, it follows its tangent, which is a law for the search of a step's force and no model of a
-    contact: a run beyond it must be refused.
+    potential convex for N < (2/(3 c))^3/k^2: while the patch is not smaller than the contact. From `largest` on, 0.73
+    of that, it follows its tangent, which is a law for the search of a step's force and no model of a contact: a run
+    beyond it must be refused.
 
     The damping's share is exact to first order in d times the speed: the indentation's rate is that of the law without
     damping, at the start of the step.
