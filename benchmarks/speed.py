@@ -235,7 +235,9 @@ def write_page() -> None:
     """Write the page from the tables on file."""
     parts = [HEAD]
     for name in TABLES:
-        values = json.loads((RESULTS / f"speed_{name}.json").read_text(encoding="utf-8"))
+        if not (file := RESULTS / f"speed_{name}.json").is_file():  # not measured yet
+            continue
+        values = json.loads(file.read_text(encoding="utf-8"))
         about = in_words(values.pop("machine"))
         parts.append(f"{Table(**values).markdown()}\nMeasured on {about}.\n")
     PAGE.write_text("\n".join(parts), encoding="utf-8")
