@@ -10,7 +10,7 @@ FROZEN = read_frozen()
 
 def test_all_scenes_are_frozen() -> None:
     assert sorted(FROZEN) == sorted(scenes())
-    assert all(len(numbers) >= 3 for numbers in FROZEN.values())
+    assert all(len(numbers) >= 2 for numbers in FROZEN.values())  # impulse and peak, at least
 
 
 @pytest.mark.parametrize(
