@@ -215,7 +215,7 @@ def run_contacts(
         flight = flights(striker, dt)
         bodies = (flight, *(motion.Discrete.from_body(body, dt, flight.loads.shape[1]) for body in problem.targets))
     result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, bodies=bodies, progress=progress)
-    local.check_patches(scene.geometry, [each.law for each in problem.contacts], np.atleast_2d(result.force.T).T)
+    local.check_patches(scene.geometry, [each.law for each in problem.contacts], result.rows.force)
     run = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
         return run

@@ -60,10 +60,13 @@ def _contacts(geometry: ContactGeometry) -> Iterator[tuple[str, ContactLaw, int,
 
 
 def check_patches(geometry: ContactGeometry, laws: Sequence[Law], force: Array) -> None:
-    """Raise `SceneError` for a patch that is smaller than the contact at the largest of its forces (n, p) [N]."""
+    """Raise `SceneError` for a patch that is smaller than the contact at the largest of its forces, (n,) of one contact
+    or (n, p) [N]."""
     for number, law in enumerate(laws):
-        largest = float(force[:, number].max(initial=0.0))
-        if not isinstance(law, HertzOnPatch) or largest <= law.largest:
+        if not isinstance(law, HertzOnPatch):
+            continue
+        largest = float(force.reshape(len(force), -1)[:, number].max(initial=0.0))
+        if largest <= law.largest:
             continue
         table, _, _, body = tuple(_contacts(geometry))[min(number, 1)]
         pairs = (("seat" if table == "contact" else table, body), ("reed", geometry.reed))
