@@ -76,6 +76,11 @@ class AnyLip(ABC):
         return False
 
     @property
+    def is_disc(self) -> bool:
+        """Return whether it is all of a disc, which has no line along which it could be divided."""
+        return False
+
+    @property
     @abstractmethod
     def area(self) -> float:
         """Return the area [m^2]."""
@@ -240,6 +245,10 @@ class Lip(AnyLip):
     @property
     def is_round(self) -> bool:
         return True
+
+    @property
+    def is_disc(self) -> bool:
+        return self.inner == 0
 
     @property
     def inner(self) -> float:

@@ -32,8 +32,7 @@ HOLE = [["2 mm", "-1 mm"], ["6 mm", "-1 mm"], ["6 mm", "1 mm"], ["2 mm", "1 mm"]
 
 
 class Clamp(Table):
-    """What is clamped of a sheet: a straight part of its outline, the edge of a hole, or all beyond the line n.x =
-    offset."""
+    """The clamp holds a straight part of a sheet's outline, the edge of a hole, or all beyond the line n.x = offset."""
 
     kind: Literal["line"]
     segment: tuple[Place, Place] | None = Field(

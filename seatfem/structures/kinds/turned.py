@@ -76,7 +76,7 @@ class Turned(drawn.Drawn):
             return structure.LipFace(no_lip=drawn.struck_as_a_whole(self.model))
         if (face := self.region() if self.isotropic else None) is None:
             return structure.LipFace(no_lip=structure.NO_RING)
-        return structure.LipFace(None if face.inner == 0 else (face.radius, face.width))
+        return structure.LipFace(None if face.is_disc else (face.radius, face.width))
 
     @property
     def local_share(self) -> structure.LocalShare:

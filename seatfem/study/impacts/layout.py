@@ -20,12 +20,12 @@ from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene, drives, files
 from seatfem.study.scene.drives import Wave
 from seatfem.study.scene.gas import CompressorGas
+from seatfem.study.scene.lips import COVERED
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
 """Points at which the reed's initial shape is drawn."""
 SAMPLES: Final = 1024  # instants of the run from which the range of a load is taken
-WHOLLY: Final = 0.999  # fraction of a struck face below the reed, by sampled points, that counts as all of it
 SHOWN_ARCS: Final = 400
 """Most arcs whose borders are drawn."""
 
@@ -103,7 +103,7 @@ def facts_of(layout: Layout) -> str:
 def cover_note(layout: Layout) -> str:
     """Return a note if the reed covers only a part of the struck face in plan; "" if it covers all."""
     share = layout.covered
-    if share is None or share > WHOLLY:
+    if share is None or share > COVERED:
         return ""
     return (
         f"in plan the reed covers {percent(share)} of the seat's struck face; it is computed as if it covered all of it"

@@ -93,11 +93,12 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
     arcs, most = scene.geometry.arcs_behind_rings(division), max(rings, division.rings)
     if scene.contact.film is not None:
         return ()
-    many = _on_a_half_space(run, scene.geometry.lip(arcs, most))
+    lip = scene.geometry.lip(arcs, most)
+    many = _on_a_half_space(run, lip)
     if many is None:
         return None
     finest = Division(arcs, most)
-    plate = _greens_along(run, finest) if scene.reed.thin_plate is not None else None
+    plate = _greens_along(run, lip) if scene.reed.thin_plate is not None else None
 
     def struck(division: Division) -> ContactProblem:
         striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, finest, division))
@@ -126,7 +127,7 @@ class Arcs(Ladder):
             other, weight = in_fewer_arcs(division), OF_TWICE - 1
         striker = run.problem.striker
         if scene.reed.thin_plate is not None:
-            striker = striker_of(scene, greens=_greens_along(run, other))
+            striker = striker_of(scene, greens=_greens_along(run, scene.geometry.lip(other.arcs, other.rings)))
         same, stopper = impact.Body(divided_less(finer, division)), run.body("stopper")
         as_before = problem_of(scene, run.problem.striker, same, stopper)
         varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
@@ -167,14 +168,12 @@ class OnePort(Ladder):
             return None
         one = impact.Body(divided_less(many, Division(1, scene.contact.rings)))
         as_before = problem_of(scene, run.problem.striker, one, run.body("stopper"))
-        reed = replace(run.method.reed, lip=scene.geometry.on_the_reed(lip))
-        solved = solve_body("reed", scene.reed, reed, scene.run.duration, mesh_error=False)
-        assert solved is not None
-        varied = problem_of(scene, striker_of(scene, greens=solved.greens), impact.Body(many), run.body("stopper"))
+        striker = striker_of(scene, greens=_greens_along(run, lip))
+        varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))
         return ((Variation(varied, safety.ONE_PORT_BAR, as_before), Variation(varied, safety.ONE_PORT_BAR)),)
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield the option with the error by one contact point, if the pre-runs chose it."""
+        """Yield the option with the error by one contact, if the pre-runs know it."""
         errors = {} if context.one_port is None else {ONE_PORT: context.one_port}
         yield replace(option, changes={**option.changes, **errors})
 
@@ -193,10 +192,10 @@ def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens 
     return on_its_patch(whole, lip, surrogate.patch)
 
 
-def _greens_along(run: ComputedRun, parts: Division) -> base.GreensFunction | None:
-    """Return the Green's function of the plate with the lip in these parts."""
-    along = run.method.along(run.scene.geometry, parts.arcs, parts.rings)
-    solved = solve_body("reed", run.scene.reed, along.reed, run.scene.run.duration, mesh_error=False)
+def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction | None:
+    """Return the Green's function of the plate with the parts of a lip of the seat."""
+    reed = replace(run.method.reed, lip=run.scene.geometry.on_the_reed(lip))
+    solved = solve_body("reed", run.scene.reed, reed, run.scene.run.duration, mesh_error=False)
     return None if solved is None else solved.greens
 
 

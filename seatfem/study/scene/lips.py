@@ -16,7 +16,7 @@ from impact.march.laws import SqueezeFilm
 from seatfem.fields import KeyProblem
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.structure import is_curved
-from seatfem.structures.lip import AnyLip, Lip, tilted
+from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.outlines import covered_share
 from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
 from seatfem.study.scene.measures import Line
@@ -86,15 +86,15 @@ class ContactGeometry:
         if a plate without a stated contact face meets the ring of a body of revolution; `FEWEST_ARCS` if it meets other
         rings or strips; else one."""
         uneven = self.contact.uneven or is_curved(self.reed) or any(self.contact.offset)
-        arcs = USUAL if uneven or (self._meets_a_lip and self.seat.lip_face.ring is not None) else FEWEST_ARCS
-        return min(arcs, MOST_CHOSEN // self.contact.rings) if uneven or self._meets_a_lip else 1
+        if not (uneven or self._meets_a_lip):
+            return 1
+        arcs = USUAL if uneven or self.seat.lip_face.ring is not None else FEWEST_ARCS
+        return min(arcs, MOST_CHOSEN // self.contact.rings)
 
     @property
     def _meets_a_lip(self) -> bool:
         """Return whether a plate without a stated contact face meets rings or strips that can be divided into arcs."""
-        if self.seat.lip_face.no_lip or (region := self.region()) is None:
-            return False
-        return not (isinstance(region, Lip) and region.inner == 0)
+        return not self.seat.lip_face.no_lip and (region := self.region()) is not None and not region.is_disc
 
     def region(self) -> AnyLip | None:
         """Return the struck face with which a plate without a stated contact face meets it all over, undivided;
@@ -111,7 +111,7 @@ class ContactGeometry:
             region = self.seat.region()
         except ModelError:  # a face that the reed's stated contact meets in part
             return None
-        if region is None or (isinstance(region, Lip) and region.inner == 0):
+        if region is None or region.is_disc:
             return None
         face, over = self.seat.views(coarse=True), self.reed.views(self.own_place, coarse=True).turned_over()
         if (covered_share(face, over, self.contact.offset) or 0.0) < COVERED:
@@ -130,8 +130,9 @@ class ContactGeometry:
     def lip(self, ports: int | None = None, rings: int | None = None) -> AnyLip | None:
         """Return the seat's lip divided into arcs and rings, by default the stated or usual numbers.
 
-        It is ``None`` if the contact face is no lip or not divided into arcs; a face that is no ring of a body of
-        revolution is divided only by ``contact.ports``. Raises `ModelError` for a face from a file that is no lip.
+        It is ``None`` if the contact face is no lip or not divided into arcs: where the reed is no plate or states its
+        own contact, only ``contact.ports`` or an uneven gap divide it. Raises `ModelError` for a face from a file that
+        is no lip.
         """
         arcs, rings = ports or self.contact.ports or self.usual_ports, rings or self.contact.rings
         if arcs == 1 and (self.reed.thin_plate is None or (self.contact.ports is None and not self._meets_a_lip)):
