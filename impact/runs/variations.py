@@ -37,11 +37,13 @@ class Budget:
         values: the measures [SI].
         parts: error of each measure by source [SI]; a missing source is unknown, an exact one has zeros.
         sources: names of all sources of error, in the order in which they are reported.
+        by_key: error of each measure by the key whose neighbours were compared [SI]; sources are sums over keys.
     """
 
     values: Values
     parts: Mapping[str, Values] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
+    by_key: Mapping[str, Values] = field(default_factory=dict)
 
     __repr__ = brief
 

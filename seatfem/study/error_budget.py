@@ -46,7 +46,7 @@ from seatfem.study.impacts.touches import (
 )
 from seatfem.study.ladders import march, table
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.method import RunMethod
+from seatfem.study.method import STEP, RunMethod
 from seatfem.study.scene import Scene, measures
 from seatfem.study.scene.measures import ContactRecord, values_of
 
@@ -55,6 +55,8 @@ CLOCK: Final = "last touch"
 [s].
 """
 
+OPTIONAL: Final = (STRIKER, STOPPER, LIP, RECORD)
+"""Sources of error that not every run has."""
 FAINT: Final = 0.2  # least impulse of a contact that counts, over the largest
 
 
@@ -200,7 +202,7 @@ def error_budget(
     result, flights = touches.seat, flights or contact.Flights(striker, scene.run.duration, scene.contact.preload)
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
     computed = ComputedRun(scene, method, seat, problem, reed)
-    sources, unknown = sources_of(computed)
+    terms, unknown = terms_by_key(computed)
 
     blow = contact_record_of(touches, width, stress, scene.accuracy.landing)
     last, like = LastTouch.from_record(blow), touches.landings
@@ -209,7 +211,7 @@ def error_budget(
     def values_with_clock(record: RunRecord) -> variations.Values:
         return {**values_of_record(record, like), CLOCK: last.time(record.blow)}
 
-    runs, count = 2 + sum(len(term) for terms in sources.values() for term in terms or ()), 0
+    runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
 
     def run(varied: ContactProblem, dt: float) -> variations.Values:
         nonlocal count
@@ -226,15 +228,14 @@ def error_budget(
     parallel = _parallel_runs(len(result.rows.ends) * len(problem.contacts))
     values = values_with_clock(own)
     budget = variations.budget_of(
-        run, problem, values, result.dt, sources, filter_width=width, finer=finer, threads=parallel
+        run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=parallel
     )
-    budget = _with_end(scene, problem, budget, result.dt, like)
-    names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP, RECORD) if name in sources))
-    known_parts = {str(s): budget.parts[s] for s in names if s in budget.parts}
-    floors = {source: least for source, least in safety.FLOORS.items() if sources.get(source)}
+    budget = _with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
+    varied = {table.source_of(key) for key, each in terms.items() if each}
+    floors: dict[str, float] = {source: least for source, least in safety.FLOORS.items() if source in varied}
     if method.seat.level == "spring":
         floors["model"] = safety.FLOOR_OF_SPRING
-    budget = with_floors(variations.Budget(budget.values, known_parts, (*names, *unknown)), floors)
+    budget = with_floors(replace(budget, sources=(*budget.sources, *unknown)), floors)
     if scene.reed.thin_plate is not None and computed.division.arcs > 1:
         budget = with_share(budget, "model", safety.WITHIN_PARTS)  # an error that more arcs do not reduce
     return with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
@@ -346,17 +347,36 @@ def _parallel_runs(steps: int) -> int:
     return max(1, int(min(compiling.threads(), room)))
 
 
-def sources_of(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], tuple[str, ...]]:
-    """Return the varied problems for `error_budget` by source, from the coarser and finer values of each key; and the
-    names of the striker's and stopper's errors that cannot be estimated."""
-    sources: dict[str, variations.Terms | None] = {source: () for source in SOURCES if source != "time_step"}
+def terms_by_key(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], tuple[str, ...]]:
+    """Return the varied problems for `error_budget` by key, from its coarser and finer values; and the names of the
+    striker's and stopper's errors that cannot be estimated."""
+    terms: dict[str, variations.Terms | None] = {}
     unknown = []
     for ladder in table.ladders():
-        if not ladder.applies(run):
+        if ladder.key == STEP or not ladder.applies(run):
             continue
-        terms, known = ladder.neighbours(run), sources.get(ladder.source, ())
-        if terms is None and ladder.part:
+        varied = ladder.neighbours(run)
+        if varied is None and ladder.part:
             unknown.append(f"{ladder.source}'s {ladder.part}")
-            terms = ()
-        sources[ladder.source] = None if terms is None or known is None else (*known, *terms)
-    return sources, tuple(unknown)
+            varied = ()
+        terms[ladder.key] = varied
+    return terms, tuple(unknown)
+
+
+def sum_by_source(budget: variations.Budget, terms: Mapping[str, variations.Terms | None]) -> variations.Budget:
+    """Return a budget by key as one by source, with the errors by key beside; a source is unknown if one of its keys
+    is."""
+    of_step = budget.parts["time_step"]
+    sources: list[str] = [
+        *SOURCES,
+        *(source for source in OPTIONAL if any(table.source_of(key) == source for key in terms)),
+    ]
+    parts: dict[str, Values] = {}
+    for source in sources:
+        keys = [key for key in terms if table.source_of(key) == source]
+        if all(key in budget.parts for key in keys):
+            parts[source] = of_step if source == "time_step" else dict.fromkeys(budget.values, 0.0)
+            for key in keys:
+                parts[source] = total(parts[source], budget.parts[key])
+    by_key = {key: _without_clock(part) for key, part in budget.parts.items() if key in terms}
+    return replace(budget, parts=parts, sources=tuple(sources), by_key={**by_key, STEP: _without_clock(of_step)})

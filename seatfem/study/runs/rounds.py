@@ -232,7 +232,7 @@ def _round(
         else:
             beside = [each is None for each in (seat.coarser, seat.in_rings)]  # which comparisons of the seat there are
             left = runs.kept.cached_numbers(computed, touches, f"error budget {beside}", lambda: vars(compute()))
-            budget = Budget(left["values"], left["parts"], tuple(left["sources"]))
+            budget = Budget(left["values"], left["parts"], tuple(left["sources"]), left["by_key"])
     landings = () if touches.landings is None else touches.landings.seat
     budget = with_bars_of_measures(_at_least_planned(plan, budget), landings)
     return replace(computed, left=_with_recovery(budget, computed.plate))

@@ -29,7 +29,7 @@ from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.recovery import Largest, LargestStress, StressField, largest
 from seatfem.structures.fields.sites import near, peak_mesh_error
 from seatfem.structures.rings import Division
-from seatfem.study.error_budget import sources_of
+from seatfem.study.error_budget import terms_by_key
 from seatfem.study.impacts import gas, plate_stress
 from seatfem.study.impacts.bodies import problem_of, striker_of
 from seatfem.study.impacts.contact import marched
@@ -66,8 +66,8 @@ def error_bars_of(
     scene, dt = done.plan.scene, done.result.dt
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
 
-    sources, _ = sources_of(ComputedRun(scene, done.plan.method, done.seat, problem, done.reed))
-    runs, count = 2 + sum(len(term) for terms in sources.values() for term in terms or ()), 0
+    terms, _ = terms_by_key(ComputedRun(scene, done.plan.method, done.seat, problem, done.reed))
+    runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
 
     def march_varied(varied: ContactProblem, step: float, look: Callable[[Marched], Values] = look) -> Values:
         nonlocal count
@@ -79,7 +79,7 @@ def error_bars_of(
     if not is_judged(half):
         return dict.fromkeys(half, math.nan), half
     values = march_varied(problem, dt)
-    budget = budget_of(march_varied, problem, values, dt, sources, finer=times(2.0, changes(values, half)))
+    budget = budget_of(march_varied, problem, values, dt, terms, finer=times(2.0, changes(values, half)))
     return {name: budget.bar(name) for name in values}, half
 
 
