@@ -25,6 +25,8 @@ BAND, TOLERANCE = "seat.greens.bandwidth", "seat.greens.tolerance"
 MODES, STEP, RINGS = "reed.n_modes", "run.time_step", "contact.rings"
 PORTS: Final = "contact.ports"
 REED_BAND: Final = "reed.greens.bandwidth"
+REED_TOLERANCE: Final = "reed.greens.tolerance"
+REED_SIZE, REED_CONTACT_SIZE = "reed.mesh.size", "reed.mesh.contact_size"
 SEAT_MODES: Final = "seat.n_modes"
 FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     MODEL: ("seat", "level"),
@@ -40,9 +42,16 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     RINGS: ("seat", "rings"),
     PORTS: ("ports",),
     REED_BAND: ("reed", "bandwidth"),
+    REED_TOLERANCE: ("reed", "tolerance"),
+    REED_SIZE: ("reed", "size"),
+    REED_CONTACT_SIZE: ("reed", "contact_size"),
 }
 """Attribute path in `RunMethod` of each dotted key of a scene that a plan may choose."""
-_UNITS: Final = {SIZE: "m", CONTACT_SIZE: "m", BAND: "Hz", STEP: "s", REED_BAND: "Hz"}
+_UNITS: Final = {
+    **dict.fromkeys((SIZE, CONTACT_SIZE, REED_SIZE, REED_CONTACT_SIZE), "m"),
+    **dict.fromkeys((BAND, REED_BAND), "Hz"),
+    STEP: "s",
+}
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,9 @@ HOW: Mapping[str, Callable[[Any, Any], bool] | None] = {
     keys.RINGS: more,
     keys.PORTS: more,
     keys.REED_BAND: more,
+    keys.REED_TOLERANCE: less,
+    keys.REED_SIZE: less,
+    keys.REED_CONTACT_SIZE: less,
 }
 """What is finer of each key that a plan may choose; ``None``: which of several ways leads to the same."""
 

@@ -17,12 +17,13 @@ from impact.march.problem import ContactProblem
 from impact.quantities import percent
 from impact.runs.variations import Terms, Variation, of_g, with_body
 from seatfem.structures.estimates.costs import SeatModel
+from seatfem.structures.estimates.surrogate import Patch
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import problem_of, solved_stopper, striker_of
-from seatfem.study.method import RunMethod
+from seatfem.study.method import FIELDS, RunMethod
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.scene import Run, Scene
@@ -148,6 +149,26 @@ class Option:
 
 
 @dataclass(frozen=True)
+class Beginning:
+    """What is known of a scene before anything is computed.
+
+    Attributes:
+        scene: the scene.
+        stated: method with the keys that the file states, and defaults.
+        patch: struck patch of a seat of finite elements; ``None`` if it is not known, or there are no elements.
+    """
+
+    scene: Scene
+    stated: RunMethod
+    patch: Patch | None = None
+
+    @property
+    def is_reduced(self) -> bool:
+        """Return whether the seat's matrices are reduced, which needs a band and a tolerance."""
+        return self.scene.seat.traits.is_reduced and not self.stated.seat.exact
+
+
+@dataclass(frozen=True)
 class Neighbour:
     """A point of the measured trade next to its centre.
 
@@ -175,6 +196,8 @@ class Ladder:
         also: further keys whose error the same neighbour estimates.
         falls: whether finer values are smaller.
         of_seat: whether the key belongs to the seat of a plan, or to its time integration.
+        effort: power of the error, inverted, with which the work grows: work exponent over order of convergence.
+        rule: the rule of the first value, in words.
     """
 
     key: str
@@ -183,6 +206,8 @@ class Ladder:
     also: tuple[str, ...] = ()
     falls: bool = False
     of_seat: bool = True
+    effort: float = 1.0
+    rule: str = ""
 
     def describe(self, value: Any) -> str:
         """Return a value in words, with its unit."""
@@ -192,6 +217,18 @@ class Ladder:
         """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds do not change the key,
         as for models, which are planned anew. ``run``, ``reed``: tables of the scene."""
         return None
+
+    def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
+        """Return the method with the key's first, coarse value by rule; keys that the file states are kept."""
+        return method
+
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+        """Return the method with a finer value, whose error is smaller by about ``factor``; ``None`` if the file states
+        the key, or it is at its limit."""
+        if self.key not in FIELDS or self.key in method.given or not (value := method.value(self.key)):
+            return None
+        finer = self.finer(value, factor, scene.run, scene.reed)
+        return None if finer is None or finer == value else method.replaced({self.key: finer})
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a run has this key and can have an error by it."""

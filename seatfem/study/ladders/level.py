@@ -11,8 +11,8 @@ from seatfem.structures.estimates import surrogate
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method, with_start
 from seatfem.study.impacts.bodies import solve_body
-from seatfem.study.ladders.ladder import BodyLadder, ComputedRun, Option, Role
-from seatfem.study.method import MODEL
+from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun, Option, Role
+from seatfem.study.method import MODEL, RunMethod
 from seatfem.study.prerun.bench import locate_contact_window
 from seatfem.study.prerun.context import COARSE_TOLERANCE, PlanningContext, lowest_band
 from seatfem.study.prerun.sensitivity import Changes
@@ -47,6 +47,13 @@ class Level(BodyLadder):
         if level is None or self.role != "seat":
             return level
         return (*level, *_shear(run), *_better(run))
+
+    def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
+        """Return the method with waves in a seat that is drawn: its half section, a sector, or all of it."""
+        if self.role != "seat" or known.scene.seat.drawn is None or MODEL in method.given:
+            return method
+        level = known.scene.seat.level(0.0).level
+        return method.replaced({MODEL: "3d" if method.seat.lip is not None and level == "sector" else level})
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
         """Yield the stated level only, or else a spring, an approximate closed form (rod), and waves."""

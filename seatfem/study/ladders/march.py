@@ -14,7 +14,7 @@ from seatfem.structures.rings import Division
 from seatfem.study.impacts.bodies import problem_of, stopper_of, striker_of
 from seatfem.study.impacts.contact import MAX_STEPS, gas_step
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option, Role
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour, Option, Role
 from seatfem.study.method import MODES, SEAT_MODES, STEP, RunMethod
 from seatfem.study.prerun.bench import Bench, window_of
 from seatfem.study.prerun.context import PlanningContext
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 STEPS_A_TRANSIT: Final = 16  # steps in the time that a wave takes through a rod, of the run that resolves it
 MOST_STEPS: Final = 1_000_000  # most steps of that run
+FIRST: Final = 32  # steps in the width of the filter with which a run begins: coarser ones hide each other's error
 PER_FILTER: Final = (2, 8, 32)  # steps in the width of the filter, in a trade
 
 
@@ -40,12 +41,22 @@ def fitted(dt: float, duration: float) -> float:
 class TimeStep(Ladder):
     """The time step, whose neighbours `impact.runs.variations.budget_of` runs in every budget."""
 
+    effort: float = 1.0
+    rule: str = "32 steps in the width of the filter"
     falls: bool = True
     of_seat: bool = False
 
     def describe(self, value: float) -> str:
         """Return a step with its unit."""
         return write_quantity(value, "time", 3)
+
+    def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
+        """Return the method with `FIRST` steps in the width of the filter, or as many as a gas needs."""
+        run = known.scene.run
+        if STEP in method.given:
+            return method
+        step = max(min(run.filter_width / FIRST, gas_step(known.scene.gas)), run.duration / MAX_STEPS)
+        return replace(method, time_step=fitted(step, run.duration))
 
     def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float:
         """Return a shorter step."""
@@ -111,12 +122,16 @@ def left_by_half_step(run: ComputedRun, touches: Touches, look: PlateLook | None
 
 
 MOST_MODES: Final = 1000  # most modes of a beam in further rounds
+FEW_MODES: Final = 20  # modes of a beam with which a run begins
 IN_A_TRADE: Final = (10, 20, 80)  # reed modes in a trade
 
 
 @dataclass(frozen=True)
 class ModeCount(Ladder):
     """The number of modes of a beam; its neighbours are runs with fewer modes and, if it is small, one with many."""
+
+    effort: float = 0.7
+    rule: str = "few modes"
 
     role: Role = "seat"
 
@@ -125,6 +140,11 @@ class ModeCount(Ladder):
         if self.role == "stopper":
             return None
         return min(MOST_MODES, math.ceil(value * FEWER ** math.ceil(math.log2(factor))))
+
+    def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
+        """Return the method with `FEW_MODES` modes of a reed that is a beam."""
+        is_open = self.role == "reed" and method.reed.n_modes is not None and MODES not in method.given
+        return method.replaced({MODES: FEW_MODES}) if is_open else method
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the body is a beam; a stopper must also have one contact only."""

@@ -17,16 +17,31 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.impacts import validity
 from seatfem.study.ladders import ladder
-from seatfem.study.ladders.ladder import RATIO, BodyLadder, ComputedRun, Elements, Ladder, Neighbour, Option
-from seatfem.study.method import BAND, CONTACT_SIZE, ORDER, REED_BAND, SIZE, TOLERANCE, RunMethod
+from seatfem.study.ladders.ladder import RATIO, Beginning, BodyLadder, ComputedRun, Elements, Ladder, Neighbour, Option
+from seatfem.study.method import (
+    BAND,
+    CONTACT_SIZE,
+    ORDER,
+    REED_BAND,
+    REED_CONTACT_SIZE,
+    REED_SIZE,
+    SIZE,
+    TOLERANCE,
+    RunMethod,
+)
 from seatfem.study.prerun import context, sensitivity
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import FEWER_POLES, LEAST_FINER, MESH_BAR, MESH_BAR_OF_ARCS, MESH_ORDER, OF_DRAWS
-from seatfem.study.scene import Run
+from seatfem.study.scene import Run, Scene
 from seatfem.units import write_quantity
 
 COARSEST_OF_ARCS: Final = 0.1  # largest error of g by the mesh of a lip in arcs: coarser ones only cost a further round
+FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run begins
+FIRST_BAND: Final = 0.25  # band of the seat over the filter's width with which a run begins
+FIRST_TOLERANCE: Final = 0.01  # tolerance with which a run begins: looser ones hide the error of the mesh
+REFINED_ORDER: Final = 1.5  # order of convergence for which elements are refined: 1 at sharp edges, 2 elsewhere
+LEAST_WIDER: Final = 1.1  # least factor by which a band is widened
 COARSER: Final = (-2, -1)  # powers of `RATIO` by which meshes of a trade are finer
 
 
@@ -34,11 +49,38 @@ COARSER: Final = (-2, -1)  # powers of `RATIO` by which meshes of a trade are fi
 class ElementSize(BodyLadder):
     """Element sizes of a body; the neighbour is the run on the coarser mesh of the stated mesh error."""
 
+    effort: float = 1.5
+    rule: str = "for about 10 % of g, by wavelength and contact face"
     falls: bool = True
 
     def describe(self, value: float) -> str:
         """Return a size with its unit."""
         return write_quantity(value, "length", 3)
+
+    def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
+        """Return the method with sizes for a relative error `FIRST_ERROR` of g, by wavelength and patch, and an element
+        in each part of a lip."""
+        if self.key != SIZE or known.scene.seat.drawn is None or known.patch is None or not known.is_reduced:
+            return method
+        seat, body = method.seat, known.scene.seat.elastic
+        sizes = context.element_sizes(known.patch, known.stated.seat, seat.bandwidth or 0.0, FIRST_ERROR)
+        near = sizes.contact_size
+        in_space = body is not None and seat.in_arcs and body.elements_of(seat) == "3d"
+        if in_space and seat.lip is not None and CONTACT_SIZE not in method.given:
+            near = min(near, context.PER_ARC * seat.lip.length / seat.lip.arcs)
+        size = sizes.size if SIZE in method.given else max(sizes.size, near)
+        return method.replaced({SIZE: size, CONTACT_SIZE: near})
+
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+        """Return the method with smaller elements in the bulk and on the struck face; ``None`` where either is stated,
+        as both make one error."""
+        keys = {SIZE: (SIZE, CONTACT_SIZE), REED_SIZE: (REED_SIZE, REED_CONTACT_SIZE)}.get(self.key, ())
+        body, how = (scene.seat.drawn, method.seat) if self.role == "seat" else (scene.reed.drawn, method.reed)
+        if body is None or how.exact or not keys or method.given.intersection(keys):
+            return None
+        spec, finer = body.mesh_spec(how), factor ** (1 / REFINED_ORDER)
+        near = float(f"{spec.patch_size / finer:.2g}")
+        return method.replaced(dict(zip(keys, (max(near, float(f"{spec.size / finer:.2g}")), near), strict=True)))
 
     def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
         """Return a smaller size, for convergence of order `MESH_ORDER`."""
@@ -126,9 +168,29 @@ def measured_draws(run: ladder.ComputedRun) -> tuple[GreensFunction, ...]:
 class Bandwidth(ladder.BodyLadder):
     """The bandwidth of a body's reduction. Its error is the change by leaving out the highest modes within it."""
 
+    effort: float = 0.75
+    rule: str = "the first resonance, and what the filter passes"
+
     def describe(self, value: float) -> str:
         """Return a frequency with its unit."""
         return write_quantity(value, "frequency", 3)
+
+    def begin(self, known: ladder.Beginning, method: RunMethod) -> RunMethod:
+        """Return the method with a band of a seat up to its first resonance, and `FIRST_BAND` over the filter."""
+        if self.role != "seat" or not known.is_reduced or BAND in method.given:
+            return method
+        first = 0.0 if known.patch is None else context.lowest_band(known.patch)
+        return method.replaced({BAND: context.next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
+
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+        """Return the method with a wider band, for truncation errors of second order."""
+        if self.key == REED_BAND and self.key not in method.given and (value := method.value(self.key)):
+            wider = self.finer(value, factor, scene.run, scene.reed) or value
+            return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else None
+        if self.key != BAND or BAND in method.given or not (band := method.seat.bandwidth):
+            return None
+        wider = context.next_band(max(factor**0.5, LEAST_WIDER) * band)
+        return method.replaced({BAND: wider}) if wider > band else None
 
     def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
         """Return a wider band; for a plate at most the limit of its theory."""
@@ -153,7 +215,10 @@ class Bandwidth(ladder.BodyLadder):
             if measured_draws(run) or run.scene.seat.elastic is None or modal is None or len(modal.omega) == 0:
                 return ()
             highest = float(modal.frequencies_hz.max())
-            return ((run.with_greens("seat", narrowed(modal, highest / NARROWER)),),)
+            of_modes = (
+                run.with_larger_g("seat", solved.greens.error_estimate.reduction) if run.method.seat.in_arcs else ()
+            )
+            return ((run.with_greens("seat", narrowed(modal, highest / NARROWER)),), *(of_modes or ()))
         scene = run.scene
         struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
         if struck is None:
@@ -199,23 +264,32 @@ class Bandwidth(ladder.BodyLadder):
 class Tolerance(ladder.BodyLadder):
     """The tolerance of a body's reduction; its neighbour has g larger by the error that the reduction states."""
 
+    effort: float = 0.2
+    rule: str = "loose"
     falls: bool = True
 
     def describe(self, value: float) -> str:
         """Return a tolerance in percent."""
         return ladder.large_percent(value)
 
+    def begin(self, known: ladder.Beginning, method: RunMethod) -> RunMethod:
+        """Return the method with a loose tolerance of the seat; a lip in arcs is reduced to modes, at any tolerance."""
+        if self.role != "seat" or not known.is_reduced or TOLERANCE in method.given:
+            return method
+        return method.replaced({TOLERANCE: context.TOLERANCES[0] if method.seat.in_arcs else FIRST_TOLERANCE})
+
     def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
         """Return a stricter tolerance."""
-        return value / factor if self.role == "seat" else None
+        return None if self.role == "stopper" else value / factor
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""
         solved = run.solved(self.role)
         assert solved is not None
-        if self.role == "seat" and measured_draws(run):
-            return ()
-        return run.with_larger_g(self.role, solved.greens.error_estimate.reduction)
+        error = solved.greens.error_estimate.reduction
+        if self.role == "seat" and (measured_draws(run) or (run.method.seat.in_arcs and error is not None)):
+            return ()  # along a lip, reduced to modes, the error is that of the band
+        return run.with_larger_g(self.role, error)
 
     def extend(self, context: PlanningContext, option: ladder.Option) -> Iterable[ladder.Option]:
         """Yield the tolerances, with the cost of the seat; a stricter one has modes farther beyond the band."""

@@ -14,6 +14,9 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.method import bed
 from seatfem.structures.rings import (
+    ACROSS,
+    FEWEST_ARCS,
+    MOST_CHOSEN,
     MOST_RINGS,
     OF_TWICE,
     Division,
@@ -30,9 +33,11 @@ from seatfem.structures.rings import (
 from seatfem.study import method, safety
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour, Option
+from seatfem.study.method import PORTS, RINGS, RunMethod
 from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
-from seatfem.study.scene import Run, local
+from seatfem.study.prerun.lips import rings_refused
+from seatfem.study.scene import Run, Scene, local
 
 PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # numbers of arcs of a lip in a trade, besides its centre's
 
@@ -40,6 +45,26 @@ PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # numbers of arcs of a lip 
 @dataclass(frozen=True)
 class Rings(Ladder):
     """The rings of the patch, or the parts across the arcs of a lip."""
+
+    effort: float = 0.7
+    rule: str = "one part"
+
+    def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
+        """Return the method with the struck face of a reduced seat as one ring; a lip keeps what is stated."""
+        is_open = known.is_reduced and method.seat.lip is None and RINGS not in method.given
+        return method.replaced({RINGS: 1}) if is_open else method
+
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+        """Return the method with more rings or, along a lip, more parts across; none under a film, or where the life
+        under a sphere's contact is asked for."""
+        if RINGS in method.given or not (value := method.seat.rings):
+            return None
+        if not method.seat.in_arcs:
+            return super().refine(scene, method, factor)
+        rings = next((number for number in ACROSS if number > value), None)
+        if rings is None or scene.contact.film is not None or rings_refused(scene.seat, scene.life):
+            return None
+        return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
     def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int:
         """Return more rings."""
@@ -82,6 +107,11 @@ class Rings(Ladder):
             yield Neighbour(f"{rings} rings", "rings", {method.RINGS: rings})
 
 
+def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod | None:
+    """Return the method with the lip in these parts; ``None`` if they are more than the program chooses itself."""
+    return method.along(scene.geometry, arcs, rings) if arcs * rings <= MOST_CHOSEN else None
+
+
 def of_rings_across(run: ComputedRun) -> Terms | None:
     """Return the run with more rings across the lip's arcs on both bodies, each with its own gap.
 
@@ -110,6 +140,22 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
 @dataclass(frozen=True)
 class Arcs(Ladder):
     """The arcs of a lip; the neighbour has twice as many on both bodies, or half as many at the limit."""
+
+    effort: float = 0.7
+    rule: str = "the fewest segments whose convergence can be estimated"
+
+    def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
+        """Return the method with the fewest arcs of a lip whose convergence can be estimated."""
+        if PORTS in method.given or (method.ports or 1) == 1 or known.patch is None:
+            return method
+        lip = known.scene.geometry.lip(FEWEST_ARCS)
+        return method if lip is None else method.along(known.scene.geometry, lip.whole(FEWEST_ARCS))
+
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+        """Return the method with twice as many arcs."""
+        if PORTS in method.given or (method.ports or 1) == 1:
+            return None
+        return _in_parts(scene, method, 2 * (method.ports or 1), method.seat.rings or 1)
 
     def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int:
         """Return twice as many."""

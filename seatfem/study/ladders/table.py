@@ -27,13 +27,13 @@ from seatfem.study.method import (
 )
 
 DECLARED: list[Ladder] = [
+    patch.Arcs(PORTS, "patch"),
     level.Level(MODEL, "model"),
     mesh.Bandwidth(BAND, "reduction"),
     mesh.ElementSize(SIZE, "mesh"),
     mesh.ElementSize(CONTACT_SIZE, "mesh"),
     mesh.ElementOrder(ORDER, "mesh"),
     mesh.Tolerance(TOLERANCE, "reduction"),
-    patch.Arcs(PORTS, "patch"),
     patch.OnePort(ONE_PORT, LIP),
     patch.Rings(RINGS, "patch"),
     march.ModeCount(SEAT_MODES, "model"),

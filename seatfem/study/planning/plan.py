@@ -82,6 +82,8 @@ class Plan:
         notes: sentences for the reader, such as on a target out of reach.
         without: levels of the seat, or `ONE_PORT`, that earlier rounds found too coarse.
         parts: predicted relative errors by arcs and rings of a lip, by key, then measure.
+        by_rule: whether the loop measures instead: values by rule at first, refined by measured errors.
+        refined: largest relative error of a judged measure by each key, before each of its refinements.
     """
 
     scene: Scene
@@ -95,6 +97,8 @@ class Plan:
     notes: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
     parts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    by_rule: bool = False
+    refined: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def level(self) -> AnyLevel:

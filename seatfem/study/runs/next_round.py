@@ -8,6 +8,7 @@ from typing import Final
 from impact.quantities import in_time
 from impact.runs.variations import safety
 from seatfem.machine.resources import available_memory
+from seatfem.study import converge
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
 from seatfem.study.impacts.touches import RECORD, STOPPER, STRIKER
 from seatfem.study.planning import costs, planner
@@ -83,6 +84,8 @@ def time_ratios(spent: Mapping[str, float], plan: Plan, before: Mapping[str, flo
 
 def price(done: Round, plan: Plan) -> float:
     """Return the predicted wall time [s] of a further round by ``plan``, corrected by the rounds so far."""
+    if plan.by_rule:
+        return converge.forecast_seconds(done, plan)
     stages = {**STAGES, "contact": (*STAGES["contact"], *AFTER)}
     return sum(
         done.time_ratios.get(kind, 1.0) * sum(plan.cost.parts.get(stage, 0.0) for stage in names)
@@ -102,6 +105,8 @@ def changed(done: Round, plan: Plan) -> str:
 
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
     """Return the refined plan, or ``None`` and the reason in words; ``time_left``: remaining time of the run [s]."""
+    if done.plan.by_rule:
+        return _next_by_rule(done, limits, time_left)
     if limits.steady:
         done = replace(done, time_ratios={})
     if done.number >= limits.rounds:
@@ -117,6 +122,32 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
             return further, ""
         reasons.append(why)
     return None, reasons[0]
+
+
+def _next_by_rule(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
+    """Return the plan refined by measured errors, or ``None`` and the reason in words."""
+    if done.number >= limits.rounds:
+        return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
+    landings = done.touches.landings
+    if done.plan.scene.accuracy.landing != "run" and landings is not None and landings.status == "cut off":
+        return None, CUT_OFF
+    plan, why = converge.refine_plan(done)
+    if plan is None:
+        return None, why
+    steps = plan.scene.run.duration / (plan.method.time_step or plan.scene.run.duration)
+    if steps > MAX_STEPS:
+        return None, f"the next round would take {steps:.2g} steps, at most {MAX_STEPS:.0e} are stored"
+    seconds = converge.forecast_seconds(done, plan)
+    if seconds > (time_left if math.isfinite(time_left) else LONGEST):
+        return None, (
+            f"the next round would take about {in_time(seconds)}; "
+            + (
+                "--max-time insists"
+                if math.isinf(time_left)
+                else f"{in_time(max(time_left, 0.0))} of --max-time are left"
+            )
+        )
+    return plan, ""
 
 
 def _refined_for(done: Round, measure: str, time_left: float) -> tuple[Plan | None, str]:

@@ -88,7 +88,8 @@ def rounds(
             return
         number = latest.number + 1
         yield replace(latest, stopped=f"round {number} was begun and not finished")
-        cost = f"about {in_time(price(latest, further))} and {further.cost.memory / 1e9:.2g} GB predicted"
+        memory = f" and {further.cost.memory / 1e9:.2g} GB" if further.cost.memory else ""
+        cost = f"about {in_time(price(latest, further))}{memory} predicted"
         tell(f"round {latest.number} is on file; round {number} follows, {cost}: {changed(latest, further)}")
         try:
             latest = _measured(

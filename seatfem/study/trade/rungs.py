@@ -61,7 +61,8 @@ from seatfem.study.sweep.runner import FAILURES, Outcome
 Settings = Mapping[str, object]
 """Values by dotted key, written as in a scene file ("1 mm"); ``None`` takes the key out of the file."""
 
-ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # keys left to the planner
+ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if not key.startswith("reed.") or key == MODES)
+"""Keys that a trade takes out of the scene: those that are left to the planner."""
 
 
 def stated_choices(plan: Plan) -> Settings:

@@ -1,0 +1,265 @@
+"""The loop of a run: from coarse values by rule to values whose measured errors, together, meet the target.
+
+A round solves a scene and estimates the error of every key by its neighbours (`seatfem.study.error_budget`). Here the
+keys are marked that are to be refined, each by a factor, and refined along their ladders. The errors e_k that the keys
+may leave minimise the work sum_k e_k^(-p_k) under sum_k e_k = target: e_k in proportion to p_k times the work of the
+key, of which only the power p_k (`Ladder.effort`) is known, so that e_k is taken in proportion to p_k. Nothing depends
+on the clock.
+
+Source: refinement of one key at a time by its measured surplus, Gerstner and Griebel, Computing 71 (2003).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+from impact.quantities import percent
+from impact.runs.variations import safety
+from seatfem.study.impacts import contact
+from seatfem.study.impacts.touches import STRIKER
+from seatfem.study.ladders.ladder import Beginning
+from seatfem.study.ladders.table import described, ladder_of, ladders, source_of
+from seatfem.study.method import FIELDS, RunMethod, has_key, is_given, stated_method
+from seatfem.study.planning.plan import Choice, Cost, Plan
+from seatfem.study.safety import source_in_words
+from seatfem.study.scene import Scene
+from seatfem.study.scene.files import check_files
+from seatfem.study.scene.measures import key_of, short_words
+
+if TYPE_CHECKING:
+    from seatfem.study.runs.round import Round
+
+AIM: Final = 0.85  # share of the allowed error at which a round aims: a wrong order of convergence costs another round
+LEAST: Final = 1.3  # least factor by which one round reduces an error: less is not worth a round
+MOST: Final = 8.0  # largest factor: errors that were measured on coarse values are no more accurate than this
+MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that of the one before
+LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
+BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
+TRIES: Final = 2  # refinements after which an error that has not halved is taken for one that does not converge
+
+
+@dataclass(frozen=True)
+class Marks:
+    """The keys to be refined.
+
+    Attributes:
+        factors: factor by which the error of each key is to be reduced.
+        stuck: sources of error, by measure, that exceed the target and cannot be reduced.
+    """
+
+    factors: Mapping[str, float]
+    stuck: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+def begin_method(scene: Scene) -> RunMethod:
+    """Return the method with which the loop begins: the keys that the file states, and coarse values by rule.
+
+    Raises `LevelError`: the stated level cannot describe the seat.
+    """
+    patch = None
+    if scene.seat.traits.is_reduced:
+        patch = scene.seat.surrogate(scene.run.duration, scene.reed.face).patch
+    known = Beginning(scene, stated_method(scene), patch)
+    method = known.stated
+    for ladder in ladders():
+        method = ladder.begin(known, method)
+    return method
+
+
+def begin_plan(scene: Scene) -> Plan:
+    """Return the plan of a scene's first round.
+
+    Raises:
+        RunError: the stated time step cannot resolve the measures, or there are more steps than can be stored.
+        LevelError: the stated level does not describe the seat.
+        SceneError: a file cannot be read, or has no such face, group or region.
+    """
+    contact.check_step(scene)
+    check_files(scene)
+    method = begin_method(scene)
+    contact.check_length(scene, method.time_step or scene.run.filter_width, method.seat.division.count)
+    choices = tuple(
+        Choice(key, described(key, value), _rule_of(key), is_given(scene, key))
+        for key in FIELDS
+        if has_key(scene, key) and (value := method.value(key)) is not None
+    )
+    return Plan(scene, method, choices, Cost(0.0, 0.0), {}, by_rule=True)
+
+
+def _rule_of(key: str) -> str:
+    return "" if (ladder := ladder_of(key)) is None else ladder.rule
+
+
+def errors_by_key(done: Round, measure: str) -> Mapping[str, float]:
+    """Return the error of a measure by each key [SI], scaled so that the keys of a source make up its whole error.
+
+    An infinite error counts as the value itself.
+    """
+    value, errors = abs(done.left.values[measure]), dict[str, float]()
+    by_key = {key: min(part[measure], value) for key, part in done.left.by_key.items()}
+    for source, part in done.left.parts.items():
+        whole = part[measure] if math.isfinite(part[measure]) else value
+        keys = [key for key in by_key if source_of(key) == source]
+        known = sum(by_key[key] for key in keys)
+        errors |= {key: whole * by_key[key] / known for key in keys} if known else {source: whole}
+    return errors
+
+
+def mark(done: Round) -> Marks:
+    """Return the keys whose errors are to be reduced, and by how much, for the measures that miss the target."""
+    scene, method, budget = done.plan.scene, done.plan.method, done.left
+    factors, stuck = dict[str, float](), dict[str, tuple[str, ...]]()
+    for measure in done.judged:
+        allowed = scene.accuracy.target * abs(budget.values[measure]) / safety(measure)
+        if budget.relative(measure) <= scene.accuracy.target:
+            continue
+        errors = errors_by_key(done, measure)
+        open_keys = {key for key in errors if _refined(scene, method, key, MOST) and not _is_stalled(done, key, errors)}
+        fixed = sum(error for key, error in errors.items() if key not in open_keys)
+        room = max(AIM * allowed - fixed, (allowed - fixed) / 2)
+        if room <= 0:
+            stuck[measure] = tuple(sorted(errors.keys() - open_keys, key=lambda key: -errors[key]))
+            room = BESIDE * fixed  # what can be reduced still is, until it hardly counts
+        for key, share in _shares({key: errors[key] for key in open_keys}, room).items():
+            factors[key] = max(factors.get(key, 1.0), errors[key] / share)
+    return Marks({key: min(max(factor, LEAST), MOST) for key, factor in factors.items()}, stuck)
+
+
+def _shares(errors: Mapping[str, float], room: float) -> Mapping[str, float]:
+    """Return the error that each key may leave, in proportion to its effort, of those that exceed it."""
+    large = dict(errors)
+    while large:
+        efforts = {key: ladder.effort if (ladder := ladder_of(key)) else 1.0 for key in large}
+        free = room - sum(error for key, error in errors.items() if key not in large)
+        shares = {key: free * effort / sum(efforts.values()) for key, effort in efforts.items()}
+        if small := [key for key in large if large[key] <= shares[key]]:
+            for key in small:
+                del large[key]
+            continue
+        return shares
+    return {}
+
+
+def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMethod | None:
+    """Return the method with one key refined; ``None`` if it is stated, at its limit, or no key."""
+    return None if (ladder := ladder_of(key)) is None else ladder.refine(scene, method, factor)
+
+
+def _is_stalled(done: Round, key: str, errors: Mapping[str, float]) -> bool:
+    """Return whether a key's error has not halved in its last `TRIES` refinements."""
+    past = done.plan.refined.get(key, ())
+    worst = max((done.left.by_key[key][name] / abs(done.left.values[name]) for name in done.judged), default=0.0)
+    return len(past) >= TRIES and worst > past[-TRIES] / 2
+
+
+def refine_plan(done: Round) -> tuple[Plan | None, str]:
+    """Return the plan of the next round, or ``None`` and in words why nothing can be refined."""
+    plan, marks = done.plan, mark(done)
+    method = _within_work(done, marks.factors)
+    if method == plan.method:
+        return None, _stuck_words(done, marks)
+    steps = dict(plan.refined)
+    for key in marks.factors:
+        if key in FIELDS and method.value(key) != plan.method.value(key):
+            steps[key] = (*steps.get(key, ()), _worst(done, key))
+    choices = tuple(
+        replace(choice, value=described(choice.key, method.value(choice.key)), reason=_why(done, choice.key, marks))
+        if method.value(choice.key) != plan.method.value(choice.key)
+        else choice
+        for choice in plan.choices
+        if choice.key in FIELDS
+    )
+    return replace(plan, method=method, choices=choices, refined=steps), ""
+
+
+def _within_work(done: Round, factors: Mapping[str, float]) -> RunMethod:
+    """Return the method refined in those keys that reduce most of the error per counted work, within `MOST_WORK`."""
+    plan = done.plan
+    alone = {key: finer for key, factor in factors.items() if (finer := _refined(plan.scene, plan.method, key, factor))}
+
+    def gain_per_work(key: str) -> float:
+        more = max(work_ratio(plan.method, alone[key], plan.scene)) - 1
+        return _worst(done, key) * (1 - 1 / factors[key]) / max(more, LITTLE_WORK)
+
+    method = plan.method
+    for key in sorted(alone, key=gain_per_work, reverse=True):
+        for factor in (factors[key], factors[key] ** 0.5):
+            finer = _refined(plan.scene, method, key, factor) or method
+            if max(work_ratio(plan.method, finer, plan.scene)) <= MOST_WORK or method == plan.method:
+                method = finer
+                break
+    return method
+
+
+def _worst(done: Round, key: str) -> float:
+    """Return the largest relative error of a judged measure by a key."""
+    part = done.left.by_key.get(key, {})
+    return max((part[name] / abs(done.left.values[name]) for name in done.judged if name in part), default=0.0)
+
+
+def _why(done: Round, key: str, marks: Marks) -> str:
+    """Return in words why a key was refined: the error that its last value left."""
+    before = described(key, done.plan.method.value(key))
+    if key not in marks.factors:
+        return f"{before} before; refined with another key"
+    part = done.left.by_key.get(key, {})
+    relative = {name: part[name] / abs(done.left.values[name]) for name in done.judged if name in part}
+    name = max(relative, key=lambda each: relative[each], default="")
+    return f"{before} left {percent(relative[name])} of {short_words(name)}, measured" if name else f"{before} before"
+
+
+def _stuck_words(done: Round, marks: Marks) -> str:
+    """Return in words why no key can be refined."""
+    for measure, keys in marks.stuck.items():
+        if not keys:
+            continue
+        errors = errors_by_key(done, measure)
+        key, given = keys[0], [each for each in keys[:1] if each in FIELDS and done.plan.is_given(each)]
+        share = percent(safety(measure) * errors[key] / abs(done.left.values[measure]))
+        why = "the file states it" if given else "it cannot be made smaller"
+        words = source_in_words(source_of(key) if ladder_of(key) else key)
+        return f"{words} ({key}) leaves {share} of {short_words(measure)}, and {why}"
+    zero = [key_of(name) for name in done.judged if not done.left.values[name]]
+    return f"{zero[0]} is zero, so that a relative error has no meaning" if zero else "nothing is left to refine"
+
+
+OF_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error", "patch error")
+OF_CONTACT: Final = ("contact", "error budget", "reed stress", "spring baseline", "files")
+
+
+def forecast_seconds(done: Round, plan: Plan) -> float:
+    """Return the wall time of a round by ``plan`` [s], from that of the round before and known exponents of the work.
+
+    The seat's grows with its unknowns, number of ports and band, the contact's with the steps, ports and modes.
+    """
+    before, after = done.plan.method, plan.method
+    seat, contact_work = work_ratio(before, after, done.plan.scene)
+    spent = {stage: done.spent.get(stage, 0.0) for stage in (*OF_SEAT, *OF_CONTACT, STRIKER)}
+    of_seat = sum(spent[stage] for stage in OF_SEAT) if before.seat != after.seat else 0.0
+    of_reed = spent[STRIKER] if before.reed != after.reed else 0.0
+    return (
+        seat * of_seat
+        + of_reed * _ratio(after.reed.bandwidth, before.reed.bandwidth)
+        + contact_work * sum(spent[stage] for stage in OF_CONTACT)
+    )
+
+
+def work_ratio(before: RunMethod, after: RunMethod, scene: Scene) -> tuple[float, float]:
+    """Return the work of seat and contact by one method over that by another."""
+    body = scene.seat.elastic
+    dimensions = 3 if body is not None and body.elements_of(before.seat) in ("3d", "sector") else 2
+    unknowns = _ratio(before.seat.size, after.seat.size) ** dimensions
+    near = _ratio(before.seat.contact_size, after.seat.contact_size) ** (dimensions - 1)
+    ports = after.seat.division.count / before.seat.division.count
+    band = _ratio(after.seat.bandwidth, before.seat.bandwidth)
+    steps = _ratio(before.time_step, after.time_step)
+    reeds = after.reed, before.reed
+    modes = max(band, _ratio(*(reed.n_modes for reed in reeds)), _ratio(*(reed.bandwidth for reed in reeds)))
+    return max(unknowns, near) * ports * band, steps * ports * modes
+
+
+def _ratio(one: float | None, other: float | None) -> float:
+    return one / other if one and other else 1.0
