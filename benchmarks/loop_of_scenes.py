@@ -48,6 +48,7 @@ class Row(Head):
         level, plan_level: of the seat.
         measure: by name.
         value, bar, plan_value, plan_bar, true: SI; ``true``: the reference's; nan where it is not known.
+        seconds: of processor time, of both ways and the reference [s].
     """
 
     target: float = math.nan
@@ -66,6 +67,7 @@ class Row(Head):
     plan_value: float = math.nan
     plan_bar: float = math.nan
     true: float = math.nan
+    seconds: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,8 @@ def in_words(rows: Sequence[Row]) -> str:
             f"{len(scenes)} scenes, {len(judged)} measures; {len({row.index for row in rows}) - len(scenes)} others",
             f"processor time, loop over plan and rounds: median {median(ratios):.2f}, 95 % {last:.2f}, "
             f"worst {ratios[-1]:.2f}; sums {sum(row.loop_s for row in scenes):.0f} s "
-            f"and {sum(row.plan_s for row in scenes):.0f} s, of which plans {sum(row.planning_s for row in scenes):.0f} s",
+            f"and {sum(row.plan_s for row in scenes):.0f} s, "
+            f"of which plans {sum(row.planning_s for row in scenes):.0f} s",
             f"loop: {within((row.value, row.bar, row.true) for row in judged)}; "
             f"{reached((row.value, row.bar, row.target) for row in judged)}",
             f"plan: {within((row.plan_value, row.plan_bar, row.true) for row in judged)}; "
