@@ -22,7 +22,21 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.ladders.ladder import Beginning
 from seatfem.study.ladders.table import described, ladder_of, ladders, source_of
-from seatfem.study.method import FIELDS, RunMethod, has_key, is_given, stated_method
+from seatfem.study.method import (
+    BAND,
+    FIELDS,
+    MODES,
+    REED_BAND,
+    REED_SIZE,
+    REED_TOLERANCE,
+    SIZE,
+    STEP,
+    TOLERANCE,
+    RunMethod,
+    has_key,
+    is_given,
+    stated_method,
+)
 from seatfem.study.planning.plan import Choice, Cost, Plan
 from seatfem.study.safety import source_in_words
 from seatfem.study.scene import Scene
@@ -33,12 +47,17 @@ if TYPE_CHECKING:
     from seatfem.study.runs.round import Round
 
 AIM: Final = 0.85  # share of the allowed error at which a round aims: a wrong order of convergence costs another round
-LEAST: Final = 1.3  # least factor by which one round reduces an error: less is not worth a round
-MOST: Final = 8.0  # largest factor: errors that were measured on coarse values are no more accurate than this
+LEAST: Final = 2.0  # least factor by which one round reduces an error: less is not worth a round
+MOST: Final = 5.0  # largest factor: errors that were measured on coarse values are no more accurate than this
 MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that of the one before
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
-TRIES: Final = 2  # refinements after which an error that has not halved is taken for one that does not converge
+TRIES: Final = 3  # refinements after which an error that has not halved is taken for one that does not converge
+HIDDEN_BY: Final[Mapping[str, str]] = {
+    **{STEP: MODES, MODES: STEP},
+    **{SIZE: TOLERANCE, BAND: SIZE, REED_SIZE: REED_TOLERANCE, REED_BAND: REED_SIZE},
+}
+"""Keys of which another one may hide the convergence."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +66,12 @@ class Marks:
 
     Attributes:
         factors: factor by which the error of each key is to be reduced.
+        wanted: keys whose errors are too large; `factors` may be of others, which hide their convergence.
         stuck: sources of error, by measure, that exceed the target and cannot be reduced.
     """
 
     factors: Mapping[str, float]
+    wanted: frozenset[str] = frozenset()
     stuck: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
@@ -111,21 +132,23 @@ def errors_by_key(done: Round, measure: str) -> Mapping[str, float]:
 def mark(done: Round) -> Marks:
     """Return the keys whose errors are to be reduced, and by how much, for the measures that miss the target."""
     scene, method, budget = done.plan.scene, done.plan.method, done.left
-    factors, stuck = dict[str, float](), dict[str, tuple[str, ...]]()
+    factors, wanted, stuck = dict[str, float](), set[str](), dict[str, tuple[str, ...]]()
     for measure in done.judged:
         allowed = scene.accuracy.target * abs(budget.values[measure]) / safety(measure)
         if budget.relative(measure) <= scene.accuracy.target:
             continue
         errors = errors_by_key(done, measure)
-        open_keys = {key for key in errors if _refined(scene, method, key, MOST) and not _is_stalled(done, key, errors)}
+        open_keys = {key for key in errors if _refined(scene, method, key, MOST) and not _is_stalled(done, key)}
         fixed = sum(error for key, error in errors.items() if key not in open_keys)
         room = max(AIM * allowed - fixed, (allowed - fixed) / 2)
         if room <= 0:
             stuck[measure] = tuple(sorted(errors.keys() - open_keys, key=lambda key: -errors[key]))
             room = BESIDE * fixed  # what can be reduced still is, until it hardly counts
         for key, share in _shares({key: errors[key] for key in open_keys}, room).items():
-            factors[key] = max(factors.get(key, 1.0), errors[key] / share)
-    return Marks({key: min(max(factor, LEAST), MOST) for key, factor in factors.items()}, stuck)
+            wanted.add(key)
+            for each in (key, *_hiding(done, key)):
+                factors[each] = max(factors.get(each, 1.0), errors[key] / share)
+    return Marks({key: min(max(factor, LEAST), MOST) for key, factor in factors.items()}, frozenset(wanted), stuck)
 
 
 def _shares(errors: Mapping[str, float], room: float) -> Mapping[str, float]:
@@ -148,11 +171,19 @@ def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMet
     return None if (ladder := ladder_of(key)) is None else ladder.refine(scene, method, factor)
 
 
-def _is_stalled(done: Round, key: str, errors: Mapping[str, float]) -> bool:
-    """Return whether a key's error has not halved in its last `TRIES` refinements."""
+def _hiding(done: Round, key: str) -> tuple[str, ...]:
+    """Return the key that is refined together with one whose error has not halved by its last refinement: it hides its
+    convergence, as a step that of modes, or a tolerance that of a mesh."""
+    past, other = done.plan.refined.get(key, ()), HIDDEN_BY.get(key, "")
+    if not past or _worst(done, key) <= past[-1] / 2:
+        return ()
+    return (other,) if _refined(done.plan.scene, done.plan.method, other, MOST) is not None else ()
+
+
+def _is_stalled(done: Round, key: str) -> bool:
+    """Return whether a key's error has not halved in `TRIES` rounds that were to reduce it."""
     past = done.plan.refined.get(key, ())
-    worst = max((done.left.by_key[key][name] / abs(done.left.values[name]) for name in done.judged), default=0.0)
-    return len(past) >= TRIES and worst > past[-TRIES] / 2
+    return len(past) >= TRIES and _worst(done, key) > past[-TRIES] / 2
 
 
 def refine_plan(done: Round) -> tuple[Plan | None, str]:
@@ -161,10 +192,7 @@ def refine_plan(done: Round) -> tuple[Plan | None, str]:
     method = _within_work(done, marks.factors)
     if method == plan.method:
         return None, _stuck_words(done, marks)
-    steps = dict(plan.refined)
-    for key in marks.factors:
-        if key in FIELDS and method.value(key) != plan.method.value(key):
-            steps[key] = (*steps.get(key, ()), _worst(done, key))
+    refined = {key: (*plan.refined.get(key, ()), _worst(done, key)) for key in marks.wanted}
     choices = tuple(
         replace(choice, value=described(choice.key, method.value(choice.key)), reason=_why(done, choice.key, marks))
         if method.value(choice.key) != plan.method.value(choice.key)
@@ -172,7 +200,7 @@ def refine_plan(done: Round) -> tuple[Plan | None, str]:
         for choice in plan.choices
         if choice.key in FIELDS
     )
-    return replace(plan, method=method, choices=choices, refined=steps), ""
+    return replace(plan, method=method, choices=choices, refined={**plan.refined, **refined}), ""
 
 
 def _within_work(done: Round, factors: Mapping[str, float]) -> RunMethod:

@@ -42,6 +42,7 @@ from seatfem.study.impacts.touches import (
     contact_record_of,
     is_time,
     landing_name,
+    stress_since,
     values_of_record,
 )
 from seatfem.study.ladders import march, table
@@ -204,7 +205,12 @@ def error_budget(
     computed = ComputedRun(scene, method, seat, problem, reed)
     terms, unknown = terms_by_key(computed)
 
-    blow = contact_record_of(touches, width, stress, scene.accuracy.landing)
+    choice = scene.accuracy.landing
+    blow = stated = contact_record_of(touches, width, stress, choice)
+    if stress is not None and look is None:  # compared as other runs evaluate it, on a coarse grid
+        since = stress_since(touches, choice)
+        coarse = contact.stress_in_run(scene.geometry, striker, touches, coarsely=True, since=since)
+        blow = contact_record_of(touches, width, coarse, choice)
     last, like = LastTouch.from_record(blow), touches.landings
     own = RunRecord(blow, like, touches.stopper_force)
 
@@ -231,6 +237,7 @@ def error_budget(
         run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=parallel
     )
     budget = _with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
+    budget = replace(budget, values=values_of_record(RunRecord(stated, like, touches.stopper_force), like))
     varied = {table.source_of(key) for key, each in terms.items() if each}
     floors: dict[str, float] = {source: least for source, least in safety.FLOORS.items() if source in varied}
     if method.seat.level == "spring":

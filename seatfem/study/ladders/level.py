@@ -4,17 +4,21 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+import impact
 from impact.greens.base import GreensFunction
 from impact.quantities import percent
-from impact.runs.variations import Terms, safety, times
+from impact.runs.variations import Terms, Variation, safety, times
 from seatfem.structures.estimates import surrogate
+from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.kinds import Structure
-from seatfem.structures.method import Method, with_start
+from seatfem.structures.method import Method, at_once, with_start
+from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun, Option, Role
 from seatfem.study.method import MODEL, RunMethod
 from seatfem.study.prerun.bench import locate_contact_window
-from seatfem.study.prerun.context import COARSE_TOLERANCE, PlanningContext, lowest_band
+from seatfem.study.prerun.context import COARSE_TOLERANCE, IMPOSSIBLE, PlanningContext, lowest_band
+from seatfem.study.prerun.context import coarse_method as coarse_seat_method
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import (
     AIM,
@@ -26,6 +30,7 @@ from seatfem.study.safety import (
     OVERSTATED,
     SHEAR_SHARE,
 )
+from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import short_words
 
 PER_FILTER, REED_MODES = 320, 80
@@ -46,13 +51,25 @@ class Level(BodyLadder):
         level = run.with_larger_g(self.role, solved.level_error)
         if level is None or self.role != "seat":
             return level
-        return (*level, *_shear(run), *_better(run))
+        better = _better(run)
+        if (
+            run.method.seat.static
+            and MODEL not in run.method.given
+            and not tells_waves(run.scene.seat, run.method.seat)
+        ):
+            better = ((*(variation for term in better for variation in term), *_waves(run)),)
+        return (*level, *_shear(run), *better)
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
-        """Return the method with waves in a seat that is drawn: its half section, a sector, or all of it."""
-        if self.role != "seat" or known.scene.seat.drawn is None or MODEL in method.given:
-            return method
-        level = known.scene.seat.level(0.0).level
+        """Return the method with the static compliance of a seat that is drawn, the simplest model."""
+        is_open = self.role == "seat" and known.scene.seat.drawn is not None and MODEL not in method.given
+        return method.replaced({MODEL: "spring"}) if is_open else method
+
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+        """Return the method with waves in the seat: its half section, a sector or, along a lip, all of it."""
+        if self.role != "seat" or MODEL in method.given or not method.seat.static or scene.seat.drawn is None:
+            return None
+        level = scene.seat.level(0.0).level
         return method.replaced({MODEL: "3d" if method.seat.lip is not None and level == "sector" else level})
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
@@ -98,6 +115,29 @@ def _better(run: ComputedRun) -> Terms:
     if better is None and drawn is not None:
         better = drawn.beyond(method.seat.level)
     return () if better is None else ((run.with_greens("seat", better),),)
+
+
+def _waves(run: ComputedRun) -> tuple[Variation, ...]:
+    """Return the run on a seat with waves against the same without them: the seat is solved on a coarse mesh and struck
+    as a whole, along a lip with a half-space under its parts; where that is impossible, it is the seat's surrogate."""
+    scene, lip = run.scene, run.method.seat.lip
+    surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
+    if (patch := surrogate.patch) is None:
+        return ()
+    method = coarse_seat_method(scene.seat, replace(run.method, given=frozenset()), patch, scene.run.filter_width)
+    try:
+        solved, doubt = solve_body("seat", scene.seat, method, scene.run.duration, mesh_error=False), DOUBT_OF_COARSE
+    except IMPOSSIBLE:
+        solved, doubt = None, DOUBT if run.division.arcs == 1 else DOUBT_OF_ARCS
+    waves = surrogate.greens if solved is None else solved.greens
+    whole = waves.modal
+    if run.division.arcs > 1 and lip is not None and whole is not None:
+        waves = on_its_patch(whole, lip, patch)
+        static: GreensFunction = at_once(waves)
+    else:
+        static = impact.spring(stiffness=1 / face_compliance(waves))
+    one, other = (run.with_greens("seat", greens).problem for greens in (waves, static))
+    return (Variation(one, doubt, other),)
 
 
 def tells_waves(seat: Structure, method: Method) -> bool:

@@ -12,7 +12,7 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
 from seatfem.structures.estimates.costs import TOLERANCE_POWER, highest_pole, seat_memory, seat_seconds
-from seatfem.structures.estimates.surrogate import ERRORS, mesh_error
+from seatfem.structures.estimates.surrogate import ERRORS, Sizes, mesh_error, sizes_for
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.impacts import validity
@@ -41,6 +41,7 @@ FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run beg
 FIRST_BAND: Final = 0.25  # band of the seat over the filter's width with which a run begins
 FIRST_TOLERANCE: Final = 0.01  # tolerance with which a run begins: looser ones hide the error of the mesh
 REFINED_ORDER: Final = 1.5  # order of convergence for which elements are refined: 1 at sharp edges, 2 elsewhere
+BAND_ORDER: Final = 3.0  # order of convergence for which bands are widened: 2 far above the filter, more below
 LEAST_WIDER: Final = 1.1  # least factor by which a band is widened
 COARSER: Final = (-2, -1)  # powers of `RATIO` by which meshes of a trade are finer
 
@@ -78,9 +79,15 @@ class ElementSize(BodyLadder):
         body, how = (scene.seat.drawn, method.seat) if self.role == "seat" else (scene.reed.drawn, method.reed)
         if body is None or how.exact or not keys or method.given.intersection(keys):
             return None
-        spec, finer = body.mesh_spec(how), factor ** (1 / REFINED_ORDER)
-        near = float(f"{spec.patch_size / finer:.2g}")
-        return method.replaced(dict(zip(keys, (max(near, float(f"{spec.size / finer:.2g}")), near), strict=True)))
+        spec, patch, finer = body.mesh_spec(how), body.patch(), factor ** (1 / REFINED_ORDER)
+        sizes, band = Sizes(spec.size, spec.patch_size), how.bandwidth or 0.0
+        if patch is None:
+            sizes = Sizes(sizes.size / finer, sizes.contact_size / finer)
+        else:  # where the rule expects more of the error, in the bulk or on the face, elements become smaller
+            by_rule = sizes_for(patch, band, mesh_error(patch, band, sizes, how.order) / finer, how.order)
+            sizes = Sizes(min(sizes.size, by_rule.size), min(sizes.contact_size, by_rule.contact_size))
+        values = (float(f"{max(size, sizes.contact_size):.2g}") for size in (sizes.size, sizes.contact_size))
+        return method.replaced(dict(zip(keys, values, strict=True)))
 
     def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
         """Return a smaller size, for convergence of order `MESH_ORDER`."""
@@ -168,7 +175,7 @@ def measured_draws(run: ladder.ComputedRun) -> tuple[GreensFunction, ...]:
 class Bandwidth(ladder.BodyLadder):
     """The bandwidth of a body's reduction. Its error is the change by leaving out the highest modes within it."""
 
-    effort: float = 0.75
+    effort: float = 0.5
     rule: str = "the first resonance, and what the filter passes"
 
     def describe(self, value: float) -> str:
@@ -183,14 +190,21 @@ class Bandwidth(ladder.BodyLadder):
         return method.replaced({BAND: context.next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
-        """Return the method with a wider band, for truncation errors of second order."""
+        """Return the method with a wider band, and elements for its shorter waves."""
         if self.key == REED_BAND and self.key not in method.given and (value := method.value(self.key)):
             wider = self.finer(value, factor, scene.run, scene.reed) or value
             return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else None
         if self.key != BAND or BAND in method.given or not (band := method.seat.bandwidth):
             return None
-        wider = context.next_band(max(factor**0.5, LEAST_WIDER) * band)
-        return method.replaced({BAND: wider}) if wider > band else None
+        wider = context.next_band(max(factor ** (1 / BAND_ORDER), LEAST_WIDER) * band)
+        if wider <= band:
+            return None
+        values: dict[str, float] = {BAND: wider}
+        patch = scene.seat.surrogate(scene.run.duration, scene.reed.face).patch
+        if method.seat.size and patch is not None and SIZE not in method.given:
+            before, after = (sizes_for(patch, each, FIRST_ERROR, method.seat.order).size for each in (band, wider))
+            values[SIZE] = max(method.seat.size * after / before, method.seat.contact_size or 0.0)
+        return method.replaced(values)
 
     def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
         """Return a wider band; for a plate at most the limit of its theory."""
