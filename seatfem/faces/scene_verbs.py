@@ -226,15 +226,19 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
     scene = load(path, changes)
     content = path.read_bytes()
-    limits = runs.next_round.Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
+    by_rule = effort.planner == "loop"
+    usual = study.converge.MOST_ROUNDS if by_rule else study.safety.MOST_ROUNDS
+    most = usual if effort.rounds is None else effort.rounds
+    limits = runs.next_round.Limits(most, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
     if (read := faces.plan_view.read_table(scene)) is not None:
         errors.print(read, soft_wrap=False)
     drawing = nullcontext() if effort.no_pictures else seatfem.pictures.rendering.drawing_apart()
     with progress_of(common, errors) as progress, drawing as painter:
         outcome = runs.pipeline.run_scene(
-            scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures, painter=painter
-        )
+            scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures, painter=painter,
+            plan=study.converge.begin_plan(scene) if by_rule else None,
+        )  # fmt: skip
     copies = report.asked.keep_asked(
         content, study.scene.parcel.files_of(scene), path.parent, outcome.plan, folder, changes
     )

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from cyclopts import Parameter, Token
 from rich.console import Console as RichConsole
@@ -117,7 +117,17 @@ class Effort:
             "later, and one that does is stopped; the first is always finished [default: 600 for each further round]."
         ),
     ] = None
-    rounds: Annotated[int, Parameter(help="At most so many rounds of refinement, the first included.")] = 4
+    rounds: Annotated[
+        int | None,
+        Parameter(help="At most so many rounds of refinement, the first included [default: 4; of the loop 9]."),
+    ] = None
+    planner: Annotated[
+        Literal["plan", "loop"],
+        Parameter(
+            help="How open keys are chosen: predicted before the first round, or begun coarse and refined by measured "
+            "errors (loop)."
+        ),
+    ] = "plan"
 
 
 WHOLE: Final = Effort()

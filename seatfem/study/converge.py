@@ -50,6 +50,7 @@ AIM: Final = 0.85  # share of the allowed error at which a round aims: a wrong o
 LEAST: Final = 2.0  # least factor by which one round reduces an error: less is not worth a round
 MOST: Final = 5.0  # largest factor: errors that were measured on coarse values are no more accurate than this
 MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that of the one before
+MOST_ROUNDS: Final = 9  # most rounds of a run by default
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
 TRIES: Final = 3  # refinements after which an error that has not halved is taken for one that does not converge
@@ -112,6 +113,12 @@ def begin_plan(scene: Scene) -> Plan:
 
 def _rule_of(key: str) -> str:
     return "" if (ladder := ladder_of(key)) is None else ladder.rule
+
+
+def with_measured_errors(done: Round) -> Plan:
+    """Return the plan of a round with its measured error bars, and what each key left of the judged measures."""
+    choices = tuple(replace(choice, leaves=_leaves(done, choice.key)) for choice in done.plan.choices)
+    return replace(done.plan, choices=choices, error={name: done.left.relative(name) for name in done.judged})
 
 
 def errors_by_key(done: Round, measure: str) -> Mapping[str, float]:
@@ -228,15 +235,20 @@ def _worst(done: Round, key: str) -> float:
     return max((part[name] / abs(done.left.values[name]) for name in done.judged if name in part), default=0.0)
 
 
-def _why(done: Round, key: str, marks: Marks) -> str:
-    """Return in words why a key was refined: the error that its last value left."""
-    before = described(key, done.plan.method.value(key))
-    if key not in marks.factors:
-        return f"{before} before; refined with another key"
+def _leaves(done: Round, key: str) -> str:
+    """Return in words the largest relative error of a judged measure by a key; "" if it is not known."""
     part = done.left.by_key.get(key, {})
     relative = {name: part[name] / abs(done.left.values[name]) for name in done.judged if name in part}
     name = max(relative, key=lambda each: relative[each], default="")
-    return f"{before} left {percent(relative[name])} of {short_words(name)}, measured" if name else f"{before} before"
+    return f"{percent(relative[name])} of {short_words(name)}" if name and math.isfinite(relative[name]) else ""
+
+
+def _why(done: Round, key: str, marks: Marks) -> str:
+    """Return in words why a key was refined: the error that its last value left."""
+    before, leaves = described(key, done.plan.method.value(key)), _leaves(done, key)
+    if key not in marks.factors or not leaves:
+        return f"{before} before; refined with another key"
+    return f"{before} left {leaves}, measured"
 
 
 def _stuck_words(done: Round, marks: Marks) -> str:

@@ -80,8 +80,8 @@ def plan_to_json(plan: Plan) -> dict[str, Any]:
 
 
 def save_plan(done: Round) -> None:
-    """Store the plan of a round that met the target, where the cache can be written to."""
-    if done.met is True:
+    """Store the plan of a round that met the target, where the cache can be written to; not that of a loop."""
+    if done.met is True and not done.plan.by_rule:
         with suppress(OSError, TypeError):
             _save_json(_plan_file(done.plan.scene), plan_to_json(done.plan))
 

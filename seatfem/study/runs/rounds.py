@@ -17,7 +17,7 @@ from impact.runs.variations import Budget, Values, total
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch, available_memory, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
-from seatfem.study import impacts, runs
+from seatfem.study import converge, impacts, runs
 from seatfem.study.error_budget import error_budget, with_bars_of_measures
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
@@ -236,7 +236,8 @@ def _round(
             budget = Budget(left["values"], left["parts"], tuple(left["sources"]), left["by_key"])
     landings = () if touches.landings is None else touches.landings.seat
     budget = with_bars_of_measures(_at_least_planned(plan, budget), landings)
-    return replace(computed, left=_with_recovery(budget, computed.plate))
+    computed = replace(computed, left=_with_recovery(budget, computed.plate))
+    return replace(computed, plan=converge.with_measured_errors(computed)) if plan.by_rule else computed
 
 
 def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
