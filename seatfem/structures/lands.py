@@ -13,17 +13,23 @@ from numpy.typing import NDArray
 
 from impact.after.histories import Pieces
 from impact.greens.base import Array
+from impact.quantities import percent
 from seatfem.structures import errors, lip
 from seatfem.structures.rings import MOST_PORTS
 from seatfem.structures.shapes.inspect import triple
 from seatfem.structures.shapes.loops import chained, cross, inside, polygon_area
 from seatfem.structures.shapes.selectors import Vector
-from seatfem.structures.strips import Strip, strip_of
+from seatfem.structures.strips import LEAST, Strip, strip_of
 
 SAME: Final = 1e-6  # distance of ends of edges that count as one point, over the face's size
 FLAT: Final = 1e-3  # largest difference in height of a flat face, over its size
 SQUARE_ON: Final = 1e-6  # largest part across x of a normal that counts as along x
+FLUSH: Final = 0.97  # share of a land that counts as all of it, with an allowance for chords
 TELLING: Final = 0.05  # least part of a stated unit direction along the face
+
+
+class UncoveredError(errors.ModelError):
+    """A land of which a reed covers too little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +39,26 @@ class Land:
     Attributes:
         centre: the centroid [m]; x, y: the directions in which it is seen (`axes_along`).
         strips: its faces from that centre, by the x and then the y of their own centroids.
+        is_part: whether it is a part of the faces, of which the centroid is.
     """
 
     centre: Vector
     x: Vector
     y: Vector
     strips: tuple[Strip, ...]
+    is_part: bool = False
+
+    @property
+    def area(self) -> float:
+        """Return the area [m^2]."""
+        return float(sum(strip.swept[-1] for strip in self.strips))
+
+    @property
+    def loops(self) -> tuple[Array, ...]:
+        """Return the lines (n, 2) around it, from its centre [m]."""
+        rings = (line for strip in self.strips if strip.closed for line in (strip.left, strip.right))
+        bands = (np.concatenate([each.left, each.right[::-1]]) for each in self.strips if not each.closed)
+        return (*rings, *bands)
 
     @cached_property
     def digest(self) -> str:
@@ -103,6 +123,27 @@ def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float
     moved.sort(key=lambda strip: tuple(np.round(strip.centroid / (SAME * size))))
     at = middle @ np.array([x, y]) + (points.mean(axis=0) @ n) * n
     return Land(triple(at), triple(x), triple(y), tuple(moved))
+
+
+@lru_cache(maxsize=8)
+def under(face: Land, outline: tuple[bytes, ...], *, seals: bool) -> Land:
+    """Return the part of a land under a body with an outline, loops (n, 2) of float64 from the land's centre [m]; the
+    land itself from `FLUSH` of it on.
+
+    Raises:
+        UncoveredError: less than `LEAST` of it, or, of one that ``seals`` ports, a ring that is not covered all round.
+    """
+    loops = tuple(np.frombuffer(loop).reshape(-1, 2) for loop in outline)
+    parts = [strip.within(loops) for strip in face.strips]
+    part = Land(face.centre, face.x, face.y, tuple(strip for each in parts for strip in each), is_part=True)
+    if part.area >= FLUSH * face.area:
+        return face
+    if part.area < LEAST * face.area:
+        raise UncoveredError(f"limit: {percent(LEAST)} of the face under the reed")
+    pairs = zip(face.strips, parts, strict=True)
+    if seals and any(whole.closed and [strip.closed for strip in each] != [True] for whole, each in pairs):
+        raise UncoveredError(f"leaves a port open; limit: {percent(LEAST)} of its land's width, all round")
+    return part
 
 
 def _loops(edges: Array, near: float) -> list[Array]:
@@ -180,6 +221,10 @@ class FaceLip(lip.AnyLip):
         return {"face": self.face.digest, "arcs": self.arcs, "rings": self.rings, "offset": self.offset}
 
     @property
+    def is_part(self) -> bool:
+        return self.face.is_part
+
+    @property
     def area(self) -> float:
         return float(self._table.swept[-1])
 
@@ -227,8 +272,9 @@ class FaceLip(lip.AnyLip):
             return None
         return np.asarray(np.interp(shares * self.area, self._table.swept, angles))
 
-    def places(self, points: Array) -> tuple[Array, Array]:
-        """Return the places (n,) along and across the lip, both shares of area, of points (n, 3) of its body [m]."""
+    def places(self, points: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Return the places (n,) along and across the lip, both shares of area, of points (n, 3) of its body [m], and
+        whether they lie on it: of a part of the faces, not beside it."""
         seen, table = self.face.seen(points), self._table
         k = table.nearest(seen)
         for _ in range(ONWARDS):  # a point lies between the cut behind and the one before it
@@ -239,14 +285,16 @@ class FaceLip(lip.AnyLip):
             k = moved
         behind, before = table.past(seen, k), table.past(seen, k + 1)
         span = behind - before
-        u = np.clip(np.divide(behind, span, out=np.zeros(len(k)), where=span > 0), 0.0, 1.0)
+        u = np.divide(behind, span, out=np.zeros(len(k)), where=span > 0)
+        held, u = (u >= 0) & (u <= 1), np.clip(u, 0.0, 1.0)
         along = (table.swept[k] + u * (table.swept[k + 1] - table.swept[k])) / self.area
         left_ends, right_ends = self.cuts(along)
         cut = right_ends - left_ends
         v = np.sum((seen - left_ends) * cut, axis=1) / np.maximum(np.sum(cut**2, axis=1), np.finfo(float).tiny)
         near = [self.cuts(np.clip(along + by, 0.0, 1.0)) for by in (-LOCALLY, LOCALLY)]
         inner, outer = (np.stack(lines, axis=1) for lines in zip(*near, strict=True))
-        return along, v - lip.widening(inner, outer) * (v - v**2)
+        held = held & (v >= 0) & (v <= 1) if self.is_part else np.ones(len(v), dtype=bool)
+        return along, v - lip.widening(inner, outer) * (v - v**2), held
 
 
 @dataclass(frozen=True, eq=False)

@@ -81,6 +81,11 @@ class AnyLip(ABC):
         return False
 
     @property
+    def is_part(self) -> bool:
+        """Return whether it is a part of the faces that are struck, that under a reed."""
+        return False
+
+    @property
     @abstractmethod
     def area(self) -> float:
         """Return the area [m^2]."""

@@ -12,19 +12,21 @@ from impact.greens.base import Array
 from impact.quantities import in_digits, percent
 from seatfem.structures import errors, inspection, lands, outlines, rings
 from seatfem.structures.shapes import GeometryError
+from seatfem.structures.shapes.loops import distances
 from seatfem.study.scene import lips, load, models
 from seatfem.study.scene.problems import Problem, SceneError
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Finding, Structure
+    from seatfem.structures.kinds.thin_plate import ThinPlate
     from seatfem.study.scene.contact import Contact
 
 
-PLATE: Final = 0.97
-"""Least fraction of the contact face that a plate covers, with an allowance for chords and sampling."""
+TORN: Final = 0.05  # largest share of a lip between parts of a reed, as under a hole, that counts as covered
 BEAM: Final = 0.1
-"""The same for a beam, or a plate with its own contact face, which strike with one rigid face: a beam with its tip over
-the middle of a lip covers a half or a third; one that covers less than a tenth of a ring is not over the port."""
+"""Least fraction of the contact face under a beam, or a plate with its own contact face, which strike with one rigid
+face: a beam with its tip over the middle of a lip covers a half or a third; one that covers less than a tenth of a ring
+is not over the port."""
 
 
 def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Finding]:
@@ -40,25 +42,28 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
         over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
     except errors.ModelError:  # missing faces are reported elsewhere
         return
-    by_the_lip = (plate := reed.thin_plate) is not None and (bool(contact.along_a_lip) or not plate.states_contact)
-    share, least = outlines.covered_share(face, over, contact.offset), PLATE if by_the_lip else BEAM
-    if share is None or share >= least:
+    plate = reed.thin_plate
+    by_the_lip = plate is not None and (bool(contact.along_a_lip) or not plate.states_contact)
+    share, least = outlines.covered_share(face, over, contact.offset), lands.FLUSH if by_the_lip else BEAM
+    if share is None or (share >= least and not by_the_lip):
         return
     part = f"{percent(share)} of the seat's struck face"
     reach = 1e3 * max(float(np.hypot(*loop.T).max()) for loop in face.contact)
-    if by_the_lip:
+    if plate is not None and by_the_lip:
+        if not (limit := _too_little(geometry, plate, over, share)):
+            return
         room = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
         x, y = (1e3 * each for each in contact.offset)
         if as_drawn:
             text = (
-                f"in plan the reed, as drawn, covers {part} (limit: all of it), which reaches {reach:.4g} mm from its "
+                f"in plan the reed, as drawn, covers {part} ({limit}), which reaches {reach:.4g} mm from its "
                 f"middle; the reed has {in_digits(room, 2)} mm about it: move one of the parts in the CAD program, or "
                 "take a wider reed or a smaller lip"
             )
             yield ("assembly", "placed"), text
             return
         text = (
-            f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} (limit: all of it); this face reaches "
+            f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} ({limit}); this face reaches "
             f"{reach:.4g} mm from its middle; the reed has {in_digits(room, 2)} mm about the middle of its contact: "
             "change the offset, or reed and seat, until the reed covers the lip"
         )
@@ -75,6 +80,24 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
         yield ("contact", "at"), text
     else:
         yield ("reed",), f"{words} take a wider reed or a smaller port, or state contact.at"
+
+
+def _too_little(geometry: lips.ContactGeometry, plate: ThinPlate, over: outlines.BodyViews, share: float) -> str:
+    """Return in words which limit a ``plate`` passes that lies, by its outlines ``over``, on a share of the seat's lip;
+    "" of one that meets enough of it."""
+    try:
+        region = geometry.overlap(geometry.seat)
+    except lands.UncoveredError as error:
+        return str(error)
+    except errors.ModelError:  # no lip: reported elsewhere
+        return ""
+    if not isinstance(region, lands.FaceLip):
+        return "" if share >= lands.FLUSH else "limit: all of it"
+    points = np.concatenate(region.face.loops) + geometry.contact.offset
+    if any(distances(line[:-1], line[1:], points).min() < plate.thickness for line in over.clamp):
+        return f"up to its clamp; limit: {1e3 * plate.thickness:.3g} mm away, its thickness"
+    torn = region.area > (share + TORN) * geometry.seat.elastic.land().area
+    return "in pieces across; limit: one piece" if torn else ""
 
 
 def _fine(loop: Array) -> Array:
@@ -98,8 +121,9 @@ def check_files(scene: models.Scene) -> None:
     if not findings and stopper is not None and stopper.parts != rings.Division():
         findings += _of_lip(contact, stopper.body, "stopper", "arcs")
     if not findings:
-        scene.geometry.region()  # refuses a face that a plate cannot meet all over
         findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
+    if not findings:
+        scene.geometry.region(), scene.geometry.behind_the_reed()  # refuse faces that a plate cannot meet
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
 
