@@ -108,7 +108,8 @@ class Strip:
         if held.all():
             return (Strip(left, right, self.closed),)
         if self.closed:  # begun where it is left out
-            left, right, held = (np.roll(each[:-1], -int(np.argmin(held)), axis=0) for each in (left, right, held))
+            order = np.roll(np.arange(len(held) - 1), -int(np.argmin(held)))
+            left, right, held = left[order], right[order], held[order]
         ends = np.flatnonzero(np.diff(held, prepend=False, append=False)).reshape(-1, 2)
         return tuple(Strip(left[a:b], right[a:b], closed=False) for a, b in ends.tolist() if b - a > 1)
 

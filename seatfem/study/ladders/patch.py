@@ -8,6 +8,7 @@ import impact
 from impact.greens import base, modal
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, with_body
+from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.costs import PORTS_POWER
 from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.kinds import Structure
@@ -33,6 +34,7 @@ from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
 from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
 from seatfem.study.scene import Run, local
+from seatfem.study.scene.lips import STOPPER
 
 PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # numbers of arcs of a lip in a trade, besides its centre's
 
@@ -235,7 +237,23 @@ class StopperParts(Ladder):
             striker = striker_of(changed, greens=None if reed is None else reed.greens)
         same = problem if own is body.greens else with_body(problem, body, replace(body, greens=own))
         varied = problem_of(changed, striker, problem.target, replace(body, greens=other_greens))
-        return ((Variation(varied, weight, same),),)
+        return (*_on_its_own_face(run), (Variation(varied, weight, same),))
+
+
+def _on_its_own_face(run: ComputedRun) -> Terms:
+    """Return the run in which a plate whose table states its contact meets the stopper with the stopper's face."""
+    scene, plate = run.scene, run.scene.reed.thin_plate
+    if plate is None or not plate.states_contact or scene.stopper is None or scene.stopper.parts != Division():
+        return ()
+    try:
+        face = scene.geometry.overlap(scene.stopper.body)
+    except ModelError:  # a broad face, for which the contact is stated
+        return ()
+    behind = None if face is None else replace(face, side=STOPPER)  # type: ignore[type-var]
+    reed = solve_body("reed", scene.reed, replace(run.method.reed, behind=behind), scene.run.duration, mesh_error=False)
+    striker = striker_of(scene, greens=None if reed is None else reed.greens)
+    varied = problem_of(scene, striker, run.problem.target, run.body("stopper"))
+    return ((Variation(varied, 1.0),),)
 
 
 def _beside(division: Division) -> tuple[Division, float]:

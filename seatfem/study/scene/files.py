@@ -86,18 +86,17 @@ def _too_little(geometry: lips.ContactGeometry, plate: ThinPlate, over: outlines
     """Return in words which limit a ``plate`` passes that lies, by its outlines ``over``, on a share of the seat's lip;
     "" of one that meets enough of it."""
     try:
-        region = geometry.overlap(geometry.seat)
+        region, whole = geometry.overlap(geometry.seat), geometry.seat.region()
     except lands.UncoveredError as error:
         return str(error)
     except errors.ModelError:  # no lip: reported elsewhere
         return ""
-    if not isinstance(region, lands.FaceLip):
+    if not isinstance(region, lands.FaceLip) or whole is None:
         return "" if share >= lands.FLUSH else "limit: all of it"
     points = np.concatenate(region.face.loops) + geometry.contact.offset
     if any(distances(line[:-1], line[1:], points).min() < plate.thickness for line in over.clamp):
         return f"up to its clamp; limit: {1e3 * plate.thickness:.3g} mm away, its thickness"
-    torn = region.area > (share + TORN) * geometry.seat.elastic.land().area
-    return "in pieces across; limit: one piece" if torn else ""
+    return "in pieces across; limit: one piece" if region.area > (share + TORN) * whole.area else ""
 
 
 def _fine(loop: Array) -> Array:

@@ -104,8 +104,9 @@ class ContactGeometry:
         return self._face_met(self.seat, "seat.contact")
 
     def segments(self) -> AnyLip | None:
-        """Return the struck face in segments, with which one contact of a plate is compared; ``None`` of other reeds,
-        of a face that is no ring or strip, as a disc, and of one that the reed does not cover."""
+        """Return the struck face in segments of several parts across, with which one contact of a plate is compared;
+        ``None`` of other reeds, of a face that is no ring or strip, as a disc, and of one that the reed does not cover.
+        """
         if self.reed.thin_plate is None:
             return None
         try:
@@ -117,7 +118,9 @@ class ContactGeometry:
         face, over = self.seat.views(coarse=True), self.reed.views(self.own_place, coarse=True).turned_over()
         if not region.is_part and (covered_share(face, over, self.contact.offset) or 0.0) < COVERED:
             return None
-        return replace(region, arcs=region.whole(FEWEST_ARCS))  # type: ignore[type-var]
+        arcs, rings = region.whole(FEWEST_ARCS), self.rings_compared
+        rings = rings if arcs * rings <= MOST_CHOSEN else self.contact.rings
+        return replace(region, arcs=arcs, rings=rings)  # type: ignore[type-var]
 
     def overlap(self, struck: Structure) -> AnyLip | None:
         """Return the struck face of the seat or the stopper, undivided: of flat faces what lies under a plate reed.
