@@ -24,7 +24,7 @@ from seatfem.structures.strips import LEAST, Strip, strip_of
 SAME: Final = 1e-6  # distance of ends of edges that count as one point, over the face's size
 FLAT: Final = 1e-3  # largest difference in height of a flat face, over its size
 SQUARE_ON: Final = 1e-6  # largest part across x of a normal that counts as along x
-FLUSH: Final = 0.97  # share of a land that counts as all of it, with an allowance for chords
+FLUSH: Final = 0.99  # share of a land that counts as all of it, with an allowance for chords
 TELLING: Final = 0.05  # least part of a stated unit direction along the face
 
 
@@ -39,26 +39,12 @@ class Land:
     Attributes:
         centre: the centroid [m]; x, y: the directions in which it is seen (`axes_along`).
         strips: its faces from that centre, by the x and then the y of their own centroids.
-        is_part: whether it is a part of the faces, of which the centroid is.
     """
 
     centre: Vector
     x: Vector
     y: Vector
     strips: tuple[Strip, ...]
-    is_part: bool = False
-
-    @property
-    def area(self) -> float:
-        """Return the area [m^2]."""
-        return float(sum(strip.swept[-1] for strip in self.strips))
-
-    @property
-    def loops(self) -> tuple[Array, ...]:
-        """Return the lines (n, 2) around it, from its centre [m]."""
-        rings = (line for strip in self.strips if strip.closed for line in (strip.left, strip.right))
-        bands = (np.concatenate([each.left, each.right[::-1]]) for each in self.strips if not each.closed)
-        return (*rings, *bands)
 
     @cached_property
     def digest(self) -> str:
@@ -127,21 +113,18 @@ def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float
 
 @lru_cache(maxsize=8)
 def under(face: Land, outline: tuple[bytes, ...], *, seals: bool) -> Land:
-    """Return the part of a land under a body with an outline, loops (n, 2) of float64 from the land's centre [m]; the
-    land itself from `FLUSH` of it on.
-
-    Raises:
-        UncoveredError: less than `LEAST` of it, or, of one that ``seals`` ports, a ring that is not covered all round.
-    """
+    """Return what of a land lies under an outline, loops (n, 2) of float64 [m]; from `FLUSH` on the land itself. Raises
+    `UncoveredError` of less than `LEAST` of it, and of rings not covered all round where it ``seals`` ports."""
     loops = tuple(np.frombuffer(loop).reshape(-1, 2) for loop in outline)
     parts = [strip.within(loops) for strip in face.strips]
-    part = Land(face.centre, face.x, face.y, tuple(strip for each in parts for strip in each), is_part=True)
-    if part.area >= FLUSH * face.area:
+    part = Land(face.centre, face.x, face.y, tuple(strip for each in parts for strip in each))
+    area, whole = (sum(strip.swept[-1] for strip in each.strips) for each in (part, face))
+    if area >= FLUSH * whole:
         return face
-    if part.area < LEAST * face.area:
+    if area < LEAST * whole:
         raise UncoveredError(f"limit: {percent(LEAST)} of the face under the reed")
     pairs = zip(face.strips, parts, strict=True)
-    if seals and any(whole.closed and [strip.closed for strip in each] != [True] for whole, each in pairs):
+    if seals and any(ring.closed and [strip.closed for strip in each] != [True] for ring, each in pairs):
         raise UncoveredError(f"leaves a port open; limit: {percent(LEAST)} of its land's width, all round")
     return part
 
@@ -215,14 +198,11 @@ class FaceLip(lip.AnyLip):
     rings: int = 1
     offset: tuple[float, float] = (0.0, 0.0)
     side: str = ""
+    is_part: bool = False
 
     @property
     def content(self) -> Mapping[str, object]:
         return {"face": self.face.digest, "arcs": self.arcs, "rings": self.rings, "offset": self.offset}
-
-    @property
-    def is_part(self) -> bool:
-        return self.face.is_part
 
     @property
     def area(self) -> float:

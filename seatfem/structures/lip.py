@@ -50,12 +50,14 @@ class AnyLip(ABC):
         rings: across each arc.
         offset: of its centre from the body's own point of contact [m].
         side: what the names of its ports begin with; "" of the seat's.
+        is_part: whether the faces have more beside it, where no reed lies over them.
     """
 
     arcs: int
     rings: int
     offset: tuple[float, float]
     side: str
+    is_part: bool = False
 
     def __post_init__(self) -> None:
         """Raise `ModelError` of numbers of parts below one, or above `MOST_PORTS` together."""
@@ -78,11 +80,6 @@ class AnyLip(ABC):
     @property
     def is_disc(self) -> bool:
         """Return whether it is all of a disc, which has no line along which it could be divided."""
-        return False
-
-    @property
-    def is_part(self) -> bool:
-        """Return whether it is a part of the faces that are struck, that under a reed."""
         return False
 
     @property

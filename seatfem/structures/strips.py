@@ -89,8 +89,8 @@ class Strip:
         return Strip(lines[0], lines[1], closed=True)
 
     def within(self, loops: tuple[Array, ...]) -> tuple[Strip, ...]:
-        """Return what of the strip lies within loops (n, 2), from its first cut to its last one there; without cuts of
-        which less than `LEAST` does. A closed one stays closed where no cut is left out."""
+        """Return what of the strip lies within loops (n, 2), without cuts of which less than `LEAST` does, or several
+        parts do. A closed one stays closed where no cut is left out."""
         at = np.linspace(0, len(self.left) - 1, FINER * (len(self.left) - 1) + 1)
         left, right = (_along(line, at, closed=self.closed) for line in (self.left, self.right))
         cut = (right - left)[:, None]
@@ -102,7 +102,7 @@ class Strip:
         begins, odd = inside(loops, left), met.sum(axis=1) % 2 == 1
         low = np.where(begins, 0.0, np.where(met, across, np.inf).min(axis=1))[:, None]
         high = np.where(begins ^ odd, 1.0, np.where(met, across, -np.inf).max(axis=1))[:, None]
-        held = (high - low >= LEAST)[:, 0]
+        held = (high - low >= LEAST)[:, 0] & (begins + met.sum(axis=1) <= 2)
         low, high = (np.where(held[:, None], each, 0.5) for each in (low, high))
         left, right = left + low * (right - left), left + high * (right - left)
         if held.all():

@@ -15,8 +15,7 @@ from seatfem.pictures.layout import Action, Layout, Placed, Tilt, Way
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
-from seatfem.structures.lands import FaceLip
-from seatfem.structures.outlines import BodyViews, Loops, length_text, round_sizes
+from seatfem.structures.outlines import BodyViews, Loops, crossings, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene, drives, files
 from seatfem.study.scene.drives import Wave
@@ -59,8 +58,10 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
             contact.gap + thickness + scene.geometry.stopper_gap,
         )
     views, overlap = scene.seat.views(), scene.geometry.segments()
-    if isinstance(overlap, FaceLip) and overlap.is_part:
-        views = replace(views, contact=overlap.face.loops)
+    if overlap is not None and overlap.is_part:
+        met = tuple(np.concatenate([a, b[::-1]]) for a, b in overlap.lines_across(2))
+        cut = [np.array([(x, 0.0) for x in ends]) for ends in crossings(met, 0.01 * np.ptp(met[0])).reshape(-1, 2)]
+        views = replace(views, contact=met, struck=tuple(cut))
     seat = Placed("seat", views, contact.offset)
     placed = Placed("reed", seen, height=contact.gap)
     low, high = seen.extent

@@ -8,7 +8,6 @@ import impact
 from impact.greens import base, modal
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, with_body
-from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.costs import PORTS_POWER
 from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.kinds import Structure
@@ -34,7 +33,7 @@ from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
 from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
 from seatfem.study.scene import Run, local
-from seatfem.study.scene.lips import STOPPER
+from seatfem.study.scene.problems import SceneError
 
 PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # numbers of arcs of a lip in a trade, besides its centre's
 
@@ -231,10 +230,7 @@ class StopperParts(Ladder):
         stopper = scene.stopper.model_copy(update={"arcs": other.arcs, "rings": other.rings})
         changed, striker = scene.model_copy(update={"stopper": stopper}), problem.striker
         if scene.reed.thin_plate is not None and (lip := scene.geometry.behind_the_reed()) is not None:
-            behind = replace(lip, arcs=other.arcs, rings=other.rings)  # type: ignore[type-var]
-            how = replace(run.method.reed, behind=behind)
-            reed = solve_body("reed", scene.reed, how, scene.run.duration, mesh_error=False)
-            striker = striker_of(changed, greens=None if reed is None else reed.greens)
+            striker = _met_behind(run, replace(lip, arcs=other.arcs, rings=other.rings))  # type: ignore[type-var]
         same = problem if own is body.greens else with_body(problem, body, replace(body, greens=own))
         varied = problem_of(changed, striker, problem.target, replace(body, greens=other_greens))
         return (*_on_its_own_face(run), (Variation(varied, weight, same),))
@@ -243,17 +239,21 @@ class StopperParts(Ladder):
 def _on_its_own_face(run: ComputedRun) -> Terms:
     """Return the run in which a plate whose table states its contact meets the stopper with the stopper's face."""
     scene, plate = run.scene, run.scene.reed.thin_plate
-    if plate is None or not plate.states_contact or scene.stopper is None or scene.stopper.parts != Division():
+    if plate is None or not plate.states_contact or scene.geometry.stopper_lip() is not None:
         return ()
+    geometry = replace(scene.geometry, reed=plate.model_copy(update={"contact_radius": None, "contact_width": None}))
     try:
-        face = scene.geometry.overlap(scene.stopper.body)
-    except ModelError:  # a broad face, for which the contact is stated
+        striker = _met_behind(run, geometry.behind_the_reed())
+    except SceneError:  # a broad face, for which the contact is stated
         return ()
-    behind = None if face is None else replace(face, side=STOPPER)  # type: ignore[type-var]
-    reed = solve_body("reed", scene.reed, replace(run.method.reed, behind=behind), scene.run.duration, mesh_error=False)
-    striker = striker_of(scene, greens=None if reed is None else reed.greens)
-    varied = problem_of(scene, striker, run.problem.target, run.body("stopper"))
-    return ((Variation(varied, 1.0),),)
+    return ((Variation(problem_of(scene, striker, run.problem.target, run.body("stopper")), 1.0),),)
+
+
+def _met_behind(run: ComputedRun, behind: AnyLip | None) -> impact.Body:
+    """Return the plate that meets its stopper ``behind``, a face in parts."""
+    how = replace(run.method.reed, behind=behind)
+    reed = solve_body("reed", run.scene.reed, how, run.scene.run.duration, mesh_error=False)
+    return striker_of(run.scene, greens=None if reed is None else reed.greens)
 
 
 def _beside(division: Division) -> tuple[Division, float]:

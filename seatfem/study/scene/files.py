@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from seatfem.study.scene.contact import Contact
 
 
-TORN: Final = 0.05  # largest share of a lip between parts of a reed, as under a hole, that counts as covered
+PLATE: Final = 0.97  # least share of a ring of revolution under a plate, with an allowance for chords and sampling
 BEAM: Final = 0.1
 """Least fraction of the contact face under a beam, or a plate with its own contact face, which strike with one rigid
 face: a beam with its tip over the middle of a lip covers a half or a third; one that covers less than a tenth of a ring
@@ -44,8 +44,8 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
         return
     plate = reed.thin_plate
     by_the_lip = plate is not None and (bool(contact.along_a_lip) or not plate.states_contact)
-    share, least = outlines.covered_share(face, over, contact.offset), lands.FLUSH if by_the_lip else BEAM
-    if share is None or (share >= least and not by_the_lip):
+    share = outlines.covered_share(face, over, contact.offset)
+    if share is None or (share >= BEAM and not by_the_lip):
         return
     part = f"{percent(share)} of the seat's struck face"
     reach = 1e3 * max(float(np.hypot(*loop.T).max()) for loop in face.contact)
@@ -54,25 +54,21 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
             return
         room = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
         x, y = (1e3 * each for each in contact.offset)
+        words = f"in plan the reed{', as drawn,' if as_drawn else ''} covers {part} ({limit}); this face reaches"
+        words = (
+            f"{words} {reach:.4g} mm from its middle; the reed has {in_digits(room, 2)} mm about that of its contact:"
+        )
         if as_drawn:
-            text = (
-                f"in plan the reed, as drawn, covers {part} ({limit}), which reaches {reach:.4g} mm from its "
-                f"middle; the reed has {in_digits(room, 2)} mm about it: move one of the parts in the CAD program, or "
-                "take a wider reed or a smaller lip"
-            )
+            text = f"{words} move one of the parts in the CAD program, or take a wider reed or a smaller lip"
             yield ("assembly", "placed"), text
             return
-        text = (
-            f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} ({limit}); this face reaches "
-            f"{reach:.4g} mm from its middle; the reed has {in_digits(room, 2)} mm about the middle of its contact: "
-            "change the offset, or reed and seat, until the reed covers the lip"
-        )
+        text = f"[{x:.4g} mm, {y:.4g} mm]: {words} change the offset, or reed and seat, until the reed covers the lip"
         yield ("contact", "offset"), text
         return
     low, high = over.extent
     length, width = (1e3 * float(side) for side in high - low)
     words = (
-        f"in plan the reed, {length:.4g} x {width:.4g} mm, covers {part} (limit: {percent(least)}); this face reaches "
+        f"in plan the reed, {length:.4g} x {width:.4g} mm, covers {part} (limit: {percent(BEAM)}); this face reaches "
         f"{reach:.4g} mm from its middle: the reed lies beside the port;"
     )
     if contact.at is not None:
@@ -83,20 +79,18 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
 
 
 def _too_little(geometry: lips.ContactGeometry, plate: ThinPlate, over: outlines.BodyViews, share: float) -> str:
-    """Return in words which limit a ``plate`` passes that lies, by its outlines ``over``, on a share of the seat's lip;
-    "" of one that meets enough of it."""
+    """Return the limit that a plate with outlines ``over`` passes on a share of a lip; "" if it meets enough of it."""
     try:
-        region, whole = geometry.overlap(geometry.seat), geometry.seat.region()
+        region = geometry.overlap(geometry.seat)
     except lands.UncoveredError as error:
         return str(error)
     except errors.ModelError:  # no lip: reported elsewhere
         return ""
-    if not isinstance(region, lands.FaceLip) or whole is None:
-        return "" if share >= lands.FLUSH else "limit: all of it"
-    points = np.concatenate(region.face.loops) + geometry.contact.offset
-    if any(distances(line[:-1], line[1:], points).min() < plate.thickness for line in over.clamp):
-        return f"up to its clamp; limit: {1e3 * plate.thickness:.3g} mm away, its thickness"
-    return "in pieces across; limit: one piece" if region.area > (share + TORN) * whole.area else ""
+    if not isinstance(region, lands.FaceLip):
+        return "" if share >= PLATE else "limit: all of it"
+    points = region.lines_across(2).reshape(-1, 2) + geometry.contact.offset
+    near = any(distances(line[:-1], line[1:], points).min() < plate.thickness for line in over.clamp)
+    return f"up to its clamp; limit: {1e3 * plate.thickness:.3g} mm away, its thickness" if near else ""
 
 
 def _fine(loop: Array) -> Array:
@@ -147,7 +141,7 @@ def _not_flat(stopper: Structure) -> Iterator[Finding]:
 def _of_lip(contact: Contact, body: Structure, table: str, key: str) -> Iterator[Finding]:
     """Yield problems if a body has no lip although ``key`` needs one, or keys of [contact] do not fit the seat."""
     try:
-        lip, arcs = body.lip(1, contact.rings if table == "contact" else 1), contact.ports or 1
+        lip, arcs = body.region(1, contact.rings if table == "contact" else 1), contact.ports or 1
     except errors.ModelError as error:
         yield (table, key), next((inspection.cad.naming(file, str(error)) for file in body.files()), str(error))
         return

@@ -16,7 +16,7 @@ from impact.march.laws import SqueezeFilm
 from seatfem.fields import KeyProblem
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.structure import is_curved
-from seatfem.structures.lands import FaceLip, face_lip, under
+from seatfem.structures.lands import FaceLip, under
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.outlines import covered_share
 from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
@@ -104,9 +104,8 @@ class ContactGeometry:
         return self._face_met(self.seat, "seat.contact")
 
     def segments(self) -> AnyLip | None:
-        """Return the struck face in segments of several parts across, with which one contact of a plate is compared;
-        ``None`` of other reeds, of a face that is no ring or strip, as a disc, and of one that the reed does not cover.
-        """
+        """Return the struck face in segments and parts across, with which one contact of a plate is compared; ``None``
+        of other reeds, of a face that is no ring or strip, as a disc, and of one that the reed does not cover."""
         if self.reed.thin_plate is None:
             return None
         try:
@@ -123,19 +122,20 @@ class ContactGeometry:
         return replace(region, arcs=arcs, rings=rings)  # type: ignore[type-var]
 
     def overlap(self, struck: Structure) -> AnyLip | None:
-        """Return the struck face of the seat or the stopper, undivided: of flat faces what lies under a plate reed.
-        Raises `ModelError` of a face that is neither ring nor strip, or under the reed too little of one."""
+        """Return the struck face of seat or stopper, undivided: of flat faces what lies under a plate. Raises
+        `ModelError` of a face that is neither ring nor strip, `UncoveredError` of too little under the plate."""
         region = struck.region()
         if self.reed.thin_plate is None or not isinstance(region, FaceLip):
             return region
         offset, seals = (self.contact.offset, True) if struck is self.seat else ((0.0, 0.0), False)
         loops = self.reed.views(self.own_place, coarse=True).turned_over().plan
         part = under(region.face, tuple((loop - offset).tobytes() for loop in loops), seals=seals)
-        return face_lip(part, 1, 1)
+        return FaceLip(part, is_part=part != region.face)
 
-    def struck(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        """Return the seat's `overlap` in arcs and rings; ``None`` of one that is no lip. Raises as `overlap`."""
-        face = None if self.seat.lip_face.no_lip else self.overlap(self.seat)
+    def struck(self, arcs: int = 1, rings: int = 1, body: Structure | None = None) -> AnyLip | None:
+        """Return the `overlap`, by default the seat's, in parts; ``None`` if `lip_face` excludes that."""
+        body = body or self.seat
+        face = None if body.lip_face.no_lip else self.overlap(body)
         return None if face is None else replace(face, arcs=arcs, rings=rings)  # type: ignore[type-var]
 
     def _face_met(self, struck: Structure, key: str) -> AnyLip | None:
@@ -198,9 +198,9 @@ class ContactGeometry:
         body, parts = self.stopper.body, self.stopper.parts
         if parts == Division():
             return met if (met := self._face_met(body, "stopper.contact")) is not None and met.is_part else None
-        lip = None if body.lip_face.no_lip else self.overlap(body)
-        lip = lip or getattr(self.reed, "own_lip", None)
-        return None if lip is None else replace(lip, arcs=parts.arcs, rings=parts.rings)  # type: ignore[type-var]
+        own: AnyLip | None = getattr(self.reed, "own_lip", None)
+        lip = self.struck(parts.arcs, parts.rings, body)
+        return replace(own, arcs=parts.arcs, rings=parts.rings) if lip is None and own is not None else lip  # type: ignore[type-var]
 
     def behind_the_reed(self) -> AnyLip | None:
         """Return the stopper's lip, or what of its face a plate meets as a whole, in the reed's coordinates, with the
