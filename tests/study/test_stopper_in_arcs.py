@@ -196,7 +196,7 @@ def test_a_stopper_that_the_reed_misses(tmp_path: Path) -> None:
 def test_a_stopper_whose_face_is_not_flat(tmp_path: Path) -> None:
     """A cone is refused, the flat face of another file is not."""
     meshes = Path(__file__).parents[2] / "meshes"
-    check_files(scene_of(tmp_path, f'kind = "cad"\nfile = "{meshes / "stopper.step"}"\n{STEEL}'))
+    check_files(scene_of(tmp_path, f'kind = "cad"\nfile = "{meshes / "annular_seat.step"}"\n{STEEL}'))
     scene = scene_of(tmp_path, f'kind = "cad"\nfile = "{meshes / "conical_seat.step"}"\n{STEEL}')
     with pytest.raises(
         SceneError, match=r"stopper\.contact: .*conical_seat\.step is not flat.* mm.*choose a flat face"
