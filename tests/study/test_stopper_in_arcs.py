@@ -252,7 +252,7 @@ def test_a_stopper_of_one_ring_is_compared_with_several(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_stated_contact_on_another_face_is_in_the_bar_of_the_stopper_s_force(tmp_path: Path) -> None:
-    """Stated for the seat, a disc of 1 mm meets the stopper's disc of 6 mm, too: the bar reaches what all of it makes."""
+    """Stated for the seat, a disc of 1 mm meets the stopper's of 6 mm, too: the bar reaches what all of it makes."""
     peak, seat = "stopper_filtered_peak_force_N", Solved(impact.spring(stiffness=5e7), plane=True)
     stated, own = (scene_of(tmp_path, DISC, REED + more) for more in ('contact_radius = "1 mm"\n', ""))
     touches, truth = struck(stated, 4e-7), struck(own, 4e-7).stopper_force

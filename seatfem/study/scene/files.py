@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from impact.greens.base import Array
 from impact.quantities import in_digits, percent
 from seatfem.structures import errors, inspection, lands, outlines, rings
 from seatfem.structures.shapes import GeometryError
@@ -42,40 +41,32 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
         over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
     except errors.ModelError:  # missing faces are reported elsewhere
         return
-    plate = reed.thin_plate
-    by_the_lip = plate is not None and (bool(contact.along_a_lip) or not plate.states_contact)
-    share = outlines.covered_share(face, over, contact.offset)
-    if share is None or (share >= BEAM and not by_the_lip):
+    plate, share = reed.thin_plate, outlines.covered_share(face, over, contact.offset)
+    if share is None:
         return
-    part = f"{percent(share)} of the seat's struck face"
     reach = 1e3 * max(float(np.hypot(*loop.T).max()) for loop in face.contact)
-    if plate is not None and by_the_lip:
+    part = f"{percent(share)} of the seat's struck face, which reaches {reach:.4g} mm from its middle"
+    words = f"in plan the reed{', as drawn,' if as_drawn else ''} covers {part}"
+    if plate is not None and (contact.along_a_lip or not plate.states_contact):
         if not (limit := _too_little(geometry, plate, over, share)):
             return
-        room = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
-        x, y = (1e3 * each for each in contact.offset)
-        words = f"in plan the reed{', as drawn,' if as_drawn else ''} covers {part} ({limit}); this face reaches"
-        words = (
-            f"{words} {reach:.4g} mm from its middle; the reed has {in_digits(room, 2)} mm about that of its contact:"
-        )
+        room = 1e3 * min(distances(loop, np.roll(loop, -1, axis=0), np.zeros((1, 2))).min() for loop in over.plan)
+        words = f"{words} ({limit}); the reed has {in_digits(room, 2)} mm about that of its contact:"
         if as_drawn:
             text = f"{words} move one of the parts in the CAD program, or take a wider reed or a smaller lip"
             yield ("assembly", "placed"), text
             return
+        x, y = (1e3 * each for each in contact.offset)
         text = f"[{x:.4g} mm, {y:.4g} mm]: {words} change the offset, or reed and seat, until the reed covers the lip"
         yield ("contact", "offset"), text
-        return
-    low, high = over.extent
-    length, width = (1e3 * float(side) for side in high - low)
-    words = (
-        f"in plan the reed, {length:.4g} x {width:.4g} mm, covers {part} (limit: {percent(BEAM)}); this face reaches "
-        f"{reach:.4g} mm from its middle: the reed lies beside the port;"
-    )
-    if contact.at is not None:
-        text = f"{1e3 * contact.at:.4g} mm: {words} move the contact, or take a wider reed or a smaller port"
-        yield ("contact", "at"), text
-    else:
-        yield ("reed",), f"{words} take a wider reed or a smaller port, or state contact.at"
+    elif share < BEAM:
+        length, width = (1e3 * float(side) for side in np.subtract(*over.extent[::-1]))
+        words = f"{words} (limit: {percent(BEAM)}); the reed, {length:.4g} x {width:.4g} mm, lies beside the port:"
+        if contact.at is not None:
+            text = f"{1e3 * contact.at:.4g} mm: {words} move the contact, or take a wider reed or a smaller port"
+            yield ("contact", "at"), text
+        else:
+            yield ("reed",), f"{words} take a wider reed or a smaller port, or state contact.at"
 
 
 def _too_little(geometry: lips.ContactGeometry, plate: ThinPlate, over: outlines.BodyViews, share: float) -> str:
@@ -91,12 +82,6 @@ def _too_little(geometry: lips.ContactGeometry, plate: ThinPlate, over: outlines
     points = region.lines_across(2).reshape(-1, 2) + geometry.contact.offset
     near = any(distances(line[:-1], line[1:], points).min() < plate.thickness for line in over.clamp)
     return f"up to its clamp; limit: {1e3 * plate.thickness:.3g} mm away, its thickness" if near else ""
-
-
-def _fine(loop: Array) -> Array:
-    """Return a loop with seven additional points on each side."""
-    shares = np.arange(8)[:, None] / 8
-    return np.asarray((loop[:, None] + shares * (np.roll(loop, -1, axis=0) - loop)[:, None]).reshape(-1, 2))
 
 
 def check_files(scene: models.Scene) -> None:

@@ -117,9 +117,7 @@ class ContactGeometry:
         face, over = self.seat.views(coarse=True), self.reed.views(self.own_place, coarse=True).turned_over()
         if not region.is_part and (covered_share(face, over, self.contact.offset) or 0.0) < COVERED:
             return None
-        arcs, rings = region.whole(FEWEST_ARCS), self.rings_compared
-        rings = rings if arcs * rings <= MOST_CHOSEN else self.contact.rings
-        return replace(region, arcs=arcs, rings=rings)  # type: ignore[type-var]
+        return replace(region, arcs=region.whole(FEWEST_ARCS), rings=self.rings_compared)  # type: ignore[type-var]
 
     def overlap(self, struck: Structure) -> AnyLip | None:
         """Return the struck face of seat or stopper, undivided: of flat faces what lies under a plate. Raises
