@@ -1,22 +1,27 @@
 """A plate without a stated contact meets the struck face all over: the region is that of the geometry."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import impact
 from impact import measures
 from meshes.valve_plate_assembly import Bodies, write
+from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.lip import Lip
-from seatfem.study.impacts.bodies import stopper_of
-from seatfem.study.impacts.contact import run_contacts
+from seatfem.structures.rings import as_a_whole
+from seatfem.study.impacts.bodies import problem_of, stopper_of
+from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.layout import layout_of
 from seatfem.study.method import stated_method
-from tests.as_stated import seat_of, striker_of
+from seatfem.study.safety import ONE_PORT_BAR
+from tests.as_stated import seat_of, solved_striker, striker_of
 from tests.gallery import Gallery, load_text, read_summary
-from tests.steps import Scene, SceneError, check_files, plan_scene
+from tests.steps import Scene, SceneError, check_files, error_budget, plan_scene, values_of_record
 
 ROOT = Path(__file__).parents[2]
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'
@@ -78,7 +83,7 @@ def test_a_stated_contact_wins(tmp_path: Path) -> None:
     assert stated_method(scene).reed.lip is None
     segments = scene.geometry.segments()
     assert isinstance(segments, Lip)
-    assert segments.arcs == 16
+    assert (segments.arcs, segments.rings) == (16, 3)
 
 
 @pytest.mark.slow
@@ -137,6 +142,27 @@ def test_one_contact_that_is_stated_knows_what_segments_change(tmp_path: Path, g
     assert one["landing_filtered_peak_force_N"] > 1.2 * several["landing_filtered_peak_force_N"]  # of no use as one
     assert one["accuracy_met"] is False
     assert several["accuracy_met"] is True
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("rings", "compared"), [(1, 3), (2, 4)])
+def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int, compared: int) -> None:
+    """The share of one contact is what segments in three parts across, or four, change of the run."""
+    seat = ANNULAR + 'model = "spring"\nmesh = { size = "3 mm", contact_size = "0.5 mm" }\n'
+    scene = scene_of(tmp_path, seat, FLAPPER + RING + IN_MODE, f"[contact]\nrings = {rings}\n")
+    solved, lip = seat_of(scene, mesh_error=False), scene.geometry.segments()
+    assert lip.rings == compared
+    method = replace(stated_method(scene).reed, lip=scene.geometry.on_the_reed(lip))
+    along = striker_of(scene, greens=solved_striker(scene, method=method, mesh_error=False).greens)
+    many = on_its_patch(as_a_whole(solved.greens).modal, lip, scene.seat.patch())
+    touches = run_contacts(scene, striker_of(scene), solved.greens, 1e-7)
+    problems = [
+        problem_of(scene, *each)
+        for each in ((striker_of(scene), impact.Body(solved.greens)), (along, impact.Body(many)))
+    ]
+    one, several = (values_of_record(record_of(scene, problem, 2e-7))["filtered_peak"] for problem in problems)
+    left = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
+    assert left.parts["lip"]["filtered_peak"] >= 0.99 * ONE_PORT_BAR * abs(several - one) > 0
 
 
 @pytest.mark.slow
