@@ -122,7 +122,9 @@ def under(face: Land, outline: tuple[bytes, ...], *, seals: bool) -> Land:
     if area >= FLUSH * whole:
         return face
     if area < LEAST * whole:
-        raise UncoveredError(f"limit: {percent(LEAST)} of the face under the reed")
+        raise UncoveredError(
+            f"too little of it lies under the reed; limit: {percent(LEAST)} of the face: take a wider reed"
+        )
     pairs = zip(face.strips, parts, strict=True)
     if seals and any(ring.closed and [strip.closed for strip in each] != [True] for ring, each in pairs):
         raise UncoveredError(f"leaves a port open; limit: {percent(LEAST)} of its land's width, all round")

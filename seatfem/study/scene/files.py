@@ -18,7 +18,6 @@ from seatfem.study.scene.problems import Problem, SceneError
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Finding, Structure
     from seatfem.structures.kinds.thin_plate import ThinPlate
-    from seatfem.study.scene.contact import Contact
 
 
 PLATE: Final = 0.97  # least share of a ring of revolution under a plate, with an allowance for chords and sampling
@@ -93,11 +92,11 @@ def check_files(scene: models.Scene) -> None:
     contact, stopper = scene.contact, scene.stopper
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
     if not findings and (key := contact.along_a_lip or ("ports" if contact.ports else "")):
-        findings += _of_lip(contact, scene.seat, "contact", key)
+        findings += _of_lip(scene.geometry, scene.seat, "contact", key)
     if not findings and stopper is not None:
         findings += _not_flat(stopper.body)
     if not findings and stopper is not None and stopper.parts != rings.Division():
-        findings += _of_lip(contact, stopper.body, "stopper", "arcs")
+        findings += _of_lip(scene.geometry, stopper.body, "stopper", "arcs")
     if not findings:
         findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
     if not findings:
@@ -123,16 +122,19 @@ def _not_flat(stopper: Structure) -> Iterator[Finding]:
         )
 
 
-def _of_lip(contact: Contact, body: Structure, table: str, key: str) -> Iterator[Finding]:
+def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: str) -> Iterator[Finding]:
     """Yield problems if a body has no lip although ``key`` needs one, or keys of [contact] do not fit the seat."""
+    contact, lip = geometry.contact, None
     try:
-        lip, arcs = body.region(1, contact.rings if table == "contact" else 1), contact.ports or 1
+        lip = body.region()
+        lip = geometry.overlap(body)
     except errors.ModelError as error:
-        yield (table, key), next((inspection.cad.naming(file, str(error)) for file in body.files()), str(error))
-        return
+        if lip is None or table == "stopper":  # what the reed leaves of a seat is told by `misplaced`
+            yield (table, key), next((inspection.cad.naming(file, str(error)) for file in body.files()), str(error))
+            return
     if table != "contact":
         return
-    if lip is not None and arcs > 1 and (whole := lip.whole(arcs)) != arcs:
+    if lip is not None and (arcs := contact.ports or 1) > 1 and (whole := lip.whole(arcs)) != arcs:
         text = f"of {arcs} segments of equal areas some would lie on two of the seat's faces; take {whole}"
         yield ("contact", "ports"), text
     if lip is not None and contact.waviness and lip.edges is None:
