@@ -13,17 +13,23 @@ from numpy.typing import NDArray
 
 from impact.after.histories import Pieces
 from impact.greens.base import Array
+from impact.quantities import percent
 from seatfem.structures import errors, lip
 from seatfem.structures.rings import MOST_PORTS
 from seatfem.structures.shapes.inspect import triple
 from seatfem.structures.shapes.loops import chained, cross, inside, polygon_area
 from seatfem.structures.shapes.selectors import Vector
-from seatfem.structures.strips import Strip, strip_of
+from seatfem.structures.strips import LEAST, Strip, strip_of
 
 SAME: Final = 1e-6  # distance of ends of edges that count as one point, over the face's size
 FLAT: Final = 1e-3  # largest difference in height of a flat face, over its size
 SQUARE_ON: Final = 1e-6  # largest part across x of a normal that counts as along x
+FLUSH: Final = 0.99  # share of a land that counts as all of it, with an allowance for chords
 TELLING: Final = 0.05  # least part of a stated unit direction along the face
+
+
+class UncoveredError(errors.ModelError):
+    """A land of which a reed covers too little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +111,26 @@ def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float
     return Land(triple(at), triple(x), triple(y), tuple(moved))
 
 
+@lru_cache(maxsize=8)
+def under(face: Land, outline: tuple[bytes, ...], *, seals: bool) -> Land:
+    """Return what of a land lies under an outline, loops (n, 2) of float64 [m]; from `FLUSH` on the land itself. Raises
+    `UncoveredError` of less than `LEAST` of it, and of rings not covered all round where it ``seals`` ports."""
+    loops = tuple(np.frombuffer(loop).reshape(-1, 2) for loop in outline)
+    parts = [strip.within(loops) for strip in face.strips]
+    part = Land(face.centre, face.x, face.y, tuple(strip for each in parts for strip in each))
+    area, whole = (sum(strip.swept[-1] for strip in each.strips) for each in (part, face))
+    if area >= FLUSH * whole:
+        return face
+    if area < LEAST * whole:
+        raise UncoveredError(
+            f"too little of it lies under the reed; limit: {percent(LEAST)} of the face: take a wider reed"
+        )
+    pairs = zip(face.strips, parts, strict=True)
+    if seals and any(ring.closed and [strip.closed for strip in each] != [True] for ring, each in pairs):
+        raise UncoveredError(f"leaves a port open; limit: {percent(LEAST)} of its land's width, all round")
+    return part
+
+
 def _loops(edges: Array, near: float) -> list[Array]:
     """Return the (c, 2) corners of each closed line of edges (e, 2, 2), in order. Raises `ModelError` of lines that
     touch."""
@@ -174,6 +200,7 @@ class FaceLip(lip.AnyLip):
     rings: int = 1
     offset: tuple[float, float] = (0.0, 0.0)
     side: str = ""
+    is_part: bool = False
 
     @property
     def content(self) -> Mapping[str, object]:
@@ -227,8 +254,9 @@ class FaceLip(lip.AnyLip):
             return None
         return np.asarray(np.interp(shares * self.area, self._table.swept, angles))
 
-    def places(self, points: Array) -> tuple[Array, Array]:
-        """Return the places (n,) along and across the lip, both shares of area, of points (n, 3) of its body [m]."""
+    def places(self, points: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Return the places (n,) along and across the lip, both shares of area, of points (n, 3) of its body [m], and
+        whether they lie on it: of a part of the faces, not beside it."""
         seen, table = self.face.seen(points), self._table
         k = table.nearest(seen)
         for _ in range(ONWARDS):  # a point lies between the cut behind and the one before it
@@ -239,14 +267,16 @@ class FaceLip(lip.AnyLip):
             k = moved
         behind, before = table.past(seen, k), table.past(seen, k + 1)
         span = behind - before
-        u = np.clip(np.divide(behind, span, out=np.zeros(len(k)), where=span > 0), 0.0, 1.0)
+        u = np.divide(behind, span, out=np.zeros(len(k)), where=span > 0)
+        held, u = (u >= 0) & (u <= 1), np.clip(u, 0.0, 1.0)
         along = (table.swept[k] + u * (table.swept[k + 1] - table.swept[k])) / self.area
         left_ends, right_ends = self.cuts(along)
         cut = right_ends - left_ends
         v = np.sum((seen - left_ends) * cut, axis=1) / np.maximum(np.sum(cut**2, axis=1), np.finfo(float).tiny)
         near = [self.cuts(np.clip(along + by, 0.0, 1.0)) for by in (-LOCALLY, LOCALLY)]
         inner, outer = (np.stack(lines, axis=1) for lines in zip(*near, strict=True))
-        return along, v - lip.widening(inner, outer) * (v - v**2)
+        held = held & (v >= 0) & (v <= 1) if self.is_part else np.ones(len(v), dtype=bool)
+        return along, v - lip.widening(inner, outer) * (v - v**2), held
 
 
 @dataclass(frozen=True, eq=False)

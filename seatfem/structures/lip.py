@@ -50,12 +50,14 @@ class AnyLip(ABC):
         rings: across each arc.
         offset: of its centre from the body's own point of contact [m].
         side: what the names of its ports begin with; "" of the seat's.
+        is_part: whether the faces have more beside it, where no reed lies over them.
     """
 
     arcs: int
     rings: int
     offset: tuple[float, float]
     side: str
+    is_part: bool = False
 
     def __post_init__(self) -> None:
         """Raise `ModelError` of numbers of parts below one, or above `MOST_PORTS` together."""

@@ -171,8 +171,8 @@ class Method:
 
     @property
     def in_arcs(self) -> bool:
-        """Return whether a lip is struck in several arcs."""
-        return self.lip is not None and self.lip.arcs > 1
+        """Return whether a lip is struck in several arcs, or in part."""
+        return self.lip is not None and (self.lip.arcs > 1 or self.lip.is_part)
 
     @property
     def division(self) -> Division:

@@ -223,16 +223,12 @@ def _off_the_plate(sheet: Sheet, lip: AnyLip, error: ModelError) -> ModelError:
     """Return the error in words of the scene: the lip is the seat's, or the stopper's."""
     x, y = (1e3 * (a + b) for a, b in zip(sheet.shape.centre, lip.offset, strict=True))
     least, most = (1e3 * radius for radius in sheet.shape.room)
+    what, remedy = "contact.offset: the seat's lip", "change the offset, or reed and seat until the lip lies on it"
     if lip.side:
-        return ModelError(
-            f"stopper.arcs: the stopper's face, from {1e3 * lip.inner:.4g} to {1e3 * lip.outer:.4g} mm about ({x:.4g}, "
-            f"{y:.4g}) mm, reaches off the reed, which has {f'{least:.4g} to ' if least else ''}{most:.4g} mm there: "
-            f"take a smaller stopper, or remove arcs, rings and tilt ({error})"
-        )
+        what, remedy = "stopper.arcs: the stopper's face", "take a smaller stopper, or remove arcs, rings and tilt"
     return ModelError(
-        f"contact.offset: the seat's lip, from {1e3 * lip.inner:.4g} to {1e3 * lip.outer:.4g} mm about ({x:.4g}, "
-        f"{y:.4g}) mm, reaches off the reed, which has {f'{least:.4g} to ' if least else ''}{most:.4g} mm about the "
-        f"middle of its contact: change the offset, or reed and seat until the lip lies on it ({error})"
+        f"{what}, from {1e3 * lip.inner:.4g} to {1e3 * lip.outer:.4g} mm about ({x:.4g}, {y:.4g}) mm, reaches off the "
+        f"reed, which has {f'{least:.4g} to ' if least else ''}{most:.4g} mm there: {remedy} ({error})"
     )
 
 

@@ -21,12 +21,14 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
-from seatfem.structures.shapes.loops import cross, polygon_area
+from seatfem.structures.shapes.loops import cross, inside, polygon_area
 
 STEPS: Final = 1200  # fewest steps of each line
 SLENDER: Final = 2.0  # least length over width of a face that is a strip
 ROUND: Final = 0.5  # width over the radius of a bend above which it belongs to an end, not to a side
 FOLDED: Final = 1e-3  # largest share of the area in which cuts may cross
+FINER: Final = 4  # cuts between neighbouring ones at which a strip is cut off: within a hundredth of its width
+LEAST: Final = 0.1  # share of a cut across, and of the face, under a reed that counts: less seals nothing
 SAME: Final = 1e-6  # difference that counts as none, over a step or a turn
 
 
@@ -85,6 +87,31 @@ class Strip:
             first = line[k : k + 1] + part * (line[k + 1] - line[k])
             lines.append(np.concatenate([first, line[k + 1 : -1], line[: k + 1], first]))
         return Strip(lines[0], lines[1], closed=True)
+
+    def within(self, loops: tuple[Array, ...]) -> tuple[Strip, ...]:
+        """Return what of the strip lies within loops (n, 2), without cuts of which less than `LEAST` does, or several
+        parts do. A closed one stays closed where no cut is left out."""
+        at = np.linspace(0, len(self.left) - 1, FINER * (len(self.left) - 1) + 1)
+        left, right = (_along(line, at, closed=self.closed) for line in (self.left, self.right))
+        cut = (right - left)[:, None]
+        starts, sides = np.concatenate(loops), np.concatenate([np.roll(loop, -1, axis=0) - loop for loop in loops])
+        away, turn = starts - left[:, None], cross(cut, sides)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            across, along = cross(away, sides) / turn, cross(away, cut) / turn
+        met = (across > 0) & (across < 1) & (along >= 0) & (along < 1)
+        begins, odd = inside(loops, left), met.sum(axis=1) % 2 == 1
+        low = np.where(begins, 0.0, np.where(met, across, np.inf).min(axis=1))[:, None]
+        high = np.where(begins ^ odd, 1.0, np.where(met, across, -np.inf).max(axis=1))[:, None]
+        held = (high - low >= LEAST)[:, 0] & (begins + met.sum(axis=1) <= 2)
+        low, high = (np.where(held[:, None], each, 0.5) for each in (low, high))
+        left, right = left + low * (right - left), left + high * (right - left)
+        if held.all():
+            return (Strip(left, right, self.closed),)
+        if self.closed:  # begun where it is left out
+            order = np.roll(np.arange(len(held) - 1), -int(np.argmin(held)))
+            left, right, held = left[order], right[order], held[order]
+        ends = np.flatnonzero(np.diff(held, prepend=False, append=False)).reshape(-1, 2)
+        return tuple(Strip(left[a:b], right[a:b], closed=False) for a, b in ends.tolist() if b - a > 1)
 
 
 def strip_of(outer: Array, holes: list[Array]) -> Strip:

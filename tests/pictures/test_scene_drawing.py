@@ -224,7 +224,7 @@ def test_a_format_that_is_none_is_refused(tmp_path: Path) -> None:
 
 def test_a_reed_beside_the_port_is_refused() -> None:
     narrow = example("suction_valve", reed__width="0.5 mm")
-    with pytest.raises(SceneError, match=r"contact.at: 28 mm: .*34 x 0.5 mm.*3.5 % .*limit: 10 %.*wider"):
+    with pytest.raises(SceneError, match=r"contact.at: 28 mm: .*3.5 % .*limit: 10 %.*34 x 0.5 mm.*wider"):
         draw_scene(narrow, Path("never.png"))
     beside = example("tilted_landing", contact__offset=["6 mm", "0 mm"])
     with pytest.raises(SceneError, match=r"contact.offset: \[6 mm, 0 mm\]: .*limit: .*offset"):

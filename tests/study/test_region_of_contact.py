@@ -1,18 +1,27 @@
 """A plate without a stated contact meets the struck face all over: the region is that of the geometry."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import impact
 from impact import measures
+from meshes.valve_plate_assembly import Bodies, write
+from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.lip import Lip
-from seatfem.study.impacts.contact import run_contacts
+from seatfem.structures.rings import as_a_whole
+from seatfem.study.impacts.bodies import problem_of, stopper_of
+from seatfem.study.impacts.contact import record_of, run_contacts
+from seatfem.study.impacts.layout import layout_of
 from seatfem.study.method import stated_method
-from tests.as_stated import seat_of, striker_of
+from seatfem.study.safety import ONE_PORT_BAR
+from tests.as_stated import seat_of, solved_striker, striker_of
 from tests.gallery import Gallery, load_text, read_summary
-from tests.steps import Scene, SceneError, check_files, plan_scene
+from tests.steps import Scene, SceneError, check_files, error_budget, plan_scene, values_of_record
 
 ROOT = Path(__file__).parents[2]
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'
@@ -74,7 +83,7 @@ def test_a_stated_contact_wins(tmp_path: Path) -> None:
     assert stated_method(scene).reed.lip is None
     segments = scene.geometry.segments()
     assert isinstance(segments, Lip)
-    assert segments.arcs == 16
+    assert (segments.arcs, segments.rings) == (16, 3)
 
 
 @pytest.mark.slow
@@ -136,6 +145,27 @@ def test_one_contact_that_is_stated_knows_what_segments_change(tmp_path: Path, g
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("rings", "compared"), [(1, 3), (2, 4)])
+def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int, compared: int) -> None:
+    """The share of one contact is what segments in three parts across, or four, change of the run."""
+    seat = ANNULAR + 'model = "spring"\nmesh = { size = "3 mm", contact_size = "0.5 mm" }\n'
+    scene = scene_of(tmp_path, seat, FLAPPER + RING + IN_MODE, f"[contact]\nrings = {rings}\n")
+    solved, lip = seat_of(scene, mesh_error=False), scene.geometry.segments()
+    assert lip.rings == compared
+    method = replace(stated_method(scene).reed, lip=scene.geometry.on_the_reed(lip))
+    along = striker_of(scene, greens=solved_striker(scene, method=method, mesh_error=False).greens)
+    many = on_its_patch(as_a_whole(solved.greens).modal, lip, scene.seat.patch())
+    touches = run_contacts(scene, striker_of(scene), solved.greens, 1e-7)
+    problems = [
+        problem_of(scene, *each)
+        for each in ((striker_of(scene), impact.Body(solved.greens)), (along, impact.Body(many)))
+    ]
+    one, several = (values_of_record(record_of(scene, problem, 2e-7))["filtered_peak"] for problem in problems)
+    left = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
+    assert left.parts["lip"]["filtered_peak"] >= 0.99 * ONE_PORT_BAR * abs(several - one) > 0
+
+
+@pytest.mark.slow
 def test_three_lands_are_divided_alike(tmp_path: Path) -> None:
     """Of three equal lands numbers of segments are multiples of three."""
     seat = (
@@ -156,3 +186,95 @@ def test_a_plan_says_what_one_contact_leaves(tmp_path: Path) -> None:
     assert (choice.value, choice.given) == ("4.5 mm", True)
     assert "one contact in place of lip segments" in choice.reason
     assert choice.leaves.endswith(("% of peak force", "% of impulse"))
+
+
+COARSE = 'model = "spring"\nmesh = { size = "3 mm", contact_size = "0.7 mm" }\n'
+DISC = f'kind = "disc"\ndiameter = "10 mm"\nthickness = "0.6 mm"\nvelocity = "-2 m/s"\n{STEEL}'
+BAND = (
+    'kind = "sheet"\noutline = [["0 mm", "-6 mm"], ["20 mm", "-6 mm"], ["20 mm", "6 mm"], ["0 mm", "6 mm"]]\n'
+    'clamped = [["0 mm", "-6 mm"], ["0 mm", "6 mm"]]\ncontact_at = ["17 mm", "0 mm"]\nthickness = "0.4 mm"\n'
+    f'damping_ratio = 0.02\n{STEEL}{IN_MODE}greens = {{ bandwidth = "60 kHz" }}\n'
+)
+
+
+def land(width: str) -> str:
+    return PORTS.replace('land_width = "1 mm"', f'land_width = "{width}"').replace('"12 mm"', '"14 mm"') + COARSE
+
+
+def block(folder: Path, length: float) -> str:
+    """A block with a strip of 1 mm across its top, ``length`` long [mm], as a table of a seat."""
+
+    def part(occ: Any) -> Bodies:
+        body, strip = occ.addBox(-8, -14, -6, 16, 28, 6), occ.addRectangle(-0.5, -length / 2, 0, 1, length)
+        return [each for each in occ.fragment([(3, body)], [(2, strip)])[0] if each[0] == 3]
+
+    write(folder / f"{length:g}.step", part)
+    return (
+        f'kind = "cad"\nfile = "{folder}/{length:g}.step"\ncontact = {{ point = ["0 mm", "0 mm", "0 mm"] }}\n'
+        f'fixed = {{ normal = [0, 0, -1], offset = "6 mm" }}\ndamping_ratio = 0.02\n{STEEL}{COARSE}'
+    )
+
+
+def landing_of(scene: Scene) -> tuple[float, float, float]:
+    """Return static compliance of the first segment [m/N], impulse [N s] and filtered peak [N]."""
+    check_files(scene)
+    seat = seat_of(scene, mesh_error=False).greens
+    run = run_contacts(scene, striker_of(scene), seat, 1e-7).seat
+    return seat.static_compliance()[0, 0], measures.impulse(run), measures.filtered_peak_force(run, 5e-6)
+
+
+@pytest.mark.slow
+def test_a_land_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
+    """A disc of 10 mm on a land from 4 to 6 mm about its port, and on one from 4 to 5 mm of the same plate: the mesh of
+    the wider one has no line at 5 mm."""
+    wide, narrow = (scene_of(tmp_path, land(width), DISC) for width in ("2 mm", "1 mm"))
+    assert patch_of(wide) == pytest.approx((9 * math.pi, 4, 5), rel=3e-3)
+    there, alone = landing_of(wide), landing_of(narrow)
+    assert there[0] == pytest.approx(alone[0], rel=0.01)
+    assert there[1:] == pytest.approx(alone[1:], rel=2e-3)
+
+
+@pytest.mark.slow
+def test_a_strip_is_met_as_far_as_the_reed_is_wide(tmp_path: Path) -> None:
+    """A sheet of 12 mm across a strip of 20 mm, and across one of 12 mm on the same block."""
+    longer, shorter = (scene_of(tmp_path, block(tmp_path, length), BAND) for length in (20, 12))
+    assert patch_of(longer) == pytest.approx((12, 0.5, math.hypot(6, 0.5)), rel=3e-3)
+    line, alone = stated_method(longer).seat.lip, stated_method(shorter).seat.lip
+    np.testing.assert_allclose(line.lengths, alone.lengths, rtol=2e-3)
+    there, other = landing_of(longer), landing_of(shorter)
+    assert there[0] == pytest.approx(other[0], rel=0.02)
+    assert there[1:] == pytest.approx(other[1:], rel=2e-3)
+    drawn = layout_of(longer, line.division)
+    assert np.abs(np.concatenate(drawn.seat.views.contact)).max(axis=0) == pytest.approx([0.5e-3, 6e-3], rel=2e-3)
+    assert np.abs(drawn.arcs[..., 1]).max() < 6.01e-3
+
+
+@pytest.mark.slow
+def test_a_stopper_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
+    """With a strip as a stopper in place of the seat's: both bodies have what of it lies behind the reed."""
+    stopper = f'[stopper]\ngap = "1 mm"\n{block(tmp_path, 20)}'
+    scene = scene_of(tmp_path, block(tmp_path, 12), BAND, stopper)
+    behind = scene.geometry.behind_the_reed()
+    assert 1e6 * behind.area == pytest.approx(12, rel=3e-3)
+    own, whole = (
+        stopper_of(each).greens.static_compliance()[0, 0]
+        for each in (scene, scene_of(tmp_path, block(tmp_path, 12), BAND, stopper.replace("/20.", "/12.")))
+    )
+    assert own == pytest.approx(whole, rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seat", "reed", "more", "told"),
+    [
+        (land("2 mm").replace("struck = 1\n", ""), DISC, "", "covers 25 %.*leaves a port open"),
+        (land("2 mm"), DISC, 'offset = ["1.2 mm", "0 mm"]\n', "leaves a port open; limit: 10 % of its land's width"),
+        (land("2 mm"), DISC, 'offset = ["30 mm", "0 mm"]\n', "covers 0 %.*limit: 10 %.*change the offset"),
+        ("strip", BAND.replace("17 mm", "0.6 mm"), "", "up to its clamp; limit: 0.4 mm away"),
+        ("strip", BAND, 'offset = ["0 mm", "15 mm"]\n', "covers 5 %.*limit: 10 % of the face"),
+    ],
+)
+def test_too_little_under_the_reed_is_refused(tmp_path: Path, seat: str, reed: str, more: str, told: str) -> None:
+    seat = block(tmp_path, 20) if seat == "strip" else seat
+    with pytest.raises(SceneError, match=told):
+        check_files(scene_of(tmp_path, seat, reed, f"[contact]\n{more}" if more else ""))

@@ -73,10 +73,11 @@ def ports_on(
 def along(lip: lands.FaceLip, patch: Surface) -> model.Array:
     """Return the (p, f, Q) weights of a patch's points in each part of a lip: arcs of equal area, divided into rings.
 
-    Weights of points at a border are split between the parts; all parts add up to the patch.
+    Weights of points at a border are split between the parts; all parts add up to what of the patch lies on the lip.
     """
-    around, across = lip.places(patch.places.reshape(-1, 3))
-    arcs = parted(around, patch.weights.ravel(), np.arange(lip.arcs + 1) / lip.arcs)
+    around, across, held = lip.places(patch.places.reshape(-1, 3))
+    arcs = np.zeros((lip.arcs, len(around)))
+    arcs[:, held] = parted(around[held], patch.weights.ravel()[held], np.arange(lip.arcs + 1) / lip.arcs)
     parts = np.zeros((lip.arcs, lip.rings, arcs.shape[1]))
     for arc, weights in enumerate(arcs):
         inside = np.flatnonzero(weights)

@@ -352,11 +352,6 @@ class Structure(Striking):
         """Return the local compliance of the struck patch."""
         return LocalShare()
 
-    def lip(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
-        """Return the struck region, whose parts have ports of their own; ``None`` if `lip_face` excludes that. Raises
-        as `region`."""
-        return None if self.lip_face.no_lip else self.region(arcs, rings)
-
     def region(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
         """Return the flat ring, disc, or strips that are struck, divided into arcs and rings, however much of the body
         is modelled; ``None`` of a body without such a face.

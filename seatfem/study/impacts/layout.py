@@ -15,7 +15,7 @@ from seatfem.pictures.layout import Action, Layout, Placed, Tilt, Way
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
-from seatfem.structures.outlines import BodyViews, Loops, length_text, round_sizes
+from seatfem.structures.outlines import BodyViews, Loops, crossings, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene, drives, files
 from seatfem.study.scene.drives import Wave
@@ -57,7 +57,12 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
             (along, 0.0),
             contact.gap + thickness + scene.geometry.stopper_gap,
         )
-    seat = Placed("seat", scene.seat.views(), contact.offset)
+    views, overlap = scene.seat.views(), scene.geometry.segments()
+    if overlap is not None and overlap.is_part:
+        met = tuple(np.concatenate([a, b[::-1]]) for a, b in overlap.lines_across(2))
+        cut = [np.array([(x, 0.0) for x in ends]) for ends in crossings(met, 0.01 * np.ptp(met[0])).reshape(-1, 2)]
+        views = replace(views, contact=met, struck=tuple(cut))
+    seat = Placed("seat", views, contact.offset)
     placed = Placed("reed", seen, height=contact.gap)
     low, high = seen.extent
     ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)
@@ -78,7 +83,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         start=_start(reed, at),
         actions=actions,
         springs=np.concatenate([np.zeros((0, 2)), *(places for _, places in springs)]),
-        arcs=_arcs(scene.seat, stated),
+        arcs=_arcs(scene.geometry, stated),
         tilts=tuple(_tilts(scene.geometry, seat, stopper_body, reed.views(at).contact)),
         notes=tuple(_notes(scene.geometry, (seat, placed), stated, planned=division is not None)),
     )
@@ -153,11 +158,11 @@ def _spring_places(spring: drives.ValveSpring, reed: Structure, at: float | None
     return np.zeros((1, 2)) if points is None else points
 
 
-def _arcs(seat: Structure, division: Division) -> Array:
+def _arcs(geometry: ContactGeometry, division: Division) -> Array:
     """Return the (n, 2, 2) end points of the lines between arcs of the lip [m]."""
     if not 1 < division.arcs <= SHOWN_ARCS:
         return np.zeros((0, 2, 2))
-    lip = seat.lip(division.arcs, division.rings)
+    lip = geometry.struck(division.arcs, division.rings)
     if lip is None:
         return np.zeros((0, 2, 2))
     one, other = lip.cuts(np.arange(division.arcs) / division.arcs)

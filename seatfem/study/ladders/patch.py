@@ -38,6 +38,7 @@ from seatfem.study.method import PORTS, RINGS, RunMethod
 from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
 from seatfem.study.prerun.lips import rings_refused
 from seatfem.study.scene import Run, Scene, local
+from seatfem.study.scene.problems import SceneError
 
 PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # numbers of arcs of a lip in a trade, besides its centre's
 
@@ -275,13 +276,30 @@ class StopperParts(Ladder):
         stopper = scene.stopper.model_copy(update={"arcs": other.arcs, "rings": other.rings})
         changed, striker = scene.model_copy(update={"stopper": stopper}), problem.striker
         if scene.reed.thin_plate is not None and (lip := scene.geometry.behind_the_reed()) is not None:
-            behind = replace(lip, arcs=other.arcs, rings=other.rings)  # type: ignore[type-var]
-            how = replace(run.method.reed, behind=behind)
-            reed = solve_body("reed", scene.reed, how, scene.run.duration, mesh_error=False)
-            striker = striker_of(changed, greens=None if reed is None else reed.greens)
+            striker = _met_behind(run, replace(lip, arcs=other.arcs, rings=other.rings))  # type: ignore[type-var]
         same = problem if own is body.greens else with_body(problem, body, replace(body, greens=own))
         varied = problem_of(changed, striker, problem.target, replace(body, greens=other_greens))
-        return ((Variation(varied, weight, same),),)
+        return (*_on_its_own_face(run), (Variation(varied, weight, same),))
+
+
+def _on_its_own_face(run: ComputedRun) -> Terms:
+    """Return the run in which a plate whose table states its contact meets the stopper with the stopper's face."""
+    scene, plate = run.scene, run.scene.reed.thin_plate
+    if plate is None or not plate.states_contact or scene.geometry.stopper_lip() is not None:
+        return ()
+    geometry = replace(scene.geometry, reed=plate.model_copy(update={"contact_radius": None, "contact_width": None}))
+    try:
+        striker = _met_behind(run, geometry.behind_the_reed())
+    except SceneError:  # a broad face, for which the contact is stated
+        return ()
+    return ((Variation(problem_of(scene, striker, run.problem.target, run.body("stopper")), 1.0),),)
+
+
+def _met_behind(run: ComputedRun, behind: AnyLip | None) -> impact.Body:
+    """Return the plate that meets its stopper ``behind``, a face in parts."""
+    how = replace(run.method.reed, behind=behind)
+    reed = solve_body("reed", run.scene.reed, how, run.scene.run.duration, mesh_error=False)
+    return striker_of(run.scene, greens=None if reed is None else reed.greens)
 
 
 def _beside(division: Division) -> tuple[Division, float]:

@@ -44,7 +44,7 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
     division = Division.from_greens(done.seat.greens)
     if touches.parts is None or touches.line is None or division.arcs < FEWEST:
         return []
-    shape = scene.seat.lip(division.arcs)
+    shape = scene.geometry.struck(division.arcs)
     assert shape is not None
     lip = by_arc(touches.parts, division)
     springs = None if baseline.parts is None else by_arc(baseline.parts, division)
@@ -93,7 +93,7 @@ def landing_of(done: Round, lip: result.ImpactResult, landings: Sequence[Mapping
     contact.
     """
     scene, reed, touches = done.plan.scene, done.reed, done.touches
-    shape = scene.seat.lip(lip.force.shape[1])
+    shape = scene.geometry.struck(lip.force.shape[1])
     _, (start, end) = measures.hardest_group(touches.seat, scene.run.filter_width)
     if marks := landing_marks(landings):
         start, end = marks[0].start, marks[0].end

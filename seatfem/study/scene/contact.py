@@ -184,10 +184,11 @@ class Contact(Table):
 
     The keys from `ports` on are those of a lip: flat faces in one plane, each a ring between two closed lines, however
     it winds, or a strip with two ends. The ring of a body of revolution is one, the lands of a `plate`, and many a face
-    of `cad` and `mesh`. Their centroid lies at the reed's contact, the part's x axis along the reed. Cuts square across
-    divide them into arcs of equal areas, which are numbered through: face after face by x, a ring from its own x axis
-    anticlockwise about the normal, a strip from its end at the lesser x. Of one ring that each ray from its centroid
-    crosses once places are angles, from the x axis on; of others lengths along the lip.
+    of `cad` and `mesh`. Their centroid lies at the reed's contact, the part's x axis along the reed. Of flat faces a
+    plate meets what lies under it in plan, at least a tenth, and all round a port a tenth of its land's width. Cuts
+    square across divide them into arcs of equal areas, which are numbered through: face after face by x, a ring from
+    its own x axis anticlockwise about the normal, a strip from its end at the lesser x. Of one ring that each ray from
+    its centroid crosses once places are angles, from the x axis on; of others lengths along the lip.
     """
 
     law: _Law = default(USUAL, "force by penetration; a kind without keys may be written as text")

@@ -8,23 +8,23 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from impact.greens.base import Array
 from impact.quantities import in_digits, percent
 from seatfem.structures import errors, inspection, lands, outlines, rings
 from seatfem.structures.shapes import GeometryError
+from seatfem.structures.shapes.loops import distances
 from seatfem.study.scene import lips, load, models
 from seatfem.study.scene.problems import Problem, SceneError
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Finding, Structure
-    from seatfem.study.scene.contact import Contact
+    from seatfem.structures.kinds.thin_plate import ThinPlate
 
 
-PLATE: Final = 0.97
-"""Least fraction of the contact face that a plate covers, with an allowance for chords and sampling."""
+PLATE: Final = 0.97  # least share of a ring of revolution under a plate, with an allowance for chords and sampling
 BEAM: Final = 0.1
-"""The same for a beam, or a plate with its own contact face, which strike with one rigid face: a beam with its tip over
-the middle of a lip covers a half or a third; one that covers less than a tenth of a ring is not over the port."""
+"""Least fraction of the contact face under a beam, or a plate with its own contact face, which strike with one rigid
+face: a beam with its tip over the middle of a lip covers a half or a third; one that covers less than a tenth of a ring
+is not over the port."""
 
 
 def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Finding]:
@@ -40,47 +40,47 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
         over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
     except errors.ModelError:  # missing faces are reported elsewhere
         return
-    by_the_lip = (plate := reed.thin_plate) is not None and (bool(contact.along_a_lip) or not plate.states_contact)
-    share, least = outlines.covered_share(face, over, contact.offset), PLATE if by_the_lip else BEAM
-    if share is None or share >= least:
+    plate, share = reed.thin_plate, outlines.covered_share(face, over, contact.offset)
+    if share is None:
         return
-    part = f"{percent(share)} of the seat's struck face"
     reach = 1e3 * max(float(np.hypot(*loop.T).max()) for loop in face.contact)
-    if by_the_lip:
-        room = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
-        x, y = (1e3 * each for each in contact.offset)
+    part = f"{percent(share)} of the seat's struck face, which reaches {reach:.4g} mm from its middle"
+    words = f"in plan the reed{', as drawn,' if as_drawn else ''} covers {part}"
+    if plate is not None and (contact.along_a_lip or not plate.states_contact):
+        if not (limit := _too_little(geometry, plate, over, share)):
+            return
+        room = 1e3 * min(distances(loop, np.roll(loop, -1, axis=0), np.zeros((1, 2))).min() for loop in over.plan)
+        words = f"{words} ({limit}); the reed has {in_digits(room, 2)} mm about that of its contact:"
         if as_drawn:
-            text = (
-                f"in plan the reed, as drawn, covers {part} (limit: all of it), which reaches {reach:.4g} mm from its "
-                f"middle; the reed has {in_digits(room, 2)} mm about it: move one of the parts in the CAD program, or "
-                "take a wider reed or a smaller lip"
-            )
+            text = f"{words} move one of the parts in the CAD program, or take a wider reed or a smaller lip"
             yield ("assembly", "placed"), text
             return
-        text = (
-            f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} (limit: all of it); this face reaches "
-            f"{reach:.4g} mm from its middle; the reed has {in_digits(room, 2)} mm about the middle of its contact: "
-            "change the offset, or reed and seat, until the reed covers the lip"
-        )
+        x, y = (1e3 * each for each in contact.offset)
+        text = f"[{x:.4g} mm, {y:.4g} mm]: {words} change the offset, or reed and seat, until the reed covers the lip"
         yield ("contact", "offset"), text
-        return
-    low, high = over.extent
-    length, width = (1e3 * float(side) for side in high - low)
-    words = (
-        f"in plan the reed, {length:.4g} x {width:.4g} mm, covers {part} (limit: {percent(least)}); this face reaches "
-        f"{reach:.4g} mm from its middle: the reed lies beside the port;"
-    )
-    if contact.at is not None:
-        text = f"{1e3 * contact.at:.4g} mm: {words} move the contact, or take a wider reed or a smaller port"
-        yield ("contact", "at"), text
-    else:
-        yield ("reed",), f"{words} take a wider reed or a smaller port, or state contact.at"
+    elif share < BEAM:
+        length, width = (1e3 * float(side) for side in np.subtract(*over.extent[::-1]))
+        words = f"{words} (limit: {percent(BEAM)}); the reed, {length:.4g} x {width:.4g} mm, lies beside the port:"
+        if contact.at is not None:
+            text = f"{1e3 * contact.at:.4g} mm: {words} move the contact, or take a wider reed or a smaller port"
+            yield ("contact", "at"), text
+        else:
+            yield ("reed",), f"{words} take a wider reed or a smaller port, or state contact.at"
 
 
-def _fine(loop: Array) -> Array:
-    """Return a loop with seven additional points on each side."""
-    shares = np.arange(8)[:, None] / 8
-    return np.asarray((loop[:, None] + shares * (np.roll(loop, -1, axis=0) - loop)[:, None]).reshape(-1, 2))
+def _too_little(geometry: lips.ContactGeometry, plate: ThinPlate, over: outlines.BodyViews, share: float) -> str:
+    """Return the limit that a plate with outlines ``over`` passes on a share of a lip; "" if it meets enough of it."""
+    try:
+        region = geometry.overlap(geometry.seat)
+    except lands.UncoveredError as error:
+        return str(error)
+    except errors.ModelError:  # no lip: reported elsewhere
+        return ""
+    if not isinstance(region, lands.FaceLip):
+        return "" if share >= PLATE else "limit: all of it"
+    points = region.lines_across(2).reshape(-1, 2) + geometry.contact.offset
+    near = any(distances(line[:-1], line[1:], points).min() < plate.thickness for line in over.clamp)
+    return f"up to its clamp; limit: {1e3 * plate.thickness:.3g} mm away, its thickness" if near else ""
 
 
 def check_files(scene: models.Scene) -> None:
@@ -92,14 +92,15 @@ def check_files(scene: models.Scene) -> None:
     contact, stopper = scene.contact, scene.stopper
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
     if not findings and (key := contact.along_a_lip or ("ports" if contact.ports else "")):
-        findings += _of_lip(contact, scene.seat, "contact", key)
+        findings += _of_lip(scene.geometry, scene.seat, "contact", key)
     if not findings and stopper is not None:
         findings += _not_flat(stopper.body)
     if not findings and stopper is not None and stopper.parts != rings.Division():
-        findings += _of_lip(contact, stopper.body, "stopper", "arcs")
+        findings += _of_lip(scene.geometry, stopper.body, "stopper", "arcs")
     if not findings:
-        scene.geometry.region()  # refuses a face that a plate cannot meet all over
         findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
+    if not findings:
+        scene.geometry.region(), scene.geometry.behind_the_reed()  # refuse faces that a plate cannot meet
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
 
@@ -121,16 +122,19 @@ def _not_flat(stopper: Structure) -> Iterator[Finding]:
         )
 
 
-def _of_lip(contact: Contact, body: Structure, table: str, key: str) -> Iterator[Finding]:
+def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: str) -> Iterator[Finding]:
     """Yield problems if a body has no lip although ``key`` needs one, or keys of [contact] do not fit the seat."""
+    contact, lip = geometry.contact, None
     try:
-        lip, arcs = body.lip(1, contact.rings if table == "contact" else 1), contact.ports or 1
+        lip = body.region()
+        lip = geometry.overlap(body)
     except errors.ModelError as error:
-        yield (table, key), next((inspection.cad.naming(file, str(error)) for file in body.files()), str(error))
-        return
+        if lip is None or table == "stopper":  # what the reed leaves of a seat is told by `misplaced`
+            yield (table, key), next((inspection.cad.naming(file, str(error)) for file in body.files()), str(error))
+            return
     if table != "contact":
         return
-    if lip is not None and arcs > 1 and (whole := lip.whole(arcs)) != arcs:
+    if lip is not None and (arcs := contact.ports or 1) > 1 and (whole := lip.whole(arcs)) != arcs:
         text = f"of {arcs} segments of equal areas some would lie on two of the seat's faces; take {whole}"
         yield ("contact", "ports"), text
     if lip is not None and contact.waviness and lip.edges is None:

@@ -16,6 +16,7 @@ from impact.march.laws import SqueezeFilm
 from seatfem.fields import KeyProblem
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.structure import is_curved
+from seatfem.structures.lands import FaceLip, under
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.outlines import covered_share
 from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
@@ -103,26 +104,43 @@ class ContactGeometry:
         return self._face_met(self.seat, "seat.contact")
 
     def segments(self) -> AnyLip | None:
-        """Return the struck face in segments, with which one contact of a plate is compared; ``None`` of other reeds,
-        of a face that is no ring or strip, as a disc, and of one that the reed does not cover."""
+        """Return the struck face in segments and parts across, with which one contact of a plate is compared; ``None``
+        of other reeds, of a face that is no ring or strip, as a disc, and of one that the reed does not cover."""
         if self.reed.thin_plate is None:
             return None
         try:
-            region = self.seat.region()
+            region = self.overlap(self.seat)
         except ModelError:  # a face that the reed's stated contact meets in part
             return None
         if region is None or region.is_disc:
             return None
         face, over = self.seat.views(coarse=True), self.reed.views(self.own_place, coarse=True).turned_over()
-        if (covered_share(face, over, self.contact.offset) or 0.0) < COVERED:
+        if not region.is_part and (covered_share(face, over, self.contact.offset) or 0.0) < COVERED:
             return None
-        return self.seat.region(region.whole(FEWEST_ARCS))
+        return replace(region, arcs=region.whole(FEWEST_ARCS), rings=self.rings_compared)  # type: ignore[type-var]
+
+    def overlap(self, struck: Structure) -> AnyLip | None:
+        """Return the struck face of seat or stopper, undivided: of flat faces what lies under a plate. Raises
+        `ModelError` of a face that is neither ring nor strip, `UncoveredError` of too little under the plate."""
+        region = struck.region()
+        if self.reed.thin_plate is None or not isinstance(region, FaceLip):
+            return region
+        offset, seals = (self.contact.offset, True) if struck is self.seat else ((0.0, 0.0), False)
+        loops = self.reed.views(self.own_place, coarse=True).turned_over().plan
+        part = under(region.face, tuple((loop - offset).tobytes() for loop in loops), seals=seals)
+        return FaceLip(part, is_part=part != region.face)
+
+    def struck(self, arcs: int = 1, rings: int = 1, body: Structure | None = None) -> AnyLip | None:
+        """Return the `overlap`, by default the seat's, in parts; ``None`` if `lip_face` excludes that."""
+        body = body or self.seat
+        face = None if body.lip_face.no_lip else self.overlap(body)
+        return None if face is None else replace(face, arcs=arcs, rings=rings)  # type: ignore[type-var]
 
     def _face_met(self, struck: Structure, key: str) -> AnyLip | None:
         if (reed := self.reed.thin_plate) is None or reed.states_contact:
             return None
         try:
-            return struck.region()
+            return self.overlap(struck)
         except ModelError as error:
             as_a_whole = "state where the reed touches, reed.contact_radius, of a ring also contact_width"
             raise scene_error(key, f"{error} (as a whole: {as_a_whole})") from error
@@ -137,18 +155,18 @@ class ContactGeometry:
         arcs, rings = ports or self.contact.ports or self.usual_ports, rings or self.contact.rings
         if arcs == 1 and (self.reed.thin_plate is None or (self.contact.ports is None and not self._meets_a_lip)):
             return None
-        lip = self.seat.lip(arcs, rings)
+        lip = self.struck(arcs, rings)
         stated = ports or self.contact.ports
         if stated or lip is None or arcs == 1 or (whole := lip.whole(arcs)) == arcs:
             return lip
-        return self.seat.lip(whole, rings)
+        return self.struck(whole, rings)
 
     def arcs_behind_rings(self, division: Division) -> int:
         """Return the number of arcs for runs that compare numbers of rings: half of those of the division, or fewer if
         there would be more than `MOST_CHOSEN` parts, at least `FEWEST_ARCS`."""
         arcs, most = division.arcs, max(division.rings, arc_rings_to_compare(division.rings)[0])
         while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_CHOSEN):
-            lip = self.seat.lip(arcs // 2)
+            lip = self.struck(arcs // 2)
             if lip is None or lip.whole(arcs // 2) != arcs // 2:
                 break
             arcs //= 2
@@ -168,15 +186,18 @@ class ContactGeometry:
         return replace(face, offset=self.contact.offset)  # type: ignore[type-var]
 
     def stopper_lip(self) -> AnyLip | None:
-        """Return the stopper's contact face divided into its parts; ``None`` if it is not divided.
+        """Return the stopper's contact face divided into its parts; ``None`` if it is not divided, but all of it.
 
         It is the stopper's flat face, or that of the reed if the stopper has none. Raises `ModelError` for a face from
         a file that is no lip.
         """
-        if self.stopper is None or (parts := self.stopper.parts) == Division():
+        if self.stopper is None:
             return None
-        lip = self.stopper.body.lip(parts.arcs, parts.rings)
+        body, parts = self.stopper.body, self.stopper.parts
+        if parts == Division():
+            return met if (met := self._face_met(body, "stopper.contact")) is not None and met.is_part else None
         own: AnyLip | None = getattr(self.reed, "own_lip", None)
+        lip = self.struck(parts.arcs, parts.rings, body)
         return replace(own, arcs=parts.arcs, rings=parts.rings) if lip is None and own is not None else lip  # type: ignore[type-var]
 
     def behind_the_reed(self) -> AnyLip | None:
@@ -207,7 +228,7 @@ class ContactGeometry:
         on its centre line, r from the lip's centre, with the height w0 of a reed that is not flat; ``gap`` is the
         smallest on the whole lip, rims included, for any number of parts. Raises `SceneError` if w0 is not known.
         """
-        lip = self.seat.lip(division.arcs, division.rings) if self._is_uneven else None
+        lip = self.struck(division.arcs, division.rings) if self._is_uneven else None
         if lip is None:
             return np.full(len(division.names), self.contact.gap)
         angles = lip.turns(lip.places_in_arcs)
@@ -221,7 +242,7 @@ class ContactGeometry:
         film, arcs, rings = self.contact.film, division.arcs, division.rings
         if film is None:
             return (None,) * (arcs * rings)
-        whole, lip = film.on_ring(self.seat.lip_face.ring), self.seat.lip(arcs)
+        whole, lip = film.on_ring(self.seat.lip_face.ring), self.struck(arcs)
         shares, rises = np.full(arcs, 1 / arcs), np.zeros(arcs)
         if lip is not None:
             shares = lip.lengths / lip.lengths.sum()
@@ -234,7 +255,7 @@ class ContactGeometry:
     def line(self, division: Division, parts: Array, grid: TimeGrid, film: Array | None = None) -> Line | None:
         """Return the contact along the lip from the forces (N + 1, parts) on the seat's parts in the steps of ``grid``
         [N], and their part by a film (N + 1, arcs); ``None`` for a lip without arcs."""
-        if division.arcs == 1 or (lip := self.seat.lip(division.arcs)) is None:
+        if division.arcs == 1 or (lip := self.struck(division.arcs)) is None:
             return None
         force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)
         share = self.contact.line_arc / (2 * math.pi)
