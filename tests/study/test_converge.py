@@ -1,0 +1,168 @@
+"""The loop begins coarse, measures the error of each key by a neighbour, and refines what the target needs."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from impact.runs.variations import Budget
+from seatfem.faces.cli import DONE, run_command
+from seatfem.study import converge
+from seatfem.study.converge import MOST, MOST_WORK, TRIES, begin_method, begin_plan, mark, refine_plan, work_ratio
+from seatfem.study.method import BAND, FIELDS, MODEL, MODES, SIZE, STEP, TOLERANCE, stated_method
+from seatfem.study.runs.rounds import Limits, Round, rounds
+from tests.steps import Stopwatch, silent
+from tests.study.test_planning import ANNULAR, BAR, MASS, PLATE, REED, scene_of
+
+pytestmark = pytest.mark.usefixtures("own_store")
+FINER = {**dict.fromkeys((SIZE, STEP, TOLERANCE), -1), **dict.fromkeys((BAND, MODES), 1)}
+"""Sign of the change of a key that is refined."""
+
+
+@pytest.fixture
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SEATFEM_STORE", str(tmp_path / "store"))
+
+
+def loop(scene: Any, folder: Path, most: int = 9) -> Iterator[Round]:
+    """The rounds of a scene, each once."""
+    last = None
+    for done in rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=Limits(most)):
+        if last is None or done.number > last.number:
+            yield done
+        last = done
+
+
+def round_of(
+    parts: Mapping[str, float],
+    *,
+    target: float = 0.1,
+    refined: Mapping[str, tuple[float, ...]] | None = None,
+    **given: Any,
+) -> Round:
+    """A round of a mass on an annular seat with waves, whose impulse of 1 N s has these errors by key."""
+    scene = scene_of(ANNULAR, MASS, accuracy={"target": target, "measures": ["impulse"], "landing": "run"}, **given)
+    plan = begin_plan(scene)
+    plan = replace(plan, method=plan.method.replaced({MODEL: "axisymmetric"}), refined=refined or {})
+    by_key = {key: {"impulse": error} for key, error in parts.items()}
+    sources: dict[str, dict[str, float]] = {}
+    for key, part in by_key.items():
+        source = sources.setdefault(converge.source_of(key), {"impulse": 0.0})
+        source["impulse"] += part["impulse"]
+    left = Budget({"impulse": 1.0}, sources, tuple(sources), by_key)
+    return cast(Round, SimpleNamespace(plan=plan, left=left, judged=("impulse",), number=1, spent={}))
+
+
+def test_stated_keys_are_kept_and_the_others_begin_coarse() -> None:
+    scene = scene_of(
+        ANNULAR, REED, seat__mesh={"size": "0.5 mm"}, seat__greens={"bandwidth": "300 kHz"}, run__time_step="0.1 us"
+    )
+    method = begin_method(scene)
+    assert (method.seat.size, method.seat.bandwidth, method.time_step) == (0.5e-3, 300e3, 1e-7)
+    assert method.seat.level == "spring"
+    finer = stated_method(scene)
+    assert (method.reed.n_modes or 0) < (finer.reed.n_modes or 0)
+
+
+def test_a_stated_model_is_kept() -> None:
+    assert begin_method(scene_of(ANNULAR, MASS, seat__model="axisymmetric")).seat.level == "axisymmetric"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seat", [ANNULAR, PLATE])
+def test_the_target_is_met_by_what_is_finer_in_every_refined_key(seat: str, tmp_path: Path) -> None:
+    """The value of the coarse target lies within its bar of that of a target six times stricter."""
+    coarse, fine = (
+        list(loop(scene_of(seat, MASS, accuracy={"target": target, "landing": "run"}), tmp_path / str(target)))
+        for target in (0.12, 0.02)
+    )
+    for done in (coarse[-1], fine[-1]):
+        assert done.met, done.stopped
+    assert len(fine) > 1
+    for name in coarse[-1].judged:
+        one, other = coarse[-1].left, fine[-1].left
+        assert abs(one.values[name] - other.values[name]) <= one.bar(name) + other.bar(name)
+    for before, after in pairwise(fine):
+        old, new = before.plan.method, after.plan.method
+        assert max(work_ratio(old, new, before.plan.scene)) <= MOST_WORK or old.seat.level != new.seat.level
+        for key, sign in FINER.items():
+            if old.value(key) and new.value(key):
+                assert sign * (new.value(key) - old.value(key)) >= 0
+
+
+@pytest.mark.slow
+def test_two_loops_take_the_same_way(tmp_path: Path) -> None:
+    scene = scene_of(BAR, MASS, accuracy={"target": 0.03, "landing": "run"})
+    ways = [[done.plan.method for done in loop(scene, tmp_path / name)] for name in ("one", "other")]
+    assert ways[0] == ways[1]
+    assert len(ways[0]) > 1
+
+
+@pytest.mark.slow
+def test_a_spring_is_dismissed_where_waves_count(tmp_path: Path) -> None:
+    """Of a long bar the waves return while the contact lasts."""
+    scene = scene_of(BAR, MASS, accuracy={"target": 0.05, "landing": "run"})
+    first, *_, last = loop(scene, tmp_path)
+    assert first.plan.level == "spring"
+    assert first.left.by_key[MODEL]["filtered_peak"] > 0.05 / 1.5 * first.left.values["filtered_peak"]
+    assert last.plan.level != "spring"
+    assert "left" in last.plan.choice(MODEL).reason
+
+
+def test_errors_are_shared_by_effort_and_small_ones_are_left() -> None:
+    shares = converge._shares({SIZE: 0.3, STEP: 0.2, TOLERANCE: 1e-4}, 0.1)
+    assert set(shares) == {SIZE, STEP}
+    efforts = [converge.ladder_of(key).effort for key in (SIZE, STEP)]  # type: ignore[union-attr]
+    assert shares[SIZE] / shares[STEP] == pytest.approx(efforts[0] / efforts[1])
+    assert sum(shares.values()) + 1e-4 == pytest.approx(0.1)
+
+
+def test_what_misses_the_target_is_marked_and_no_more() -> None:
+    marks = mark(round_of({SIZE: 0.2, STEP: 1e-3, TOLERANCE: 1e-4}))
+    assert set(marks.factors) == {SIZE}
+    assert marks.factors[SIZE] == pytest.approx(min(0.2 / (0.85 * 0.1 / 1.5 - 1.1e-3), MOST))
+    assert mark(round_of({SIZE: 0.01})).factors == {}
+
+
+def test_keys_that_hide_each_other_are_refined_together() -> None:
+    """The error of the mesh has hardly fallen by its last refinement: the tolerance is refined, too."""
+    done = round_of({SIZE: 0.2}, refined={SIZE: (0.25,)})
+    assert set(mark(done).factors) == {SIZE, TOLERANCE}
+    assert set(mark(round_of({SIZE: 0.2}, refined={SIZE: (0.5,)})).factors) == {SIZE}
+
+
+def test_an_error_that_does_not_converge_is_given_up() -> None:
+    done = round_of({SIZE: 0.2}, refined={SIZE: (0.21,) * TRIES})
+    plan, why = refine_plan(done)
+    assert plan is None
+    assert "seat.mesh.size" in why
+    assert "30 % of impulse" in why
+
+
+def test_a_stated_key_is_named_where_the_loop_stops() -> None:
+    plan, why = refine_plan(round_of({SIZE: 0.2}, seat__mesh={"size": "1 mm", "contact_size": "0.5 mm"}))
+    assert plan is None
+    assert "seat.mesh.size" in why
+    assert "the file states it" in why
+
+
+def test_work_is_bounded_by_what_gains_most() -> None:
+    done = round_of({SIZE: 0.3, STEP: 0.3, BAND: 0.3}, target=0.001)
+    plan, _ = refine_plan(done)
+    assert plan is not None
+    assert 1 < max(work_ratio(done.plan.method, plan.method, plan.scene)) <= MOST_WORK
+
+
+@pytest.mark.slow
+def test_the_command_line_runs_the_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(f'{ANNULAR}\n{MASS}\naccuracy = {{ target = "10 %", landing = "run" }}\n', encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert run_command(["run", "scene.toml", "--planner", "loop", "--no-pictures"]) == DONE
+    plan = (tmp_path / "scene-result" / "plan.json").read_text(encoding="utf-8")
+    assert all(key in plan for key in FIELDS if key in (SIZE, STEP))
+    assert "steps in the width of the filter" in plan
