@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 
+from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
-from impact.march.motion import Discrete
+from impact.march.motion import Discrete, mean_displacement
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
@@ -58,6 +59,11 @@ class Marched:
         """Return the fine step [s]."""
         return self.rows.dt
 
+    def without_gaps(self) -> Marched:
+        """Return the run with forces alone, as gaps of many contacts are large."""
+        rows = self.rows
+        return replace(self, rows=Rows(rows.dt, rows.ends, rows.force, np.zeros((0, len(self.rest))), rows.film))
+
     @property
     def steps(self) -> int:
         """Return the number of fine steps."""
@@ -99,3 +105,63 @@ def find_seats(problem: ContactProblem) -> Array:
     seats = np.array([contact.side > 0 for contact in problem.contacts])
     seats = seats if np.any(seats) else ~seats
     return np.asarray(seats / np.count_nonzero(seats))
+
+
+def find_ports(problem: ContactProblem, body: Body) -> tuple[list[int], list[int]]:
+    """Return the contacts of a body, and its port at each."""
+    striker, greens = body is problem.striker, body.greens
+    each = [(c, one.striker_port if striker else one.port) for c, one in enumerate(problem.contacts)]
+    own = [(c, port) for c, port in each if striker or problem.contacts[c].target is body]
+    return [c for c, _ in own], [greens.port_index(port) for _, port in own]
+
+
+def _add(moved: Array, seen: Array, part: slice, displacement: Array) -> None:
+    moved[part] += displacement.T @ seen
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """Displacements of targets, or of the striker, at contacts of a run, made from its forces when they are asked for.
+
+    They stand for an array (N + 1, k), or (N + 1,): the displacements (N + 1, p) at all contacts times ``weights``.
+
+    Attributes:
+        run: the run, without gaps.
+        weights: (p, k) or (p,).
+        gap: (N + 1, p) gaps [m], by which the striker is above the targets; ``None``: those of the targets are meant.
+    """
+
+    run: Marched
+    weights: Array
+    gap: Array | None = None
+
+    __repr__ = brief
+
+    def __getitem__(self, place: tuple[slice, int | slice]) -> Replayed:
+        """Return those at some contacts, by ``[:, which]``."""
+        return replace(self, weights=self.weights[place])
+
+    def __matmul__(self, weights: Array) -> Array:
+        return np.asarray(replace(self, weights=self.weights @ weights))
+
+    def __array__(self, dtype: None = None, copy: bool | None = None) -> Array:
+        run, problem, time = self.run, self.run.problem, self.run.rows.time
+        weights = self.weights.reshape(len(self.weights), -1)
+        moved = np.zeros((len(time), weights.shape[1]))
+        for body in run.bodies[1:]:
+            contacts, ports = find_ports(problem, body.body)
+            if not np.any(weights[contacts]):
+                continue
+            seen = np.zeros((len(body.rest), weights.shape[1]))
+            np.add.at(seen, ports, weights[contacts])
+            turn, force = problem.directions(body.body), run.rows.force[1:].T
+            if weights.shape[1] == 1:
+                moved[:, 0] += mean_displacement(body, force, seen[:, 0], run.rows, turn)
+            else:
+                body.motion(force, run.rows, turn, partial(_add, moved, seen), energies=False)
+            moved += body.body.carried(time)[:, None] * weights[contacts].sum(axis=0)
+        if self.gap is not None:
+            sides = np.array([contact.side for contact in problem.contacts])
+            moved += self.gap @ (sides[:, None] * weights)
+            moved -= np.array([contact.gap for contact in problem.contacts]) * sides @ weights
+        return moved.reshape(len(time), *self.weights.shape[1:])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -221,6 +221,8 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         with watch("reed stress"):
             coarsely, since = not scene.needs_stress, stress_since(touches, scene.accuracy.landing)
             stress = stress_in_run(scene.geometry, done.striker, touches, coarsely=coarsely, since=since)
+    if not same and scene.life is None:
+        touches = replace(touches, parts=None)  # long histories of many parts, of which the line keeps the forces
     simpler: Mapping[str, Touches] = {}
     if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):
