@@ -191,7 +191,7 @@ class ImpactResult:
         """Return the step [s]."""
         return self.rows.dt
 
-    @cached_property
+    @property
     def time(self) -> Array:
         """Return the times of the histories, uniform from 0 [s]."""
         return np.asarray(self.dt * np.arange(self.rows.ends[-1] + 1), dtype=np.float64)
@@ -201,22 +201,22 @@ class ImpactResult:
         """Return the contact force [N], >= 0 except for the tension of a film."""
         return self.rows.spread_forces(self.rows.force)
 
-    @cached_property
+    @property
     def gap(self) -> Array:
         """Return the opening [m]."""
         return self.rows.spread_motions(self.rows.gap)
 
-    @cached_property
+    @property
     def striker_displacement(self) -> Array:
         """Return the displacement of the contact point of the striker, its base's motion included [m]."""
         return self.rows.spread_motions(self.rows.make_displacement("striker"))
 
-    @cached_property
+    @property
     def target_displacement(self) -> Array:
         """Return the displacement of the contact point of the target, its base's motion included [m]."""
         return self.rows.spread_motions(self.rows.make_displacement("target"))
 
-    @cached_property
+    @property
     def film(self) -> Array | None:
         """Return the part of ``force`` carried by films in the gaps [N]; ``None`` without films."""
         return None if self.rows.film is None else self.rows.spread_forces(self.rows.film)
@@ -226,7 +226,7 @@ class ImpactResult:
         """Return the force >= 0 of solid contact [N]: ``force`` without the film's part."""
         return self.force if self.film is None else self.force - self.film
 
-    @cached_property
+    @property
     def energy(self) -> EnergyLedger:
         """Return the ledger."""
         of_rows, spread = self.rows.energy, self.rows.spread_motions

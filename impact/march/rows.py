@@ -31,6 +31,14 @@ class Rows(TimeGrid):
 
     __repr__ = brief
 
+    def of_forces(self) -> Rows:
+        """Return the rows without gaps, as those of many contacts are large."""
+        return replace(self, gap=np.zeros((0, self.gap.shape[1])))
+
+    def of_gaps(self) -> Rows:
+        """Return the rows without forces."""
+        return replace(self, force=np.zeros((0, self.gap.shape[1])), film=np.zeros((0, 0)))
+
 
 @dataclass(frozen=True)
 class Marched:
@@ -59,11 +67,6 @@ class Marched:
         """Return the fine step [s]."""
         return self.rows.dt
 
-    def without_gaps(self) -> Marched:
-        """Return the run with forces alone, as gaps of many contacts are large."""
-        rows = self.rows
-        return replace(self, rows=Rows(rows.dt, rows.ends, rows.force, np.zeros((0, len(self.rest))), rows.film))
-
     @property
     def steps(self) -> int:
         """Return the number of fine steps."""
@@ -74,17 +77,17 @@ class Marched:
         """Return the (p,) contact forces of the preload [N]."""
         return np.asarray(self.rows.force[0])
 
-    @cached_property
+    @property
     def force(self) -> Array:
         """Return the (n + 1, p) forces at fine steps [N]; raises as `Rows.spread_forces`."""
         return self.rows.spread_forces(self.rows.force)
 
-    @cached_property
+    @property
     def gap(self) -> Array:
         """Return the (n + 1, p) gaps at fine steps [m]."""
         return self.rows.spread_motions(self.rows.gap)
 
-    @cached_property
+    @property
     def film(self) -> Array:
         """Return the (n + 1, p) forces of films at fine steps [N]; (n + 1, 0) without films."""
         return self.rows.spread_forces(self.rows.film)

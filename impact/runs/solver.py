@@ -190,8 +190,9 @@ def solve(
 
 def collect(march: ContactStepper | Marched) -> ImpactResult:
     """Return the result of the steps marched so far; raises `ContactError` if a history is not finite."""
-    run = (march.marched() if isinstance(march, ContactStepper) else march).without_gaps()
-    del march  # the gaps are made again from the forces, and a history of many contacts is large
+    run = march.marched() if isinstance(march, ContactStepper) else march
+    run = replace(run, rows=run.rows.of_forces())
+    del march  # its gaps are made again from the forces, and a history of many contacts is large
     rows, bodies, problem = run.rows, run.bodies, run.problem
     whole, time, force = rows.force, rows.time, rows.force[1:]
     carried, gap, at_start = problem.carried(time), np.zeros_like(whole), list[Array]()

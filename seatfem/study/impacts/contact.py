@@ -304,6 +304,8 @@ def blow_of_march(
 
 def strains_of(gauged: Sequence[Gauged], run: Marched) -> Strains:
     """Return the strain at the gauges in a run without energies."""
+    if not gauged:
+        return {}
     striker, dt, stopper = run.problem.striker, run.dt, touches.stopper_force_of(run)
     return gauge_strains(gauged, striker, touches.force_of(run), stopper, dt, run.opening)
 

@@ -18,7 +18,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
 from seatfem.study import impacts, runs
-from seatfem.study.impacts import contact, validity
+from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
 from seatfem.study.impacts.touches import bar_keys
@@ -173,7 +173,7 @@ def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Sto
         "title": scene.title,
         **measured,
         **{f"spring_{k}": v for k, v in on_spring.items()},
-        **validity.simpler_keys(baseline.simpler, width),
+        **baseline.simpler,
         **({} if done.touches.line is None else {"tilt_deg": math.degrees(scene.contact.tilt)}),
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
