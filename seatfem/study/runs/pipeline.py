@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import seatfem
+from impact.after.result import ImpactResult
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
@@ -109,20 +110,14 @@ def run_scene(
         gas_run = None if scene.gas is None else GasRun.from_run(scene.gas, latest.touches)
         summary = _summary(latest, baseline, gas_run, watch)
         with watch("files"):
-            touches, parts = latest.touches, "rings" if latest.touches.line is None else "lip"
-            others = {
-                parts: touches.parts,
-                "stopper": touches.stopper,
-                "stopper_lip": touches.stopper_parts,
-                "spring_stopper": baseline.touches.stopper,
-            }
-            all_of_them = {"wave": latest.result, "spring": baseline.result}
-            all_of_them |= {name: result for name, result in others.items() if result is not None}
             if histories:
-                save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": latest.number})
+                about = {"title": scene.title, "round": latest.number}
+                save_results(folder / RESULT_FILE, _results(latest, baseline), about)
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
             gas = () if gas_run is None else (write_gas(gas_run, folder / GAS_FILE),)
             write_landings(folder / LANDINGS_FILE, summary["landings"])
+        if latest.is_followed:
+            baseline = None  # its histories would lie beside those of the next round
     if is_planned or latest.number > 1:
         save_plan(latest)
     assert baseline is not None
@@ -139,7 +134,11 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"]) if touches.line else []
+            lip = (
+                runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
+                if latest.touches.line
+                else []
+            )
             division = latest.plan.method.seat.division
             layout, draw = impacts.layout, seatfem.pictures.scene_drawing.draw_layout
             drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
@@ -159,6 +158,20 @@ def run_scene(
     files = (*tables, *((folder / RESULT_FILE,) if histories else ()), *seats, *gas, *later.files, *drawn)
     summary |= timing_keys(watch, start)
     return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=latest.plan)
+
+
+def _results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
+    """Return the results of a round and its baseline by their names in result.h5."""
+    touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
+    every = {
+        "wave": done.result,
+        "spring": baseline.result,
+        parts: touches.parts,
+        "stopper": touches.stopper,
+        "stopper_lip": touches.stopper_parts,
+        "spring_stopper": baseline.touches.stopper,
+    }
+    return {name: result for name, result in every.items() if result is not None}
 
 
 def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Stopwatch) -> dict[str, Any]:
