@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -14,7 +13,7 @@ from impact.march import laws
 from impact.march.grid import TimeGrid
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.replay import blocks
-from impact.march.rows import Replayed
+from impact.march.rows import AtEqualSteps, Replayed
 from impact.names import frame_of
 from impact.quantities import as_html, brief, cut, in_units, percent, some
 
@@ -154,7 +153,7 @@ class RunRows(TimeGrid):
 
 
 @dataclass(frozen=True)
-class ImpactResult:
+class ImpactResult(AtEqualSteps):
     """Time histories of one contact, all (n + 1,), or of p contacts, (n + 1, p), at n equal steps; SI.
 
     ``force[m]`` is constant over the step that ends at ``time[m]``: the impulse is exactly ``sum(force[1:]) * dt``;
@@ -187,24 +186,9 @@ class ImpactResult:
         return str(self)
 
     @property
-    def dt(self) -> float:
-        """Return the step [s]."""
-        return self.rows.dt
-
-    @property
     def time(self) -> Array:
         """Return the times of the histories, uniform from 0 [s]."""
         return np.asarray(self.dt * np.arange(self.rows.ends[-1] + 1), dtype=np.float64)
-
-    @cached_property
-    def force(self) -> Array:
-        """Return the contact force [N], >= 0 except for the tension of a film."""
-        return self.rows.spread_forces(self.rows.force)
-
-    @property
-    def gap(self) -> Array:
-        """Return the opening [m]."""
-        return self.rows.spread_motions(self.rows.gap)
 
     @property
     def striker_displacement(self) -> Array:

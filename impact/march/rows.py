@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -40,8 +41,29 @@ class Rows(TimeGrid):
         return replace(self, force=np.zeros((0, self.gap.shape[1])), film=np.zeros((0, 0)))
 
 
+class AtEqualSteps:
+    """Forces and gaps at fine steps, made from the ``rows`` of a run; raise as `TimeGrid.spread_forces`."""
+
+    rows: Any
+
+    @property
+    def dt(self) -> float:
+        """Return the fine step [s]."""
+        return float(self.rows.dt)
+
+    @cached_property
+    def force(self) -> Array:
+        """Return the contact force [N], >= 0 except for the tension of a film."""
+        return np.asarray(self.rows.spread_forces(self.rows.force))
+
+    @property
+    def gap(self) -> Array:
+        """Return the opening [m]."""
+        return np.asarray(self.rows.spread_motions(self.rows.gap))
+
+
 @dataclass(frozen=True)
-class Marched:
+class Marched(AtEqualSteps):
     """A run without energies: its forces and gaps, and what they act on.
 
     Attributes:
@@ -63,11 +85,6 @@ class Marched:
     __repr__ = brief
 
     @property
-    def dt(self) -> float:
-        """Return the fine step [s]."""
-        return self.rows.dt
-
-    @property
     def steps(self) -> int:
         """Return the number of fine steps."""
         return int(self.rows.ends[-1])
@@ -76,21 +93,6 @@ class Marched:
     def rest(self) -> Array:
         """Return the (p,) contact forces of the preload [N]."""
         return np.asarray(self.rows.force[0])
-
-    @property
-    def force(self) -> Array:
-        """Return the (n + 1, p) forces at fine steps [N]; raises as `Rows.spread_forces`."""
-        return self.rows.spread_forces(self.rows.force)
-
-    @property
-    def gap(self) -> Array:
-        """Return the (n + 1, p) gaps at fine steps [m]."""
-        return self.rows.spread_motions(self.rows.gap)
-
-    @property
-    def film(self) -> Array:
-        """Return the (n + 1, p) forces of films at fine steps [N]; (n + 1, 0) without films."""
-        return self.rows.spread_forces(self.rows.film)
 
     @cached_property
     def opening(self) -> Array:
