@@ -175,10 +175,10 @@ def contact_advice(force: Array, grid: TimeGrid) -> Iterator[notices.Advice]:
     ``grid``: the N steps, which count as fine ones. A contact cut off by the end of the record counts with its
     recorded steps; a force that rises over n steps errs by about 1/n.
     """
-    total = float((grid.spans @ force).sum())
-    short, shortest = 0.0, FEWEST_STEPS
+    spans, short, shortest = grid.spans, 0.0, FEWEST_STEPS
+    total = float((spans @ force).sum())
     for each in force.T:
-        column = each * grid.spans
+        column = each * spans
         rows = closed_steps(column)
         steps, running = np.diff(grid.ends[rows], axis=1)[:, 0], np.concatenate([[0.0], np.cumsum(column)])
         brief = steps < FEWEST_STEPS
