@@ -294,15 +294,15 @@ def restitutions(
 def _closing_speeds(problem: ContactProblem, force: Array, grid: TimeGrid, loads: Array, side: int) -> Array:
     """Return the (n + 1,) mean closing speed of the bodies' translations at the contacts of one side [m/s]."""
     face = np.array([contact.side == side for contact in problem.contacts])
-    impulses = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force * grid.spans[:, None], axis=0)])
-    start_speed, change, dt = 0.0, np.zeros(len(impulses)), grid.dt
+    start_speed, change, dt = 0.0, np.zeros(len(force) + 1), grid.dt
     for body in problem.bodies:
         turn = problem.directions(body)
         seen = turn[:, face].mean(axis=1)
         start = np.array([body.velocity_of(port) for port in range(len(seen))])
         inverse = body.greens.inverse_mass()
         start_speed += float(seen @ start)
-        change += impulses @ (turn.T @ np.where(np.isfinite(inverse), inverse, 0.0) @ seen)
+        pushed = force @ (turn.T @ np.where(np.isfinite(inverse), inverse, 0.0) @ seen)
+        change[1:] += np.cumsum(pushed * grid.spans)
     speed = start_speed + grid.spread_motions(change)
     modal = problem.striker.greens.modal
     if modal is not None and len(loads):

@@ -311,7 +311,8 @@ def work(result: ImpactResult, *, contact: int | None = None) -> Work:
     if not np.any(rows.force[1:]):
         return Work(0.0, 0.0)
     push = _known_side(one) * rows.force[1:]
-    return Work(float(push @ np.diff(rows.striker_displacement)), -float(push @ np.diff(rows.target_displacement)))
+    striker, target = (float(push @ np.diff(rows.make_displacement(body))) for body in ("striker", "target"))
+    return Work(striker, -target)
 
 
 def _step(result: ImpactResult, time: float) -> int:
@@ -336,7 +337,7 @@ def _known_side(one: ImpactResult) -> int:
 
 def _side(one: ImpactResult) -> int:
     """Return +1 for a seat, -1 for a stopper, from d(gap) = side d(u_striker - u_target); 0 if that never moves."""
-    striker, target = np.diff(one.rows.striker_displacement), np.diff(one.rows.target_displacement)
+    striker, target = (np.diff(one.rows.make_displacement(body)) for body in ("striker", "target"))
     agreement = float(np.diff(one.rows.gap) @ (striker - target))
     round_off = 1e-24 * float(striker @ striker + target @ target)
     return int(np.sign(agreement)) if abs(agreement) > round_off else 0

@@ -175,10 +175,10 @@ def contact_advice(force: Array, grid: TimeGrid) -> Iterator[notices.Advice]:
     ``grid``: the N steps, which count as fine ones. A contact cut off by the end of the record counts with its
     recorded steps; a force that rises over n steps errs by about 1/n.
     """
-    impulse = force * grid.spans[:, None]
-    total = float(impulse.sum())
-    short, shortest = 0.0, FEWEST_STEPS
-    for column in impulse.T:
+    spans, short, shortest = grid.spans, 0.0, FEWEST_STEPS
+    total = float((spans @ force).sum())
+    for each in force.T:
+        column = each * spans
         rows = closed_steps(column)
         steps, running = np.diff(grid.ends[rows], axis=1)[:, 0], np.concatenate([[0.0], np.cumsum(column)])
         brief = steps < FEWEST_STEPS
@@ -243,7 +243,7 @@ def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float)
         return
     rigid = np.array([isinstance(c.law, Signorini) for c in problem.contacts])
     overlap = float(np.max(-gap[0, rigid], initial=0.0))
-    if overlap <= 1e-12 * float(np.abs(gap).max()):
+    if overlap <= 1e-12 * max(float(gap.max()), -float(gap.min())):
         return
     put_in = float(pressed_in(problem, force, gap)[-1])
     yield notices.Advice(
@@ -263,9 +263,10 @@ def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> It
     times the deflection; it must be small against W_0 N at the peak force N plus the penetration, or, in a contact that
     never closes, against the largest gap.
     """
-    yields = np.diag(own) * force.max(axis=0, initial=0.0) + np.maximum(-gap, 0.0).max(axis=0)
+    deepest = -gap.min(axis=0)
+    yields = np.diag(own) * force.max(axis=0, initial=0.0) + np.maximum(deepest, 0.0)
     touched = force.any(axis=0)
-    scale = float(np.min(np.where(touched, yields, np.abs(gap).max(axis=0))))
+    scale = float(np.min(np.where(touched, yields, np.maximum(gap.max(axis=0), deepest))))
     unknown = float(np.finfo(float).eps) * deflection
     if unknown <= DIGITS_LIMIT * scale:
         return

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
@@ -12,7 +11,9 @@ from impact import after, notices
 from impact.greens.base import Array
 from impact.march import laws
 from impact.march.grid import TimeGrid
-from impact.march.problem import ContactProblem
+from impact.march.problem import ContactError, ContactProblem
+from impact.march.replay import blocks
+from impact.march.rows import AtEqualSteps, Replayed
 from impact.names import frame_of
 from impact.quantities import as_html, brief, cut, in_units, percent, some
 
@@ -89,23 +90,27 @@ def ledger(
 ) -> EnergyLedger:
     """Return the ledger from the motion of each body (striker first), force (n, p), with the films' part ``film``, and
     gap (n + 1, p), with the part ``carried`` from moving bases."""
-    potential = np.stack([c.law.potential(-gap[:, i]) for i, c in enumerate(problem.contacts)], axis=1)
-    opened, of_films, of_bases = np.diff(gap, axis=0), None, np.zeros(len(gap))
-    if carried is not None:
-        of_bases[1:] = np.cumsum(np.sum(-force * np.diff(carried, axis=0), axis=1))
-    if film is not None:
-        of_films = np.concatenate([[0.0], np.cumsum(np.sum(-film * opened, axis=1))])
-        force = force - film
-    step_loss = np.sum(-force * opened - np.diff(potential, axis=0), axis=1)
-    pressed = pressed_in(problem, force, gap)
-    loss = np.concatenate([[0.0], np.cumsum(step_loss)]) + pressed
-    stored_at_start = sum(float(m.stored[0]) for m in motions) + float(potential[0].sum())
+    kept, of_bases, lost, by_films = np.zeros((4, len(gap)))
+    for part in blocks(len(force)):
+        now, after = slice(part.start, part.stop + 1), slice(part.start + 1, part.stop + 1)
+        potential = np.stack([c.law.potential(-gap[now, i]) for i, c in enumerate(problem.contacts)], axis=1)
+        opened, pushed, kept[now] = np.diff(gap[now], axis=0), force[part], potential.sum(axis=1)
+        if carried is not None:
+            of_bases[after] = np.sum(-pushed * np.diff(carried[now], axis=0), axis=1)
+        if film is not None:
+            by_films[after] = np.sum(-film[part] * opened, axis=1)
+            pushed = pushed - film[part]
+        lost[after] = np.sum(-pushed * opened - np.diff(potential, axis=0), axis=1)
+    of_films = None if film is None else np.cumsum(by_films)
+    pressed = pressed_in(problem, force[:1] if film is None else force[:1] - film[:1], gap)
+    loss = np.cumsum(lost) + pressed
+    stored_at_start = sum(float(m.stored[0]) for m in motions) + float(kept[0])
     names = ("striker", *(["target"] * (len(motions) - 1)))
     return EnergyLedger(
-        input=stored_at_start + np.sum([m.load_work for m in motions], axis=0) + pressed + of_bases,
+        input=stored_at_start + np.sum([m.load_work for m in motions], axis=0) + pressed + np.cumsum(of_bases),
         striker=motions[0].stored,
         target=np.sum([m.stored for m in motions[1:]], axis=0),
-        contact=potential.sum(axis=1),
+        contact=kept,
         dissipated=np.sum([m.dissipated for m in motions], axis=0) + loss + (0.0 if of_films is None else of_films),
         contact_loss=loss,
         film_loss=of_films,
@@ -118,13 +123,13 @@ class RunRows(TimeGrid):
     """Histories of one contact, all (N + 1,), or of p contacts, (N + 1, p): a row a step of the march, the start first.
 
     A force is constant over the step that ends there; motions and energies, (N + 1,), are those at its end. See
-    `ImpactResult`.
+    `ImpactResult`. Displacements at many contacts are made when they are asked for; ``None``: they are not on file.
     """
 
     force: Array
     gap: Array
-    striker_displacement: Array
-    target_displacement: Array
+    striker_displacement: Array | Replayed | None
+    target_displacement: Array | Replayed | None
     energy: EnergyLedger
     film: Array | None = None
 
@@ -135,9 +140,20 @@ class RunRows(TimeGrid):
         """Return the force >= 0 of solid contact [N]: ``force`` without the film's part."""
         return self.force if self.film is None else self.force - self.film
 
+    def make_displacement(self, body: Literal["striker", "target"]) -> Array:
+        """Return the displacement of the striker or the target [m], shaped as ``force``; raises `ContactError` if it is
+        not on file."""
+        known = self.striker_displacement if body == "striker" else self.target_displacement
+        if known is None:
+            raise ContactError(
+                f"the displacements at {self.force.shape[-1]} contacts of a long run are not on file: take those of "
+                "the whole face, or solve the problem again"
+            )
+        return np.asarray(known)
+
 
 @dataclass(frozen=True)
-class ImpactResult:
+class ImpactResult(AtEqualSteps):
     """Time histories of one contact, all (n + 1,), or of p contacts, (n + 1, p), at n equal steps; SI.
 
     ``force[m]`` is constant over the step that ends at ``time[m]``: the impulse is exactly ``sum(force[1:]) * dt``;
@@ -170,36 +186,21 @@ class ImpactResult:
         return str(self)
 
     @property
-    def dt(self) -> float:
-        """Return the step [s]."""
-        return self.rows.dt
-
-    @cached_property
     def time(self) -> Array:
         """Return the times of the histories, uniform from 0 [s]."""
         return np.asarray(self.dt * np.arange(self.rows.ends[-1] + 1), dtype=np.float64)
 
-    @cached_property
-    def force(self) -> Array:
-        """Return the contact force [N], >= 0 except for the tension of a film."""
-        return self.rows.spread_forces(self.rows.force)
-
-    @cached_property
-    def gap(self) -> Array:
-        """Return the opening [m]."""
-        return self.rows.spread_motions(self.rows.gap)
-
-    @cached_property
+    @property
     def striker_displacement(self) -> Array:
         """Return the displacement of the contact point of the striker, its base's motion included [m]."""
-        return self.rows.spread_motions(self.rows.striker_displacement)
+        return self.rows.spread_motions(self.rows.make_displacement("striker"))
 
-    @cached_property
+    @property
     def target_displacement(self) -> Array:
         """Return the displacement of the contact point of the target, its base's motion included [m]."""
-        return self.rows.spread_motions(self.rows.target_displacement)
+        return self.rows.spread_motions(self.rows.make_displacement("target"))
 
-    @cached_property
+    @property
     def film(self) -> Array | None:
         """Return the part of ``force`` carried by films in the gaps [N]; ``None`` without films."""
         return None if self.rows.film is None else self.rows.spread_forces(self.rows.film)
@@ -209,7 +210,7 @@ class ImpactResult:
         """Return the force >= 0 of solid contact [N]: ``force`` without the film's part."""
         return self.force if self.film is None else self.force - self.film
 
-    @cached_property
+    @property
     def energy(self) -> EnergyLedger:
         """Return the ledger."""
         of_rows, spread = self.rows.energy, self.rows.spread_motions
@@ -244,7 +245,7 @@ class ImpactResult:
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the histories by time [SI], a row a step; raises `impact.names.FrameError` without pandas."""
         rows = self.rows
-        of_contacts = {"force_N": rows.force, **{f"{name}_m": getattr(rows, name) for name in _WAYS}}
+        of_contacts = {"force_N": rows.force, **{f"{name}_m": np.asarray(getattr(rows, name)) for name in _WAYS}}
         energies = {f"energy_{name}_J": getattr(rows.energy, name) for name in _TERMS}
         return frame_of({"time_s": rows.time, **of_contacts, **energies}, "time_s")
 
@@ -253,7 +254,8 @@ def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
     """Return the result with one of several contacts, histories (n + 1,), or a range; energies remain those of all."""
     rows = result.rows
     of_film = () if rows.film is None else ("film",)
-    columns = {name: getattr(rows, name)[:, which] for name in ("force", *_WAYS, *of_film)}
+    known = {name: getattr(rows, name) for name in ("force", *_WAYS, *of_film)}
+    columns: dict[str, Any] = {name: None if values is None else values[:, which] for name, values in known.items()}
     return replace(result, rows=replace(rows, **columns))
 
 
@@ -262,6 +264,7 @@ def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
     rows = result.rows
     if rows.force.ndim == 1:
         return result
-    means = {name: getattr(rows, name) @ shares for name in _WAYS}
+    known = {name: getattr(rows, name) for name in _WAYS}
+    means: dict[str, Any] = {name: None if values is None else values @ shares for name, values in known.items()}
     film = None if rows.film is None else rows.film.sum(axis=1)
     return replace(result, rows=replace(rows, **means, force=rows.force.sum(axis=1), film=film))

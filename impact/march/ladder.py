@@ -35,10 +35,9 @@ LARGE: Final = 8e6  # steps x contacts of equal steps, of 64 MB a history, from 
 HIGHEST: Final = 6  # longest step: RISE^6 = 4096 fine ones
 FEWEST: Final = 16  # fewest steps of a length that fit into a run
 CHUNK: Final = loop.RISE**HIGHEST * 16  # fine steps whose loads are known at once
-ROOM: Final = 8192  # rows that are written at once
+ROOM: Final = 8192  # rows by which the histories grow
 Room = tuple[NDArray[np.int64], Array, Array, Array]
 """Step after each row, forces, gaps and forces of films."""
-KEPT: Final = 2 * loop.SMOOTH + 1  # rows that the loop looks back at
 
 
 @dataclass(frozen=True)
@@ -219,8 +218,9 @@ class LadderMarch:
         self._laws.numbers[:, laws.DEEPEST] = np.maximum(-start, 0.0)
         widest = [float(np.max(start[self._sides == side], initial=0.0)) for side in (3, 4)]
         self._share = np.array([share, float(np.abs(rest).sum()), BEND, *widest])
-        self._written: list[Room] = []
-        self._room = self._make_room(np.zeros(1, dtype=np.int64), rest[None], start[None], np.zeros((1, p)))
+        films = 0 if self._laws.films is None else p
+        self._room = np.zeros(ROOM, dtype=np.int64), np.zeros((ROOM, p)), np.zeros((ROOM, p)), np.zeros((ROOM, films))
+        self._room[1][0], self._room[2][0] = rest, start
         self._first, self._chunk = 0, (np.zeros((0, 1)), np.zeros((0, 1)), np.zeros((0, p)))
         self._load_chunk(0)
 
@@ -252,15 +252,10 @@ class LadderMarch:
             loop.settle(q, v, levels.scale, levels.gains[0], levels.poles.psi, force * (pending > 0))
         return np.array([q, v]), force.copy()
 
-    def _make_room(self, ends: NDArray[np.int64], force: Array, gap: Array, film: Array) -> Room:
-        """Return room for `ROOM` rows behind those given, which the loop looks back at."""
-        size, p = len(ends) + ROOM, force.shape[1]
-        films = 0 if self._laws.films is None else p
-        room = np.zeros(size, dtype=np.int64), np.zeros((size, p)), np.zeros((size, p)), np.zeros((size, films))
-        for whole, part in zip(room, (ends, force, gap, film), strict=True):
-            whole[: len(ends)] = part[:, : whole.shape[1]] if whole.ndim == 2 else part
-        self._control[loop.ROW] = len(ends) - 1
-        return room
+    def _resize(self, rows: int) -> None:
+        """Give the histories room for so many rows, in place: a longer copy would take twice their memory."""
+        for part in self._room:
+            part.resize((rows, *part.shape[1:]), refcheck=False)
 
     def _load_chunk(self, first: int) -> None:
         """Put the loads and the moving bases of the next fine steps where the loop finds them."""
@@ -294,22 +289,14 @@ class LadderMarch:
         )  # fmt: skip
         known.check()
         row = int(control[loop.ROW])
-        if row + 1 == len(self._room[0]) or self.done == self._of.steps:
-            self._keep(row)
-
-    def _keep(self, row: int) -> None:
-        """Put the rows written so far aside, and make room for more."""
-        self._written.append(self._copy_rows(KEPT if self._written else 0, row + 1))
-        if self.done < self._of.steps:
-            self._room = self._make_room(*self._copy_rows(max(row + 1 - KEPT, 0), row + 1))
-
-    def _copy_rows(self, first: int, stop: int) -> Room:
-        ends, force, gap, film = self._room
-        return ends[first:stop].copy(), force[first:stop].copy(), gap[first:stop].copy(), film[first:stop].copy()
+        if self.done == self._of.steps:
+            self._resize(row + 1)
+        elif row + 1 == len(self._room[0]):
+            self._resize(row + 1 + ROOM)
 
     def marched(self) -> Marched:
-        """Return the whole run."""
-        ends, force, gap, film = (np.concatenate(parts) for parts in zip(*self._written, strict=True))
+        """Return the whole run, with the histories of this march."""
+        ends, force, gap, film = self._room
         return Marched(
             problem=self._of.problem,
             bodies=self._of.bodies,

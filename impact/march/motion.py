@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +23,11 @@ from impact.march.grid import TimeGrid
 from impact.march.leaps import LeapReplay, find_loads
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR, displaced
-from impact.march.replay import Replay, blocks, resting, translate
+from impact.march.replay import Block, Replay, blocks, resting, translate
 from impact.quantities import brief
 
+Write = Callable[[slice, Array], None]
+"""Function that receives the displacements (P, m) of the ports at the ends of a slice of the steps, the start first."""
 CALM = 64  # fewest steps without any force that are advanced at once
 _ROUND_OFF = 1e-13  # relative round-off of a difference of inverse masses
 
@@ -99,46 +102,66 @@ class Discrete:
             return self.motion(force).displacement
         return _modal_motion(self, self.kernel.modal, force, energies=False).displacement
 
-    def stored_after(self, force: Array, steps: Sequence[int], grid: TimeGrid | None = None) -> Array | None:
+    def stored_after(
+        self, force: Array, steps: Sequence[int], grid: TimeGrid | None = None, turn: Array | None = None
+    ) -> Array | None:
         """Return the energy stored in the body after each of the fine ``steps`` (increasing) [J]; ``None`` without
         modes. Arguments as in `motion`; a step that is no end of one of the ``grid`` counts as that it belongs to."""
         if self.kernel.modal is None or self.kernel.weights is not None:
             return None
-        if grid is not None and not grid.is_uniform:
-            none = np.zeros((0, len(force)))
-            stored_at_ends = _move_in_leaps(self, self.kernel.modal, force, grid, none).stored
-            return np.asarray(stored_at_ends[np.searchsorted(grid.ends, steps)])
-        replay, now, last = _replay(self, self.kernel.modal), 0, max(steps, default=0)
-        stored, pushed = {0: replay.stored}, np.any(force, axis=0) | np.any(self.loads, axis=0)
-        calm = np.flatnonzero(np.diff(pushed, prepend=True, append=True)).reshape(-1, 2)
+        uniform, none = grid is None or grid.is_uniform, np.zeros((0, len(self.rest)))
+        rows = list(steps) if grid is None else np.searchsorted(grid.ends, steps).tolist()
+        replay, advance = _begin_replay(self, self.kernel.modal, grid, none, energies=False)
+        stored, now, calm = {0: replay.stored}, 0, np.zeros((0, 2), dtype=np.int64)
+        if uniform:
+            pushed = np.any(force, axis=0) | np.any(self.loads, axis=0)
+            calm = np.flatnonzero(np.diff(pushed, prepend=True, append=True)).reshape(-1, 2)
         ends = calm[np.diff(calm, axis=1)[:, 0] >= CALM].ravel()
-        for step in sorted({*steps, *ends[ends < last].tolist()}):
-            if not np.any(pushed[now:step]):
-                replay.coast(step - now)
+        for row in sorted({*rows, *ends[ends < max(rows, default=0)].tolist()}):
+            if isinstance(replay, Replay) and not np.any(pushed[now:row]):
+                replay.coast(row - now)
             else:
-                for part in blocks(step - now):
+                for part in blocks(row - now):
                     span = slice(now + part.start, now + part.stop)
-                    replay.advance(force[:, span], self.loads[:, span], energies=False)
-            now, stored[step] = step, replay.stored
-        return np.array([stored[step] for step in steps])
+                    advance(span, force[:, span] if turn is None else turn @ force[:, span])
+            now, stored[row] = row, replay.stored
+        return np.array([stored[row] for row in rows])
 
-    def motion(self, force: Array, grid: TimeGrid | None = None) -> Motion:
+    def motion(
+        self,
+        force: Array,
+        grid: TimeGrid | None = None,
+        turn: Array | None = None,
+        write: Write | None = None,
+        *,
+        energies: bool = True,
+    ) -> Motion:
         """Return the motion under port forces (P, n) along the normal, constant over each step of the ``grid``, by
-        default fine steps. Other steps are for bodies of modes alone."""
-        n = force.shape[1]
-        if grid is not None and not grid.is_uniform:
-            assert self.kernel.modal is not None
-            return _move_in_leaps(self, self.kernel.modal, force, grid)
+        default fine steps. Other steps are for bodies of modes alone.
+
+        ``turn`` (P, p): directions of the ports at contacts, whose forces (p, n) are then given. ``write``: function
+        that receives the displacements, slice by slice, which the motion then lacks: they may be large. Without
+        ``energies`` those of modes mean nothing.
+        """
+        n, modal = force.shape[1], self.kernel.modal
+        if modal is not None and self.kernel.weights is None:
+            return _modal_motion(self, modal, force, grid, turn, energies=energies, write=write)
+        force = force if turn is None else turn @ force
         out = Motion(np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1))
-        if self.kernel.modal is not None:
-            out = _modal_motion(self, self.kernel.modal, force)
+        if modal is not None:
+            out = _modal_motion(self, modal, force)
         if self.kernel.weights is not None:
             out = _sampled_motion(self, self.kernel.weights, force, out)
+        if write is not None:
+            write(slice(n + 1), out.displacement)
         return out
 
 
-def mean_displacement(discrete: Discrete, force: Array, shares: Array, grid: TimeGrid | None = None) -> Array:
-    """Return the (n + 1,) mean displacement [m] of the ports under ``force`` (P, n), weighted by ``shares``.
+def mean_displacement(
+    discrete: Discrete, force: Array, shares: Array, grid: TimeGrid | None = None, turn: Array | None = None
+) -> Array:
+    """Return the (n + 1,) mean displacement [m] of the ports under ``force`` (P, n), weighted by ``shares``; with
+    ``turn`` as in `Discrete.motion`.
 
     It equals ``shares @ discrete.motion(force).displacement``, and is several times cheaper for a held body at rest:
     without energies, and only by modes with a mean displacement.
@@ -146,8 +169,9 @@ def mean_displacement(discrete: Discrete, force: Array, shares: Array, grid: Tim
     kernel = discrete.kernel
     if grid is not None and not grid.is_uniform:
         assert kernel.modal is not None
-        moved = _move_in_leaps(discrete, kernel.modal, force, grid, shares[None], energies=False)
+        moved = _modal_motion(discrete, kernel.modal, force, grid, turn, seen=shares[None], energies=False)
         return np.asarray(moved.displacement[0])
+    force = force if turn is None else turn @ force
     if discrete.moves_by_itself or (kernel.modal is not None and not np.all(kernel.modal.omega)):
         return np.asarray(shares @ discrete.motion(force, grid).displacement)
     out = np.zeros(force.shape[1] + 1)
@@ -234,50 +258,57 @@ def find_start(discrete: Discrete, modal: ModalGreens) -> ModalState:
     return ModalState(q + start.displacement, start.velocity)
 
 
-def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array, *, energies: bool = True) -> Motion:
-    """Return the motion by modes; without ``energies`` its energies are zero."""
-    n, replay = force.shape[1], _replay(discrete, modal)
-    u, stored, lost, work = np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
+def _modal_motion(
+    discrete: Discrete,
+    modal: ModalGreens,
+    force: Array,
+    grid: TimeGrid | None = None,
+    turn: Array | None = None,
+    *,
+    seen: Array | None = None,
+    energies: bool = True,
+    write: Write | None = None,
+) -> Motion:
+    """Return the motion by modes, as `Discrete.motion`; without ``energies`` these mean nothing. ``seen``: as of
+    `LeapReplay`, for steps that are not all fine ones."""
+    n = force.shape[1]
     start, relaxed, rest = find_start(discrete, modal), find_relaxations(discrete, modal), modal.residual
     spring = rest.compliance @ discrete.rest
-    u[:, 0] = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
+    moved = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
+    moved = moved if seen is None else seen @ moved
+    u, stored, lost, work = np.zeros((len(moved), 0 if write else n + 1)), *np.zeros((3, n + 1))
     swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
     stored[0] = 0.5 * float(swinging + rest.rates @ relaxed**2 + discrete.rest @ spring)
+    _, advance = _begin_replay(discrete, modal, grid, seen, energies=energies)
+    write = write or partial(_put, u)
+    write(slice(1), moved[:, None])
     for part in blocks(n):
         now = slice(part.start + 1, part.stop + 1)
-        block = replay.advance(force[:, part], discrete.loads[:, part], energies=energies)
-        u[:, now] = block.displacement
+        block = advance(part, force[:, part] if turn is None else turn @ force[:, part])
+        write(now, block.displacement)
         if energies:
             stored[now], lost[now], work[now] = block.stored, block.lost, block.load_work
     return Motion(u, stored, np.cumsum(lost), np.cumsum(work))
 
 
-def _move_in_leaps(
-    discrete: Discrete,
-    modal: ModalGreens,
-    force: Array,
-    grid: TimeGrid,
-    seen: Array | None = None,
-    *,
-    energies: bool = True,
-) -> Motion:
-    """Return the motion by modes under port forces (P, N), constant over each step of the ``grid``.
+def _put(whole: Array, rows: slice, displacement: Array) -> None:
+    whole[:, rows] = displacement
 
-    ``seen``: as of `LeapReplay`; without ``energies`` these mean nothing.
-    """
+
+def _begin_replay(
+    discrete: Discrete, modal: ModalGreens, grid: TimeGrid | None, seen: Array | None, *, energies: bool
+) -> tuple[Replay | LeapReplay, Callable[[slice, Array], Block]]:
+    """Return a replay, and the function that advances it through a slice of the steps under the port forces (P, m) in
+    them."""
+    if grid is None or grid.is_uniform:
+        equal = _replay(discrete, modal)
+        return equal, lambda part, force: equal.advance(force, discrete.loads[:, part], energies=energies)
     (lengths, levels), (means, rises) = grid.levels, find_loads(discrete.loads, grid.ends)
-    start, relaxed, rest = find_start(discrete, modal), find_relaxations(discrete, modal), modal.residual
-    shapes = [load.shape for load in discrete.body.loads]
-    spans = discrete.dt * lengths.astype(np.float64)
-    replay = LeapReplay(modal, spans, start, relaxed, discrete.rest, shapes, seen)
-    moved = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + rest.compliance @ discrete.rest
-    moved, stored = moved if seen is None else seen @ moved, replay.stored
-    block = replay.advance(levels, force, means, rises, energies=energies)
-    return Motion(
-        np.concatenate([moved[:, None], block.displacement], axis=1),
-        np.append(stored, block.stored),
-        np.append(0.0, np.cumsum(block.lost)),
-        np.append(0.0, np.cumsum(block.load_work)),
+    start, relaxed = find_start(discrete, modal), find_relaxations(discrete, modal)
+    shapes, spans = [load.shape for load in discrete.body.loads], discrete.dt * lengths.astype(np.float64)
+    leaps = LeapReplay(modal, spans, start, relaxed, discrete.rest, shapes, seen)
+    return leaps, lambda part, force: leaps.advance(
+        levels[part], force, means[:, part], rises[:, part], energies=energies
     )
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
+from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
-from impact.march.motion import Discrete
+from impact.march.motion import Discrete, mean_displacement
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
@@ -30,9 +32,38 @@ class Rows(TimeGrid):
 
     __repr__ = brief
 
+    def of_forces(self) -> Rows:
+        """Return the rows without gaps, as those of many contacts are large."""
+        return replace(self, gap=np.zeros((0, self.gap.shape[1])))
+
+    def of_gaps(self) -> Rows:
+        """Return the rows without forces."""
+        return replace(self, force=np.zeros((0, self.gap.shape[1])), film=np.zeros((0, 0)))
+
+
+class AtEqualSteps:
+    """Forces and gaps at fine steps, made from the ``rows`` of a run; raise as `TimeGrid.spread_forces`."""
+
+    rows: Any
+
+    @property
+    def dt(self) -> float:
+        """Return the fine step [s]."""
+        return float(self.rows.dt)
+
+    @cached_property
+    def force(self) -> Array:
+        """Return the contact force [N], >= 0 except for the tension of a film."""
+        return np.asarray(self.rows.spread_forces(self.rows.force))
+
+    @property
+    def gap(self) -> Array:
+        """Return the opening [m]."""
+        return np.asarray(self.rows.spread_motions(self.rows.gap))
+
 
 @dataclass(frozen=True)
-class Marched:
+class Marched(AtEqualSteps):
     """A run without energies: its forces and gaps, and what they act on.
 
     Attributes:
@@ -54,11 +85,6 @@ class Marched:
     __repr__ = brief
 
     @property
-    def dt(self) -> float:
-        """Return the fine step [s]."""
-        return self.rows.dt
-
-    @property
     def steps(self) -> int:
         """Return the number of fine steps."""
         return int(self.rows.ends[-1])
@@ -67,21 +93,6 @@ class Marched:
     def rest(self) -> Array:
         """Return the (p,) contact forces of the preload [N]."""
         return np.asarray(self.rows.force[0])
-
-    @cached_property
-    def force(self) -> Array:
-        """Return the (n + 1, p) forces at fine steps [N]; raises as `Rows.spread_forces`."""
-        return self.rows.spread_forces(self.rows.force)
-
-    @cached_property
-    def gap(self) -> Array:
-        """Return the (n + 1, p) gaps at fine steps [m]."""
-        return self.rows.spread_motions(self.rows.gap)
-
-    @cached_property
-    def film(self) -> Array:
-        """Return the (n + 1, p) forces of films at fine steps [N]; (n + 1, 0) without films."""
-        return self.rows.spread_forces(self.rows.film)
 
     @cached_property
     def opening(self) -> Array:
@@ -99,3 +110,63 @@ def find_seats(problem: ContactProblem) -> Array:
     seats = np.array([contact.side > 0 for contact in problem.contacts])
     seats = seats if np.any(seats) else ~seats
     return np.asarray(seats / np.count_nonzero(seats))
+
+
+def find_ports(problem: ContactProblem, body: Body) -> tuple[list[int], list[int]]:
+    """Return the contacts of a body, and its port at each."""
+    striker, greens = body is problem.striker, body.greens
+    each = [(c, one.striker_port if striker else one.port) for c, one in enumerate(problem.contacts)]
+    own = [(c, port) for c, port in each if striker or problem.contacts[c].target is body]
+    return [c for c, _ in own], [greens.port_index(port) for _, port in own]
+
+
+def _add(moved: Array, seen: Array, part: slice, displacement: Array) -> None:
+    moved[part] += displacement.T @ seen
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """Displacements of targets, or of the striker, at contacts of a run, made from its forces when they are asked for.
+
+    They stand for an array (N + 1, k), or (N + 1,): the displacements (N + 1, p) at all contacts times ``weights``.
+
+    Attributes:
+        run: the run, without gaps.
+        weights: (p, k) or (p,).
+        gap: (N + 1, p) gaps [m], by which the striker is above the targets; ``None``: those of the targets are meant.
+    """
+
+    run: Marched
+    weights: Array
+    gap: Array | None = None
+
+    __repr__ = brief
+
+    def __getitem__(self, place: tuple[slice, int | slice]) -> Replayed:
+        """Return those at some contacts, by ``[:, which]``."""
+        return replace(self, weights=self.weights[place])
+
+    def __matmul__(self, weights: Array) -> Array:
+        return np.asarray(replace(self, weights=self.weights @ weights))
+
+    def __array__(self, dtype: None = None, copy: bool | None = None) -> Array:
+        run, problem, time = self.run, self.run.problem, self.run.rows.time
+        weights = self.weights.reshape(len(self.weights), -1)
+        moved = np.zeros((len(time), weights.shape[1]))
+        for body in run.bodies[1:]:
+            contacts, ports = find_ports(problem, body.body)
+            if not np.any(weights[contacts]):
+                continue
+            seen = np.zeros((len(body.rest), weights.shape[1]))
+            np.add.at(seen, ports, weights[contacts])
+            turn, force = problem.directions(body.body), run.rows.force[1:].T
+            if weights.shape[1] == 1:
+                moved[:, 0] += mean_displacement(body, force, seen[:, 0], run.rows, turn)
+            else:
+                body.motion(force, run.rows, turn, partial(_add, moved, seen), energies=False)
+            moved += body.body.carried(time)[:, None] * weights[contacts].sum(axis=0)
+        if self.gap is not None:
+            sides = np.array([contact.side for contact in problem.contacts])
+            moved += self.gap @ (sides[:, None] * weights)
+            moved -= np.array([contact.gap for contact in problem.contacts]) * sides @ weights
+        return moved.reshape(len(time), *self.weights.shape[1:])

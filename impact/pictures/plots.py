@@ -194,7 +194,7 @@ def _within(run: ImpactResult, first: float, last: float) -> slice:
 def _mark_motion(reed: Axes, seat: Axes, runs: list[ImpactResult], landings: Sequence[Mapping[str, object]]) -> None:
     """Mark the landings on the reed's displacement, and name them above that of the seat."""
     rate, moved = scaled(float(runs[0].time[-1]), "s")[0], runs[0].striker_displacement
-    factor = scaled(np.concatenate([run.striker_displacement for run in runs]), "m")[0]
+    factor = scaled(np.concatenate([run.rows.make_displacement("striker") for run in runs]), "m")[0]
     for body in BODIES:
         marks = landing_marks(landings, body)
         draw_marks(reed, marks, lambda mark: (rate * mark.start, factor * value_at(runs[0], moved, mark.start)))

@@ -26,11 +26,12 @@ from impact.after.result import EnergyLedger, ImpactResult, RunRows, ledger
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
 from impact.march.history import Engine
-from impact.march.ladder import begin_march, finish_march, march
+from impact.march.ladder import LARGE, begin_march, finish_march, march
 from impact.march.motion import Discrete, Motion
 from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
-from impact.march.rows import Marched, Rows
+from impact.march.replay import blocks
+from impact.march.rows import Marched, Replayed, Rows, find_ports
 from impact.march.stepper import ContactStepper
 from impact.measured.reading import sampling_advice
 from impact.notices import Advice, Progress, silent
@@ -142,7 +143,8 @@ def growth_of_difference(first: Rows, second: Rows, starts: Sequence[int], shift
     ``starts``: (m,) fine steps at which the landings of the first run begin. Both must be as they were marched: gaps
     that are replayed from the forces have another round-off.
     """
-    difference = np.max(np.abs(second.find_motions(second.gap, first.ends) - first.gap), axis=1)
+    parts = (second.find_motions(second.gap, first.ends[part]) - first.gap[part] for part in blocks(len(first.gap)))
+    difference = np.concatenate([np.abs(part).max(axis=1) for part in parts])
     edges = np.searchsorted(first.ends, [0, *starts]).tolist()
     growth = [np.max(difference[begin : end + 1]) / shift for begin, end in pairwise(edges)]
     return np.array(growth, dtype=np.float64)
@@ -182,36 +184,51 @@ def solve(
             (no residual flexibility and no g(0+)) under a rigid law, whose force would grow like 1/dt; a rule that
             the law cannot follow; an engine that a body cannot be run by; a preload on bodies that nothing holds.
     """
-    run = begin_march(discretise(problem, dt, duration, rule, engine, block, bodies), equal_steps=equal_steps)
-    return collect(finish_march(run, progress))
+    discretised = discretise(problem, dt, duration, rule, engine, block, bodies)
+    return collect(finish_march(begin_march(discretised, equal_steps=equal_steps), progress))
 
 
 def collect(march: ContactStepper | Marched) -> ImpactResult:
     """Return the result of the steps marched so far; raises `ContactError` if a history is not finite."""
     run = march.marched() if isinstance(march, ContactStepper) else march
+    run = replace(run, rows=run.rows.of_forces())
+    del march  # its gaps are made again from the forces, and a history of many contacts is large
     rows, bodies, problem = run.rows, run.bodies, run.problem
     whole, time, force = rows.force, rows.time, rows.force[1:]
-    carried = problem.carried(time)
-    gap = np.tile([c.gap for c in problem.contacts], (len(time), 1)) + (0.0 if carried is None else carried)
-    of_striker, of_targets = np.zeros_like(gap), np.zeros_like(gap)
-    energies, deflection = list[Motion](), 0.0
-    for number, body in enumerate(bodies):  # one after the other, as the motions of many contacts are large
-        directions = problem.directions(body.body)
-        motion = body.motion(directions @ force.T, rows)
-        gap += (directions.T @ motion.displacement).T
-        deflection = max(deflection, float(np.abs(motion.displacement[:, 0]).max()))
-        _write_at_contacts(problem, body.body, motion, time, of_targets if number else of_striker)
-        energies.append(replace(motion, displacement=motion.displacement[:, :0]))
+    carried, gap, at_start = problem.carried(time), np.zeros_like(whole), list[Array]()
+    gap += np.array([c.gap for c in problem.contacts])
+    if carried is not None:
+        gap += carried
+    single = len(run.rest) == 1
+    kept = np.zeros((2, *(gap.shape if single or gap.size <= LARGE else (0, 0))))  # of striker and targets
+
+    def add(body: Discrete, whose: Array) -> Motion:
+        """Add the motion of a body to the gaps, and to ``whose`` displacements are kept; return its energies."""
+        directions, (contacts, ports) = problem.directions(body.body), find_ports(problem, body.body)
+        base = body.body.carried(time)[:, None]
+
+        def write(part: slice, moved: Array) -> None:
+            gap[part] += moved.T @ directions
+            if whose.size:
+                whose[part, contacts] = moved[ports].T + base[part]
+            if not part.start:
+                at_start.append(moved[:, 0])
+
+        return body.motion(force.T, rows, directions, write)
+
+    energies = tuple(add(body, kept[min(number, 1)]) for number, body in enumerate(bodies))
     if np.any(run.rest):  # or the deflection under the preload's contact forces alone, which loads may cancel
-        at_rest = [body.body.greens.static_compliance() @ body.rest for body in bodies]
-        deflection = max(deflection, *(float(np.abs(moved).max()) for moved in at_rest))
+        at_start += [body.body.greens.static_compliance() @ body.rest for body in bodies]
+    deflection = max(float(np.abs(moved).max()) for moved in at_start)
     film = rows.film[1:] if rows.film.size else None
-    energy = ledger(problem, tuple(energies), force, gap, film, carried)
+    energy = ledger(problem, energies, force, gap, film, carried)
     single = len(run.rest) == 1
     pulls = None if film is None else rows.film
     solid = force if film is None else force - film
     first = problem.contacts[0]
-    for history in (whole, gap, of_striker, of_targets, energy.stored, energy.dissipated):
+    each = np.eye(len(run.rest))
+    of_striker, of_targets = kept if kept.size else (Replayed(run, each, gap), Replayed(run, each))
+    for history in (whole, gap, kept, energy.stored, energy.dissipated):
         if np.any(bad := ~np.isfinite(history)):
             when = float(time[np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0]])
             raise ContactError(
@@ -251,16 +268,6 @@ def _speed_at_start(body: Body, port: str | int, dt: float) -> float:
     """Return the initial velocity of a port [m/s] plus the mean velocity of the body's base over the first step."""
     start, end = body.carried(np.array([0.0, dt]))
     return body.velocity_of(port) + float(end - start) / dt
-
-
-def _write_at_contacts(problem: ContactProblem, body: Body, motion: Motion, time: Array, displacement: Array) -> None:
-    """Write the displacements of a body at its contacts, its base's motion included, to their columns of
-    ``displacement`` (n + 1, p)."""
-    base = 0.0 if body.base is None else body.carried(time)
-    for column, contact in enumerate(problem.contacts):
-        if body is problem.striker or body is contact.target:
-            port = contact.striker_port if body is problem.striker else contact.port
-            displacement[:, column] = motion.displacement[body.greens.port_index(port)] + base
 
 
 def _advice(s: Marched, energy: EnergyLedger) -> Iterator[Advice]:
@@ -379,12 +386,16 @@ def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[st
         if filter_width is not None:
             measures[f"filtered_peak{end}"] = _at(c, partial(measured.filtered_peak_force, width=filter_width))
         measures[f"contact_duration{end}"] = _at(c, _first_duration)
-        measures[f"target_displacement{end}"] = _at(c, lambda one: float(np.max(np.abs(one.target_displacement))))
+        measures[f"target_displacement{end}"] = partial(_largest_displacement, contact=c)
     return measures
 
 
 def _at(contact: int, measure: Measure) -> Measure:
     return lambda result: measure(measured.of_contact(result, contact))
+
+
+def _largest_displacement(result: ImpactResult, contact: int) -> float:
+    return float(np.max(np.abs(result.target_displacement.reshape(len(result.time), -1)[:, contact])))
 
 
 def _first_duration(one: ImpactResult) -> float:

@@ -22,6 +22,7 @@ from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
 from impact.march.prepared import MOST_STEPS
 from impact.march.problem import ContactError
+from impact.march.rows import Replayed
 from impact.march.stepper import ContactStepper
 from impact.notices import Advice
 
@@ -40,7 +41,9 @@ _CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
 }
 _KINDS = ("modal", "sampled", "poles", *_CLOSED, "sum", "scaled")
 _POLES = ("rates", "real_shapes", "signs", "rigid", "compliance")
-_SERIES = ("force", "gap", "striker_displacement", "target_displacement")
+_AT_CONTACTS = ("striker_displacement", "target_displacement")
+"""Histories that are left out where a run makes them on demand (`impact.march.rows.Replayed`)."""
+_SERIES = ("force", "gap", *_AT_CONTACTS)
 _LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss")
 _BROKEN = (OSError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError)
 """What reading damaged bytes raises; RuntimeError: HDF5's own."""
@@ -131,7 +134,8 @@ def save_results(
         axes: dict[int, Any] = {}
         for name, result in results.items():
             group, rows = file.create_group(name), result.rows
-            histories = {key: getattr(rows, key) for key in (*_SERIES, "film")}
+            known = {key: getattr(rows, key) for key in (*_SERIES, "film")}
+            histories = {key: None if isinstance(values, Replayed) else values for key, values in known.items()}
             histories |= {f"energy/{key}": getattr(rows.energy, key) for key in (*_LEDGER, "film_loss")}
             histories["time"] = axes.setdefault(id(rows.ends), rows.time)
             histories["ends"] = None if uniform else rows.ends
@@ -155,13 +159,16 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
         for name, group in file.items():
             filmed = "film" in group
             ledger = {key: finite_array(group, f"energy/{key}") for key in (*_LEDGER, *["film_loss"] * filmed)}
-            values: dict[str, Any] = {key: finite_array(group, key) for key in (*_SERIES, *["film"] * filmed)}
+            of_many = np.ndim(group.get("force", 0.0)) == 2
+            needed = [key for key in _SERIES if key in group or key not in _AT_CONTACTS or not of_many]
+            values: dict[str, Any] = {key: finite_array(group, key) for key in (*needed, *["film"] * filmed)}
             ends = _read_ends(name, group)
             _check_histories(name, ends, values, ledger)
+            missing: dict[str, Any] = dict.fromkeys(_AT_CONTACTS)
             numbers = {key: float(group.attrs[key]) for key in _NUMBERS}
             energy = EnergyLedger(**ledger, by_work=tuple(json.loads(str(group.attrs["by_work"]))))
             out[name] = ImpactResult(
-                rows=RunRows(numbers.pop("dt"), ends, **values, energy=energy),
+                rows=RunRows(numbers.pop("dt"), ends, **missing | values, energy=energy),
                 **numbers,
                 engine=str(group.attrs["engine"]),
                 advice=tuple(Advice(**a) for a in json.loads(str(group.attrs["advice"]))),

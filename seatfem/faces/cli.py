@@ -22,6 +22,7 @@ from seatfem.faces import other_verbs, scene_verbs
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
 from seatfem.faces.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, Console, lines
 from seatfem.jobs import folders, processes
+from seatfem.machine import resources
 
 __all__ = ["BAD_INPUT", "DEMO_SCENE", "DONE", "FAILED", "INTERRUPTED", "demo_scene", "main", "run_command"]
 
@@ -151,6 +152,7 @@ def main() -> None:
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(*RARELY)
+    resources.return_freed_arrays()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that lacks a character must not end a run

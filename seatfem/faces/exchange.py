@@ -82,8 +82,8 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
             f"{words}force [N]": rows.find_forces(rows.force, ends),
             f"{words}force, mean over {1e6 * width:g} us [N]": impact.measures.filtered_force(run, width)[ends],
             f"{words}gap [m]": rows.find_motions(rows.gap, ends),
-            f"{words}striker displacement [m]": rows.find_motions(rows.striker_displacement, ends),
-            f"{words}seat displacement [m]": rows.find_motions(rows.target_displacement, ends),
+            f"{words}striker displacement [m]": rows.find_motions(rows.make_displacement("striker"), ends),
+            f"{words}seat displacement [m]": rows.find_motions(rows.make_displacement("target"), ends),
         }
     yield files.csv_table.write_csv(
         output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True)

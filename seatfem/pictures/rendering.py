@@ -273,7 +273,8 @@ class Painter:
 def _handed_over(draw: Callable[..., object], drawing: Path) -> bool:
     """Write a drawing to a file for another process, and return whether it can be pickled."""
     try:
-        drawing.write_bytes(pickle.dumps(draw, protocol=pickle.HIGHEST_PROTOCOL))
+        with drawing.open("wb") as file:
+            pickle.dump(draw, file, protocol=pickle.HIGHEST_PROTOCOL)
     except (pickle.PicklingError, AttributeError, TypeError, OSError, MemoryError):
         return False
     return True

@@ -130,7 +130,7 @@ def test_more_contacts_than_memory_or_time_allow(tmp_path: Path, monkeypatch: py
     scene = in_parts(tmp_path, Division(256, 4))
     check_length(scene, 100e-9)
     monkeypatch.setattr(contact, "available_memory", lambda: 1024 * 1000.0 * contact.CONTACT_BYTES * contact.LONG_BYTES)
-    words = r"1024 contacts .*1.5e\+03 steps: .*0.015 GB .*0.0098 GB .*contact.ports"
+    words = r"1024 contacts .*1.5e\+03 steps: .*0.0088 GB .*0.0059 GB .*contact.ports"
     with pytest.raises(RunError, match=words):
         check_length(scene, 100e-9)
     monkeypatch.setattr(contact, "available_memory", lambda: 1e15)

@@ -113,7 +113,7 @@ LEAST_STEPS_PER_FILTER = 2  # fewest steps in the filter's width that resolve th
 MAX_STEPS = 20_000_000
 STEP_BYTES = 530  # bytes per step of all histories of a run, and of their file while it is put together
 CONTACT_BYTES = 48  # bytes per step of each further contact
-LONG_BYTES = 0.2  # of these bytes where smooth motion takes long steps (docs/performance.md, "Long runs")
+LONG_BYTES = 0.12  # of these bytes where smooth motion takes long steps (docs/performance.md, "Long runs")
 PAIR_TIME = 6e-9  # time [s] of a step for each pair of contacts, by spring laws; rigid ones take a quarter
 LONGEST_MARCH = 86400.0  # longest predicted computing time of a run [s]
 
@@ -304,6 +304,8 @@ def blow_of_march(
 
 def strains_of(gauged: Sequence[Gauged], run: Marched) -> Strains:
     """Return the strain at the gauges in a run without energies."""
+    if not gauged:
+        return {}
     striker, dt, stopper = run.problem.striker, run.dt, touches.stopper_force_of(run)
     return gauge_strains(gauged, striker, touches.force_of(run), stopper, dt, run.opening)
 

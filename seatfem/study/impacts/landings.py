@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 import impact
 from impact.after.landings import (
@@ -84,7 +83,7 @@ def landings_of_result(problem: ContactProblem, result: ImpactResult, width: flo
     """Return the landings of a run with energies; ``width``: width of the filter [s]."""
     rows, steps = result.rows, int(result.rows.ends[-1])
     force, solid, gap = (values.reshape(len(rows.ends), -1) for values in (rows.force, rows.solid, rows.gap))
-    opening = rows.spread_motions(gap[:, _is_seat(problem)].mean(axis=1))
+    opening = rows.spread_motions(gap[:, _seats(problem)].mean(axis=1))
     striker = with_recorded_loads(problem.striker, opening, result.dt)
     march = _March(problem, rows, force, solid, gap, width)
     load = static_load(_with_striker(problem, striker), result.dt * steps)
@@ -109,7 +108,7 @@ def landings_of_march(run: Marched, width: float, load: StaticLoad | None = None
     def stored(steps: Sequence[int]) -> Array | None:
         if not rebound:
             return None
-        return striker.stored_after(problem.directions(problem.striker) @ force[1:].T, steps, rows)
+        return striker.stored_after(force[1:].T, steps, rows, problem.directions(problem.striker))
 
     return _March(problem, rows, force, solid, rows.gap, width).landings(load, stored, striker.loads)
 
@@ -143,9 +142,9 @@ def _with_striker(problem: ContactProblem, striker: impact.Body) -> ContactProbl
     return ContactProblem(striker, contacts=problem.contacts, preload=problem.preload)
 
 
-def _is_seat(problem: ContactProblem) -> NDArray[np.bool_]:
-    """Return a (p,) mask of the contacts with the seat."""
-    return np.array([contact.side > 0 for contact in problem.contacts])
+def _seats(problem: ContactProblem) -> slice:
+    """Return the contacts with the seat, which are the first ones."""
+    return slice(sum(contact.side > 0 for contact in problem.contacts))
 
 
 @dataclass(frozen=True)
@@ -163,10 +162,10 @@ class _March:
     def landings(self, load: StaticLoad, stored: Stored, pushed: Array) -> Landings:
         """Return the landings; ``stored``: striker's energy after steps; ``pushed`` (L, n): amplitudes of its
         loads [N]."""
-        seats = _is_seat(self.problem)
+        seats, count = _seats(self.problem), len(self.problem.contacts)
         on_seat = self._record(seats, load)
-        on_stopper = self._record(~seats, load) if not np.all(seats) else None
-        on_seat_landings = find_landings(on_seat) if np.any(seats) else ()
+        on_stopper = self._record(slice(seats.stop, count), load) if seats.stop < count else None
+        on_seat_landings = find_landings(on_seat) if seats.stop else ()
         on_stopper_landings = () if on_stopper is None else find_landings(on_stopper)
         on_seat_landings, on_stopper_landings = (
             tuple(replace(one, restitution=value) for one, value in zip(each, rebounds, strict=True))
@@ -175,12 +174,12 @@ class _March:
                 for each, side in ((on_seat_landings, 1), (on_stopper_landings, -1))
             )
         )
-        time, largest = pressed_on(on_seat, on_seat_landings) if np.any(seats) else (0.0, 0.0)
+        time, largest = pressed_on(on_seat, on_seat_landings) if seats.stop else (0.0, 0.0)
         opened = not bool(np.all(on_seat.closed[1:]))
         return Landings(on_seat_landings, on_stopper_landings, load, time, largest, opened)
 
-    def _record(self, face: NDArray[np.bool_], load: StaticLoad) -> ContactRecord:
-        stopper = bool(np.any(face)) and self.problem.contacts[int(np.argmax(face))].side < 0
+    def _record(self, face: slice, load: StaticLoad) -> ContactRecord:
+        stopper = any(contact.side < 0 for contact in self.problem.contacts[face])
         grid, dt = self.grid, self.grid.dt
         time = np.asarray(dt * np.arange(grid.ends[-1] + 1), dtype=np.float64)
         return ContactRecord(

@@ -68,9 +68,8 @@ def taken_apart(
     of_seat = seat_contacts(problem)
     stopper = on_stopper = None
     if geometry.stopper is not None:
-        parts_above = geometry.stopper.parts
-        on_stopper = of_contacts(result, slice(of_seat, None)) if parts_above != Division() else None
-        stopper = measures.of_contact(result, of_seat) if on_stopper is None else as_one(on_stopper, parts_above.shares)
+        above, parts_above = of_contacts(result, slice(of_seat, None)), geometry.stopper.parts
+        stopper, on_stopper = as_one(above, parts_above.shares), None if parts_above == Division() else above
     if of_seat == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=on_stopper, landings=landings)
     parts = of_contacts(result, slice(of_seat))
@@ -126,8 +125,9 @@ def stopper_force_of(run: Marched) -> Array | None:
 
 def displacement_of(run: Marched) -> Array:
     """Return the (n + 1,) mean displacement of the seat's patch [m]."""
-    seat, shares = run.bodies[1], Division.from_greens(run.bodies[1].body.greens).shares
-    moved = run.rows.spread_motions(mean_displacement(seat, -parts_of(run)[1:].T, shares, run.rows))
+    seat, shares, rows = run.bodies[1], Division.from_greens(run.bodies[1].body.greens).shares, run.rows
+    turn = run.problem.directions(seat.body)
+    moved = rows.spread_motions(mean_displacement(seat, rows.force[1:].T, shares, rows, turn))
     if seat.body.base is None:
         return moved
     return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -181,15 +181,15 @@ def gauge_keys(done: Round) -> dict[str, object]:
 
 @dataclass(frozen=True)
 class Baseline:
-    """The run on a spring of the seat's static stiffness, to compare with the run ``beside``, and runs on ``simpler``
-    models of the seat. ``left``, ``stiffness_bar``: errors of its measures and of the stiffness [N/m] if the seat is a
-    measured record, else ``None``."""
+    """The run on a spring of the seat's static stiffness, to compare with the run ``beside``, and what ``simpler``
+    models of the seat give, by keys of summary.json. ``left``, ``stiffness_bar``: errors of its measures and of the
+    stiffness [N/m] if the seat is a measured record, else ``None``."""
 
     beside: ImpactResult
     stiffness: float
     touches: Touches
     stress: ReedStress | None
-    simpler: Mapping[str, Touches]
+    simpler: Mapping[str, object]
     left: Budget | None = None
     stiffness_bar: float | None = None
 
@@ -221,10 +221,14 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         with watch("reed stress"):
             coarsely, since = not scene.needs_stress, stress_since(touches, scene.accuracy.landing)
             stress = stress_in_run(scene.geometry, done.striker, touches, coarsely=coarsely, since=since)
-    simpler: Mapping[str, Touches] = {}
+    if not same and scene.life is None:
+        touches = replace(touches, parts=None)  # long histories of many parts, of which the line keeps the forces
+    simpler: Mapping[str, object] = {}
     if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):
-            simpler = validity.simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
+            models = validity.simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
+            simpler = validity.simpler_keys(models, scene.run.filter_width)
+            del models
     errors, bar = None, None
     if (measured := scene.seat.measured) is not None and (fit := measured.fit()).draws:
         with watch("spring baseline"):

@@ -12,7 +12,7 @@ import impact
 from impact.after.landings import Landing
 from impact.march.grid import TimeGrid
 from impact.march.problem import ContactProblem
-from impact.march.rows import Rows
+from impact.march.rows import Marched
 from impact.notices import Progress
 from impact.runs.solver import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of, with_wider_gaps
 from seatfem import results
@@ -40,10 +40,12 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     """Return the number of known landings, the growth rate of a perturbation, and ensemble statistics of later ones."""
     scene = done.plan.scene
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
-    rows, landings = _march(done, problem)
+    run = _march(done, problem)
+    rows, landings = run.rows.of_gaps(), _landings(done, run)
+    del run
     twin, shift = twin_of(problem, rows.gap, PERTURBATION)
     starts = [round(landing.start / done.result.dt) for landing in landings]
-    horizon = Horizon(growth_of_difference(rows, _march(done, twin, rows)[0], starts, shift))
+    horizon = Horizon(growth_of_difference(rows, _march(done, twin, rows).rows, starts, shift))
     known = horizon.known()
     keys: dict[str, object] = {
         results.KNOWN_LANDINGS: known,
@@ -58,7 +60,7 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     for number in range(1, members):
         progress(STAGE, number / members)
         wider = with_wider_gaps(problem, number * ROUND_OFF * shift / PERTURBATION)
-        runs.append(_march(done, wider, rows)[1][known:])
+        runs.append(_landings(done, _march(done, wider, rows))[known:])
     return keys | ensemble_keys(runs)
 
 
@@ -81,11 +83,12 @@ def ensemble_keys(runs: Sequence[Sequence[Landing]]) -> dict[str, object]:
     return keys
 
 
-def _march(done: Round, problem: ContactProblem, like: TimeGrid | None = None) -> tuple[Rows, tuple[Landing, ...]]:
-    """March a problem, in steps ``like`` those of another run; return the rows, and the landings on seat and stopper in
-    the order of time."""
-    scene = done.plan.scene
-    run = marched(problem, done.result.dt, scene.run.duration, done.flights, like=like)
-    landings = landings_of_march(run, scene.run.filter_width, rebound=False)
-    both = sorted((*landings.seat, *landings.stopper), key=lambda landing: landing.start)
-    return run.rows, tuple(both)
+def _march(done: Round, problem: ContactProblem, like: TimeGrid | None = None) -> Marched:
+    """March a problem, in steps ``like`` those of another run."""
+    return marched(problem, done.result.dt, done.plan.scene.run.duration, done.flights, like=like)
+
+
+def _landings(done: Round, run: Marched) -> tuple[Landing, ...]:
+    """Return the landings on seat and stopper in the order of time."""
+    landings = landings_of_march(run, done.plan.scene.run.filter_width, rebound=False)
+    return tuple(sorted((*landings.seat, *landings.stopper), key=lambda landing: landing.start))

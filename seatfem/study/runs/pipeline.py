@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import seatfem
+from impact.after.result import ImpactResult
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
@@ -18,7 +19,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
 from seatfem.study import impacts, runs
-from seatfem.study.impacts import contact, validity
+from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
 from seatfem.study.impacts.touches import bar_keys
@@ -109,20 +110,14 @@ def run_scene(
         gas_run = None if scene.gas is None else GasRun.from_run(scene.gas, latest.touches)
         summary = _summary(latest, baseline, gas_run, watch)
         with watch("files"):
-            touches, parts = latest.touches, "rings" if latest.touches.line is None else "lip"
-            others = {
-                parts: touches.parts,
-                "stopper": touches.stopper,
-                "stopper_lip": touches.stopper_parts,
-                "spring_stopper": baseline.touches.stopper,
-            }
-            all_of_them = {"wave": latest.result, "spring": baseline.result}
-            all_of_them |= {name: result for name, result in others.items() if result is not None}
             if histories:
-                save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": latest.number})
+                about = {"title": scene.title, "round": latest.number}
+                save_results(folder / RESULT_FILE, _results(latest, baseline), about)
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
             gas = () if gas_run is None else (write_gas(gas_run, folder / GAS_FILE),)
             write_landings(folder / LANDINGS_FILE, summary["landings"])
+        if latest.is_followed:
+            baseline = None  # its histories would lie beside those of the next round
     if is_planned or latest.number > 1:
         save_plan(latest)
     assert baseline is not None
@@ -139,7 +134,11 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            lip = runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"]) if touches.line else []
+            lip = (
+                runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
+                if latest.touches.line
+                else []
+            )
             division = latest.plan.method.seat.division
             layout, draw = impacts.layout, seatfem.pictures.scene_drawing.draw_layout
             drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
@@ -161,6 +160,20 @@ def run_scene(
     return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=latest.plan)
 
 
+def _results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
+    """Return the results of a round and its baseline by their names in result.h5."""
+    touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
+    every = {
+        "wave": done.result,
+        "spring": baseline.result,
+        parts: touches.parts,
+        "stopper": touches.stopper,
+        "stopper_lip": touches.stopper_parts,
+        "spring_stopper": baseline.touches.stopper,
+    }
+    return {name: result for name, result in every.items() if result is not None}
+
+
 def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Stopwatch) -> dict[str, Any]:
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
     records, bar = landing_records(done.touches, done.left, done.without_bar), baseline.stiffness_bar
@@ -173,7 +186,7 @@ def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Sto
         "title": scene.title,
         **measured,
         **{f"spring_{k}": v for k, v in on_spring.items()},
-        **validity.simpler_keys(baseline.simpler, width),
+        **baseline.simpler,
         **({} if done.touches.line is None else {"tilt_deg": math.degrees(scene.contact.tilt)}),
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],

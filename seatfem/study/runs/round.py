@@ -42,6 +42,9 @@ REMEDIES: Final[Mapping[str, str]] = {
 }
 
 
+UNFINISHED: Final = "was begun and not finished"
+
+
 @dataclass(frozen=True)
 class Round:
     """Plan, results and errors of one round of a run.
@@ -86,6 +89,11 @@ class Round:
         return impacts.plate_stress.PlateLook(
             reed, replace(self.plate.largest_at, body=self.striker), Division.from_greens(self.seat.greens)
         )
+
+    @property
+    def is_followed(self) -> bool:
+        """Return whether a further round begins next."""
+        return self.stopped.endswith(UNFINISHED)
 
     @property
     def result(self) -> ImpactResult:

@@ -26,7 +26,7 @@ from seatfem.study.impacts.touches import LIP, STRIKER, Source, stress_since
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, price, time_ratios
-from seatfem.study.runs.round import Round, in_words, missed
+from seatfem.study.runs.round import UNFINISHED, Round, in_words, missed
 from seatfem.study.safety import LOOSER
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
 
@@ -87,7 +87,7 @@ def rounds(
             yield replace(latest, stopped=why)
             return
         number = latest.number + 1
-        yield replace(latest, stopped=f"round {number} was begun and not finished")
+        yield replace(latest, stopped=f"round {number} {UNFINISHED}")
         memory = f" and {further.cost.memory / 1e9:.2g} GB" if further.cost.memory else ""
         cost = f"about {in_time(price(latest, further))}{memory} predicted"
         tell(f"round {latest.number} is on file; round {number} follows, {cost}: {changed(latest, further)}")

@@ -46,8 +46,8 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
         return []
     shape = scene.geometry.struck(division.arcs)
     assert shape is not None
-    lip = by_arc(touches.parts, division)
-    springs = None if baseline.parts is None else by_arc(baseline.parts, division)
+    lip = by_arc(touches, division)
+    springs = None if baseline.line is None else by_arc(baseline, division)
     title, width = scene.title or "Contact along the lip", scene.run.filter_width
     draw = partial(
         plot_lip,
@@ -68,22 +68,17 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
     return pictures
 
 
-def by_arc(parts: result.ImpactResult, division: Division) -> result.ImpactResult:
-    """Return a lip's contacts with the rings of each arc joined: sums of forces, means of displacements and gaps."""
-    shares = division.shares.reshape(division.arcs, division.rings) * division.arcs
-
-    def joined(values: Array, weights: Array) -> Array:
-        return np.asarray((values.reshape(len(values), division.arcs, division.rings) * weights).sum(axis=2))
-
-    rows = parts.rows
-    joined_rows = replace(
-        rows,
-        force=joined(rows.force, np.ones_like(shares)),
-        gap=joined(rows.gap, shares),
-        striker_displacement=joined(rows.striker_displacement, shares),
-        target_displacement=joined(rows.target_displacement, shares),
-    )
-    return replace(parts, rows=joined_rows)
+def by_arc(touches: Touches, division: Division) -> result.ImpactResult:
+    """Return a lip's contacts with the rings of each arc joined: sums of forces, means of gaps, without displacements;
+    without gaps where the parts are not known."""
+    rows, line, parts = touches.seat.rows, touches.line, touches.parts
+    assert line is not None
+    gap = np.zeros((len(rows.ends), 0))
+    if parts is not None:
+        shares = division.shares.reshape(division.arcs, division.rings) * division.arcs
+        gap = np.einsum("nar,ar->na", parts.rows.gap.reshape(-1, *shares.shape), shares)
+    rows = replace(rows, force=line.force, gap=gap, film=line.film, striker_displacement=None, target_displacement=None)
+    return replace(touches.seat, rows=rows)
 
 
 def landing_of(done: Round, lip: result.ImpactResult, landings: Sequence[Mapping[str, object]] = ()) -> Frames | None:

@@ -1,0 +1,133 @@
+"""Memory of runs of many contacts: forces and gaps are kept once, motions are made on demand."""
+
+import tracemalloc
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact import Body, Contact, ContactProblem, ModalGreens, Residual
+from impact.bodies.body import ModalState
+from impact.march import ladder
+from impact.march.problem import ContactError
+from impact.march.rows import Replayed
+from impact.runs import solver
+from impact.storage.hdf5 import load_results, save_results
+
+STEP, PARTS = 50e-9, 24
+MOST = 3.1
+"""Most memory of a run, over that of its forces: forces, gaps, and 0.6 of blocks, energies and flags; another copy of
+either needs 3.6."""
+
+
+def reed(parts: int, **more: object) -> Body:
+    """Twelve modes of a cantilever from 150 Hz on, which lies askew and yields at once to a force."""
+    k, scatter = np.arange(1, 13), np.random.default_rng(2).normal(1, 0.05, (12, parts))
+    omega = 2 * np.pi * 150.0 * ((k - 0.4) / 0.6) ** 2
+    rest = Residual.spring(1e-7 * np.eye(parts))
+    greens = ModalGreens(omega, np.full(12, 0.01), 30.0 * ((-1.0) ** (k + 1))[:, None] * scatter, rest, named(parts))
+    return Body(greens, state=ModalState(np.eye(12)[0] * 1e-4, np.zeros(12)), **more)  # type: ignore[arg-type]
+
+
+def seat(parts: int, **more: object) -> Body:
+    """Forty modes from 20 kHz on, with what they leave out."""
+    shapes = np.random.default_rng(1).normal(0, 8.0, (40, parts))
+    omega = 2 * np.pi * 20e3 * np.arange(1, 41) ** 1.1
+    rest = Residual.exponential(2e-9 * np.eye(parts), 2e-2 * np.eye(parts))
+    return Body(ModalGreens(omega, np.full(40, 0.02), shapes, rest, named(parts)), **more)  # type: ignore[arg-type]
+
+
+def named(parts: int) -> tuple[str, ...]:
+    return tuple(f"part {k + 1}" for k in range(parts))
+
+
+def on_a_seat(parts: int, body: Body) -> list[Contact]:
+    return [Contact(body, port=k, striker_port=k, gap=1e-6 * k) for k in range(parts)]
+
+
+@pytest.fixture
+def long_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every run takes long steps, and is as large as those whose displacements are not kept."""
+    monkeypatch.setattr(ladder, "WORTHWHILE", 0.0)
+    monkeypatch.setattr(solver, "LARGE", 0)
+
+
+@pytest.fixture
+def traced() -> Iterator[Callable[[], int]]:
+    """The most memory since the last look [bytes]."""
+
+    def look() -> int:
+        _, most = tracemalloc.get_traced_memory()
+        tracemalloc.reset_peak()
+        return most
+
+    tracemalloc.start()
+    yield look
+    tracemalloc.stop()
+
+
+@pytest.mark.slow
+def test_a_run_of_many_contacts_keeps_forces_and_gaps_once(long_runs: None, traced: Callable[[], int]) -> None:
+    problem = ContactProblem(reed(PARTS), contacts=on_a_seat(PARTS, seat(PARTS)))
+    impact.solve(problem, dt=STEP, duration=1e-4)
+    before = traced()
+    result = impact.solve(problem, dt=STEP, duration=0.04)
+    history = 8 * result.rows.force.size
+    assert history > 1e7
+    assert len(result.rows.ends) < result.rows.ends[-1] / 8
+    assert traced() - before < MOST * history
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_number_of_varied_runs(long_runs: None, traced: Callable[[], int]) -> None:
+    problem = ContactProblem(reed(8), contacts=on_a_seat(8, seat(8)))
+    result = impact.solve(problem, dt=STEP, duration=0.01)
+    others = {f"gap {k}": solver.with_wider_gaps(problem, k * 1e-9) for k in range(1, 7)}
+    measures = {"impulse": lambda one: float(one.rows.spans @ one.rows.force[1:].sum(axis=1))}
+    most = []
+    for count in (1, 1, 6):
+        traced()
+        impact.error_budget(problem, result, measures=measures, others=dict(list(others.items())[:count]))
+        most.append(traced())
+    assert most[2] - most[1] < 0.1 * 8 * result.rows.force.size
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("equal_steps", [True, False])
+def test_displacements_on_demand_are_those_that_are_kept(
+    equal_steps: bool, long_runs: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of striker and targets, on a seat whose base moves and a stopper; at all contacts, some, and weighted."""
+    below = seat(3, base=lambda time: 2e-6 * np.sin(3e3 * time))
+    above = Contact(impact.spring(stiffness=1e6), side=-1, striker_port=1, gap=2e-4)
+    problem = ContactProblem(reed(3), contacts=[*on_a_seat(3, below), above])
+    made = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
+    monkeypatch.setattr(solver, "LARGE", 1e9)
+    kept = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
+    assert made.rows.is_uniform == equal_steps
+    np.testing.assert_array_equal(made.gap, kept.gap)
+    shares = np.array([0.2, 0.5, 0.1, 0.3])
+    for name in ("striker_displacement", "target_displacement"):
+        lazy, whole = getattr(made.rows, name), getattr(kept.rows, name)
+        assert isinstance(lazy, Replayed)
+        size = 1e-11 * np.abs(whole).max()
+        np.testing.assert_allclose(lazy, whole, rtol=0, atol=size)
+        np.testing.assert_allclose(lazy[:, 1:3], whole[:, 1:3], rtol=0, atol=size)
+        np.testing.assert_allclose(lazy[:, 3], whole[:, 3], rtol=0, atol=size)
+        np.testing.assert_allclose(lazy @ shares, whole @ shares, rtol=0, atol=size)
+        np.testing.assert_allclose(getattr(made, name), getattr(kept, name), rtol=0, atol=size)
+
+
+@pytest.mark.slow
+def test_a_file_without_displacements_says_so(long_runs: None, tmp_path: Path) -> None:
+    problem = ContactProblem(reed(2), contacts=on_a_seat(2, seat(2)))
+    result = impact.solve(problem, dt=STEP, duration=1e-3)
+    save_results(tmp_path / "r.h5", {"lip": result}, {})
+    read = load_results(tmp_path / "r.h5")["lip"]
+    np.testing.assert_array_equal(read.force, result.force)
+    np.testing.assert_array_equal(read.gap, result.gap)
+    with pytest.raises(ContactError, match=r"displacements at 2 contacts.*not on file.*whole face"):
+        read.striker_displacement  # noqa: B018
+    assert impact.measures.impulse(read, contact=1) == impact.measures.impulse(result, contact=1)
