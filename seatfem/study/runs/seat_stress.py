@@ -203,8 +203,8 @@ def _with_fewer(field: AnyField) -> AnyField:
 def left_by_mesh(stress: SeatStress, done: Round) -> Array:
     """Return the mesh errors (2 + Q,) of `SeatStress.judged` [Pa]; nan if there is no coarser mesh to compare with.
 
-    They are `MESH_SAFETY` / (r - 1) times the change from the coarser mesh, r the ratio of element sizes: at the same
-    places and the sites beside them, `NEAREST` altogether, as the change at one may be small by accident.
+    They are `MESH_SAFETY` / (r - 1) times the change from the coarser mesh, r the ratio of element sizes: its root mean
+    square at the same places and the sites beside them, `NEAREST` altogether, as one may be small by accident.
     """
     unknown, peak, sites = np.full(len(stress.judged), math.nan), stress.peak, stress.sites
     if (coarse := stress.meshes.both[1]) is None:
@@ -218,8 +218,12 @@ def left_by_mesh(stress: SeatStress, done: Round) -> Array:
     except ModelError:  # a place lies between a chord of the coarser mesh and the surface
         return unknown
     pairs = ((found.von_mises, peak.von_mises), (found.principal, peak.principal))
-    of_spots = [np.abs(other.reshape(2, -1)[k] - own[beside[k]]).max() for k, (other, own) in enumerate(pairs)]
+    of_spots = [_rms(other.reshape(2, -1)[k] - own[beside[k]]) for k, (other, own) in enumerate(pairs)]
     return MESH_SAFETY / (stress.meshes.refinement - 1) * np.array([*of_spots, *np.abs(named - stress.judged[2:])])
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def stress_on(
