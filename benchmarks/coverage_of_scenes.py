@@ -161,7 +161,11 @@ def _stresses(done: Round, reference: Reference) -> Mapping[str, tuple[float, fl
     if scene.stress is None and (scene.life is None or scene.reed.thin_plate is None):
         return {}
     (values, bars), (exact, _) = largest_stresses(done), largest_stresses(finer_round(done, reference), bare=True)
-    return {name: (value, bars[name], exact[name]) for name, value in values.items() if name not in done.left.values}
+    return {
+        name: (value, bars[name], exact[name])
+        for name, value in values.items()
+        if not math.isnan(bars[name]) and name not in done.left.values
+    }
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final, TypeVar
@@ -234,7 +233,7 @@ def finer_round(done: Round, reference: Reference) -> Round:
 
 
 def largest_stresses(done: Round, *, bare: bool = False) -> tuple[Mapping[str, float], Mapping[str, float]]:
-    """Return the largest stresses of a round that have error bars, by measure, and these bars [Pa].
+    """Return the largest stresses of a round, by measure, and their error bars [Pa], nan where not known.
 
     ``bare``: without what the force leaves in the bars, whose runs take longest.
     """
@@ -242,9 +241,9 @@ def largest_stresses(done: Round, *, bare: bool = False) -> tuple[Mapping[str, f
     seat, plate = (seat_stress(done), plate_reed_stress(done)) if bare else stresses(done)
     if seat is not None:
         values[SEAT], bars[SEAT] = float(seat.peak.von_mises.max()), seat.bar
-        values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), seat.tension_bar
+        values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), float(seat.bars[1])
     if plate is not None and plate.found.after_contact is not None:
         values[REED], bars[REED] = plate.found.after_contact.value, plate.bar
     elif REED in done.left.values and done.stress is not None and done.stress.after_contact is not None:
         values[REED], bars[REED] = done.stress.after_contact.value, done.left.bar(REED)
-    return {name: value for name, value in values.items() if not math.isnan(bars[name])}, bars
+    return values, bars

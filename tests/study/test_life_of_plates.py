@@ -10,12 +10,14 @@ import pytest
 
 from impact.life.places import margin_error
 from impact.life.strength import basquin
+from seatfem.faces.report.fragments import html_table
+from seatfem.faces.tables import result_table
 from seatfem.faces.verdict import lasting as in_words
 from seatfem.structures.fields.peaks import hottest, largest, mises_range, von_mises
 from seatfem.structures.fields.recovery import histories
-from seatfem.study.runs import pipeline
+from seatfem.study.runs import lives, pipeline
 from seatfem.study.runs.lives import Stressed
-from seatfem.study.runs.stresses import plate_field
+from seatfem.study.runs.stresses import RIM, plate_field
 from tests.gallery import BAR, load_text
 from tests.steps import Round, SceneError
 
@@ -206,3 +208,21 @@ cycles = 4.5e9
     assert isinstance(keys["error_bar_life_margin"], float)
     assert keys["life_strength_source"] == "invented for tests"
     assert "the seat endures 4.5e9 cycles" in in_words(keys)
+
+
+@pytest.mark.slow
+def test_the_rim_of_an_averaged_patch_says_so_and_counts_in_no_margin_without_a_bar(tmp_path, monkeypatch):
+    """A disc as one contact: its rim is a hot spot; the life of its points is asked for only where stress has a bar."""
+    disc = THROWN.replace("release", 'contact_radius = "2 mm"\nrelease')
+    text = SPRING + disc + '[contact]\ngap = "0.1 mm"\n' + RUN.format(0.3) + LIFE
+    keys, (done,) = run(tmp_path, text, monkeypatch)
+    parts = [spot["part"] for spot in keys["reed_stress_hot_spots"]]
+    assert RIM in parts
+    field, touches = plate_field(done), done.touches
+    for without_rim in (False, True):
+        names = [name for name, _ in lives._plate_histories(done, field, touches, 0, without_rim=without_rim)]
+        assert any(RIM in name for name in names) != without_rim
+        assert any("paddle" in name for name in names)
+    at_rim = {**keys, "reed_stress_hot_spots": [next(s for s in keys["reed_stress_hot_spots"] if s["part"] == RIM)]}
+    assert f"largest reed stress: {RIM}" in result_table(at_rim).caption
+    assert RIM in html_table(result_table(at_rim))

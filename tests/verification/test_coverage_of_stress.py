@@ -15,7 +15,7 @@ ROWS = read_rows(Row, coverage_of_stress.FILE)
 
 
 @pytest.mark.slow(but="3")
-@pytest.mark.parametrize("index", [3, 0])  # a beam on a rod, and on an annular seat
+@pytest.mark.parametrize("index", [3, 5])  # a beam on a rod, and on a conical seat
 def test_the_true_error_is_inside_the_bar(index: int) -> None:
     rows = coverage_of_stress.judge(index)
     assert {row.outcome for row in rows} == {"judged"}
@@ -28,8 +28,16 @@ def test_the_true_error_is_inside_the_bar(index: int) -> None:
 
 
 def test_true_errors_are_inside_the_bars() -> None:
-    assert len({row.index for row in ROWS}) >= 20
-    assert share(ROWS, is_inside) >= 0.95
+    known = [row for row in ROWS if row.bar == row.bar]
+    assert len({row.index for row in ROWS}) >= 15
+    assert share(known, is_inside) >= 0.97
+
+
+def test_bars_of_the_seat_decide_where_the_target_is_met() -> None:
+    """Below a quarter of the stress in three of four scenes that reached their target."""
+    met = [row for row in ROWS if row.measure == "seat_stress" and row.met == "True"]
+    assert len(met) >= 8
+    assert share(met, lambda row: row.bar < 0.25 * row.value) >= 0.75
 
 
 def test_the_table_is_of_the_scenes_drawn_today() -> None:

@@ -104,7 +104,7 @@ def hot_spots(summary: Mapping[str, Any]) -> str:
     words = "Largest von Mises stress at its places on the surface; places of a half section are r, z."
     largest = readings.reading(summary, SEAT_STRESS, "Pa")
     if readings.BAR + SEAT_STRESS in summary:
-        words += f" The largest with its uncertainty: {largest}; that of the others is no smaller a share."
+        words += f" The largest with its uncertainty there: {largest}."
     return html_rows(("von Mises", "time", "place [mm]", "from a sharp edge"), rows) + f'<p class="soft">{words}</p>'
 
 

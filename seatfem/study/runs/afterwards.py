@@ -146,6 +146,8 @@ def _reed_map(done: Round, stressed: Stressed) -> frames.Frames | None:
     first = impacts.life.block_from(life, done.plan.scene.turn, done.touches)
     force = runs.stresses.plate_pushes(done, done.touches)
     factors = margins(field, force, done.result.dt, demand, since=first, faces=True)
+    if "reed" not in runs.lives.bars_of(done, stressed):
+        factors[runs.stresses.parts_of_plate(done, field.points) == runs.stresses.RIM] = np.nan
     skin = pictures.cell_grid.skin_of_plate(mesh)
     values = np.full(len(skin.nodes), np.nan)
     values[runs.stress_wave.rows_of(field.points, mesh.points[skin.nodes])] = factors

@@ -110,7 +110,12 @@ def _compute_life(
     scene = done.plan.scene
     progress("life", 0.0)
     plate, first = stressed.reed, block_from(scene.life, scene.turn, touches)
-    reed = _beam_histories(done, touches, stress) if plate is None else _plate_histories(done, plate, touches, first)
+    without_rim = "reed" not in bars_of(done, stressed)
+    reed = (
+        _beam_histories(done, touches, stress)
+        if plate is None
+        else _plate_histories(done, plate, touches, first, without_rim=without_rim)
+    )
     seat = () if stressed.seat is None or not with_seat else _seat_histories(done, stressed.seat, touches, first)
     life = lasting(scene.life, touches, first, reed, seat, scene.contact.law.of_a_sphere or 0.0)
     progress("life", 1.0)
@@ -143,12 +148,14 @@ def _beam_histories(done: Round, touches: Touches, stress: ReedStress | None) ->
             yield f"reed, {name}", history
 
 
-def _plate_histories(done: Round, field: StressField, touches: Touches, first: int) -> Histories:
-    """Yield the stress histories in both faces at the points of each part of the plate with the largest range."""
+def _plate_histories(done: Round, field: StressField, touches: Touches, first: int, *, without_rim: bool) -> Histories:
+    """Yield the stress histories in both faces at the points of each part of the plate with the largest range, all
+    parts or those ``without_rim``: the rim of an averaged patch, whose stress is a model's, counts with a bar only."""
     (field, force), dt = runs.stresses.struck_in(field, done, touches), touches.seat.dt
     regions = runs.stresses.parts_of_plate(done, field.points)
     ranges = fields.peaks.mises_range(field, force, dt, since=first)
     spots = fields.peaks.hottest(ranges, regions)
+    spots = spots[regions[spots] != runs.stresses.RIM] if without_rim else spots
     chosen = field.at(spots)
     histories = fields.recovery.tensor_histories(chosen, force, dt)
     for point, part, stress in zip(chosen.points, regions[spots], histories, strict=True):

@@ -35,6 +35,9 @@ from seatfem.study.scene.run import Stress as StressTable
 FIRST: Final = 4  # harmonics up to this n have a full Krylov space: the lowest frequency first falls, then rises with n
 STATIC: Final = 10  # Krylov vectors per port of harmonics without natural frequencies in the band
 FEWEST_ANGLES: Final = 16  # fewest angles around the axis at which stress is evaluated
+ENOUGH: Final = {2: 10000, 3: 12000}
+"""Elements, by dimension, that a drawn seat's mesh would have for stress if it were as fine all over; where impulse and
+peak ask for 20 of a section, stress asks for hundreds."""
 ON_IT: Final = 1e-6  # distance [m] from a node of the struck face within which a point counts as on it
 
 
@@ -119,20 +122,21 @@ class SeatMesh:
 
     # Stress
 
-    def stress(self, waves: Waves | None, refinement: float = 1.0) -> MeshStress:
-        """Return the stress on the mesh, by the harmonics of ``waves`` if there are any; ``refinement``: size of its
-        elements over that of the finer mesh."""
+    def stress(self, waves: Waves | None, at: Array | None = None) -> MeshStress:
+        """Return the stress on the mesh, by the harmonics of ``waves`` if there are any; ``at``: only at these points,
+        and at the named ones."""
         asked, elements = self.plan.scene.stress, elements_of(self.mesh)
         assert asked is not None
-        of_named = [self.named()] if asked.points and (refinement == 1.0 or not asked.surface) else []
-        places = [*([on_surface(elements)] if asked.surface else []), *of_named]
+        of_named = [self.named()] if asked.points else []
+        of_surface = [on_surface(elements)] if asked.surface else []
+        places = [*(of_surface if at is None else [at_points(elements, at)]), *of_named]
         by_place: list[list[StressSpace]] = [[] for _ in places]
         for n, model, response, _ in self.harmonics(waves):
             for spaces, sites in zip(by_place, places, strict=True):
                 spaces.append(response.stress(self.stress_of(model, sites, n), sites.points))
         where, points = tuple(by_place[0]), tuple(by_place[-1]) if of_named else ()
         to_edge, to_struck = (edge_distances(where[0].points, of) for of in (self.singular, self.struck))
-        return MeshStress(where, points, to_edge, to_struck, refinement)
+        return MeshStress(where, points, to_edge, to_struck)
 
     def harmonics(self, waves: Waves | None) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
         """Yield number, model, response and `Harmonic.mixing` of each harmonic; without ``waves`` those of the only
@@ -186,14 +190,12 @@ class MeshStress:
         points: stress at the named points, by harmonic; empty without any.
         to_edge, to_struck: (P,) distance of each of these places from the nearest singular edge, and from the struck
             face [m].
-        refinement: element size over that of the finer mesh; 1 for the finer mesh.
     """
 
     where: tuple[StressSpace, ...]
     points: tuple[StressSpace, ...]
     to_edge: Array
     to_struck: Array
-    refinement: float
 
     def within(self, asked: StressTable) -> MeshStress:
         """Return the stress at places away from singular edges and, unless ``asked.struck``, from the struck face.
@@ -232,7 +234,8 @@ class MeshStress:
 
 @dataclass(frozen=True)
 class SeatMeshes:
-    """The two meshes of a round's seat: those of its Green's function, or meshed again where they are not at hand.
+    """The two meshes of a round's seat: those of its Green's function or, where these have fewer elements than `ENOUGH`
+    or are not at hand, meshed again.
 
     Attributes:
         plan: plan of the round.
@@ -245,22 +248,38 @@ class SeatMeshes:
     progress: Progress = silent
 
     @cached_property
-    def both(self) -> tuple[SeatMesh, SeatMesh | None]:
-        """Return the mesh, and one coarser by `COARSENING` unless the seat's mesh is read from a file."""
+    def of_run(self) -> tuple[AnyMesh, AnyMesh | None]:
+        """Return the mesh of the Green's function, and one coarser by `COARSENING` unless it is read from a file."""
         body, mesh, coarser = self.plan.scene.seat.elastic, self.solved.mesh, self.solved.coarser_mesh
         assert body is not None
         if mesh is None or (coarser is None and body.drawn is not None):
-            mesh, coarser = body.meshes(self.plan.method.seat, self.progress)
+            return body.meshes(self.plan.method.seat, self.progress)
+        return mesh, coarser
+
+    @cached_property
+    def both(self) -> tuple[SeatMesh, SeatMesh | None]:
+        """Return the mesh, made finer to have about `ENOUGH` elements, and one coarser by `COARSENING`, likewise."""
+        (mesh, coarser), method, body = self.of_run, self.plan.method.seat, self.plan.scene.seat.elastic
+        assert body is not None
+        if body.drawn is not None and self.finer > 1:
+            spec = body.drawn.mesh_spec(method)
+            method = replace(method, size=spec.size / self.finer, contact_size=spec.patch_size / self.finer)
+            mesh, coarser = body.meshes(method, self.progress)
         known = self.solved.model if mesh is self.solved.mesh else None
         return SeatMesh(self.plan, mesh, known), None if coarser is None else SeatMesh(self.plan, coarser)
 
-    def stress(self, waves: Waves | None, *, coarser: bool = False) -> MeshStress:
-        """Return the stress on the finer mesh, or on the ``coarser`` one."""
+    @property
+    def finer(self) -> float:
+        """Return the element size of the Green's function over that of the stress, at least 1."""
+        mesh, dim = self.of_run[0], elements_of(self.of_run[0]).mesh.dim()
+        return float(max(1.0, (ENOUGH[dim] / mesh.quality.elements) ** (1 / dim)))
+
+    @property
+    def refinement(self) -> float:
+        """Return the ratio of their element sizes."""
         fine, coarse = self.both
-        if not coarser:
-            return fine.stress(waves)
         assert coarse is not None
-        return coarse.stress(waves, refinement_of(fine.mesh, coarse.mesh))
+        return refinement_of(fine.mesh, coarse.mesh)
 
 
 def bandwidth_of(plan: Plan) -> float:
@@ -291,13 +310,13 @@ class Waves:
     def from_forces(seat: SeatMeshes, force: Array) -> Waves | None:
         """Return the harmonics of a seat that forces (n + 1, ports) excite; ``None`` if it is not solved by harmonics.
 
-        Their wavelength around the ring is at least two elements of the struck face.
+        Their wavelength around the ring is at least two elements of the struck face in the mesh of the round.
         """
         method, body = seat.plan.method.seat, seat.plan.scene.seat.elastic
         assert body is not None
-        if body.elements_of(method) != "harmonics" or not isinstance(drawn := seat.both[0].mesh, MeridianMesh):
+        if body.elements_of(method) != "harmonics" or not isinstance(drawn := seat.of_run[0], MeridianMesh):
             return None
-        faces, lip, mesh = ring_names("contact", method.rings or 1), method.lip, drawn.mesh
+        faces, lip, mesh = ring_names("contact", method.rings or 1), method.lip, elements_of(drawn).mesh
         if method.in_arcs and isinstance(lip, Lip):
             turns, width = [float(angle) for angle in lip.angles], 2 * math.pi / lip.arcs
         else:

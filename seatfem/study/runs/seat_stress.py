@@ -1,19 +1,22 @@
 """Stress in the seat of a run: the largest on its surface with an error bar, and histories at named points."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from impact import notices, quantities
 from impact.greens.base import Array
 from seatfem.pictures import rendering, stress_plot
-from seatfem.structures.fields.peaks import Largest
+from seatfem.structures.errors import ModelError
+from seatfem.structures.fields.peaks import BETWEEN, Largest
 from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
-from seatfem.structures.fields.sites import local_maxima, peak_mesh_error
+from seatfem.structures.fields.sites import local_maxima
 from seatfem.structures.fields.solids import AnyField, RingField, elements_of
 from seatfem.structures.finite_elements import MESH_SAFETY
 from seatfem.structures.model import SecondOrderModel
@@ -23,6 +26,7 @@ from seatfem.study.runs.round import Round
 from seatfem.study.runs.stress_spots import place_words
 
 FEWER_HARMONICS: Final = 0.75  # fraction of the harmonics in the comparison that gives their truncation error
+NEAREST: Final = 6  # sites at and beside a place at which its mesh error is estimated
 MOST_SPOTS: Final = 20  # most hot spots of a seat
 LEAST_SPOT: Final = 0.1  # least stress of a hot spot, over the largest stress
 
@@ -42,7 +46,8 @@ class SeatStress:
         on_lip: (P,) mask of the sites within ``stress.apart`` of the struck face.
         spots: numbers of the sites that are hot spots, the largest first.
         peak: largest stress after the first touch at each site.
-        bar, tension_bar: error bars of the largest von Mises stress and of the largest tension [Pa], so far.
+        judged: (2 + Q,) largest von Mises stress, largest tension, largest von Mises stress at each named point [Pa].
+        bars: their error bars at the same places, so far [Pa].
         time: (n + 1,) [s].
         points: (Q, 3) points that the scene names [m].
         named: (Q + 1, 6, n + 1) stress histories of these points, and of the site of the largest stress [Pa].
@@ -62,8 +67,8 @@ class SeatStress:
     on_lip: NDArray[np.bool_]
     spots: NDArray[np.int64]
     peak: Largest
-    bar: float
-    tension_bar: float
+    judged: Array
+    bars: Array
     time: Array
     points: Array
     named: Array
@@ -102,6 +107,19 @@ class SeatStress:
         return self.sites.shape[1] == 2 or isinstance(self.field, RingField)
 
     @property
+    def bar(self) -> float:
+        """Return the error bar of the largest von Mises stress, at its own place [Pa]."""
+        return float(self.bars[0])
+
+    @property
+    def from_excluded(self) -> float:
+        """Return the distance of the largest von Mises stress from sharp edges and, where it is left out, from the
+        struck face [m]."""
+        asked, place = self.meshes.plan.scene.stress, self.where // (len(self.sites) // len(self.known.to_edge))
+        struck = math.inf if asked is None or asked.struck else float(self.known.to_struck[place])
+        return min(float(self.singular[self.where]), struck)
+
+    @property
     def where(self) -> int:
         """Return the site of the largest von Mises stress."""
         return int(self.peak.von_mises.argmax())
@@ -121,20 +139,19 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     meshes = seat_fields.SeatMeshes(done.plan, done.seat, progress)
     dt, force = done.result.dt, seat_fields.force_by_port(done, done.touches)
     waves = seat_fields.Waves.from_forces(meshes, force)
-    known = meshes.stress(waves).within(scene.stress)
+    known = meshes.both[0].stress(waves).within(scene.stress)
     points = np.array(scene.stress.points).reshape(-1, 3)
-    field, fewer = (known.field(scene.stress, waves, dt, fewer=less) for less in (False, True))
+    field = known.field(scene.stress, waves, dt)
     of_points = [known.field(scene.stress, waves, dt, named=True)] if known.points else []
     peaks = largest(field, force, dt).after_contact
-    worst = int(peaks.von_mises.argmax())
-    both = field.at(np.array([worst, int(peaks.principal.argmax())]))
-    others = [fewer.at(np.array([worst, int(peaks.principal.argmax())]))]
-    if isinstance(both, RingField) and (harmonics := len(both.harmonics)) > 1:
-        count = max(1, int(FEWER_HARMONICS * harmonics))
-        others.append(RingField(both.section, both.angles, both.harmonics[:count]))
-    bars = np.sum(
-        [np.abs(_two_peaks(largest(other, force, dt).after_contact) - _two_peaks(peaks)) for other in others], axis=0
-    )
+    worst, places = int(peaks.von_mises.argmax()), places_of(peaks)
+    both = field.at(places)
+    judged = _stress_at(both, of_points, force, dt)
+    fewer_of_points = [known.field(scene.stress, waves, dt, named=True, fewer=True)] if known.points else []
+    others = [(known.field(scene.stress, waves, dt, fewer=True).at(places), fewer_of_points)]
+    if isinstance(both, RingField) and len(both.harmonics) > 1:
+        others.append((_with_fewer(both), [_with_fewer(each) for each in of_points]))
+    bars = sum((np.abs(_stress_at(*other, force, dt) - judged) for other in others), BETWEEN * judged)
     named_fields = [*of_points, both.at(np.array([0]))]
     angles = len(field.points) // len(known.to_edge)
     return SeatStress(
@@ -147,8 +164,8 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
         np.repeat(known.to_struck < scene.stress.apart * (1 - 1e-9), angles),
         local_maxima(field.points, peaks.von_mises, scene.stress.apart, least=LEAST_SPOT)[:MOST_SPOTS],
         peaks,
-        float(bars[0]),
-        float(bars[1]),
+        judged,
+        bars,
         done.result.time,
         points,
         np.concatenate([histories(each, force, dt) for each in named_fields]),
@@ -161,34 +178,69 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     )
 
 
-def left_by_mesh(stress: SeatStress, done: Round) -> float:
-    """Return the mesh error of the largest stress [Pa]; nan if there is no coarser mesh to compare with.
+def places_of(peaks: Largest) -> NDArray[np.int64]:
+    """Return the sites of the largest von Mises stress and of the largest tension."""
+    return np.array([peaks.von_mises.argmax(), peaks.principal.argmax()])
 
-    It is `MESH_SAFETY` / (r - 1) times the change from the coarser mesh (`peak_mesh_error`), r the ratio of element
-    sizes; the larger change of von Mises stress and of tension counts for both.
+
+def _stress_at(spots: AnyField, of_points: Sequence[AnyField], force: Array, dt: float) -> Array:
+    """Return `SeatStress.judged` under forces (n + 1, ports) [N], of the fields at both spots and at named points."""
+    of_spots = largest(spots, force, dt).after_contact
+    return np.array([of_spots.von_mises[0], of_spots.principal[1], *_named(of_points, force, dt)])
+
+
+def _named(of_points: Sequence[AnyField], force: Array, dt: float) -> Array:
+    """Return the (Q,) largest von Mises stress at named points [Pa]."""
+    return np.array([stress for each in of_points for stress in largest(each, force, dt).after_contact.von_mises])
+
+
+def _with_fewer(field: AnyField) -> AnyField:
+    """Return a field with `FEWER_HARMONICS` of its harmonics."""
+    assert isinstance(field, RingField)
+    return replace(field, harmonics=field.harmonics[: max(1, int(FEWER_HARMONICS * len(field.harmonics)))])
+
+
+def left_by_mesh(stress: SeatStress, done: Round) -> Array:
+    """Return the mesh errors (2 + Q,) of `SeatStress.judged` [Pa]; nan if there is no coarser mesh to compare with.
+
+    They are `MESH_SAFETY` / (r - 1) times the change from the coarser mesh, r the ratio of element sizes: its root mean
+    square at the same places and the sites beside them, `NEAREST` altogether, as one may be small by accident.
     """
-    scene, body = done.plan.scene, done.plan.scene.seat.elastic
-    assert scene.stress is not None
-    assert body is not None
-    if body.drawn is None:
-        return math.nan
-    if not stress.peak.von_mises.any():
-        return 0.0
-    dt, force = done.result.dt, seat_fields.force_by_port(done, done.touches)
-    coarse = stress.meshes.stress(stress.waves, coarser=True).within(scene.stress)
-    field = coarse.field(scene.stress, stress.waves, dt)
-    peaks, coarse_peaks, weight = (
-        stress.peak,
-        largest(field, force, dt).after_contact,
-        MESH_SAFETY / (coarse.refinement - 1),
-    )
-    pairs = ((peaks.von_mises, coarse_peaks.von_mises), (peaks.principal, coarse_peaks.principal))
-    return max(peak_mesh_error(stress.sites, fine, field.points, coarser, weight) for fine, coarser in pairs)
+    unknown, peak, sites = np.full(len(stress.judged), math.nan), stress.peak, stress.sites
+    if (coarse := stress.meshes.both[1]) is None:
+        return unknown
+    if not peak.von_mises.any():
+        return np.zeros(len(stress.judged))
+    beside = cKDTree(sites).query(sites[places_of(peak)], k=min(NEAREST, len(sites)))[1].reshape(2, -1)
+    force = seat_fields.force_by_port(done, done.touches)
+    try:
+        found, named = stress_on(coarse, stress, beside.ravel(), force, done.result.dt)
+    except ModelError:  # a place lies between a chord of the coarser mesh and the surface
+        return unknown
+    pairs = ((found.von_mises, peak.von_mises), (found.principal, peak.principal))
+    of_spots = [_rms(other.reshape(2, -1)[k] - own[beside[k]]) for k, (other, own) in enumerate(pairs)]
+    return MESH_SAFETY / (stress.meshes.refinement - 1) * np.array([*of_spots, *np.abs(named - stress.judged[2:])])
 
 
-def _two_peaks(peaks: Largest) -> Array:
-    """Return the (2,) largest von Mises stress and largest tension of all points [Pa]."""
-    return np.array([peaks.von_mises.max(), peaks.principal.max()])
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def stress_on(
+    mesh: seat_fields.SeatMesh, stress: SeatStress, which: NDArray[np.int64], force: Array, dt: float
+) -> tuple[Largest, Array]:
+    """Return the largest stress at the sites ``which``, and the von Mises stress at the named points, on another mesh
+    of the seat, under forces (n + 1, ports) [N] in steps ``dt`` [s]. Raises `ModelError` where that holds no site."""
+    asked, on_section = stress.meshes.plan.scene.stress, None
+    assert asked is not None
+    if asked.surface:
+        angles = len(stress.sites) // len(stress.known.to_edge)
+        on_section = stress.known.where[0].points[which // angles]
+        which = np.arange(len(which)) * angles + which % angles
+    known = mesh.stress(stress.waves, at=on_section)
+    of_points = [known.field(asked, stress.waves, dt, named=True)] if known.points else []
+    of_sites = known.field(asked, stress.waves, dt).at(which)
+    return largest(of_sites, force, dt).after_contact, _named(of_points, force, dt)
 
 
 def stress_keys(stress: SeatStress | None) -> dict[str, object]:
@@ -203,21 +255,28 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
         "peak_seat_stress_at_m": place,
         "peak_seat_stress_time_s": float(peak.von_mises_time[k]),
         "peak_seat_principal_stress_Pa": float(peak.principal.max()),
-        "error_bar_peak_seat_stress_Pa": quantities.finite_or_none(stress.bar),
-        "error_bar_peak_seat_principal_stress_Pa": quantities.finite_or_none(stress.tension_bar),
+        "error_bar_peak_seat_stress_Pa": quantities.finite_or_none(stress.bars[0]),
+        "error_bar_peak_seat_principal_stress_Pa": quantities.finite_or_none(stress.bars[1]),
         "peak_seat_stress_over_rho_c0_v": None if math.isnan(stress.front) else value / stress.front,
+        "seat_stress_at_points": [
+            {"at_m": list(map(float, at)), "von_mises_Pa": float(own), "error_bar_Pa": quantities.finite_or_none(bar)}
+            for at, own, bar in zip(stress.points, stress.judged[2:], stress.bars[2:], strict=True)
+        ],
     }
 
 
-def peaks_under(stress: SeatStress, force: Array, dt: float) -> Largest:
-    """Return the largest stress at each site under other forces (n + 1, ports) [N]; a shorter step ``dt`` [s] includes
-    more of the Ritz pairs, which respond to a sharper pulse."""
-    asked, known = stress.meshes.plan.scene.stress, stress.known
-    waves = seat_fields.Waves.from_forces(stress.meshes, force)
+def judged_under(stress: SeatStress, force: Array, dt: float, *, anew: bool = False) -> Array:
+    """Return `SeatStress.judged` at the same places under other forces (n + 1, ports) [N]; ``anew``: by a field for the
+    step ``dt`` [s], as a shorter one includes more of the Ritz pairs, which respond to a sharper pulse."""
+    asked, known, of_points = stress.meshes.plan.scene.stress, stress.known, [stress.of_points]
+    if not anew:
+        return _stress_at(stress.largest_at, of_points if len(stress.points) else [], force, dt)
     assert asked is not None
+    waves = seat_fields.Waves.from_forces(stress.meshes, force)
     if waves is not None and stress.waves is not None and waves.numbers != stress.waves.numbers:
-        known = stress.meshes.stress(waves).within(asked)
-    return largest(known.field(asked, waves, dt), force, dt).after_contact
+        known = stress.meshes.both[0].stress(waves).within(asked)
+    of_points = [known.field(asked, waves, dt, named=True)] if known.points else []
+    return _stress_at(known.field(asked, waves, dt).at(places_of(stress.peak)), of_points, force, dt)
 
 
 def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float]) -> list[rendering.Picture]:

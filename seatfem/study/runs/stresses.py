@@ -26,7 +26,7 @@ from impact.quantities import percent
 from impact.runs.variations import Values, budget_of, changes, times
 from seatfem.structures import method, rings, sheets
 from seatfem.structures.fields.peaks import LITTLE
-from seatfem.structures.fields.recovery import Largest, LargestStress, StressField, largest
+from seatfem.structures.fields.recovery import LargestStress, StressField, largest
 from seatfem.structures.fields.sites import near, peak_mesh_error
 from seatfem.structures.rings import Division
 from seatfem.study.error_budget import terms_by_key
@@ -45,7 +45,9 @@ from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs import kept
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_stress import SeatStress, left_by_mesh, peaks_under, seat_stress
+from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
+from seatfem.study.runs.stress_spots import place_words
+from seatfem.units import write_quantity
 
 STAGE: Final = "runs for the error bar of stress"
 
@@ -92,6 +94,7 @@ def contact_margin_bar(done: Round, margin: float) -> float:
 
 
 RAW: Final = 0.1  # relative change of stress by half the time step above which no error bar is given
+AT_LIMIT: Final = 1.5  # distance of a hot spot at the limit of where stress is reported, over stress.distance
 REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
 
 
@@ -113,16 +116,14 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     of_seat = seat if np.any(done.result.force) else None
     of_reed = reed if done.plate is None and reed is not None and reed.found.after_contact is not None else None
     if seat is not None and of_seat is None:
-        seat = replace(
-            seat, bar=seat.bar + (mesh_error := left_by_mesh(seat, done)), tension_bar=seat.tension_bar + mesh_error
-        )
+        seat = replace(seat, bars=seat.bars + left_by_mesh(seat, done))
     if of_seat is None and of_reed is None:
         return seat, reed
 
     def look(run: Marched) -> Values:
         forces, values = Forces.from_march(run), dict[str, float]()
         if of_seat is not None:
-            values |= _peaks_of(largest(of_seat.largest_at, -forces.by(of_seat.division), forces.dt).after_contact)
+            values |= _by_name(judged_under(of_seat, -forces.by(of_seat.division), forces.dt))
         if of_reed is not None:
             division = Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division()
             pushes = forces.pushes(of_reed.largest_at.body.greens, division)
@@ -132,10 +133,10 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     def look_everywhere(run: Marched) -> Values:
         values, forces = dict(look(run)), Forces.from_march(run)
         if of_seat is not None:
-            values |= _peaks_of(peaks_under(of_seat, -forces.by(of_seat.division), forces.dt))
+            values |= _by_name(judged_under(of_seat, -forces.by(of_seat.division), forces.dt, anew=True))
         return values
 
-    run_peaks = {} if of_seat is None else _peaks_of(of_seat.peak)
+    run_peaks = {} if of_seat is None else _by_name(of_seat.judged)
 
     def is_raw(half: Values) -> list[bool]:
         return [abs(half[name] - run_peaks[name]) > RAW * run_peaks[name] for name in run_peaks]
@@ -144,7 +145,9 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
         return of_reed is not None or not all(is_raw(half))
 
     bodies = {REED: of_reed, SEAT: of_seat}
-    what = f"errors left in {', '.join(sorted(name for name, each in bodies.items() if each is not None))}"
+    what = (
+        f"errors left at the places in {', '.join(sorted(name for name, each in bodies.items() if each is not None))}"
+    )
     bars_and_half = kept.cached_numbers(
         done,
         done.touches,
@@ -156,9 +159,8 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     errors, raw = bars_and_half["bars"], is_raw(bars_and_half["half"])
     if of_seat is not None:
         mesh_error = math.nan if all(raw) else left_by_mesh(of_seat, done)
-        bars = np.array([of_seat.bar, of_seat.tension_bar]) + mesh_error + [errors[name] for name in run_peaks]
-        bar, tension_bar = (float(each) for each in np.where(raw, math.nan, bars))
-        seat = replace(of_seat, bar=bar, tension_bar=tension_bar)
+        bars = of_seat.bars + mesh_error + [errors[name] for name in run_peaks]
+        seat = replace(of_seat, bars=np.where(raw, math.nan, bars))
     if of_reed is not None:
         reed = replace(of_reed, bar=of_reed.bar + errors[REED])
     return seat, reed
@@ -177,7 +179,19 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
             f"the seat{words}; the stress has the waves that this force sends in. To have them in the force, too, "
             "state seat.model"
         )
-    bars = {"peak_seat_stress_Pa": seat.bar, "peak_seat_principal_stress_Pa": seat.tension_bar}
+    bar, peak, asked = seat.bar, seat.peak.von_mises, plan.scene.stress
+    rivals = [k for k in seat.spots if k != seat.where and peak[k] + bar > seat.judged[0] - bar]
+    if rivals:
+        sentences.append(
+            f"stress in the seat: another place may have the largest: {place_words(seat.sites[rivals[0]], 'seat')} has "
+            f"{write_quantity(float(peak[rivals[0]]), 'pressure')}"
+        )
+    if asked is not None and asked.surface and seat.from_excluded < AT_LIMIT * asked.distance:
+        sentences.append(
+            "stress in the seat: its largest lies at the limit of where it is reported, stress.distance from a sharp "
+            "edge or the struck face; nearer to it, it is larger"
+        )
+    bars = {"peak_seat_stress_Pa": seat.bars[0], "peak_seat_principal_stress_Pa": seat.bars[1]}
     if names := [name for name, bar in bars.items() if math.isnan(bar)]:
         sentences.append(
             f"uncertainty of {' and '.join(names)} not known: half the time step changes it by more than "
@@ -187,14 +201,16 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _peaks_of(peaks: Largest) -> dict[str, float]:
-    """Return the largest von Mises stress and tension in the seat, by name [Pa]."""
-    return {SEAT: float(peaks.von_mises.max()), TENSION: float(peaks.principal.max())}
+def _by_name(judged: Array) -> dict[str, float]:
+    """Return `SeatStress.judged` by name [Pa]."""
+    names = (SEAT, TENSION, *(f"point {number} {SEAT}" for number in range(len(judged) - 2)))
+    return dict(zip(names, map(float, judged), strict=True))
 
 
 FEWER: Final = 0.75  # fraction of the modes in the comparison that gives the truncation error
 OF_FEWER: Final = FEWER / (1 - FEWER)  # truncation error over that change, if the error falls like 1/modes
 BESIDE: Final = 3.0  # distance from the contact within which a point is "beside the contact", in plate thicknesses
+RIM: Final = "rim of an averaged patch"  # part of a plate beside one contact with the mean motion of a disc or ring
 
 
 @dataclass(frozen=True)
@@ -317,7 +333,8 @@ def parts_of_plate(done: Round, points: Array) -> NDArray[np.str_]:
     assert reed is not None
     touched = plate_stress.touched_points(done.plan.scene.geometry, done.striker.greens, _division(done))
     beside = near(points, touched, BESIDE * reed.thickness)
-    return np.where(beside, "beside the contact", reed.geometry().regions(points))
+    words = RIM if _division(done).arcs == 1 else "beside the contact"
+    return np.where(beside, words, reed.geometry().regions(points))
 
 
 def plate_pushes(done: Round, touches: Touches) -> Array:

@@ -100,7 +100,7 @@ frames = 40
         "0.2 mm", "from sharp inner corners and the rim of clamped faces, within which no stress is reported"
     )
     struck: bool = default(
-        True,
+        False,
         "whether the surface includes the struck face and its neighbourhood within distance, where a "
         "coarse mesh is unreliable and the stress at a rigid rim has no limit",
         strict=True,
