@@ -37,7 +37,7 @@ from seatfem.study.method import (
     is_given,
     stated_method,
 )
-from seatfem.study.planning.plan import Choice, Cost, Plan
+from seatfem.study.planning.plan import Choice, Cost, Plan, Refinement
 from seatfem.study.safety import source_in_words
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
@@ -53,7 +53,7 @@ MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that o
 MOST_ROUNDS: Final = 9  # most rounds of a run by default
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
-TRIES: Final = 3  # refinements after which an error that has not halved is taken for one that does not converge
+TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
 HIDDEN_BY: Final[Mapping[str, str]] = {
     **{STEP: MODES, MODES: STEP},
     **{SIZE: TOLERANCE, BAND: SIZE, REED_SIZE: REED_TOLERANCE, REED_BAND: REED_SIZE},
@@ -179,27 +179,29 @@ def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMet
 
 
 def _hiding(done: Round, key: str) -> tuple[str, ...]:
-    """Return the key that is refined together with one whose error has not halved by its last refinement: it hides its
-    convergence, as a step that of modes, or a tolerance that of a mesh."""
+    """Return the key that is refined together with one whose error has hardly fallen by its last refinement: it hides
+    its convergence, as a step that of modes, or a tolerance that of a mesh."""
     past, other = done.plan.refined.get(key, ()), HIDDEN_BY.get(key, "")
-    if not past or _worst(done, key) <= past[-1] / 2:
+    if not past or _worst(done, key) <= past[-1].error / past[-1].factor ** 0.5:
         return ()
     return (other,) if _refined(done.plan.scene, done.plan.method, other, MOST) is not None else ()
 
 
 def _is_stalled(done: Round, key: str) -> bool:
-    """Return whether a key's error has not halved in `TRIES` rounds that were to reduce it."""
-    past = done.plan.refined.get(key, ())
-    return len(past) >= TRIES and _worst(done, key) > past[-TRIES] / 2
+    """Return whether a key's error has fallen by less than half of what its order says in `TRIES` refinements."""
+    past = done.plan.refined.get(key, ())[-TRIES:]
+    factor = math.prod(each.factor for each in past)
+    return len(past) == TRIES and _worst(done, key) > past[0].error / factor**0.5
 
 
 def refine_plan(done: Round) -> tuple[Plan | None, str]:
     """Return the plan of the next round, or ``None`` and in words why nothing can be refined."""
     plan, marks = done.plan, mark(done)
-    method = _within_work(done, marks.factors)
+    method, taken = _within_work(done, marks.factors)
     if method == plan.method:
         return None, _stuck_words(done, marks)
-    refined = {key: (*plan.refined.get(key, ()), _worst(done, key)) for key in marks.wanted}
+    past, wanted = plan.refined, marks.wanted & taken.keys()
+    refined = {key: (*past.get(key, ()), Refinement(_worst(done, key), taken[key])) for key in wanted}
     choices = tuple(
         replace(choice, value=described(choice.key, method.value(choice.key)), reason=_why(done, choice.key, marks))
         if method.value(choice.key) != plan.method.value(choice.key)
@@ -207,11 +209,12 @@ def refine_plan(done: Round) -> tuple[Plan | None, str]:
         for choice in plan.choices
         if choice.key in FIELDS
     )
-    return replace(plan, method=method, choices=choices, refined={**plan.refined, **refined}), ""
+    return replace(plan, method=method, choices=choices, refined={**past, **refined}), ""
 
 
-def _within_work(done: Round, factors: Mapping[str, float]) -> RunMethod:
-    """Return the method refined in those keys that reduce most of the error per counted work, within `MOST_WORK`."""
+def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, Mapping[str, float]]:
+    """Return the method refined in those keys that reduce most of the error per counted work, within `MOST_WORK`; and
+    the factor of each."""
     plan = done.plan
     alone = {key: finer for key, factor in factors.items() if (finer := _refined(plan.scene, plan.method, key, factor))}
 
@@ -219,14 +222,14 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> RunMethod:
         more = max(work_ratio(plan.method, alone[key], plan.scene)) - 1
         return _worst(done, key) * (1 - 1 / factors[key]) / max(more, LITTLE_WORK)
 
-    method = plan.method
+    method, taken = plan.method, dict[str, float]()
     for key in sorted(alone, key=gain_per_work, reverse=True):
         for factor in (factors[key], factors[key] ** 0.5):
             finer = _refined(plan.scene, method, key, factor) or method
             if max(work_ratio(plan.method, finer, plan.scene)) <= MOST_WORK or method == plan.method:
-                method = finer
+                method, taken[key] = finer, factor
                 break
-    return method
+    return method, taken
 
 
 def _worst(done: Round, key: str) -> float:

@@ -79,12 +79,13 @@ class ElementSize(BodyLadder):
         body, how = (scene.seat.drawn, method.seat) if self.role == "seat" else (scene.reed.drawn, method.reed)
         if body is None or how.exact or not keys or method.given.intersection(keys):
             return None
-        spec, patch, finer = body.mesh_spec(how), body.patch(), factor ** (1 / REFINED_ORDER)
+        spec, patch = body.mesh_spec(how), body.patch()
         sizes, band = Sizes(spec.size, spec.patch_size), how.bandwidth or 0.0
         if patch is None:
+            finer = factor ** (1 / REFINED_ORDER)
             sizes = Sizes(sizes.size / finer, sizes.contact_size / finer)
         else:  # where the rule expects more of the error, in the bulk or on the face, elements become smaller
-            by_rule = sizes_for(patch, band, mesh_error(patch, band, sizes, how.order) / finer, how.order)
+            by_rule = sizes_for(patch, band, mesh_error(patch, band, sizes, how.order) / factor, how.order)
             sizes = Sizes(min(sizes.size, by_rule.size), min(sizes.contact_size, by_rule.contact_size))
         values = (float(f"{max(size, sizes.contact_size):.2g}") for size in (sizes.size, sizes.contact_size))
         return method.replaced(dict(zip(keys, values, strict=True)))

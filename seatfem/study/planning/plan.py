@@ -67,6 +67,19 @@ class Alternative:
 
 
 @dataclass(frozen=True)
+class Refinement:
+    """The refinement of a key from one round to the next.
+
+    Attributes:
+        error: largest relative error of a judged measure by the key before.
+        factor: factor by which it was to be reduced.
+    """
+
+    error: float
+    factor: float
+
+
+@dataclass(frozen=True)
 class Plan:
     """A plan says how a scene is to be computed.
 
@@ -83,7 +96,7 @@ class Plan:
         without: levels of the seat, or `ONE_PORT`, that earlier rounds found too coarse.
         parts: predicted relative errors by arcs and rings of a lip, by key, then measure.
         by_rule: whether the loop measures instead: values by rule at first, refined by measured errors.
-        refined: largest relative error of a judged measure by each key, before each of its refinements.
+        refined: refinements of each key so far, in the order of the rounds.
     """
 
     scene: Scene
@@ -98,7 +111,7 @@ class Plan:
     without: tuple[str, ...] = ()
     parts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     by_rule: bool = False
-    refined: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    refined: Mapping[str, tuple[Refinement, ...]] = field(default_factory=dict)
 
     @property
     def level(self) -> AnyLevel:
