@@ -12,7 +12,7 @@ Source: refinement of one key at a time by its measured surplus, Gerstner and Gr
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
@@ -26,9 +26,11 @@ from seatfem.study.method import (
     BAND,
     FIELDS,
     MODES,
+    PORTS,
     REED_BAND,
     REED_SIZE,
     REED_TOLERANCE,
+    RINGS,
     SIZE,
     STEP,
     TOLERANCE,
@@ -54,6 +56,8 @@ MOST_ROUNDS: Final = 9  # most rounds of a run by default
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
+OF_THE_SEAT: Final = (SIZE, BAND, TOLERANCE, RINGS, PORTS)
+"""Keys whose finer values may be out of reach of meshing, reduction or memory."""
 HIDDEN_BY: Final[Mapping[str, str]] = {
     **{STEP: MODES, MODES: STEP},
     **{SIZE: TOLERANCE, BAND: SIZE, REED_SIZE: REED_TOLERANCE, REED_BAND: REED_SIZE},
@@ -194,10 +198,25 @@ def _is_stalled(done: Round, key: str) -> bool:
     return len(past) == TRIES and _worst(done, key) > past[0].error / factor**0.5
 
 
-def refine_plan(done: Round) -> tuple[Plan | None, str]:
-    """Return the plan of the next round, or ``None`` and in words why nothing can be refined."""
+def attempts(done: Round, further: Plan) -> Iterator[Plan]:
+    """Yield the plan of the next round and, of a loop, what is tried where that one fails: keys that are refined half
+    as far, and then those of the march and of the reed alone."""
+    yield further
+    if further.by_rule:
+        for power, without in ((0.5, ()), (1.0, OF_THE_SEAT)):
+            plan, _ = refine_plan(done, power, without)
+            if plan is not None:
+                yield plan
+
+
+def refine_plan(done: Round, power: float = 1.0, without: tuple[str, ...] = ()) -> tuple[Plan | None, str]:
+    """Return the plan of the next round, or ``None`` and in words why nothing can be refined.
+
+    ``power``: of the factors by which errors are to be reduced; ``without``: keys that are not refined.
+    """
     plan, marks = done.plan, mark(done)
-    method, taken = _within_work(done, marks.factors)
+    factors = {key: factor**power for key, factor in marks.factors.items() if key not in without}
+    method, taken = _within_work(done, factors)
     if method == plan.method:
         return None, _stuck_words(done, marks)
     past, wanted = plan.refined, marks.wanted & taken.keys()

@@ -91,13 +91,20 @@ def rounds(
         memory = f" and {further.cost.memory / 1e9:.2g} GB" if further.cost.memory else ""
         cost = f"about {in_time(price(latest, further))}{memory} predicted"
         tell(f"round {latest.number} is on file; round {number} follows, {cost}: {changed(latest, further)}")
+        stopped = ""
         try:
-            latest = _measured(
-                partial(_round, limits=limits), further, folder, watch, _until(deadline, progress), latest
-            )
-        except FAILURES as problem:
-            yield replace(latest, stopped=_failure_words(problem) + _restore_seat(latest, further, folder))
-            return
+            for attempt in converge.attempts(latest, further):
+                try:
+                    compute = partial(_round, limits=limits)
+                    latest = _measured(compute, attempt, folder, watch, _until(deadline, progress), latest)
+                    break
+                except FAILURES as problem:
+                    stopped = _failure_words(problem) + _restore_seat(latest, attempt, folder)
+                    if isinstance(problem, OutOfTime):
+                        break
+            if latest.number < number:
+                yield replace(latest, stopped=stopped)
+                return
         except KeyboardInterrupt:
             _restore_seat(latest, further, folder)
             raise
