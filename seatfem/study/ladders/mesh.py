@@ -204,7 +204,8 @@ class Bandwidth(ladder.BodyLadder):
         patch = scene.seat.surrogate(scene.run.duration, scene.reed.face).patch
         if method.seat.size and patch is not None and SIZE not in method.given:
             before, after = (sizes_for(patch, each, FIRST_ERROR, method.seat.order).size for each in (band, wider))
-            values[SIZE] = max(method.seat.size * after / before, method.seat.contact_size or 0.0)
+            smaller = float(f"{method.seat.size * after / before:.2g}")
+            values[SIZE] = max(smaller, method.seat.contact_size or 0.0)
         return method.replaced(values)
 
     def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
