@@ -24,8 +24,8 @@ from table import RESULTS, append_rows, read_rows, spent
 
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
-from seatfem.study.converge import begin_plan
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from seatfem.study.scene import Scene, load_scene
 

@@ -10,10 +10,8 @@ import numpy as np
 from impact import after, notices
 from impact.greens.base import Array
 from impact.march import laws
-from impact.march.grid import TimeGrid
+from impact.march.grid import AtEqualSteps, TimeGrid, blocks
 from impact.march.problem import ContactError, ContactProblem
-from impact.march.replay import blocks
-from impact.march.rows import AtEqualSteps, Replayed
 from impact.names import frame_of
 from impact.quantities import as_html, brief, cut, in_units, percent, some
 
@@ -21,6 +19,7 @@ if TYPE_CHECKING:
     import pandas
 
     from impact.march import motion
+    from impact.march.rows import Replayed
 
 _WAYS = ("gap", "striker_displacement", "target_displacement")
 _TERMS = ("input", "striker", "target", "contact", "dissipated")
@@ -91,16 +90,17 @@ def ledger(
     """Return the ledger from the motion of each body (striker first), force (n, p), with the films' part ``film``, and
     gap (n + 1, p), with the part ``carried`` from moving bases."""
     kept, of_bases, lost, by_films = np.zeros((4, len(gap)))
+    for column, contact in enumerate(problem.contacts):  # the whole history: a joint remembers its largest closure
+        kept += contact.law.potential(-gap[:, column])
     for part in blocks(len(force)):
         now, after = slice(part.start, part.stop + 1), slice(part.start + 1, part.stop + 1)
-        potential = np.stack([c.law.potential(-gap[now, i]) for i, c in enumerate(problem.contacts)], axis=1)
-        opened, pushed, kept[now] = np.diff(gap[now], axis=0), force[part], potential.sum(axis=1)
+        opened, pushed = np.diff(gap[now], axis=0), force[part]
         if carried is not None:
             of_bases[after] = np.sum(-pushed * np.diff(carried[now], axis=0), axis=1)
         if film is not None:
             by_films[after] = np.sum(-film[part] * opened, axis=1)
             pushed = pushed - film[part]
-        lost[after] = np.sum(-pushed * opened - np.diff(potential, axis=0), axis=1)
+        lost[after] = np.sum(-pushed * opened, axis=1) - np.diff(kept[now])
     of_films = None if film is None else np.cumsum(by_films)
     pressed = pressed_in(problem, force[:1] if film is None else force[:1] - film[:1], gap)
     loss = np.cumsum(lost) + pressed

@@ -223,7 +223,7 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
     start = replace(start, displacement=start.displacement + pull / greens.omega**2)
     replay = march.replay.Replay(followed, dt, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads])
     yield np.append(start.displacement, first)[None, :]
-    for part in march.replay.blocks(pushes.shape[1] - 1, _BLOCK * stride):
+    for part in march.grid.blocks(pushes.shape[1] - 1, _BLOCK * stride):
         middle = np.asarray(dt * (np.arange(part.start, part.stop) + 0.5), dtype=np.float64)
         amplitudes = reed.load_amplitudes(middle)
         block = replay.coordinates(pushes[:, 1:][:, part], amplitudes, stride)

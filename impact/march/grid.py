@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Final
+from functools import cached_property
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,3 +125,32 @@ class TimeGrid:
                 f"{MOST_BYTES / 1e9:g} GB): ask for a window of fewer steps, or take the rows as they are"
             )
         return np.arange(window.start, window.stop)
+
+
+class AtEqualSteps:
+    """Forces and gaps at fine steps, made from the ``rows`` of a run; raise as `TimeGrid.spread_forces`."""
+
+    rows: Any
+
+    @property
+    def dt(self) -> float:
+        """Return the fine step [s]."""
+        return float(self.rows.dt)
+
+    @cached_property
+    def force(self) -> Array:
+        """Return the contact force [N], >= 0 except for the tension of a film."""
+        return np.asarray(self.rows.spread_forces(self.rows.force))
+
+    @property
+    def gap(self) -> Array:
+        """Return the opening [m]."""
+        return np.asarray(self.rows.spread_motions(self.rows.gap))
+
+
+BLOCK: Final = 4096  # steps of a block
+
+
+def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
+    """Return the slices of a run's steps, block by block."""
+    return (slice(first, min(first + size, steps)) for first in range(0, steps, size))

@@ -14,9 +14,10 @@ from impact.bodies.body import ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
+from impact.march.grid import blocks
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR
-from impact.march.replay import CACHED_VALUES, LEAST_TILE, Block, blocks, relax
+from impact.march.replay import CACHED_VALUES, LEAST_TILE, Block, relax
 
 _FORM = ((0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3))
 

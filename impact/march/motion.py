@@ -19,11 +19,11 @@ from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
 from impact.march import history, problem
-from impact.march.grid import TimeGrid
+from impact.march.grid import TimeGrid, blocks
 from impact.march.leaps import LeapReplay, find_loads
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR, displaced
-from impact.march.replay import Block, Replay, blocks, resting, translate
+from impact.march.replay import Block, Replay, resting, translate
 from impact.quantities import brief
 
 Write = Callable[[slice, Array], None]

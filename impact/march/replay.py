@@ -4,7 +4,7 @@ The forces are constant over each step, and every recursion is exact for such fo
 memory does not grow with the run; the caller keeps what it needs of each block.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,10 +14,10 @@ from impact.bodies.body import ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
+from impact.march.grid import blocks
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR, oscillate, padded
 
-BLOCK = 4096  # steps of a block
 CACHED_VALUES, LEAST_TILE = 2**17, 64  # floats of a tile that fit in the cache; fewest steps of a tile
 
 
@@ -145,11 +145,6 @@ class Replay:
             first, rows = -(part.start + 1) % stride, slice(part.start // stride, part.stop // stride)
             coordinates[rows, :swinging], coordinates[rows, swinging:] = q[first::stride, :swinging], y[first::stride]
         return coordinates
-
-
-def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
-    """Return the slices of a run's steps, block by block."""
-    return (slice(first, min(first + size, steps)) for first in range(0, steps, size))
 
 
 def _modal_forces(force: Array, shapes: Array, room: Array) -> Array:

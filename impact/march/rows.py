@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 
 from impact.bodies.body import Body
 from impact.greens.base import Array
-from impact.march.grid import TimeGrid
+from impact.march.grid import AtEqualSteps, TimeGrid
 from impact.march.motion import Discrete, mean_displacement
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
@@ -39,27 +38,6 @@ class Rows(TimeGrid):
     def of_gaps(self) -> Rows:
         """Return the rows without forces."""
         return replace(self, force=np.zeros((0, self.gap.shape[1])), film=np.zeros((0, 0)))
-
-
-class AtEqualSteps:
-    """Forces and gaps at fine steps, made from the ``rows`` of a run; raise as `TimeGrid.spread_forces`."""
-
-    rows: Any
-
-    @property
-    def dt(self) -> float:
-        """Return the fine step [s]."""
-        return float(self.rows.dt)
-
-    @cached_property
-    def force(self) -> Array:
-        """Return the contact force [N], >= 0 except for the tension of a film."""
-        return np.asarray(self.rows.spread_forces(self.rows.force))
-
-    @property
-    def gap(self) -> Array:
-        """Return the opening [m]."""
-        return np.asarray(self.rows.spread_motions(self.rows.gap))
 
 
 @dataclass(frozen=True)

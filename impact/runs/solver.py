@@ -25,12 +25,12 @@ from impact.after import regime
 from impact.after.result import EnergyLedger, ImpactResult, RunRows, ledger
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
+from impact.march.grid import blocks
 from impact.march.history import Engine
 from impact.march.ladder import LARGE, begin_march, finish_march, march
 from impact.march.motion import Discrete, Motion
 from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
-from impact.march.replay import blocks
 from impact.march.rows import Marched, Replayed, Rows, find_ports
 from impact.march.stepper import ContactStepper
 from impact.measured.reading import sampling_advice

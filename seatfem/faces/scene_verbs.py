@@ -227,7 +227,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
     scene = load(path, changes)
     content = path.read_bytes()
     by_rule = effort.planner == "loop"
-    usual = study.converge.MOST_ROUNDS if by_rule else study.safety.MOST_ROUNDS
+    usual = study.runs.converge.MOST_ROUNDS if by_rule else study.safety.MOST_ROUNDS
     most = usual if effort.rounds is None else effort.rounds
     limits = runs.next_round.Limits(most, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
@@ -237,7 +237,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
     with progress_of(common, errors) as progress, drawing as painter:
         outcome = runs.pipeline.run_scene(
             scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures, painter=painter,
-            plan=study.converge.begin_plan(scene) if by_rule else None,
+            plan=study.runs.converge.begin_plan(scene) if by_rule else None,
         )  # fmt: skip
     copies = report.asked.keep_asked(
         content, study.scene.parcel.files_of(scene), path.parent, outcome.plan, folder, changes

@@ -10,11 +10,11 @@ from typing import Any, cast
 import pytest
 
 from impact.runs.variations import Budget
-from seatfem.faces.cli import DONE, run_command
-from seatfem.study import converge
-from seatfem.study.converge import MOST, MOST_WORK, TRIES, begin_method, begin_plan, mark, refine_plan, work_ratio
+from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.study.method import BAND, FIELDS, MODEL, MODES, SIZE, STEP, TOLERANCE, stated_method
 from seatfem.study.planning.plan import Refinement
+from seatfem.study.runs import converge
+from seatfem.study.runs.converge import MOST, MOST_WORK, TRIES, begin_method, begin_plan, mark, refine_plan, work_ratio
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from tests.steps import Stopwatch, silent
 from tests.study.test_planning import ANNULAR, BAR, MASS, PLATE, REED, scene_of
@@ -164,3 +164,12 @@ def test_the_command_line_runs_the_loop(tmp_path: Path, monkeypatch: pytest.Monk
     plan = (tmp_path / "scene-result" / "plan.json").read_text(encoding="utf-8")
     assert all(key in plan for key in FIELDS if key in (SIZE, STEP))
     assert "% of peak force, measured" in plan
+
+
+@pytest.mark.parametrize("verb", ["demo", "run"])
+def test_an_unknown_planner_is_refused(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = [] if verb == "demo" else ["scene.toml"]
+    assert run_command([verb, *scene, "--planner", "oracle"]) == BAD_INPUT
+    said = capsys.readouterr().err
+    assert "--planner" in said
+    assert "loop" in said

@@ -2,7 +2,7 @@
 
 import math
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -26,10 +26,14 @@ def test_forces_keep_their_sum_and_their_place_on_the_lip() -> None:
     np.testing.assert_allclose(four.by(Division(4, 3)), across.reshape(3, 12))
 
 
+ALONE: dict[str, Any] = {"peak": SimpleNamespace(von_mises=np.ones(1)), "spots": (0,), "where": 0, "judged": (1.0, 1.0)}
+"""A stress at one place."""
+
+
 @pytest.mark.parametrize(("bars", "named"), [((1.0, 2.0), 0), ((math.nan, 2.0), 1), ((math.nan, math.nan), 2)])
 def test_a_stress_without_a_bar_is_told(bars: tuple[float, float], named: int) -> None:
-    seat = cast("SeatStress", SimpleNamespace(bar=bars[0], tension_bar=bars[1]))
-    plan = cast("Plan", SimpleNamespace(level="axisymmetric", shares={}))
+    seat = cast("SeatStress", SimpleNamespace(bar=bars[0], bars=bars, **ALONE))
+    plan = cast("Plan", SimpleNamespace(level="axisymmetric", shares={}, scene=SimpleNamespace(stress=None)))
     notes = stress_notes(plan, seat)
     assert len(notes) == (named > 0)
     assert "".join(notes).count("_Pa") == named
@@ -37,8 +41,9 @@ def test_a_stress_without_a_bar_is_told(bars: tuple[float, float], named: int) -
 
 
 def test_stress_behind_a_force_without_waves_says_so() -> None:
-    seat = cast("SeatStress", SimpleNamespace(bar=1.0, tension_bar=2.0))
-    plan = cast("Plan", SimpleNamespace(level="spring", shares={"model": {"impulse": 0.004, "filtered_peak": 0.031}}))
+    seat = cast("SeatStress", SimpleNamespace(bar=1.0, bars=(1.0, 2.0), **ALONE))
+    shares = {"model": {"impulse": 0.004, "filtered_peak": 0.031}}
+    plan = cast("Plan", SimpleNamespace(level="spring", shares=shares, scene=SimpleNamespace(stress=None)))
     (note,) = stress_notes(plan, seat)
     assert "without waves in the seat, predicted to change by 3.1 %" in note
     assert "state seat.model" in note

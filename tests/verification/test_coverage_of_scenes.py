@@ -107,6 +107,8 @@ def _is_chosen(scene: Scene, method: RunMethod, key: str) -> bool:
         return False
     if key == keys.RINGS:
         return scene.seat.elastic is not None
+    if key == keys.REED_TOLERANCE:
+        return scene.reed.elastic is not None and scene.reed.traits.is_reduced
     has_band = method.seat.bandwidth is not None
     return has_band if key in (keys.MODEL, keys.TOLERANCE, keys.ORDER) else True
 

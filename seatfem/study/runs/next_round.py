@@ -8,11 +8,11 @@ from typing import Final
 from impact.quantities import in_time
 from impact.runs.variations import safety
 from seatfem.machine.resources import available_memory
-from seatfem.study import converge
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
 from seatfem.study.impacts.touches import RECORD, STOPPER, STRIKER
 from seatfem.study.planning import costs, planner
 from seatfem.study.planning.plan import Plan
+from seatfem.study.runs import converge
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import (
     LEAST_FINER,

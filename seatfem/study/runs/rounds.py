@@ -17,7 +17,7 @@ from impact.runs.variations import Budget, Values, total
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch, available_memory, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
-from seatfem.study import converge, impacts, runs
+from seatfem.study import impacts, runs
 from seatfem.study.error_budget import error_budget, with_bars_of_measures
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
@@ -25,6 +25,7 @@ from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import LIP, STRIKER, Source, stress_since
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
+from seatfem.study.runs import converge
 from seatfem.study.runs.next_round import Limits, changed, next_plan, price, time_ratios
 from seatfem.study.runs.round import UNFINISHED, Round, in_words, missed
 from seatfem.study.safety import LOOSER
