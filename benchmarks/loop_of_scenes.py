@@ -24,6 +24,7 @@ from table import RESULTS, append_rows, read_rows, spent
 
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
+from seatfem.study.impacts import bodies
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.rounds import Limits, Round, rounds
@@ -102,6 +103,7 @@ def judge(index: int, seed: int) -> list[Row]:
         scene = load_scene(drawn.write(folder))
         ways = {}
         for run in (run_loop, run_plan) if index % 2 else (run_plan, run_loop):
+            bodies._solved.cache_clear()
             with stored() as own:
                 ways[run] = run(scene, own)
         loop, plan = ways[run_loop], ways[run_plan]
