@@ -89,9 +89,9 @@ def ledger(
 ) -> EnergyLedger:
     """Return the ledger from the motion of each body (striker first), force (n, p), with the films' part ``film``, and
     gap (n + 1, p), with the part ``carried`` from moving bases."""
-    kept, of_bases, lost, by_films = np.zeros((4, len(gap)))
+    potential, of_bases, lost, by_films = np.zeros((4, len(gap)))
     for column, contact in enumerate(problem.contacts):  # the whole history: a joint remembers its largest closure
-        kept += contact.law.potential(-gap[:, column])
+        potential += contact.law.potential(-gap[:, column])
     for part in blocks(len(force)):
         now, after = slice(part.start, part.stop + 1), slice(part.start + 1, part.stop + 1)
         opened, pushed = np.diff(gap[now], axis=0), force[part]
@@ -100,17 +100,17 @@ def ledger(
         if film is not None:
             by_films[after] = np.sum(-film[part] * opened, axis=1)
             pushed = pushed - film[part]
-        lost[after] = np.sum(-pushed * opened, axis=1) - np.diff(kept[now])
+        lost[after] = np.sum(-pushed * opened, axis=1) - np.diff(potential[now])
     of_films = None if film is None else np.cumsum(by_films)
     pressed = pressed_in(problem, force[:1] if film is None else force[:1] - film[:1], gap)
     loss = np.cumsum(lost) + pressed
-    stored_at_start = sum(float(m.stored[0]) for m in motions) + float(kept[0])
+    stored_at_start = sum(float(m.stored[0]) for m in motions) + float(potential[0])
     names = ("striker", *(["target"] * (len(motions) - 1)))
     return EnergyLedger(
         input=stored_at_start + np.sum([m.load_work for m in motions], axis=0) + pressed + np.cumsum(of_bases),
         striker=motions[0].stored,
         target=np.sum([m.stored for m in motions[1:]], axis=0),
-        contact=kept,
+        contact=potential,
         dissipated=np.sum([m.dissipated for m in motions], axis=0) + loss + (0.0 if of_films is None else of_films),
         contact_loss=loss,
         film_loss=of_films,

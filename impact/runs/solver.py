@@ -200,7 +200,7 @@ def collect(march: ContactStepper | Marched) -> ImpactResult:
     if carried is not None:
         gap += carried
     single = len(run.rest) == 1
-    kept = np.zeros((2, *(gap.shape if single or gap.size <= LARGE else (0, 0))))  # of striker and targets
+    displaced = np.zeros((2, *(gap.shape if single or gap.size <= LARGE else (0, 0))))  # of striker and targets
 
     def add(body: Discrete, whose: Array) -> Motion:
         """Add the motion of a body to the gaps, and to ``whose`` displacements are kept; return its energies."""
@@ -216,7 +216,7 @@ def collect(march: ContactStepper | Marched) -> ImpactResult:
 
         return body.motion(force.T, rows, directions, write)
 
-    energies = tuple(add(body, kept[min(number, 1)]) for number, body in enumerate(bodies))
+    energies = tuple(add(body, displaced[min(number, 1)]) for number, body in enumerate(bodies))
     if np.any(run.rest):  # or the deflection under the preload's contact forces alone, which loads may cancel
         at_start += [body.body.greens.static_compliance() @ body.rest for body in bodies]
     deflection = max(float(np.abs(moved).max()) for moved in at_start)
@@ -227,8 +227,8 @@ def collect(march: ContactStepper | Marched) -> ImpactResult:
     solid = force if film is None else force - film
     first = problem.contacts[0]
     each = np.eye(len(run.rest))
-    of_striker, of_targets = kept if kept.size else (Replayed(run, each, gap), Replayed(run, each))
-    for history in (whole, gap, kept, energy.stored, energy.dissipated):
+    of_striker, of_targets = displaced if displaced.size else (Replayed(run, each, gap), Replayed(run, each))
+    for history in (whole, gap, displaced, energy.stored, energy.dissipated):
         if np.any(bad := ~np.isfinite(history)):
             when = float(time[np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0]])
             raise ContactError(

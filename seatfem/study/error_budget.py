@@ -237,7 +237,8 @@ def error_budget(
         run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=parallel
     )
     budget = _with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
-    budget = replace(budget, values=values_of_record(RunRecord(stated, like, touches.stopper_force), like))
+    if blow is not stated:
+        budget = replace(budget, values=values_of_record(RunRecord(stated, like, touches.stopper_force), like))
     varied = {table.source_of(key) for key, each in terms.items() if each}
     floors: dict[str, float] = {source: least for source, least in safety.FLOORS.items() if source in varied}
     if method.seat.level == "spring":

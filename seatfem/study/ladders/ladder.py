@@ -150,7 +150,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Beginning:
-    """What is known of a scene before anything is computed.
+    """A beginning holds what is known of a scene before anything is computed.
 
     Attributes:
         scene: the scene.

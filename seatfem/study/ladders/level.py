@@ -17,7 +17,7 @@ from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun, Option, Role
 from seatfem.study.method import MODEL, RunMethod
 from seatfem.study.prerun.bench import locate_contact_window
-from seatfem.study.prerun.context import COARSE_TOLERANCE, IMPOSSIBLE, PlanningContext, lowest_band
+from seatfem.study.prerun.context import COARSE_TOLERANCE, IMPOSSIBLE, PlanningContext, level_with_waves, lowest_band
 from seatfem.study.prerun.context import coarse_method as coarse_seat_method
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import (
@@ -51,12 +51,8 @@ class Level(BodyLadder):
         level = run.with_larger_g(self.role, solved.level_error)
         if level is None or self.role != "seat":
             return level
-        better = _better(run)
-        if (
-            run.method.seat.static
-            and MODEL not in run.method.given
-            and not tells_waves(run.scene.seat, run.method.seat)
-        ):
+        better, seat = _better(run), run.method.seat
+        if seat.static and MODEL not in run.method.given and not tells_waves(run.scene.seat, seat):
             better = ((*(variation for term in better for variation in term), *_waves(run)),)
         return (*level, *_shear(run), *better)
 
@@ -69,8 +65,7 @@ class Level(BodyLadder):
         """Return the method with waves in the seat: its half section, a sector or, along a lip, all of it."""
         if self.role != "seat" or MODEL in method.given or not method.seat.static or scene.seat.drawn is None:
             return None
-        level = scene.seat.level(0.0).level
-        return method.replaced({MODEL: "3d" if method.seat.lip is not None and level == "sector" else level})
+        return method.replaced({MODEL: level_with_waves(scene.seat, method.seat).level})
 
     def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
         """Yield the stated level only, or else a spring, an approximate closed form (rod), and waves."""

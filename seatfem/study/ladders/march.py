@@ -42,7 +42,7 @@ class TimeStep(Ladder):
     """The time step, whose neighbours `impact.runs.variations.budget_of` runs in every budget."""
 
     effort: float = 1.0
-    rule: str = "32 steps in the width of the filter"
+    rule: str = f"{FIRST} steps in the width of the filter"
     falls: bool = True
     of_seat: bool = False
 
@@ -131,8 +131,7 @@ class ModeCount(Ladder):
     """The number of modes of a beam; its neighbours are runs with fewer modes and, if it is small, one with many."""
 
     effort: float = 0.7
-    rule: str = "few modes"
-
+    rule: str = f"{FEW_MODES} modes"
     role: Role = "seat"
 
     def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int | None:

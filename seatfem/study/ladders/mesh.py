@@ -10,6 +10,7 @@ import numpy as np
 import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
+from impact.quantities import percent
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
 from seatfem.structures.estimates.costs import TOLERANCE_POWER, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.estimates.surrogate import ERRORS, Sizes, mesh_error, sizes_for
@@ -51,7 +52,7 @@ class ElementSize(BodyLadder):
     """Element sizes of a body; the neighbour is the run on the coarser mesh of the stated mesh error."""
 
     effort: float = 1.5
-    rule: str = "for about 10 % of g, by wavelength and contact face"
+    rule: str = f"for about {percent(FIRST_ERROR)} of g, by wavelength and contact face"
     falls: bool = True
 
     def describe(self, value: float) -> str:
@@ -63,14 +64,9 @@ class ElementSize(BodyLadder):
         in each part of a lip."""
         if self.key != SIZE or known.scene.seat.drawn is None or known.patch is None or not known.is_reduced:
             return method
-        seat, body = method.seat, known.scene.seat.elastic
-        sizes = context.element_sizes(known.patch, known.stated.seat, seat.bandwidth or 0.0, FIRST_ERROR)
-        near = sizes.contact_size
-        in_space = body is not None and seat.in_arcs and body.elements_of(seat) == "3d"
-        if in_space and seat.lip is not None and CONTACT_SIZE not in method.given:
-            near = min(near, context.PER_ARC * seat.lip.length / seat.lip.arcs)
-        size = sizes.size if SIZE in method.given else max(sizes.size, near)
-        return method.replaced({SIZE: size, CONTACT_SIZE: near})
+        band = method.seat.bandwidth or 0.0
+        sizes = context.sizes_along(known.scene.seat, known.patch, method.seat, band, FIRST_ERROR)
+        return method.replaced({SIZE: sizes.size, CONTACT_SIZE: sizes.contact_size})
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with smaller elements in the bulk and on the struck face; ``None`` where either is stated,
@@ -201,7 +197,7 @@ class Bandwidth(ladder.BodyLadder):
         if wider <= band:
             return None
         values: dict[str, float] = {BAND: wider}
-        patch = scene.seat.surrogate(scene.run.duration, scene.reed.face).patch
+        patch = None if scene.seat.drawn is None else scene.seat.drawn.patch()
         if method.seat.size and patch is not None and SIZE not in method.given:
             before, after = (sizes_for(patch, each, FIRST_ERROR, method.seat.order).size for each in (band, wider))
             smaller = float(f"{method.seat.size * after / before:.2g}")
@@ -231,10 +227,10 @@ class Bandwidth(ladder.BodyLadder):
             if measured_draws(run) or run.scene.seat.elastic is None or modal is None or len(modal.omega) == 0:
                 return ()
             highest = float(modal.frequencies_hz.max())
-            of_modes = (
-                run.with_larger_g("seat", solved.greens.error_estimate.reduction) if run.method.seat.in_arcs else ()
-            )
-            return ((run.with_greens("seat", narrowed(modal, highest / NARROWER)),), *(of_modes or ()))
+            terms = ((run.with_greens("seat", narrowed(modal, highest / NARROWER)),),)
+            if not run.method.seat.in_arcs:
+                return terms
+            return (*terms, *(run.with_larger_g("seat", solved.greens.error_estimate.reduction) or ()))
         scene = run.scene
         struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
         if struck is None:
@@ -281,7 +277,7 @@ class Tolerance(ladder.BodyLadder):
     """The tolerance of a body's reduction; its neighbour has g larger by the error that the reduction states."""
 
     effort: float = 0.2
-    rule: str = "loose"
+    rule: str = f"{percent(FIRST_TOLERANCE)}, of a lip in arcs, solved by modes, any"
     falls: bool = True
 
     def describe(self, value: float) -> str:

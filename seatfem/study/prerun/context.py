@@ -103,6 +103,22 @@ def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Si
     return Sizes(size, stated.contact_size or min(size, chosen.contact_size))
 
 
+def sizes_along(seat: Structure, patch: Patch, how: Method, band: float, error: float) -> Sizes:
+    """Return `element_sizes`, with an element in each arc of a lip that is meshed in space."""
+    sizes, body, lip = element_sizes(patch, how, band, error), seat.elastic, how.lip
+    if how.contact_size or lip is None or body is None or not how.in_arcs or body.elements_of(how) != "3d":
+        return sizes
+    return replace(sizes, contact_size=min(sizes.contact_size, PER_ARC * lip.length / lip.arcs))
+
+
+def level_with_waves(seat: Structure, how: Method) -> Applicability:
+    """Return the level of a seat with waves: 3-D, a half section or a sector."""
+    level = seat.level(0.0)
+    if how.lip is not None and level.level == "sector":
+        return Applicability("3d", True, 0.0, "struck along a lip: no sectors are alike")
+    return level
+
+
 def lowest_band(patch: Patch) -> float:
     """Return the lowest bandwidth that describes a body [Hz]: its first resonance times `NARROWER`."""
     return NARROWER * patch.first_resonance
@@ -216,11 +232,8 @@ class PlanningContext:
 
     @property
     def waves(self) -> Applicability:
-        """Return the level of the seat with waves: 3-D, a half section or a sector."""
-        level = self.scene.seat.level(0.0)
-        if self.stated.seat.lip is not None and level.level == "sector":
-            return Applicability("3d", True, 0.0, "struck along a lip: no sectors are alike")
-        return level
+        """Return the level of the seat with waves."""
+        return level_with_waves(self.scene.seat, self.stated.seat)
 
     @property
     def lowest_band(self) -> float:
@@ -263,18 +276,7 @@ class PlanningContext:
     def sizes(self, band: float, error: float) -> Sizes:
         """Return the element sizes for an ``error`` of g; stated sizes are kept."""
         assert self.patch is not None
-        sizes = element_sizes(self.patch, self.stated.seat, band, error)
-        near = self.stated.seat.contact_size or min(sizes.contact_size, self._arc_element_size)
-        return replace(sizes, contact_size=near)
-
-    @property
-    def _arc_element_size(self) -> float:
-        """Return the largest element size with an element in each arc of the lip [m]; infinite without 3-D arcs."""
-        lip = self.stated.seat.lip
-        body, stated = self.scene.seat.elastic, self.stated.seat
-        if lip is None or body is None or not stated.in_arcs or body.elements_of(stated) != "3d":
-            return math.inf
-        return PER_ARC * lip.length / lip.arcs
+        return sizes_along(self.scene.seat, self.patch, self.stated.seat, band, error)
 
     def per_g(self, error: float) -> Changes:
         """Return the relative errors of the measures by a relative ``error`` of the Green's function g."""

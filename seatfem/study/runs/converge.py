@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Final
 from impact.quantities import percent
 from impact.runs.variations import safety
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.ladders.ladder import Beginning
 from seatfem.study.ladders.table import described, ladder_of, ladders, source_of
 from seatfem.study.method import (
@@ -56,7 +55,7 @@ MOST_ROUNDS: Final = 9  # most rounds of a run by default
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
-OF_THE_SEAT: Final = (SIZE, BAND, TOLERANCE, RINGS, PORTS)
+SEAT_KEYS: Final = (SIZE, BAND, TOLERANCE, RINGS, PORTS)
 """Keys whose finer values may be out of reach of meshing, reduction or memory."""
 HIDDEN_BY: Final[Mapping[str, str]] = {
     **{STEP: MODES, MODES: STEP},
@@ -200,13 +199,14 @@ def _is_stalled(done: Round, key: str) -> bool:
 
 def attempts(done: Round, further: Plan) -> Iterator[Plan]:
     """Yield the plan of the next round and, of a loop, what is tried where that one fails: keys that are refined half
-    as far, and then those of the march and of the reed alone."""
+    as far, and then those of the march and of the reed alone; no method twice."""
     yield further
-    if further.by_rule:
-        for power, without in ((0.5, ()), (1.0, OF_THE_SEAT)):
-            plan, _ = refine_plan(done, power, without)
-            if plan is not None:
-                yield plan
+    tried = [further.method]
+    for power, without in ((0.5, ()), (1.0, SEAT_KEYS)) if further.by_rule else ():
+        plan, _ = refine_plan(done, power, without)
+        if plan is not None and plan.method not in tried:
+            tried.append(plan.method)
+            yield plan
 
 
 def refine_plan(done: Round, power: float = 1.0, without: tuple[str, ...] = ()) -> tuple[Plan | None, str]:
@@ -253,14 +253,18 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
 
 def _worst(done: Round, key: str) -> float:
     """Return the largest relative error of a judged measure by a key."""
+    return max(_relative_errors(done, key).values(), default=0.0)
+
+
+def _relative_errors(done: Round, key: str) -> Mapping[str, float]:
+    """Return the relative errors of the judged measures by a key."""
     part = done.left.by_key.get(key, {})
-    return max((part[name] / abs(done.left.values[name]) for name in done.judged if name in part), default=0.0)
+    return {name: part[name] / abs(done.left.values[name]) for name in done.judged if name in part}
 
 
 def _leaves(done: Round, key: str) -> str:
     """Return in words the largest relative error of a judged measure by a key; "" if it is not known."""
-    part = done.left.by_key.get(key, {})
-    relative = {name: part[name] / abs(done.left.values[name]) for name in done.judged if name in part}
+    relative = _relative_errors(done, key)
     name = max(relative, key=lambda each: relative[each], default="")
     return f"{percent(relative[name])} of {short_words(name)}" if name and math.isfinite(relative[name]) else ""
 
@@ -278,50 +282,29 @@ def _stuck_words(done: Round, marks: Marks) -> str:
     for measure, keys in marks.stuck.items():
         if not keys:
             continue
-        errors = errors_by_key(done, measure)
-        key, given = keys[0], [each for each in keys[:1] if each in FIELDS and done.plan.is_given(each)]
-        share = percent(safety(measure) * errors[key] / abs(done.left.values[measure]))
-        why = "the file states it" if given else "it cannot be made smaller"
+        key = keys[0]
+        share = percent(safety(measure) * errors_by_key(done, measure)[key] / abs(done.left.values[measure]))
+        why = "the file states it" if done.plan.is_given(key) else "it cannot be made smaller"
         words = source_in_words(source_of(key) if ladder_of(key) else key)
         return f"{words} ({key}) leaves {share} of {short_words(measure)}, and {why}"
     zero = [key_of(name) for name in done.judged if not done.left.values[name]]
     return f"{zero[0]} is zero, so that a relative error has no meaning" if zero else "nothing is left to refine"
 
 
-OF_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error", "patch error")
-OF_CONTACT: Final = ("contact", "error budget", "reed stress", "spring baseline", "files")
-
-
-def forecast_seconds(done: Round, plan: Plan) -> float:
-    """Return the wall time of a round by ``plan`` [s], from that of the round before and known exponents of the work.
-
-    The seat's grows with its unknowns, number of ports and band, the contact's with the steps, ports and modes.
-    """
-    before, after = done.plan.method, plan.method
-    seat, contact_work = work_ratio(before, after, done.plan.scene)
-    spent = {stage: done.spent.get(stage, 0.0) for stage in (*OF_SEAT, *OF_CONTACT, STRIKER)}
-    of_seat = sum(spent[stage] for stage in OF_SEAT) if before.seat != after.seat else 0.0
-    of_reed = spent[STRIKER] if before.reed != after.reed else 0.0
-    return (
-        seat * of_seat
-        + of_reed * _ratio(after.reed.bandwidth, before.reed.bandwidth)
-        + contact_work * sum(spent[stage] for stage in OF_CONTACT)
-    )
-
-
 def work_ratio(before: RunMethod, after: RunMethod, scene: Scene) -> tuple[float, float]:
     """Return the work of seat and contact by one method over that by another."""
     body = scene.seat.elastic
     dimensions = 3 if body is not None and body.elements_of(before.seat) in ("3d", "sector") else 2
-    unknowns = _ratio(before.seat.size, after.seat.size) ** dimensions
-    near = _ratio(before.seat.contact_size, after.seat.contact_size) ** (dimensions - 1)
+    unknowns = ratio_of(before.seat.size, after.seat.size) ** dimensions
+    near = ratio_of(before.seat.contact_size, after.seat.contact_size) ** (dimensions - 1)
     ports = after.seat.division.count / before.seat.division.count
-    band = _ratio(after.seat.bandwidth, before.seat.bandwidth)
-    steps = _ratio(before.time_step, after.time_step)
+    band = ratio_of(after.seat.bandwidth, before.seat.bandwidth)
+    steps = ratio_of(before.time_step, after.time_step)
     reeds = after.reed, before.reed
-    modes = max(band, _ratio(*(reed.n_modes for reed in reeds)), _ratio(*(reed.bandwidth for reed in reeds)))
+    modes = max(band, ratio_of(*(reed.n_modes for reed in reeds)), ratio_of(*(reed.bandwidth for reed in reeds)))
     return max(unknowns, near) * ports * band, steps * ports * modes
 
 
-def _ratio(one: float | None, other: float | None) -> float:
+def ratio_of(one: float | None, other: float | None) -> float:
+    """Return the ratio of two values of a key; 1 where the key has none."""
     return one / other if one and other else 1.0

@@ -85,12 +85,26 @@ def time_ratios(spent: Mapping[str, float], plan: Plan, before: Mapping[str, flo
 def price(done: Round, plan: Plan) -> float:
     """Return the predicted wall time [s] of a further round by ``plan``, corrected by the rounds so far."""
     if plan.by_rule:
-        return converge.forecast_seconds(done, plan)
+        return _price_by_work(done, plan)
     stages = {**STAGES, "contact": (*STAGES["contact"], *AFTER)}
     return sum(
         done.time_ratios.get(kind, 1.0) * sum(plan.cost.parts.get(stage, 0.0) for stage in names)
         for kind, names in stages.items()
     )
+
+
+def _price_by_work(done: Round, plan: Plan) -> float:
+    """Return the predicted wall time [s] of a further round of the loop, from that of the round before and known
+    exponents of the work: unknowns, ports and band of the seat, steps, ports and modes of the contact."""
+    before, after = done.plan.method, plan.method
+    of_seat, of_contact = converge.work_ratio(before, after, done.plan.scene)
+    of_reed = converge.ratio_of(after.reed.bandwidth, before.reed.bandwidth)
+    groups = (
+        (of_seat if before.seat != after.seat else 0.0, (*STAGES["seat"], "patch error")),
+        (of_reed if before.reed != after.reed else 0.0, (STRIKER,)),
+        (of_contact, (*STAGES["contact"], *AFTER)),
+    )
+    return sum(ratio * sum(done.spent.get(stage, 0.0) for stage in stages) for ratio, stages in groups)
 
 
 def changed(done: Round, plan: Plan) -> str:
@@ -105,8 +119,6 @@ def changed(done: Round, plan: Plan) -> str:
 
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
     """Return the refined plan, or ``None`` and the reason in words; ``time_left``: remaining time of the run [s]."""
-    if done.plan.by_rule:
-        return _next_by_rule(done, limits, time_left)
     if limits.steady:
         done = replace(done, time_ratios={})
     if done.number >= limits.rounds:
@@ -114,6 +126,10 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
     accuracy, budget, landings = done.plan.scene.accuracy, done.left, done.touches.landings
     if accuracy.landing != "run" and landings is not None and landings.status == "cut off":
         return None, CUT_OFF
+    if done.plan.by_rule:
+        finer, why = converge.refine_plan(done)
+        why = why if finer is None else _exceeded_limit(done, finer, time_left)
+        return (None, why) if why else (finer, "")
     missed = [name for name in done.judged if budget.relative(name) > accuracy.target]
     reasons = []
     for measure in sorted(missed, key=lambda name: -budget.relative(name)):
@@ -122,32 +138,6 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
             return further, ""
         reasons.append(why)
     return None, reasons[0]
-
-
-def _next_by_rule(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
-    """Return the plan refined by measured errors, or ``None`` and the reason in words."""
-    if done.number >= limits.rounds:
-        return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
-    landings = done.touches.landings
-    if done.plan.scene.accuracy.landing != "run" and landings is not None and landings.status == "cut off":
-        return None, CUT_OFF
-    plan, why = converge.refine_plan(done)
-    if plan is None:
-        return None, why
-    steps = plan.scene.run.duration / (plan.method.time_step or plan.scene.run.duration)
-    if steps > MAX_STEPS:
-        return None, f"the next round would take {steps:.2g} steps, at most {MAX_STEPS:.0e} are stored"
-    seconds = converge.forecast_seconds(done, plan)
-    if seconds > (time_left if math.isfinite(time_left) else LONGEST):
-        return None, (
-            f"the next round would take about {in_time(seconds)}; "
-            + (
-                "--max-time insists"
-                if math.isinf(time_left)
-                else f"{in_time(max(time_left, 0.0))} of --max-time are left"
-            )
-        )
-    return plan, ""
 
 
 def _refined_for(done: Round, measure: str, time_left: float) -> tuple[Plan | None, str]:
