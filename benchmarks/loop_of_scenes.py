@@ -24,6 +24,7 @@ from table import RESULTS, append_rows, read_rows, spent
 
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
+from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.impacts import bodies
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.converge import begin_plan
@@ -82,7 +83,8 @@ class Way:
 
 def run_loop(scene: Scene, folder: Path) -> Way:
     start = spent()
-    *_, done = rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=Limits(rounds=9, seconds=SECONDS))
+    with gmsh_session():
+        *_, done = rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=Limits(rounds=9, seconds=SECONDS))
     return Way(done, spent() - start)
 
 

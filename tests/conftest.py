@@ -1,19 +1,14 @@
 """Every test has a store of its own: what one test computed is not another's answer."""
 
-import hashlib
-import json
 import signal
 import subprocess
 import sys
-from collections import OrderedDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from impact.notices import Progress, silent
 from seatfem.faces import cli
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.mesh import gmsh_process
@@ -23,7 +18,6 @@ from tests.gallery import Gallery
 pytest.raises, cli.placed = refusals.raises, refusals.placed
 
 MOST_MESHES = 200  # kept in memory, of some hundred kB each
-DISCRETISE = "seatfem.structures.finite_elements"  # which starts a process for the two meshes of a seat
 
 # A shell's background job ignores Ctrl-C, and so would the programs under test.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -90,48 +84,17 @@ def store_of_the_test(
     return folder
 
 
-class OneGmsh:
-    """A process that makes the meshes of many tests: its start takes longer than most of them, and none is made twice.
-
-    What it is asked to write to a file it is asked each time.
-    """
-
-    def __init__(self, session: gmsh_process.GmshSession) -> None:
-        self.session = session
-        self.known: OrderedDict[str, gmsh_process.Arrays] = OrderedDict()
-
-    def __call__(self, job: Mapping[str, Any], progress: Progress = silent, /) -> gmsh_process.Arrays:
-        if any(job.get(name) for name in ("msh", "step", "picture")):
-            return self.session(job, progress)
-        key = json.dumps([job, files_of(job)], sort_keys=True)
-        if key in self.known:
-            for done in (0.0, 1.0):
-                progress(gmsh_process.STAGE, done)
-        else:
-            self.known[key] = self.session(job, progress)
-        self.known.move_to_end(key)
-        if len(self.known) > MOST_MESHES:
-            self.known.popitem(last=False)
-        return {name: array.copy() for name, array in self.known[key].items()}
-
-
-def files_of(job: Mapping[str, Any]) -> list[str]:
-    """Return hashes of the files that a job reads."""
-    paths = [Path(part["path"]) for part in (job, job.get("geometry") or {}) if "path" in part]
-    return [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths if path.is_file()]
-
-
 @pytest.fixture(scope="session")
-def one_gmsh() -> Iterator[OneGmsh]:
-    """The one process of the session."""
-    with gmsh_process.GmshSession() as session:
-        yield OneGmsh(session)
+def one_gmsh() -> Iterator[gmsh_process.GmshSession]:
+    """A process that makes the meshes of many tests: its start takes longer than most of them."""
+    with gmsh_process.GmshSession(MOST_MESHES) as session:
+        yield session
 
 
 @pytest.fixture(autouse=True)
-def meshes_by_one_process(request: pytest.FixtureRequest, one_gmsh: OneGmsh, monkeypatch: pytest.MonkeyPatch) -> None:
+def meshes_by_one_process(
+    request: pytest.FixtureRequest, one_gmsh: gmsh_process.GmshSession, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Whoever meshes takes that process, but in tests of what the process itself may do (marked ``own_gmsh``)."""
     if request.node.get_closest_marker("own_gmsh") is None:
-        for module in (gmsh_process, sys.modules.get(DISCRETISE)):
-            if module is not None:
-                monkeypatch.setattr(module, "GmshSession", lambda: nullcontext(one_gmsh))
+        monkeypatch.setattr(gmsh_process, "GmshSession", lambda meshes=0: nullcontext(one_gmsh))

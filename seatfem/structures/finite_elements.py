@@ -22,7 +22,7 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic, Reduced
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
-from seatfem.structures.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, remembered_gmsh, run_gmsh
+from seatfem.structures.mesh.gmsh_process import Gmsh, MeshingError, gmsh_session, remembered_gmsh, run_gmsh
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
@@ -69,7 +69,7 @@ def draw_both(
     body: Drawn, spec: MeshSpec, level: Level, watch: Stopwatch, progress: Progress, *, method: Method, coarser: bool
 ) -> tuple[AnyMesh, AnyMesh | None]:
     """Return the mesh, and where it is asked for one ``coarser`` by `COARSENING`, by one process of gmsh."""
-    with GmshSession() as gmsh:
+    with gmsh_session() as gmsh:
         with watch("mesh"):
             mesh = draw(body, spec, level, progress, gmsh, method)
         if not coarser:

@@ -9,11 +9,13 @@ from __future__ import annotations
 import json
 import signal
 import subprocess
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from contextvars import ContextVar
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +28,9 @@ from seatfem.structures.shapes import GeometryError
 Arrays = dict[str, NDArray[Any]]
 
 STAGE = "meshing"
+WRITTEN: Final = ("msh", "step", "picture")  # keys of a job that name files which it writes
+MESHES: Final = 8  # most results that a session remembers
+LARGE: Final = 64e6  # size of a result after which a process is ended, as it holds several times this memory [bytes]
 REMEDY = "try another element size, above all a smaller contact_size; or check and heal the CAD"
 
 
@@ -45,13 +50,16 @@ class Gmsh(Protocol):
 class GmshSession:
     """One gmsh process for several jobs, started by the first: ``with GmshSession() as gmsh: gmsh(job)``.
 
-    A job with the same geometry as the previous one does not build it again. The process is killed at the end of the
-    block, on an interrupt, and after a failed job; the next job then starts another process.
+    A job with the same geometry as the previous one does not build it again, and the results of the last ``meshes``
+    jobs are remembered, unless they are `LARGE`. The process is killed at the end of the block, on an interrupt, after
+    a failed job and after one with a large result; the next job then starts another process.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, meshes: int = MESHES) -> None:
         self._worker: tuple[subprocess.Popen[str], Path] | None = None
         self._ours = ExitStack()
+        self._meshes = meshes
+        self._known: OrderedDict[str, Arrays] = OrderedDict()
 
     def __enter__(self) -> GmshSession:
         return self
@@ -60,7 +68,24 @@ class GmshSession:
         self._end()
 
     def __call__(self, job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
-        """Run the job as `Gmsh` says."""
+        """Run the job as `Gmsh` says, or return its remembered result."""
+        if any(job.get(name) for name in WRITTEN):
+            return self._run(job, progress)
+        key = json.dumps([dict(job), _states_of_files(job)], sort_keys=True)
+        if key in self._known:
+            progress(STAGE, 1.0)
+            self._known.move_to_end(key)
+        else:
+            arrays = self._run(job, progress)
+            if sum(array.nbytes for array in arrays.values()) > LARGE:
+                self._end()
+                return arrays
+            self._known[key] = arrays
+            if len(self._known) > self._meshes:
+                self._known.popitem(last=False)
+        return {name: array.copy() for name, array in self._known[key].items()}
+
+    def _run(self, job: Mapping[str, Any], progress: Progress) -> Arrays:
         process, folder = self._started()
         result, log = folder / "arrays.npz", folder / "log.txt"
         try:
@@ -88,10 +113,35 @@ class GmshSession:
         self._ours.close()
 
 
+_session: ContextVar[GmshSession | None] = ContextVar("session of gmsh", default=None)
+
+
+@contextmanager
+def gmsh_session(meshes: int = MESHES) -> Iterator[GmshSession]:
+    """Yield the session of the enclosing block, as that of a run whose rounds mesh again and again, or a new one."""
+    if (enclosing := _session.get()) is not None:
+        yield enclosing
+        return
+    with GmshSession(meshes) as session:
+        token = _session.set(session)
+        try:
+            yield session
+        finally:
+            _session.reset(token)
+
+
 def run_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
-    """Run one job, as in `Gmsh`, in a process of its own; interrupting the caller kills the process."""
-    with GmshSession() as gmsh:
+    """Run one job, as in `Gmsh`, in the process of the enclosing `gmsh_session`, or one of its own, which an interrupt
+    of the caller kills."""
+    with gmsh_session() as gmsh:
         return gmsh(job, progress)
+
+
+def _states_of_files(job: Mapping[str, Any]) -> list[tuple[int, int, int]]:
+    """Return number, size and time of the last change of the files that a job reads."""
+    paths = [Path(part["path"]) for part in (job, job.get("geometry") or {}) if "path" in part]
+    states = [path.stat() for path in paths if path.is_file()]
+    return [(state.st_ino, state.st_size, state.st_mtime_ns) for state in states]
 
 
 def remembered_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:

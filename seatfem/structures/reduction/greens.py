@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from importlib.metadata import version
 from typing import Final
 
@@ -199,10 +200,16 @@ def reduced(
         "dof": model.size,
         **reduction.greens.origin,
         **({"advice": advice} if (advice := reducer.advice(model)) else {}),
-        "versions": {name: version(name) for name in ("numpy", "scipy", "scikit-fem")},
+        "versions": dict(_versions()),
     }
     known = reduction.greens.known_for(math.inf if reducer.any_time or remembered <= aims.duration else aims.duration)
     return replace(reduction, greens=known.with_error(known.error, origin))
+
+
+@cache
+def _versions() -> Mapping[str, str]:
+    """Return the versions of the packages by which a Green's function is computed."""
+    return {name: version(name) for name in ("numpy", "scipy", "scikit-fem")}
 
 
 def _refuse_beyond_measure(model: SecondOrderModel) -> None:

@@ -18,6 +18,7 @@ from seatfem import structures
 from seatfem.machine.resources import Stopwatch
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
+from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study import impacts, runs
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError
@@ -60,6 +61,7 @@ RESULT_FILE: Final = "result.h5"
 GAS_FILE: Final = "gas.csv"
 
 
+@gmsh_session()
 def run_scene(
     scene: Scene,
     folder: Path,
@@ -216,6 +218,7 @@ def write_landings(path: Path, landings: Sequence[Mapping[str, object]]) -> None
     csv_table.write_csv(path, heads, ([record.get(key) for key in heads] for record in landings))
 
 
+@gmsh_session()
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
     """Compute only the seat's Green's function, as a run of the scene would plan it, and write it to ``path``."""
     watch = Stopwatch()
