@@ -19,7 +19,7 @@ from seatfem import pictures, structures
 from seatfem.faces import report
 from seatfem.faces.terminal import load
 from seatfem.structures import formats
-from seatfem.study import planning, runs, scene
+from seatfem.study import runs, scene
 
 if TYPE_CHECKING:
     from seatfem.study.scene import Scene
@@ -140,7 +140,7 @@ def _as_vtk(source: Path, output: Path, progress: Progress) -> Written:
 
 
 def _as_calculix(source: Path, output: Path, progress: Progress) -> Written:
-    plan = planning.planner.plan_scene(_scene_of(source), progress=progress, folder=source if source.is_dir() else None)
+    plan = runs.forecast.converged(_scene_of(source), progress)
     return runs.calculix_contact.write_calculix(plan, output, progress)
 
 

@@ -18,8 +18,9 @@ from seatfem import fields, study
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import Record, Recorded
 from seatfem.study import method, safety
-from seatfem.study.planning.plan import Cost, Plan
-from seatfem.study.planning.planner import rounds_ahead
+from seatfem.study.plan import Plan
+from seatfem.study.runs import round as rounds
+from seatfem.study.runs.forecast import Look
 from seatfem.study.scene import Contact, Scene, drives, files, keys, load, parcel
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
@@ -170,42 +171,33 @@ def choices_table(plan: Plan) -> Table:
     return table
 
 
-def costs_table(plan: Plan) -> Table:
-    """Return a table of time, memory and error of the plan, and of cheaper and more accurate plans."""
-    words = (f"uncertainty of\n{short_words(name)}" for name in plan.error)
-    table = Table("", "time", "memory", *words)
-    for what, cost, error in (
-        ("this plan", plan.cost, plan.error),
-        *((other.what, other.cost, other.error) for other in plan.alternatives),
-    ):
-        table.add_row(
-            what, in_time(cost.seconds), f"{in_digits(cost.memory / 1e9, 2)} GB", *(percent(e) for e in error.values())
-        )
-    return table
-
-
-def plan_lines(plan: Plan) -> Iterator[str]:
-    """Yield the lines below the tables: measures to which the target applies; predicted time by stage [s], longest
-    first; expected rounds of refinement, their time, and that of one more; the significant sources of each measure's
-    error, largest first; notes."""
-    yield f"accuracy asked for: {judged_line(plan)}"
-    stages = sorted(plan.cost.parts.items(), key=lambda item: -item[1])
-    shown = (f"{safety.STAGES.get(stage, stage)} {in_time(seconds)}" for stage, seconds in stages if seconds >= 0.05)
-    yield f"predicted time: {', '.join(shown)}"
-    ahead = rounds_ahead(plan)
-    rounds = f"predicted rounds: {ahead.number} expected, {in_time(ahead.seconds)} in total"
-    further = "; if the measured error is too large, another one: about "
-    yield rounds if ahead.further is None else f"{rounds}{further}{in_time(ahead.further)}"
-    measures = []
-    for measure in plan.error:
-        parts = {source: share.get(measure, 0.0) for source, share in plan.shares.items()}
+def look_lines(look: Look) -> Iterator[str]:
+    """Yield the lines below the table: measures to which the target applies; the measured uncertainty of each and its
+    significant sources, largest first; what is left to do and what it will take; notes."""
+    done, left = look.done, look.left
+    yield f"accuracy asked for: {judged_line(look.plan)}"
+    for measure in done.judged:
+        bar, whole = done.left.relative(measure), abs(done.left.values[measure]) or math.inf
+        parts = {source: part[measure] / whole for source, part in done.left.parts.items()}
         largest = sorted(parts.items(), key=lambda item: -item[1])
         counted = (
-            f"{safety.source_in_words(source)} {percent(v)}" for source, v in largest if v >= COUNTS * largest[0][1]
+            f"{safety.source_in_words(source)} {percent(v)}" for source, v in largest if 0 < v >= COUNTS * largest[0][1]
         )
-        measures.append(f"{short_words(measure)}: {', '.join(counted)}")
-    yield f"predicted error: {'; '.join(measures)}"
-    yield from (f"note: {note}" for note in plan.notes)
+        known = f"+-{percent(bar)}" if math.isfinite(bar) else "not known"
+        yield f"measured after {in_time(sum(look.stages.values()))}: {short_words(measure)} {known} ({', '.join(counted)})"
+    yield f"left to do: {_left_in_words(look)}"
+    yield from (f"note: {note}" for note in (*([] if left.why else rounds.missed(done)), *rounds.remarks(done)))
+
+
+def _left_in_words(look: Look) -> str:
+    """Return in words the further rounds of a run, the time that they take, and the uncertainty after them."""
+    left = look.left
+    if left.why:
+        return f"nothing brings it nearer to the target: {left.why}" if look.done.judged else left.why
+    if not left.rounds:
+        return "nothing, the target is reached; a run repeats the contact and writes all files"
+    bars = ", ".join(f"{short_words(name)} +-{percent(bar)}" for name, bar in left.error.items())
+    return f"{left.rounds} round{'s'[: left.rounds > 1]}, about {in_time(left.seconds)}, then {bars} expected"
 
 
 def judged_line(plan: Plan) -> str:
@@ -216,40 +208,35 @@ def judged_line(plan: Plan) -> str:
     return f"{percent(accuracy.target, 3)} in {names} {of_it}"
 
 
-def plan_json(plan: Plan) -> str:
-    """Return the plan as a JSON object: times in s, memory in bytes, relative errors, ``scene`` in SI with all keys.
+def plan_json(plan: Plan, look: Look | None = None) -> str:
+    """Return the plan as a JSON object: relative errors, ``scene`` in SI with all keys; of a ``look`` also what is left
+    to do, times in s, memory in bytes.
 
     A number that is not finite, such as the relative error of a measure that is zero, is null.
     """
     scene = plan.scene
+    left = (
+        {}
+        if look is None
+        else {
+            "meets_target": bool(look.done.met),
+            "time_s": look.seconds,
+            "stages_s": dict(look.stages),
+            "memory_bytes": look.done.memory,
+            "left": asdict(look.left),
+            "notes": list(rounds.remarks(look.done)),
+        }
+    )
     data = {
         "title": scene.title,
         "read": dict(read_back(scene)),
         "level": plan.level,
-        "kept": plan.kept,
         "target": scene.accuracy.target,
         "judged": judged_line(plan),
-        "meets_target": plan.meets_target,
         "choices": [asdict(choice) for choice in plan.choices],
-        **_cost(plan.cost),
-        "rounds": asdict(rounds_ahead(plan)),
-        "error": _by_asked_name(plan.error),
-        "shares": {source: dict(share) for source, share in plan.shares.items()},
-        "alternatives": [
-            {"what": other.what, **_cost(other.cost), "error": _by_asked_name(other.error)}
-            for other in plan.alternatives
-        ],
-        "notes": list(plan.notes),
+        "error": {asked_name(name): value for name, value in plan.error.items()},
+        **left,
         "scene": method.as_stated(scene, plan.method).model_dump(mode="json", warnings=False),
     }
     text = json.dumps(without_nan(data), indent=1, allow_nan=False)
     return text.replace("\x7f", "\\u007f")  # the one control character that json does not escape
-
-
-def _by_asked_name(error: Mapping[str, float]) -> dict[str, float]:
-    """Return predicted errors under the names that the scene uses for the measures."""
-    return {asked_name(name): value for name, value in error.items()}
-
-
-def _cost(cost: Cost) -> dict[str, object]:
-    return {"time_s": cost.seconds, "stages_s": dict(cost.parts), "memory_bytes": cost.memory}

@@ -31,7 +31,7 @@ from seatfem.faces.terminal import (
     progress_of,
     tell,
 )
-from seatfem.study import impacts, planning, runs
+from seatfem.study import impacts, runs
 
 # Verbs reach the modules that they run by lazy names: `seatfem --help` must not load compilers and finite elements.
 
@@ -78,8 +78,9 @@ def plan(
     changes: Changes = (),
     common: Common = COMMON,
 ) -> int:
-    """Choose what the scene leaves open, and print every choice with its reason, predicted cost and error; of a study
-    file the number of its scenes and what they would take.
+    """Look at a scene for a few seconds: begin with coarse values of what it leaves open, measure their errors, and
+    print every choice with its reason, what each leaves, and what is left to do; of a study file the number of its
+    scenes and what they would take. A run goes on from there.
 
     Parameters
     ----------
@@ -95,18 +96,18 @@ def plan(
             lines(quiet=common.quiet).print(ahead.in_words(ahead.workers()))
         return DONE
     checked = load(scene, changes)
-    planned = planning.planner.plan_scene(checked)
+    with progress_of(common) as progress:
+        look = study.runs.forecast.look_at(checked, progress=progress)
     if drawing is not None:
-        impacts.layout.draw_scene(checked, drawing, planned.method.seat.division)
+        impacts.layout.draw_scene(checked, drawing, look.plan.method.seat.division)
     if json and not common.quiet:
-        sys.stdout.write(faces.plan_view.plan_json(planned) + "\n")
+        sys.stdout.write(faces.plan_view.plan_json(look.plan, look) + "\n")
     elif not common.quiet:
         wide = console()
         if (read := faces.plan_view.read_table(checked)) is not None:
             wide.print(read)
-        wide.print(faces.plan_view.choices_table(planned))
-        wide.print(faces.plan_view.costs_table(planned))
-        for words in (*faces.plan_view.plan_lines(planned), *([] if drawing is None else [f"wrote {drawing}"])):
+        wide.print(faces.plan_view.choices_table(look.plan))
+        for words in (*faces.plan_view.look_lines(look), *([] if drawing is None else [f"wrote {drawing}"])):
             wide.print(words, soft_wrap=True)
     return DONE
 
@@ -147,7 +148,7 @@ def trade(
         Only about a third of the points.
     limit:
         Processor time for one point, in seconds or with a unit (1 min); the
-        reference and the planner's choice may take four times as many.
+        reference and the loop's choice may take four times as many.
     cluster:
         Address of a scheduler of dask, whose workers carry out the points: tcp://HOST:8786 or tls://...
     """
@@ -226,10 +227,7 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
     scene = load(path, changes)
     content = path.read_bytes()
-    by_rule = effort.planner == "loop"
-    usual = study.runs.converge.MOST_ROUNDS if by_rule else study.safety.MOST_ROUNDS
-    most = usual if effort.rounds is None else effort.rounds
-    limits = runs.next_round.Limits(most, math.inf if effort.max_time is None else effort.max_time)
+    limits = runs.next_round.Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
     if (read := faces.plan_view.read_table(scene)) is not None:
         errors.print(read, soft_wrap=False)
@@ -237,7 +235,6 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
     with progress_of(common, errors) as progress, drawing as painter:
         outcome = runs.pipeline.run_scene(
             scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures, painter=painter,
-            plan=study.runs.converge.begin_plan(scene) if by_rule else None,
         )  # fmt: skip
     copies = report.asked.keep_asked(
         content, study.scene.parcel.files_of(scene), path.parent, outcome.plan, folder, changes

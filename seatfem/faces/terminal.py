@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from cyclopts import Parameter, Token
 from rich.console import Console as RichConsole
@@ -22,6 +22,7 @@ from rich.text import Text
 
 import seatfem
 from seatfem import faces, study
+from seatfem.study.safety import MOST_ROUNDS
 
 if TYPE_CHECKING:
     from impact.notices import Progress
@@ -113,21 +114,11 @@ class Effort:
     max_time: Annotated[
         Seconds | None,
         Parameter(
-            help="Seconds, or a time with its unit (10 min): no further round is begun that is predicted to end "
+            help="Seconds, or a time with its unit (10 min): no further round is begun that is expected to end "
             "later, and one that does is stopped; the first is always finished [default: 600 for each further round]."
         ),
     ] = None
-    rounds: Annotated[
-        int | None,
-        Parameter(help="At most so many rounds of refinement, the first included [default: 4; of the loop 9]."),
-    ] = None
-    planner: Annotated[
-        Literal["plan", "loop"],
-        Parameter(
-            help="How open keys are chosen: predicted before the first round, or begun coarse and refined by measured "
-            "errors (loop)."
-        ),
-    ] = "plan"
+    rounds: Annotated[int, Parameter(help="At most so many rounds of refinement, the first included.")] = MOST_ROUNDS
 
 
 WHOLE: Final = Effort()

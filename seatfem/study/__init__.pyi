@@ -4,8 +4,6 @@ from seatfem.study import (
     impacts as impacts,
     ladders as ladders,
     method as method,
-    planning as planning,
-    prerun as prerun,
     runs as runs,
     safety as safety,
     scene as scene,

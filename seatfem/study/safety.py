@@ -1,4 +1,4 @@
-"""Safety factors and margins of plans and error bars, each with its reason; sources of error in words; limits on the
+"""Safety factors and margins of error bars, each with its reason; sources of error in words; limits on the
 cost of a study.
 
 The safety factors on the sum of an error budget are `impact.runs.variations.SAFETY` and `STRESS_SAFETY`. "Target" is
@@ -9,45 +9,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-# What a plan aims at.
-AIM: Final = 0.8  # share of the target that a predicted bar may use: a wrong prediction costs a second round
-SPARE: Final = 1.3  # bar that a plan accepts, over the least bar possible, where that misses the target
-FREE: Final = 0.1  # relative extra cost at which zero error is preferred to the whole error allowed
-SIMPLER: Final = 1.5  # largest cost of a seat without waves, over that of a seat with waves, at which it is chosen
-ENDLESS: Final = 1e9  # finite bar in place of an infinite one (a measure that vanishes in a model), for comparison
-STEP_UP: Final = 2.5  # factor between the target and those of the looser and tighter alternative plans
-FINEST: Final = 0.05  # share of the tightest alternative target that the finest rung of a ladder must reach
-MODES_SHARE: Final = 0.5  # share of the target that a striking plate must reach with its largest bandwidth
-ARCS_SHARE: Final = 0.5  # share of the target that the error of a lip's division into arcs may use
-ACROSS_SHARE: Final = 0.25  # share of the target that the error of its rings across the width may use
-LIP_SHARE: Final = 0.25  # share of the target that one port in place of arcs may use: with 0.5, arcs after it cost more
-LEVEL_SHARE: Final = 4  # target over the error that a level of the seat may have where no plan is made
+LEVEL_SHARE: Final = 4  # target over the error that a level of the seat may have at first
 
-# Safety factors on errors predicted in the pre-run, for the bars that the run will state.
+# Safety factors on models that stand for better ones.
 DOUBT: Final = 2.0  # factor by which the effect of waves in the seat may exceed that in the surrogate
 DOUBT_OF_ARCS: Final = 3.0  # that factor for a lip in arcs: with 2, four of 100 measures were outside their bars
 DOUBT_OF_COARSE: Final = 1.3  # that factor for a coarsely meshed seat; the surrogate had 0.6 to 5 times the truth
-OVERSTATED: Final = 20.0  # largest factor by which a surrogate in arcs overstates waves; above, no coarse mesh is tried
-LONGEST_LOOK: Final = {False: 1.5, True: 4.0}
-"""Longest predicted time [s] for a coarse mesh of the seat in the pre-run, drawn (false) or from a file (true)."""
-DOUBT_OF_ONE_PORT: Final = 3.0  # safety factor of one port in place of arcs: with 1.5, 3 of 7 choices were too coarse
 ONE_PORT_BAR: Final = 1.5  # bar that a run states for one port, over the change by arcs on a half-space
-MESH_BAR: Final = 2.0  # bar that a run states for its mesh, over the predicted error of the mesh
-MESH_BAR_OF_ARCS: Final = 3.0  # that ratio for a lip in arcs, whose compliance is more local and so more mesh-dependent
-PATCH_BAR: Final = 2.0  # bar that a run states for its patch, over the predicted error of the static compliance
-UNKNOWN_PATCH: Final = 0.03  # relative error assumed for the static compliance of a patch without an estimate
-UNKNOWN_BODY: Final = 0.25  # lowest bandwidth of a seat without a patch, times the filter width
-FEWER_POLES: Final = 0.7  # highest pole that a reduction is sure to have, over the usual highest pole
-STIFFER: Final = 0.5  # factor on g of the surrogate, for a second check of the number of reed modes on a stiffer seat
-REED_MARGIN: Final = 1.3  # safety factor on the change by the number of reed modes on a surrogate seat
-OFF: Final = 0.02  # relative change of g for sensitivities by differences: well above round-off, well below 1
 
-# Coarser and finer models compared for bars and plans; two comparisons, as one change may vanish by chance.
+# Coarser and finer models compared for bars; two comparisons, as one change may vanish by chance.
 FEWER: Final = 1.4  # ratio of the numbers of reed modes whose change equals the truncation error, and ...
 HALF: Final = 2.0  # ... a second ratio, whose change is twice the truncation error
 FEW: Final = 10  # number of reed modes below which a comparison with fewer modes says little; ...
 MANY: Final = 40  # ... they are then compared with this number as well
-MUCH_SHORTER: Final = 8  # least ratio of a stated step to the shortest compared: waves may cross within the step
 OF_MODES: Final = ((1.6, 0.65), (2.56, 0.3))
 """Ratio r, and the truncation error of a plate's modes over the change without those above 1/r of the highest: second
 order gives 0.64 and 0.18; 0.3, as the first alone was too small for three of 108 measures."""
@@ -86,14 +60,10 @@ Weighting the rim of the land differently moved an impulse by 0.2 to 0.5 % (benc
 
 # Refinement from one round to the next, and limits on its cost.
 LEAST_FINER: Final = 1.6  # least factor by which an error is reduced in one round: less is not worth a round ...
-MOST_FINER: Final = 4.0  # ... and the largest factor: the orders of convergence are not exact
 MESH_ORDER: Final = 1.0  # order of convergence in the element size that is assumed, low for clamped corners
-RESERVE: Final = 0.2  # share of the allowed error kept as a margin, and least share to which a source is refined
-MOST_ROUNDS: Final = 4  # most rounds of a run by default
+MOST_ROUNDS: Final = 9  # most rounds of a run by default
 LONGEST: Final = 600.0  # longest predicted time [s] of a seat or further round that is chosen automatically
 MEMORY: Final = 0.8  # fraction of the available memory that is used, as predictions are not exact
-MOST_OFF: Final = 30.0  # largest factor by which a predicted time is corrected from the rounds before
-TELLING: Final = 1.0  # least predicted time [s] used for that correction: shorter ones include compiling and loading
 LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances tried in turn, if none was stated, where the planned one is out of reach
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal, get_args
 
@@ -277,15 +277,10 @@ def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
     }
 
 
-def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]:
-    """Return the error bars for summary.json: error_bar_KEY of each measure, and error_SOURCE_KEY of each source.
-
-    The bars of the measures in ``without`` are ``None``, as the budget lacks a source of their error.
-    """
+def bar_keys(budget: Budget) -> dict[str, object]:
+    """Return the error bars for summary.json: error_bar_KEY of each measure, and error_SOURCE_KEY of each source."""
     names = [name for name in budget.values if not is_of_a_landing(name)]
-    bars: dict[str, object] = {
-        f"error_bar_{key_of(name)}": None if name in without else finite_or_none(budget.bar(name)) for name in names
-    }
+    bars: dict[str, object] = {f"error_bar_{key_of(name)}": finite_or_none(budget.bar(name)) for name in names}
     shares = {
         f"error_{source}_{key_of(name)}": finite_or_none(part[name])
         for source, part in budget.parts.items()

@@ -1,13 +1,13 @@
-"""The ladder of a key: its values from coarse to fine, and the neighbours of a run or a plan on it.
+"""The ladder of a key: its values from coarse to fine, and the neighbours of a run on it.
 
 A key that has a finer value causes an error, which is estimated from a neighbour: the same scene with another value of
-this one key. The error budget of a run, the plan, the next round, the measured trade, and references that must be finer
-in every key, all take these values from the key's ladder in `seatfem.study.ladders.table`.
+this one key. The error budget of a run, the next round, the measured trade, and references that must be finer in every
+key, all take these values from the key's ladder in `seatfem.study.ladders.table`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal
 
@@ -16,16 +16,13 @@ from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
 from impact.quantities import percent
 from impact.runs.variations import Terms, Variation, of_g, with_body
-from seatfem.structures.estimates.costs import SeatModel
 from seatfem.structures.estimates.surrogate import Patch
 from seatfem.structures.kinds import Structure
-from seatfem.structures.method import Method, Solved
+from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import problem_of, solved_stopper, striker_of
 from seatfem.study.method import FIELDS, RunMethod
-from seatfem.study.prerun.context import PlanningContext
-from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.scene import Run, Scene
 
 RATIO: Final = 1.6  # ratio of neighbouring values in a trade
@@ -98,57 +95,6 @@ class ComputedRun:
 
 
 @dataclass(frozen=True)
-class Elements:
-    """Finite elements of a seat that a plan may choose.
-
-    Attributes:
-        error: error of g for which the mesh is made; 0 for a mesh from a file.
-        model: size of the model at the loosest tolerance to choose from; ``None`` for matrices of unknown size.
-        coarser: size of the coarser model for the mesh error; ``None`` without one.
-        tolerance: tolerance of ``model``.
-    """
-
-    error: float
-    model: SeatModel | None
-    coarser: SeatModel | None
-    tolerance: float
-
-
-@dataclass(frozen=True)
-class Option:
-    """One combination of values of the keys that the ladders so far have decided.
-
-    Attributes:
-        method: method with these values.
-        changes: relative error of each measure by each key.
-        why: reason for the level of the seat, in words.
-        seconds, memory: predicted cost [s, bytes].
-        poles: poles of the seat's Green's function, each of which costs ``per_pole`` [s] in the contact.
-        elements: finite elements of a seat that is meshed or assembled; ``None`` for others.
-    """
-
-    method: RunMethod
-    changes: Mapping[str, Changes] = field(default_factory=dict)
-    why: str = ""
-    seconds: float = 0.0
-    memory: float = 0.0
-    poles: float = 0.0
-    per_pole: float = 0.0
-    elements: Elements | None = None
-
-    def with_seat(self, changes: Mapping[str, Changes], values: Mapping[str, Any], **costs: Any) -> Option:
-        """Return the option with other ``values`` of the seat's method, their errors ``changes``, and ``costs`` (other
-        attributes)."""
-        method = replace(self.method, seat=replace(self.method.seat, **values))
-        return replace(self, method=method, changes={**self.changes, **changes}, **costs)
-
-    @property
-    def seat(self) -> Method:
-        """Return the method of the seat."""
-        return self.method.seat
-
-
-@dataclass(frozen=True)
 class Beginning:
     """A beginning holds what is known of a scene before anything is computed.
 
@@ -195,7 +141,7 @@ class Ladder:
         part: part of the error of a source that is a whole body; it names errors that are unknown.
         also: further keys whose error the same neighbour estimates.
         falls: whether finer values are smaller.
-        of_seat: whether the key belongs to the seat of a plan, or to its time integration.
+        of_seat: whether the key belongs to the seat, or to the time integration.
         effort: power of the error, inverted, with which the work grows: work exponent over order of convergence.
         rule: the rule of the first value, in words.
     """
@@ -238,10 +184,6 @@ class Ladder:
         """Return the varied runs that estimate the errors by the key's value: terms add up, and within a term the
         largest change counts; ``None`` if they are unknown."""
         return ()
-
-    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield ``option`` with each value of the key that a plan may choose, its errors and its cost."""
-        return (option,)
 
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
         """Yield points of the measured trade with other values of the key than its ``centre``."""

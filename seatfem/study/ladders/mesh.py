@@ -1,7 +1,7 @@
 """Ladders of mesh and reduction: element sizes and order, bands, tolerances, and the record of a measured seat."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -12,13 +12,11 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
-from seatfem.structures.estimates.costs import TOLERANCE_POWER, highest_pole, seat_memory, seat_seconds
-from seatfem.structures.estimates.surrogate import ERRORS, Sizes, mesh_error, sizes_for
+from seatfem.structures.estimates.surrogate import Sizes, mesh_error, sizes_for
 from seatfem.structures.kinds import Structure
-from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.impacts import validity
-from seatfem.study.ladders import ladder
-from seatfem.study.ladders.ladder import RATIO, Beginning, BodyLadder, ComputedRun, Elements, Ladder, Neighbour, Option
+from seatfem.study.ladders import ladder, modes, rules
+from seatfem.study.ladders.ladder import RATIO, Beginning, BodyLadder, ComputedRun, Ladder, Neighbour
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
@@ -30,16 +28,13 @@ from seatfem.study.method import (
     TOLERANCE,
     RunMethod,
 )
-from seatfem.study.prerun import context, sensitivity
-from seatfem.study.prerun.context import PlanningContext
-from seatfem.study.prerun.sensitivity import Changes
-from seatfem.study.safety import FEWER_POLES, LEAST_FINER, MESH_BAR, MESH_BAR_OF_ARCS, MESH_ORDER, OF_DRAWS
+from seatfem.study.safety import LEAST_FINER, MESH_ORDER, OF_DRAWS
 from seatfem.study.scene import Run, Scene
 from seatfem.units import write_quantity
 
-COARSEST_OF_ARCS: Final = 0.1  # largest error of g by the mesh of a lip in arcs: coarser ones only cost a further round
 FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run begins
 FIRST_BAND: Final = 0.25  # band of the seat over the filter's width with which a run begins
+ANY_TOLERANCE: Final = 0.1  # tolerance of a lip in arcs, which is reduced to modes whatever it is
 FIRST_TOLERANCE: Final = 0.01  # tolerance with which a run begins: looser ones hide the error of the mesh
 REFINED_ORDER: Final = 1.5  # order of convergence for which elements are refined: 1 at sharp edges, 2 elsewhere
 BAND_ORDER: Final = 3.0  # order of convergence for which bands are widened: 2 far above the filter, more below
@@ -65,7 +60,7 @@ class ElementSize(BodyLadder):
         if self.key != SIZE or known.scene.seat.drawn is None or known.patch is None or not known.is_reduced:
             return method
         band = method.seat.bandwidth or 0.0
-        sizes = context.sizes_along(known.scene.seat, known.patch, method.seat, band, FIRST_ERROR)
+        sizes = rules.sizes_along(known.scene.seat, known.patch, method.seat, band, FIRST_ERROR)
         return method.replaced({SIZE: sizes.size, CONTACT_SIZE: sizes.contact_size})
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
@@ -100,51 +95,12 @@ class ElementSize(BodyLadder):
             return run.with_larger_g(self.role, solved.greens.error_estimate.mesh)
         return ((run.with_greens(self.role, solved.coarser, 1 / (solved.refinement - 1)),),)
 
-    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield a mesh for each error of g."""
-        if self.key != SIZE or not context.reduced or option.seat.exact:
-            yield option
-            return
-        band = option.seat.bandwidth or 0.0
-        for error, changes in _meshes(context, band):
-            method = replace(context.elements(band, context.tolerances[0], error), level=option.seat.level)
-            run = replace(option.method, seat=method)
-            elements = Elements(error, *context.elements_of(method), method.tolerance)
-            yield replace(option, method=run, changes={**option.changes, **changes}, elements=elements)
-
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
         """Yield coarser meshes."""
         if self.key == SIZE and self.role == "seat" and centre.seat.size is not None:
             for k in COARSER:
                 values = {key: value / RATIO**k for key in (SIZE, CONTACT_SIZE) if (value := centre.value(key))}
                 yield Neighbour(f"mesh / {RATIO**k:.2f}", "mesh", values)
-
-
-def _meshes(context: PlanningContext, band: float) -> Iterator[tuple[float, Mapping[str, Changes]]]:
-    """Yield the errors of g for which meshes are made, and the predicted errors of the measures, down to the first mesh
-    that is fine enough for any target."""
-    if not context.drawn:
-        yield 0.0, {}
-        return
-    before = None
-    for error in ERRORS:
-        if context.arcs is not None and error > COARSEST_OF_ARCS:
-            continue
-        sizes = context.sizes(band, error)
-        if sizes != before:
-            assert context.patch is not None
-            g_error = mesh_error(context.patch, band, sizes, context.stated.seat.order)
-            bar = MESH_BAR if context.arcs is None else MESH_BAR_OF_ARCS
-            yield error, {SIZE: (changes := context.per_g(bar * g_error))}
-            if context.sensitivity.worst(changes) <= context.sensitivity.finest:
-                return
-        before = sizes
-
-
-def too_many_modes(context: PlanningContext, method: Method) -> bool:
-    """Return whether a solid with its lip in arcs would have too many modes to compute."""
-    model, _ = context.elements_of(method)
-    return model is not None and not model.section and model.kept is not None and model.kept > MOST_MODES
 
 
 @dataclass(frozen=True)
@@ -157,7 +113,6 @@ class ElementOrder(Ladder):
             yield Neighbour("order 1", "order", {ORDER: 1})
 
 
-UNCOUNTED: Final = 1e-6  # time of a reduction over its bandwidth, for a body of an unknown number of modes [s/Hz]
 LOOSER_AND_STRICTER: Final = (0.1, 0.003)  # tolerances in a trade
 OF_A_BEAM: Final = 20e3  # bandwidth of the plate from which the initial state of its equivalent beam follows [Hz]
 
@@ -183,8 +138,8 @@ class Bandwidth(ladder.BodyLadder):
         """Return the method with a band of a seat up to its first resonance, and `FIRST_BAND` over the filter."""
         if self.role != "seat" or not known.is_reduced or BAND in method.given:
             return method
-        first = 0.0 if known.patch is None else context.lowest_band(known.patch)
-        return method.replaced({BAND: context.next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
+        first = 0.0 if known.patch is None else rules.lowest_band(known.patch)
+        return method.replaced({BAND: rules.next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with a wider band, and elements for its shorter waves."""
@@ -193,7 +148,7 @@ class Bandwidth(ladder.BodyLadder):
             return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else None
         if self.key != BAND or BAND in method.given or not (band := method.seat.bandwidth):
             return None
-        wider = context.next_band(max(factor ** (1 / BAND_ORDER), LEAST_WIDER) * band)
+        wider = rules.next_band(max(factor ** (1 / BAND_ORDER), LEAST_WIDER) * band)
         if wider <= band:
             return None
         values: dict[str, float] = {BAND: wider}
@@ -209,7 +164,7 @@ class Bandwidth(ladder.BodyLadder):
         if self.role == "reed":
             plate = reed.thin_plate
             return float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.widest_band)))
-        return next((edge for edge in context.BANDS if edge > value * (1 + 1e-9)), float(LEAST_FINER * value))
+        return next((edge for edge in rules.BANDS if edge > value * (1 + 1e-9)), float(LEAST_FINER * value))
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run with the body's highest modes moved into its residual flexibility.
@@ -235,31 +190,9 @@ class Bandwidth(ladder.BodyLadder):
         struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
         if struck is None:
             return ()
-        modes = sensitivity.with_other_modes(body, run.method.reed.bandwidth or 0.0 if self.role == "reed" else 0.0)
-        others = tuple(run.with_body(self.role, other, share) for other, share in modes)
+        varied = modes.with_other_modes(body, run.method.reed.bandwidth or 0.0 if self.role == "reed" else 0.0)
+        others = tuple(run.with_body(self.role, other, share) for other, share in varied)
         return (others,) if others or self.role == "stopper" else None
-
-    def extend(self, context: PlanningContext, option: ladder.Option) -> Iterable[ladder.Option]:
-        """Yield bands up to one that is wide enough for any target or has too many modes; for a static seat the lowest;
-        for a plate that strikes the one that its pre-runs chose."""
-        if self.role != "seat":
-            of_reed = {} if context.band is None else {REED_BAND: context.band.errors}
-            yield replace(option, changes={**option.changes, **of_reed})
-            return
-        if not context.reduced or option.seat.exact:
-            yield option
-            return
-        if option.seat.static:
-            yield option.with_seat({}, {"bandwidth": context.lowest_band})
-            return
-        for band in context.bands:
-            if band > context.bands[0]:
-                seat = replace(context.elements(band, context.tolerances[0], ERRORS[0]), level=option.seat.level)
-                if too_many_modes(context, seat):
-                    return
-            yield option.with_seat({}, {"bandwidth": band})
-            if context.sensitivity.worst(context.sensitivity.above(band)) <= context.sensitivity.finest:
-                return
 
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
         """Yield narrower and wider bands, and for a plate its equivalent beam."""
@@ -288,7 +221,7 @@ class Tolerance(ladder.BodyLadder):
         """Return the method with a loose tolerance of the seat; a lip in arcs is reduced to modes, at any tolerance."""
         if self.role != "seat" or not known.is_reduced or TOLERANCE in method.given:
             return method
-        return method.replaced({TOLERANCE: context.TOLERANCES[0] if method.seat.in_arcs else FIRST_TOLERANCE})
+        return method.replaced({TOLERANCE: ANY_TOLERANCE if method.seat.in_arcs else FIRST_TOLERANCE})
 
     def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
         """Return a stricter tolerance."""
@@ -303,38 +236,11 @@ class Tolerance(ladder.BodyLadder):
             return ()  # along a lip, reduced to modes, the error is that of the band
         return run.with_larger_g(self.role, error)
 
-    def extend(self, context: PlanningContext, option: ladder.Option) -> Iterable[ladder.Option]:
-        """Yield the tolerances, with the cost of the seat; a stricter one has modes farther beyond the band."""
-        elements, band = option.elements, option.seat.bandwidth or 0.0
-        if self.role != "seat" or elements is None:
-            yield option
-            return
-        for tolerance in context.tolerances[:1] if option.seat.static else context.tolerances:
-            errors: dict[str, sensitivity.Changes] = {}
-            if not option.seat.static:
-                reach = band * max(1.0, FEWER_POLES * highest_pole(elements.model, tolerance))
-                errors = {BAND: context.sensitivity.above(reach), TOLERANCE: context.per_g(tolerance)}
-            costs = _costs(elements, tolerance, band, static=option.seat.static)
-            yield option.with_seat(errors, {"tolerance": tolerance}, **costs)
-
     def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
         """Yield a looser and a stricter tolerance; none for a lip in arcs, which is reduced to modes."""
         if self.role == "seat" and centre.seat.bandwidth is not None and (centre.ports or 1) == 1:
             for tolerance in LOOSER_AND_STRICTER:
                 yield ladder.Neighbour(f"tolerance {tolerance:g}", "tolerance", {TOLERANCE: tolerance})
-
-
-def _costs(elements: ladder.Elements, tolerance: float, band: float, *, static: bool) -> Mapping[str, float]:
-    """Return the predicted time, memory and number of poles of a seat reduced to a tolerance."""
-    over_band, model = UNCOUNTED * band, elements.model
-    if model is None:
-        return {"seconds": over_band * tolerance**TOLERANCE_POWER}
-    ratio = tolerance / elements.tolerance
-    own = model.stricter(ratio)
-    models = [own] if elements.coarser is None else [own, elements.coarser.stricter(ratio)]
-    seconds = sum(sum(seat_seconds(each, static=static).values()) for each in models)
-    seconds += 0.0 if own.drawn else over_band
-    return {"seconds": seconds, "memory": seat_memory(own)[0], "poles": 0.0 if static else own.poles}
 
 
 @dataclass(frozen=True)

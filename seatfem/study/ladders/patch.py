@@ -1,6 +1,6 @@
 """Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -8,7 +8,6 @@ import impact
 from impact.greens import base, modal
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, with_body
-from seatfem.structures.estimates.costs import PORTS_POWER
 from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.kinds import Structure
 from seatfem.structures.lip import AnyLip
@@ -33,13 +32,12 @@ from seatfem.structures.rings import (
 from seatfem.study import method, safety
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour, Option
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour
 from seatfem.study.method import PORTS, RINGS, RunMethod
-from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
-from seatfem.study.prerun.lips import rings_refused
 from seatfem.study.scene import Run, Scene, local
 from seatfem.study.scene.problems import SceneError
 
+RING_NUMBERS: Final = (1, 4, 8)  # numbers of rings of a contact face to choose from
 PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # numbers of arcs of a lip in a trade, besides its centre's
 
 
@@ -63,7 +61,9 @@ class Rings(Ladder):
         if not method.seat.in_arcs:
             return super().refine(scene, method, factor)
         rings = next((number for number in ACROSS if number > value), None)
-        if rings is None or scene.contact.film is not None or rings_refused(scene.seat, scene.life):
+        if rings is None or scene.contact.film is not None or not scene.seat.traits.has_rings:
+            return None
+        if scene.life is not None and scene.life.contact_criterion:  # computed without parts across the lip
             return None
         return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
@@ -89,17 +89,6 @@ class Rings(Ladder):
             return () if seat.plane else None
         varied, same = (run.with_greens("seat", g).problem for g in (divided, with_fewer_rings(divided, rings)))
         return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
-
-    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield each number of rings; a rod, whose end stays plane, and matrices have none."""
-        along_a_lip = context.arcs is not None
-        if along_a_lip or option.elements is None or context.patch is None:
-            yield option
-            return
-        for rings, changes in context.left_by_rings.items():
-            more = rings**PORTS_POWER
-            costs = {"seconds": option.seconds * more, "poles": option.poles * rings * more}
-            yield option.with_seat({method.RINGS: changes}, {"rings": rings}, **costs)
 
     def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield the rings that a plan has chosen, where the centre has one."""
@@ -180,15 +169,6 @@ class Arcs(Ladder):
         varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
         return ((Variation(varied, weight, as_before),),)
 
-    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield the option with the errors by arcs and rings, whose numbers the pre-runs chose."""
-        arcs = context.arcs
-        if arcs is None:
-            yield option
-            return
-        across = {method.RINGS: arcs.across} if arcs.across else {}
-        yield replace(option, changes={**option.changes, method.PORTS: arcs.errors, **across})
-
     def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield other numbers of arcs of a lip that a plate lands on."""
         if centre.ports is not None and centre.reed.bandwidth is not None:
@@ -218,11 +198,6 @@ class OnePort(Ladder):
         striker = striker_of(scene, greens=_greens_along(run, lip))
         varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))
         return ((Variation(varied, safety.ONE_PORT_BAR, as_before), Variation(varied, safety.ONE_PORT_BAR)),)
-
-    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        """Yield the option with the error by one contact, if the pre-runs know it."""
-        errors = {} if context.one_port is None else {ONE_PORT: context.one_port}
-        yield replace(option, changes={**option.changes, **errors})
 
     def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
         """Yield one contact point in place of several."""

@@ -1,7 +1,7 @@
 """The table of all ladders.
 
-A key that is declared here is in the error budget, in plans, in further rounds and in the measured trade, and is finer
-in a reference; a test fails if a key of how bodies are computed is in no table here.
+A key that is declared here is in the error budget, in all rounds and in the measured trade, and is finer in a
+reference; a test fails if a key of how bodies are computed is in no table here.
 """
 
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders import level, march, mesh, patch
+from seatfem.study.ladders import level, march, mesh, modes, patch
 from seatfem.study.ladders.ladder import Ladder
 from seatfem.study.method import (
     BAND,
@@ -36,10 +36,10 @@ DECLARED: list[Ladder] = [
     mesh.Tolerance(TOLERANCE, "reduction"),
     patch.OnePort(ONE_PORT, LIP),
     patch.Rings(RINGS, "patch"),
-    march.ModeCount(SEAT_MODES, "model"),
+    modes.ModeCount(SEAT_MODES, "model"),
     mesh.MeasuredRecord("seat.file", RECORD),
     march.TimeStep(STEP, "time_step"),
-    march.ModeCount(MODES, "model", of_seat=False, role="reed"),
+    modes.ModeCount(MODES, "model", of_seat=False, role="reed"),
     mesh.ElementSize(
         "reed.mesh.size", STRIKER, "mesh", ("reed.mesh.contact_size", "reed.mesh.order"), of_seat=False, role="reed"
     ),
@@ -58,9 +58,9 @@ DECLARED: list[Ladder] = [
     mesh.Bandwidth("stopper.greens.bandwidth", STOPPER, of_seat=False, role="stopper"),
     level.Level("stopper.model", STOPPER, "level", of_seat=False, role="stopper"),
     patch.StopperParts("stopper.arcs", STOPPER, "patch", ("stopper.rings",), of_seat=False),
-    march.ModeCount("stopper.n_modes", STOPPER, of_seat=False, role="stopper"),
+    modes.ModeCount("stopper.n_modes", STOPPER, of_seat=False, role="stopper"),
 ]
-"""All ladders; those of the seat in the order in which a plan decides them."""
+"""All ladders; those of the seat in the order in which their first values are chosen."""
 SAME_ANSWER: Final = "another way to the same g, to within its tolerance"
 LEFT_OUT: Final[Mapping[str, str]] = {
     f"{role}.{key}": SAME_ANSWER

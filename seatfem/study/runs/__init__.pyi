@@ -2,6 +2,8 @@
 from seatfem.study.runs import (
     afterwards as afterwards,
     calculix_contact as calculix_contact,
+    converge as converge,
+    forecast as forecast,
     horizon as horizon,
     kept as kept,
     lives as lives,

@@ -25,7 +25,7 @@ from seatfem.structures.method import Method
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.study.impacts.bodies import problem_of, solve_body
-from seatfem.study.planning.plan import Plan
+from seatfem.study.plan import Plan
 from seatfem.study.scene import Scene
 
 MODES: Final = 20  # modes of the frequency deck

@@ -38,7 +38,7 @@ from seatfem.study.method import (
     is_given,
     stated_method,
 )
-from seatfem.study.planning.plan import Choice, Cost, Plan, Refinement
+from seatfem.study.plan import Choice, Plan, Refinement
 from seatfem.study.safety import source_in_words
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
@@ -51,7 +51,6 @@ AIM: Final = 0.85  # share of the allowed error at which a round aims: a wrong o
 LEAST: Final = 2.0  # least factor by which one round reduces an error: less is not worth a round
 MOST: Final = 5.0  # largest factor: errors that were measured on coarse values are no more accurate than this
 MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that of the one before
-MOST_ROUNDS: Final = 9  # most rounds of a run by default
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
@@ -111,7 +110,7 @@ def begin_plan(scene: Scene) -> Plan:
         for key in FIELDS
         if has_key(scene, key) and (value := method.value(key)) is not None
     )
-    return Plan(scene, method, choices, Cost(0.0, 0.0), {}, by_rule=True)
+    return Plan(scene, method, choices)
 
 
 def _rule_of(key: str) -> str:
@@ -198,11 +197,11 @@ def _is_stalled(done: Round, key: str) -> bool:
 
 
 def attempts(done: Round, further: Plan) -> Iterator[Plan]:
-    """Yield the plan of the next round and, of a loop, what is tried where that one fails: keys that are refined half
-    as far, and then those of the march and of the reed alone; no method twice."""
+    """Yield the plan of the next round and what is tried where that one fails: keys that are refined half as far, and
+    then those of the march and of the reed alone; no method twice."""
     yield further
     tried = [further.method]
-    for power, without in ((0.5, ()), (1.0, SEAT_KEYS)) if further.by_rule else ():
+    for power, without in ((0.5, ()), (1.0, SEAT_KEYS)):
         plan, _ = refine_plan(done, power, without)
         if plan is not None and plan.method not in tried:
             tried.append(plan.method)

@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, get_args
 
@@ -22,7 +22,7 @@ from seatfem.structures.cache import content_key
 from seatfem.structures.method import AnyLevel
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RINGS, RunMethod, stated_method
-from seatfem.study.planning.plan import Alternative, Choice, Cost, Plan
+from seatfem.study.plan import Choice, Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.parcel import by_content
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 MOST_BYTES: Final = 100_000  # largest size of a cached file that is read
 OLDEST: Final = 2000  # most files of plans, and of numbers, in the cache; older ones are deleted
-NOTE: Final = "plan of the last run of this scene, which reached its target"
 UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
 
@@ -42,46 +41,32 @@ def cached_plan(scene: Scene) -> Plan | None:
     try:
         file = _plan_file(scene)
         data = json.loads(read_text(file, MOST_BYTES, ValueError))
-        return plan_from_json(scene, data, NOTE)
+        return plan_from_json(scene, data)
     except UNSOUND:
         return None
 
 
-def plan_from_json(scene: Scene, data: Mapping[str, Any], note: str) -> Plan | None:
-    """Return the plan of ``scene`` from `plan_to_json`, with a ``note`` on its origin; ``None`` if the data are
-    invalid."""
+def plan_from_json(scene: Scene, data: Mapping[str, Any]) -> Plan | None:
+    """Return the plan of ``scene`` from `plan_to_json`; ``None`` if the data are invalid."""
     try:
         method = _method(stated_method(scene), scene.geometry, data["values"])
-        cost = Cost(**data["cost"])
-        alternatives = tuple(Alternative(**{**each, "cost": Cost(**each["cost"])}) for each in data["alternatives"])
         choices = tuple(Choice(**choice) for choice in data["choices"])
-        error, shares, parts = (dict(data[name]) for name in ("error", "shares", "parts"))
-        if not all(set(scene.accuracy.judged) <= set(each) for each in (error, *shares.values(), *parts.values())):
-            return None
-        notes, without = map(str, data["notes"]), tuple(data["without"])
     except UNSOUND:
         return None
-    return Plan(scene, method, choices, cost, error, alternatives, shares, False, (*notes, note), without, parts)
+    return Plan(scene, method, choices)
 
 
 def plan_to_json(plan: Plan) -> dict[str, Any]:
-    """Return a plan without its scene, as JSON-compatible values."""
+    """Return a plan without its scene and its errors, as JSON-compatible values."""
     return {
         "values": {key: plan.method.value(key) for key in FIELDS},
-        "cost": asdict(plan.cost),
-        "alternatives": [asdict(each) for each in plan.alternatives],
-        "choices": [asdict(each) for each in plan.choices],
-        "error": dict(plan.error),
-        "shares": {str(source): dict(part) for source, part in plan.shares.items()},
-        "notes": [note for note in plan.notes if note != NOTE],
-        "without": list(plan.without),
-        "parts": {key: dict(errors) for key, errors in plan.parts.items()},
+        "choices": [asdict(replace(choice, leaves="")) for choice in plan.choices],
     }
 
 
 def save_plan(done: Round) -> None:
-    """Store the plan of a round that met the target, where the cache can be written to; not that of a loop."""
-    if done.met is True and not done.plan.by_rule:
+    """Store the plan of a round that met the target, where the cache can be written to."""
+    if done.met is True:
         with suppress(OSError, TypeError):
             _save_json(_plan_file(done.plan.scene), plan_to_json(done.plan))
 

@@ -131,7 +131,7 @@ def run_keys(done: Round, stressed: Stressed, life: LifeResult, on_spring: LifeR
 def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
     """Return the relative error bars of the stress in reed and seat, where they are known."""
     bars = {}
-    if done.left.values.get(STRESS, 0.0) > 0 and STRESS not in done.without_bar:
+    if done.left.values.get(STRESS, 0.0) > 0:
         bars["reed"] = done.left.relative(STRESS)
     if math.isfinite(stressed.reed_bar):
         bars["reed"] = stressed.reed_bar

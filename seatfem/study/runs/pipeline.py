@@ -24,9 +24,10 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
 from seatfem.study.impacts.touches import bar_keys
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
+from seatfem.study.plan import Plan
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
+from seatfem.study.runs.converge import begin_plan
+from seatfem.study.runs.forecast import converged
 from seatfem.study.runs.kept import RunOutcome, cached_plan, save_plan
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
@@ -74,18 +75,18 @@ def run_scene(
     histories: bool = True,
     painter: Painter | None = None,
 ) -> RunOutcome:
-    """Run everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
+    """Run everything: seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
-    The plan chooses the keys that the scene leaves open; the run estimates its errors, and refines the largest in
-    further rounds while the target of accuracy is missed. A seat computed before, in ``folder`` or in the store, is
+    The keys that the scene leaves open begin with coarse values by rule; the run measures its errors, and refines the
+    largest in further rounds while the target is missed. A seat computed before, in ``folder`` or in the store, is
     reused. The numbers of each round are on file before the next begins, marked as not the last, and all numbers before
     the first picture; a picture that cannot be drawn is reported, and named in summary.json.
 
     Args:
-        tell: receives a line on errors and time of each round, and on the predicted time of the next.
+        tell: receives a line on errors and time of each round, and on the next.
         limits: limits on the number of rounds and on time.
         pictures: whether to draw.
-        plan: plan of the scene, if there is one already.
+        plan: plan of the first round, by default that of the scene's last run that met its target, else by rule.
         histories: whether to write result.h5.
         painter: process that draws bodies while the run goes on; ``None``: one is started at the end.
 
@@ -100,7 +101,7 @@ def run_scene(
         plan = plan or cached_plan(scene)
         if plan is None and painter is not None and scene.seat.elastic is not None:  # it is likely to be drawn
             painter.begin()
-        plan = plan or plan_scene(scene, progress=progress, folder=folder)
+        plan = plan or begin_plan(scene)
         if scene.stress is not None:
             runs.seat_fields.check_stress(plan, progress)
     baseline: Baseline | None = None
@@ -178,7 +179,7 @@ def _results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
 
 def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Stopwatch) -> dict[str, Any]:
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
-    records, bar = landing_records(done.touches, done.left, done.without_bar), baseline.stiffness_bar
+    records, bar = landing_records(done.touches, done.left), baseline.stiffness_bar
     landing, driven = scene.accuracy.landing, scene.is_loaded
     measured, on_spring = (
         summarise(each.touches, width, each.stress, landing, driven=driven) | stopper_keys(each.touches, width)
@@ -193,7 +194,7 @@ def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Sto
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
         **landing_bar_keys(records, measured["landing_number"]),
-        **bar_keys(done.left, done.without_bar),
+        **bar_keys(done.left),
         **spring_bar_keys(baseline.left),
         "landings": records,
         **accuracy_keys(done),
@@ -224,7 +225,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
     watch = Stopwatch()
     safe_files.check_writable(path)
     with watch("plan"):
-        plan = plan_scene(scene, progress=progress)
+        plan = converged(scene, progress)
     file, duration = cache.Cache(path), scene.run.duration
     seat = cache.build(scene.seat, plan.method.seat, duration, file, watch=watch, progress=progress)
     summary = {

@@ -21,12 +21,11 @@ from seatfem.structures.rings import Division
 from seatfem.study import impacts, runs, safety
 from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
-from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches, is_of_a_landing
-from seatfem.study.ladders.level import tells_waves
+from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
-from seatfem.study.planning.plan import Plan
-from seatfem.study.scene.measures import all_measures, asked_name, short_words
+from seatfem.study.plan import Plan
 from seatfem.study.scene.measures import in_words as spoken
+from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
 
 REMEDIES: Final[Mapping[str, str]] = {
@@ -62,7 +61,6 @@ class Round:
         memory: peak memory of the process up to the end of the round [bytes].
         plate: stress of a striking plate, if stress is a measure asked for.
         flights: the striker's motion without contact, shared by further runs of the round.
-        time_ratios: measured over predicted time of seat and contact, from the rounds so far.
     """
 
     plan: Plan
@@ -76,7 +74,6 @@ class Round:
     stopped: str = ""
     spent: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
-    time_ratios: Mapping[str, float] = field(default_factory=dict)
     plate: runs.stresses.PlateReedStress | None = None
     flights: Flights | None = field(default=None, repr=False)
 
@@ -125,16 +122,6 @@ class Round:
         target = self.plan.scene.accuracy.target
         return all(self.left.relative(name) <= target for name in self.judged) if self.judged else None
 
-    @property
-    def without_bar(self) -> tuple[str, ...]:
-        """Return the measures without a known error bar: the plan replaced the seat by a spring, and its pre-runs,
-        which include waves, compared only measures asked for; the budget may miss most of the effect of waves on
-        others."""
-        if self.plan.level != "spring" or tells_waves(self.plan.scene.seat, self.plan.method.seat):
-            return ()
-        compared = {*self.plan.scene.accuracy.judged, *self.plan.shares.get("model", {})}
-        return tuple(name for name in self.left.values if name not in compared and not is_of_a_landing(name))
-
 
 def missed(done: Round) -> tuple[str, ...]:
     """Return sentences on the error bars that miss the target, their largest sources, and why the run stopped."""
@@ -149,7 +136,7 @@ def missed(done: Round) -> tuple[str, ...]:
             source = done.left.dominant(name)
             remedy = REMEDIES.get(source, "")
             if source == "patch" and plan.method.ports is not None:
-                errors = {key: plan.parts.get(key, {}).get(name, 0.0) for key in (PORTS, RINGS)}
+                errors = {key: done.left.by_key.get(key, {}).get(name, 0.0) for key in (PORTS, RINGS)}
                 remedy = f"divide the lip by more {max(errors, key=errors.__getitem__)}"
             if source == LIP and (plate := plan.scene.reed.thin_plate) is not None and plate.states_contact:
                 remedy = "remove reed.contact_radius: the reed then meets the struck face in segments"
@@ -208,7 +195,6 @@ def remarks(done: Round) -> tuple[str, ...]:
         *validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration),
         *validity.covered_notes(scene.geometry),
         *validity.one_way_notes(scene),
-        *_no_bar(done),
     )
 
 
@@ -226,15 +212,3 @@ def _advice(done: Round) -> tuple[str, ...]:
             name = _NAMES.get(advice.name, advice.name)
             sentences.append(str(replace(advice, name=name, remedy=remedy)))
     return tuple(sentences)
-
-
-def _no_bar(done: Round) -> tuple[str, ...]:
-    if not done.without_bar:
-        return ()
-    asked_for = list(dict.fromkeys(asked_name(name) for name in done.without_bar if asked_name(name) in all_measures()))
-    words = ", ".join(spoken(name) if asked_name(name) in asked_for else name for name in done.without_bar)
-    remedy = f"add {', '.join(asked_for)} to accuracy.measures" if asked_for else "state seat.model"
-    return (
-        f"{words}: uncertainty not known. The run used the seat's static stiffness, which is enough for the measures "
-        f"asked for; the effect of waves on these others was not computed; {remedy}",
-    )

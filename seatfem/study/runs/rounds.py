@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from impact.notices import Progress, Tell, ignore
 from impact.quantities import in_time
-from impact.runs.variations import Budget, Values, total
+from impact.runs.variations import Budget, total
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch, available_memory, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
@@ -22,11 +22,11 @@ from seatfem.study.error_budget import error_budget, with_bars_of_measures
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.contact import run_contacts
-from seatfem.study.impacts.touches import LIP, STRIKER, Source, stress_since
+from seatfem.study.impacts.touches import STRIKER, stress_since
 from seatfem.study.method import TOLERANCE
-from seatfem.study.planning.plan import Plan
+from seatfem.study.plan import Plan
 from seatfem.study.runs import converge
-from seatfem.study.runs.next_round import Limits, changed, next_plan, price, time_ratios
+from seatfem.study.runs.next_round import Limits, changed, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words, missed
 from seatfem.study.safety import LOOSER
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
@@ -38,10 +38,8 @@ __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
-PRICED: Final = 60.0  # predicted time [s] above which it is announced before the first round
 FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
 """Errors after which the round before is the answer: of packages, factorisations and disk. Any other is a bug."""
-BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model", LIP)  # sources that pre-runs of the plan estimate, too
 
 
 def rounds(
@@ -56,22 +54,17 @@ def rounds(
 ) -> Iterator[Round]:
     """Yield rounds of run, error estimate and refinement, until the target is met or nothing more can be refined.
 
-    The largest sources of error are refined; keys that the file states are kept, and no round is begun whose prediction
-    exceeds the ``limits``, `MEMORY` or the number of steps that can be stored. If a finer round fails, its predecessor
+    The keys with the largest errors are refined; those that the file states are kept, and no round is begun that is
+    expected to exceed the ``limits`` or the number of steps that can be stored. If a finer round fails, its predecessor
     is the answer: its seat is written again, and it is yielded again with the reason in ``stopped``.
 
     Args:
-        tell: receives a line on error, time and memory of each round, and on the prediction for the next.
+        tell: receives a line on error, time and memory of each round, and on the next.
         start: `time.perf_counter` at the start of the run, from which ``limits.seconds`` count.
 
     Yields:
         Each finished round, before the next begins; ``stopped`` of one that is not the last says so.
     """
-    if plan.cost.seconds > PRICED:
-        tell(
-            f"about {plan.cost.seconds:.2g} s and {plan.cost.memory / 1e9:.2g} GB predicted for the first round; "
-            "seatfem plan shows what takes them, and what cheaper targets take"
-        )
     deadline = limits.seconds + (time.perf_counter() if start is None else start)
     progress = within_memory(progress)
     latest = _measured(partial(_first_round, limits=limits), plan, folder, watch, progress)
@@ -89,8 +82,7 @@ def rounds(
             return
         number = latest.number + 1
         yield replace(latest, stopped=f"round {number} {UNFINISHED}")
-        memory = f" and {further.cost.memory / 1e9:.2g} GB" if further.cost.memory else ""
-        cost = f"about {in_time(price(latest, further))}{memory} predicted"
+        cost = f"about {in_time(expect_time(latest, further))}"
         tell(f"round {latest.number} is on file; round {number} follows, {cost}: {changed(latest, further)}")
         stopped = ""
         try:
@@ -158,10 +150,8 @@ def _measured(
     before = dict(watch.stages)
     result = compute(plan, folder, watch, progress, *previous)
     spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
-    number, ratios = (previous[0].number + 1, previous[0].time_ratios) if previous else (1, {})
-    return replace(
-        result, number=number, spent=spent, memory=peak_memory(), time_ratios=time_ratios(spent, plan, ratios)
-    )
+    number = previous[0].number + 1 if previous else 1
+    return replace(result, number=number, spent=spent, memory=peak_memory())
 
 
 def _failure_words(problem: Exception) -> str:
@@ -243,9 +233,9 @@ def _round(
             left = runs.kept.cached_numbers(computed, touches, f"error budget {beside}", lambda: vars(compute()))
             budget = Budget(left["values"], left["parts"], tuple(left["sources"]), left["by_key"])
     landings = () if touches.landings is None else touches.landings.seat
-    budget = with_bars_of_measures(_at_least_planned(plan, budget), landings)
+    budget = with_bars_of_measures(budget, landings)
     computed = replace(computed, left=_with_recovery(budget, computed.plate))
-    return replace(computed, plan=converge.with_measured_errors(computed)) if plan.by_rule else computed
+    return replace(computed, plan=converge.with_measured_errors(computed))
 
 
 def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
@@ -256,19 +246,3 @@ def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
     of_recovery = dict.fromkeys(left.values, 0.0) | dict.fromkeys(names, plate.bar)
     known = left.parts.get(STRIKER, dict.fromkeys(left.values, 0.0))
     return replace(left, parts={**left.parts, STRIKER: total(known, of_recovery)})
-
-
-def _at_least_planned(plan: Plan, left: Budget) -> Budget:
-    """Return the budget with errors by step, model and lip at least as large as in the plan's pre-runs.
-
-    A change between two steps may be small by accident, and a run on a spring does not include waves.
-    """
-
-    def at_least(source: Source, part: Values) -> Values:
-        planned = plan.shares.get(source, {})
-        return {name: max(value, planned.get(name, 0.0) * abs(left.values[name])) for name, value in part.items()}
-
-    raised: dict[str, Values] = {
-        source: at_least(source, left.parts[source]) for source in BY_PRE_RUNS if source in left.parts
-    }
-    return replace(left, parts={**left.parts, **raised})

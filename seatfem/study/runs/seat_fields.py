@@ -27,7 +27,7 @@ from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.harmonics import RingPatch, mixing_of
 from seatfem.structures.rings import Division, ring_names
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.planning.plan import Plan
+from seatfem.study.plan import Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.problems import Problem, SceneError
 from seatfem.study.scene.run import Stress as StressTable

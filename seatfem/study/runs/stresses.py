@@ -22,7 +22,6 @@ from impact.life.places import margin_error
 from impact.march.problem import ContactProblem
 from impact.march.rows import Marched
 from impact.notices import Progress, silent
-from impact.quantities import percent
 from impact.runs.variations import Values, budget_of, changes, times
 from seatfem.structures import method, rings, sheets
 from seatfem.structures.fields.peaks import LITTLE
@@ -42,7 +41,8 @@ from seatfem.study.impacts.plate_stress import (
 )
 from seatfem.study.impacts.touches import Touches, force_of, on_the_ports, stress_since
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.planning.plan import Plan
+from seatfem.study.method import MODEL
+from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
@@ -172,8 +172,8 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
     if seat is None:
         return ()
     if plan.level == "spring":
-        change = max(plan.shares.get("model", {}).values(), default=0.0)
-        words = f", predicted to change by {percent(change)} at most with them" if change else ""
+        leaves = next((choice.leaves for choice in plan.choices if choice.key == MODEL), "")
+        words = f", which would change it by {leaves}" if leaves else ""
         sentences.append(
             "stress in the seat: the contact force behind it is that on the seat's static stiffness, without waves in "
             f"the seat{words}; the stress has the waves that this force sends in. To have them in the force, too, "

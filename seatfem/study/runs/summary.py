@@ -3,7 +3,7 @@
 import json
 import math
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final, get_args
 
@@ -25,10 +25,10 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures import method, rings
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import OF_A_LANDING, Touches, is_of_a_landing, landing_name, measured, stopper_values
-from seatfem.study.planning.plan import Plan
+from seatfem.study.plan import Plan
 from seatfem.study.runs.rounds import Round
 from seatfem.study.scene.contact import Stopper
-from seatfem.study.scene.measures import FIRST, HARDEST, LandingChoice, Line, all_measures, asked_name, key_of
+from seatfem.study.scene.measures import FIRST, HARDEST, LandingChoice, Line, all_measures, key_of
 
 JUDGED: Final[Mapping[str, str]] = {
     "filtered_peak_force_N": HARDEST + "filtered_peak",
@@ -127,33 +127,28 @@ def landing_keys(landings: Landings | None, values: Mapping[str, float]) -> dict
     }
 
 
-def landing_records(touches: Touches, left: Budget, without: Collection[str] = ()) -> list[dict[str, object]]:
+def landing_records(touches: Touches, left: Budget) -> list[dict[str, object]]:
     """Return records of all landings on seat and stopper in the order of time, with error bars.
 
     The place of a landing is the middle of the part of the seat's lip that touched first, and ``None`` without a lip.
-    Error bars of the measures in ``without`` are ``None``.
     """
     if (landings := touches.landings) is None:
         return []
     records = [
-        _landing_record(touches, face, number, landing, left, without)
+        _landing_record(touches, face, number, landing, left)
         for face in get_args(Face)
         for number, landing in enumerate(landings.on(face))
     ]
     return sorted(records, key=lambda record: record["time_s"])  # type: ignore[arg-type, return-value]
 
 
-def _landing_record(
-    touches: Touches, face: Face, number: int, landing: Landing, left: Budget, without: Collection[str]
-) -> dict[str, object]:
+def _landing_record(touches: Touches, face: Face, number: int, landing: Landing, left: Budget) -> dict[str, object]:
     names = {key: landing_name(face, number, key) for key in OF_A_LANDING.values()}
     bars = {key: left.bar(name) if name in left.values else math.inf for key, name in names.items()}
     if face == "seat" and touches.landings is not None and landing is touches.landings.hardest:
-        for key, measure in JUDGED.items():  # their error bars include errors predicted by the plan
+        for key, measure in JUDGED.items():  # their error bars include half the time step and jumps
             if measure in left.values:
                 bars[key] = max(bars[key], left.bar(measure))
-    unknown = {key for key, measure in JUDGED.items() if measure in without and face == "seat"}
-    bars |= dict.fromkeys(unknown, math.inf)
     place: tuple[float | None, float | None] = (None, None)
     line, parts = touches.line, touches.parts
     if face == "seat" and line is not None and parts is not None:
@@ -332,19 +327,12 @@ def accuracy_keys(done: Round) -> dict[str, object]:
 
 
 def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
-    """Return every choice of the plan of the last round, and the predicted time, memory and errors."""
+    """Return every choice of the plan of the last round; ``seconds``: wall time before the first round [s]."""
     return {
         "plan_wall_time_s": seconds,
         "plan_seat_level": plan.level,
         **{f"plan_{choice.key.replace('.', '_')}": choice.value for choice in plan.choices},
         "plan_given": ", ".join(choice.key for choice in plan.choices if choice.given),
-        "plan_predicted_time_s": plan.cost.seconds,
-        "plan_predicted_memory_bytes": plan.cost.memory,
-        **{
-            f"plan_predicted_error_{key_of(each)}": finite_or_none(error)
-            for name, error in plan.error.items()
-            for each in (name, asked_name(name))
-        },
     }
 
 

@@ -19,10 +19,8 @@ from impact.notices import Progress, silent
 from seatfem.machine import code
 from seatfem.structures.cache import content_key
 from seatfem.study.impacts.contact import RunError, check_step
-from seatfem.study.ladders.level import tells_waves
 from seatfem.study.method import FIELDS, has_key, is_given, value_of, written
-from seatfem.study.planning.costs import predict_cost
-from seatfem.study.planning.plan import Plan
+from seatfem.study.plan import Plan
 from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
@@ -72,11 +70,8 @@ def shares_of(study: Study) -> NDArray[np.float64]:
 PILOTS: Final = 4
 """Number of scenes with a seat that start after the first one has ended. All others start with the second most
 expensive plan of these five: one may be an exception, but refinements that two needed will be needed by most."""
-OF_ALL: Final = ("contact", "reed stress", "error budget")
-NOTE: Final = "plan of another scene of the study, which reached its target"
-
 Start = Mapping[str, Any]
-"""A plan as JSON ("plan"), hash of the scenes for which it may serve ("like"), its predicted time in seconds ("work"),
+"""A plan as JSON ("plan"), hash of the scenes for which it may serve ("like"), its counted work ("work"),
 and the keys of its seat as in a scene file that the scene does not state ("seat")."""
 
 
@@ -85,29 +80,25 @@ def start_of(plan: Plan) -> Start:
     scene, method = plan.scene, plan.method
     open_keys = [key for key in FIELDS if key.startswith("seat.") and has_key(scene, key) and not is_given(scene, key)]
     chosen = {key: method.value(key) for key in open_keys}
-    cost = predict_cost(scene, method, kept=True)
-    choices = tuple(replace(choice, reason="") for choice in plan.choices)
-    plain = replace(plan, cost=cost, alternatives=(), notes=(), choices=choices)
+    plain = replace(plan, choices=tuple(replace(choice, reason="") for choice in plan.choices))
     return {
         "like": _like(scene),
-        "work": sum(cost.parts[stage] for stage in OF_ALL),
+        "work": _count_work(plan),
         "seat": {key: written(key, value) for key, value in chosen.items() if value not in (None, "auto")},
         "plan": plan_to_json(plain),
     }
 
 
-def begun(scene: Scene, start: Start, *, as_it_is: bool = False) -> Plan | None:
-    """Return the plan with which ``scene`` starts; ``None`` if it differs too much from that of ``start``.
+def _count_work(plan: Plan) -> float:
+    """Return the number of time steps times contacts and modes, in proportion to which a contact takes time."""
+    scene, method = plan.scene, plan.method
+    steps = scene.run.duration / (method.time_step or scene.run.filter_width)
+    return steps * method.seat.division.count * (method.reed.n_modes or 1)
 
-    A plan with a static seat is not used either, unless ``as_it_is``: the error by neglected waves is estimated by
-    pre-runs, and those of another scene would determine this scene's error bar.
-    """
-    if start.get("like") != _like(scene):
-        return None
-    plan = plan_from_json(scene, start["plan"], NOTE)
-    if plan is not None and plan.method.seat.static and not tells_waves(scene.seat, plan.method.seat) and not as_it_is:
-        return None
-    return plan
+
+def begun(scene: Scene, start: Start) -> Plan | None:
+    """Return the plan with which ``scene`` starts; ``None`` if it differs too much from that of ``start``."""
+    return plan_from_json(scene, start["plan"]) if start.get("like") == _like(scene) else None
 
 
 def chosen(starts: Iterable[Start]) -> Start:

@@ -19,13 +19,13 @@ from typing import Any, Final, Literal, get_args
 from impact.files.safe_files import check_writable
 from impact.notices import Progress, silent
 from impact.quantities import in_time
-from seatfem import structures, study
+from seatfem import study
 from seatfem.jobs import folders
 from seatfem.jobs import folders as lines
 from seatfem.jobs.cluster import cluster_crew, threads_of
 from seatfem.jobs.crew import Ask, Lost, crew
 from seatfem.jobs.folders import claimed
-from seatfem.study import planning, runs
+from seatfem.study import runs
 from seatfem.study import sweep as sweeps
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.safety import Effort
@@ -118,11 +118,10 @@ def _carried_out(
 ) -> Outcome:
     scene = study.scene.load_scene(path, changed)
     with folders.private_folder("sweep") as folder:
-        plan = sweeps.cases.begun(scene, start, as_it_is=once)
+        plan = sweeps.cases.begun(scene, start)
         if plan is None:
             scene = study.scene.load_scene(path, {**changed, **start.get("seat", {})})
-            empty = structures.cache.Store(folder / "no-store")  # never written: no stored seats are used
-            plan = planning.planner.plan_scene(scene, store=empty)
+            plan = runs.converge.begin_plan(scene)
         result = runs.pipeline.run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in result.summary.items() if _is_scalar(value)}
     notes = result.summary[NOTES]

@@ -22,7 +22,7 @@ from seatfem.structures import cache, rings
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.impacts.contact import fallback_step, stress_of
 from seatfem.study.impacts.landings import landings_of_one_contact
-from seatfem.study.planning.plan import Plan
+from seatfem.study.plan import Plan
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.runs.summary import landing_keys, reed_stress_keys
 from seatfem.study.scene import Scene, load_scene
@@ -80,7 +80,7 @@ def _marched(
     base = load_scene(path, changed)
     if base.wave or base.gauge:
         raise ContactError("scenes with [[wave]] or [[gauge]] are marched one by one: run them by themselves")
-    plan = begun(base, start, as_it_is=True)
+    plan = begun(base, start)
     if plan is None:
         raise ContactError("no plan to march by; give the plan that a scene of the sample ended with")
     with private_folder("sweep") as folder:

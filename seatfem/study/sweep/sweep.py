@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
@@ -21,12 +22,10 @@ from impact.files.safe_files import write_whole
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
 from seatfem.jobs.folders import private_folder
-from seatfem.machine import libraries, rates, resources
+from seatfem.machine import libraries, resources
 from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
-from seatfem.study.planning.costs import OF_THE_SEAT, PROGRAM
-from seatfem.study.planning.plan import Cost
-from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.forecast import Look, look_at
 from seatfem.study.safety import MEMORY, MOST_ROUNDS, USUAL, Effort
 from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain, scene_error
@@ -184,7 +183,7 @@ class SearchAhead:
 
 
 def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> SearchAhead:
-    """Return the prediction for a study with [optimise], by plans at its lowest, middle and highest values. Raises
+    """Return the prediction for a study with [optimise], by looks at its lowest, middle and highest values. Raises
     `SceneError`."""
     goal = goal_of(study)
     points = [(share,) * len(study.vary) for share in (0.0, 0.5, 1.0)]
@@ -208,19 +207,20 @@ def _coarse(study: Study) -> Changes:
 
 
 LOOKED_AT: Final = 1000  # number of scenes of a larger study that are checked before its time is predicted
-SAMPLED: Final = 3  # number of scenes that are planned: the first, the middle and the last
-LANE: Final = 0.1  # time of a scene integrated in parallel with others, over that of a single one with energies
-NOT_HERE: Final = ("program start", "compilation", "pictures", "files", *OF_THE_SEAT)
-"""Stages that scenes of a study do not have, or only the first scene with a seat."""
+SAMPLED: Final = 3  # number of scenes that are looked at: the first, the last and the middle
+LOOK: Final = 1.0  # wall time of a look at one of them [s]
+START: Final = 2.0  # start of the program, from the command to the first stage [s]
+LANE: Final = 0.02  # time of a scene integrated in parallel with others, over that of a single one with its error bars
+LOOKED_LONG: Final = 5.0  # wall time after which no further one of them is looked at [s]
 
 
 @dataclass(frozen=True)
 class Ahead:
-    """Time and memory of a study, predicted from the plans of a few scenes.
+    """Time and memory of a study, expected from a look at a few scenes.
 
     Attributes:
         scenes, seats: number of scenes to run in full, and of different seats among them.
-        start: start of the program, compilation included [s].
+        start: start of the program [s].
         each, seat: time of one scene without its seat, and of a new seat [s].
         memory: largest memory of a worker [bytes].
         beside: number of scenes to integrate in parallel; ``lane``: time of one of them [s].
@@ -278,30 +278,28 @@ def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
 
 
 def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
-    """Return the prediction for these cases of the scene at a path. If none of the sampled scenes can be planned,
+    """Return the prediction for these cases of the scene at a path. If none of the sampled scenes can be run,
     raises the error of the first; errors of single scenes are reported in the table."""
-    last = len(cases) - 1
-    chosen = [cases[place] for place in sorted({round(last * k / (SAMPLED - 1)) for k in range(SAMPLED)})]
-    costs: list[Cost] = []
+    start, last = time.perf_counter(), len(cases) - 1
+    looks: list[Look] = []
     problems: list[Exception] = []
-    for case in chosen:
+    for place in sorted({0, last, last // 2}, key=(0, last, last // 2).index)[:SAMPLED]:
+        if looks and time.perf_counter() - start > LOOKED_LONG:
+            break
         try:
-            costs.append(plan_scene(load_scene(scene, case.changed)).cost)
+            looks.append(look_at(load_scene(scene, cases[place].changed), LOOK))
         except SceneError as error:
             problems.append(located(error, scene))
         except (ArithmeticError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
             problems.append(error)
-    if not costs:
+    if not looks:
         raise problems[0]
-    seats = [sum(cost.parts.get(stage, 0.0) for stage in OF_THE_SEAT) for cost in costs]
-    each = [sum(spent for stage, spent in cost.parts.items() if stage not in NOT_HERE) for cost in costs]
-    different = sum(not case.guides for case in cases) if max(seats) > 0 else 0
-    memory = max(PROGRAM, *(cost.memory for cost in costs))
+    seat = max(look.left.seat for look in looks)
+    each = sum(look.left.contact for look in looks) / len(looks)
+    different = sum(not case.guides for case in cases) if seat > 0 else 0
     alone = sum(case.way != "beside" for case in cases)
-    march = sum(cost.parts["contact"] for cost in costs) / len(costs)
-    start = rates.START + costs[0].parts.get("compilation", 0.0)
-    seconds = start, sum(each) / len(each), max(seats)
-    return Ahead(alone, different, *seconds, memory, len(cases) - alone, LANE * march)
+    memory = max(look.done.memory for look in looks)
+    return Ahead(alone, different, START, each, seat, memory, len(cases) - alone, LANE * each)
 
 
 TABLE: Final = "study.csv"

@@ -33,6 +33,7 @@ from seatfem.study.impacts.touches import measured, stress_since
 from seatfem.study.impacts.validity import BEAM, simpler_bodies
 from seatfem.study.ladders import march, mesh, patch, table
 from seatfem.study.ladders.ladder import RATIO
+from seatfem.study.ladders.rules import BAND_PER_FILTER
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
@@ -53,8 +54,7 @@ from seatfem.study.method import (
     stated_method,
     written,
 )
-from seatfem.study.planning.plan import Plan
-from seatfem.study.prerun.context import BAND_PER_FILTER
+from seatfem.study.plan import Plan
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.sweep.runner import FAILURES, Outcome
 

@@ -21,12 +21,12 @@ from impact.quantities import brief, in_time
 from seatfem.jobs.cluster import cluster_crew
 from seatfem.jobs.crew import Lost, crew
 from seatfem.machine.code import code_version
-from seatfem.structures.cache import Store
 from seatfem.study.impacts.landings import LANDED, STATUS, has_landed, left_out_in_words
 from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.method import FIELDS, is_given
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
+from seatfem.study.plan import Plan
+from seatfem.study.runs.forecast import converged
+from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.sweep import effects, runner
@@ -135,7 +135,6 @@ PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
 LONGER: Final = 4.0  # time limit of the reference and the planner's choice, over that of other points
 FINEST: Final = 3  # most refinements of mesh and band together beyond the centre
-CARRIED_OUT: Final = ("mesh", "assembly", "reduction", "contact")  # stages of a plan that a point includes
 GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # factor on the time by one refinement; true: in three dimensions
 
 
@@ -250,10 +249,10 @@ def measure_trade(
     scene = load_scene(path)
     check_writable(journal)
     begun = time.perf_counter()
-    empty = Store(journal.parent / "no-store")  # never written: no stored seats are used
-    planned = [_planned(PLANNED, plan_scene(load_scene(path, ALL_OPEN), store=empty))]
+    limits = Limits(seconds=LONGER * time_limit)
+    planned = [_planned(PLANNED, converged(load_scene(path, ALL_OPEN), limits=limits))]
     if any(is_given(scene, key) for key in FIELDS):
-        planned.append(_planned(AS_FILED, plan_scene(scene, store=empty)))
+        planned.append(_planned(AS_FILED, converged(scene, limits=limits)))
     planning = time.perf_counter() - begun
     rings = max(int(str(point.settings.get("contact.rings") or 1)) for point in planned)
     rungs = Rungs(scene, rings)
@@ -337,11 +336,10 @@ class _Runs:
 
 
 def _planned(name: str, plan: Plan) -> Point:
-    """Return the point with the planner's choices for a scene."""
-    seconds = sum(plan.cost.parts.get(stage, 0.0) for stage in CARRIED_OUT)
+    """Return the point with the choices of the loop for a scene."""
     settings = {**ALL_OPEN, **stated_choices(plan)}
     family = "as given" if plan.level == "closed form" else plan.level
-    return Point(name, family, "planned", settings, predicted=seconds)
+    return Point(name, family, "planned", settings)
 
 
 def _answers(outcome: Outcome, measures: Sequence[str]) -> bool:

@@ -1,0 +1,119 @@
+"""The ladder of numbers of modes, and other modes of a plate that estimate the error by those beyond the last."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from impact.bodies.body import Body
+from impact.runs.variations import Terms, Variation, narrower, ringing_on
+from seatfem.structures.kinds import Structure
+from seatfem.structures.rings import Division
+from seatfem.study import safety
+from seatfem.study.impacts.bodies import problem_of, striker_of
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour, Role
+from seatfem.study.method import MODES, RunMethod
+from seatfem.study.scene import Run
+
+MOST_MODES: Final = 1000  # most modes of a beam in further rounds
+FEW_MODES: Final = 20  # modes of a beam with which a run begins
+IN_A_TRADE: Final = (10, 20, 80)  # reed modes in a trade
+
+
+@dataclass(frozen=True)
+class ModeCount(Ladder):
+    """The number of modes of a beam; its neighbours are runs with fewer modes and, if it is small, one with many."""
+
+    effort: float = 0.7
+    rule: str = f"{FEW_MODES} modes"
+    role: Role = "seat"
+
+    def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int | None:
+        """Return more modes."""
+        if self.role == "stopper":
+            return None
+        return min(MOST_MODES, math.ceil(value * safety.FEWER ** math.ceil(math.log2(factor))))
+
+    def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
+        """Return the method with `FEW_MODES` modes of a reed that is a beam."""
+        is_open = self.role == "reed" and method.reed.n_modes is not None and MODES not in method.given
+        return method.replaced({MODES: FEW_MODES}) if is_open else method
+
+    def applies(self, run: ComputedRun) -> bool:
+        """Return whether the body is a beam; a stopper must also have one contact only."""
+        stopper = run.scene.stopper if self.role == "stopper" else None
+        if stopper is not None and (run.solved("stopper") is not None or stopper.parts != Division()):
+            return False
+        return self._number(run) is not None
+
+    def _number(self, run: ComputedRun) -> int | None:
+        if self.role != "stopper":
+            return run.method.seat.n_modes if self.role == "seat" else run.method.reed.n_modes
+        return None if run.scene.stopper is None else run.scene.stopper.body.stated().n_modes
+
+    def neighbours(self, run: ComputedRun) -> Terms | None:
+        """Return the run with other numbers of modes."""
+        number = self._number(run)
+        assert number is not None
+        return (tuple(self._with(run, other, weight) for other, weight in other_modes(number)),)
+
+    def _with(self, run: ComputedRun, number: int, weight: float) -> Variation:
+        scene = run.scene
+        if self.role == "reed":
+            striker = striker_of(scene, number)
+            return Variation(problem_of(scene, striker, run.problem.target, run.body("stopper")), weight)
+        kind = scene.seat if self.role == "seat" or scene.stopper is None else scene.stopper.body
+        return run.with_greens(self.role, kind.body(None, number).greens, weight)
+
+    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
+        """Yield other numbers of modes of a reed that is a beam."""
+        if self.role == "reed" and reed.slender is not None:
+            for number in IN_A_TRADE:
+                yield Neighbour(f"reed modes {number}", "reed modes", {MODES: number})
+
+
+def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, float]]:
+    """Yield a plate of a ``band`` [Hz] with other modes, and the factor from its change to the truncation error.
+
+    First the highest modes are left out (`OF_MODES`); their effect extrapolates to that of the next ones if many of
+    them take part in the contact. In the middle of a disc, or all around a ring, few do: then modes beyond the last are
+    added, as one or over octaves (`BEYOND`). A run's time step hides a part of their effect (`HIDDEN`).
+    """
+    felt, share_beyond = modes_felt(body), safety.ALONE
+    for ratio, share in safety.OF_MODES:
+        if (fewer := narrower(body, ratio)) is not None:
+            share_beyond = safety.HIDDEN if felt < safety.ONE_FELT else 1.0
+            yield fewer, share
+    for ratio, octaves, most in safety.BEYOND:
+        if felt < most and (ringing := ringing_on(body, ratio, band, octaves)) is not None:
+            yield ringing, share_beyond
+
+
+def modes_felt(body: Body) -> float:
+    """Return the effective number of a body's highest modes (last ratio of `OF_MODES`) that take part in its contacts.
+
+    It is the participation number (sum c)^2/sum c^2 of their compliances c = |shape|^2/omega^2: n for n equal modes, 1
+    if one dominates. A free plate that meets a lip in parts may close them all at once, with their mean: the lesser
+    number counts.
+    """
+    g = body.greens.modal
+    if g is None or not np.any(g.omega):
+        return 0.0
+    top = g.omega > g.omega.max() / safety.OF_MODES[-1][0]
+    each = g.shapes[top] / g.omega[top, None]
+    yields = np.sum(each**2, axis=1)[None]
+    if not np.all(g.omega):
+        yields = np.append(yields, np.mean(each, axis=1)[None] ** 2, axis=0)
+    squares = np.maximum(np.sum(yields**2, axis=1), np.finfo(float).tiny)
+    return float(np.min(yields.sum(axis=1) ** 2 / squares))
+
+
+def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
+    """Return the numbers of reed modes to compare ``n_modes`` with, and the factor from each change to its error."""
+    less = ((max(1, round(n_modes / safety.FEWER)), 1.0), (max(1, round(n_modes / safety.HALF)), 1 / 2))
+    more = ((safety.MANY, 1.0),) if n_modes < safety.FEW else ()
+    return tuple((number, weight) for number, weight in less + more if number != n_modes)

@@ -1,0 +1,81 @@
+"""A plan: how a scene is to be computed, with the reason of each choice and the errors that were measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from seatfem.structures.method import AnyLevel
+from seatfem.study.method import RunMethod
+from seatfem.study.scene import Scene
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The choice of one key of the scene.
+
+    Attributes:
+        key: dotted key, as in the file.
+        value: value with its unit.
+        reason: reason in words, with numbers.
+        given: whether the file states the value.
+        leaves: largest relative error of a judged measure by this value, in words; "" if unknown.
+    """
+
+    key: str
+    value: str
+    reason: str
+    given: bool
+    leaves: str = ""
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """The refinement of a key from one round to the next.
+
+    Attributes:
+        error: largest relative error of a judged measure by the key before.
+        factor: factor by which it was to be reduced.
+    """
+
+    error: float
+    factor: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A plan says how a scene is to be computed.
+
+    Attributes:
+        scene: the scene, as in the file.
+        method: method of the run: keys that the file states, and chosen values of the others.
+        choices: all keys that matter for cost and error.
+        error: measured relative error bar of each judged measure; empty before the first round.
+        refined: refinements of each key so far, in the order of the rounds.
+    """
+
+    scene: Scene
+    method: RunMethod
+    choices: tuple[Choice, ...]
+    error: Mapping[str, float] = field(default_factory=dict)
+    refined: Mapping[str, tuple[Refinement, ...]] = field(default_factory=dict)
+
+    @property
+    def level(self) -> AnyLevel:
+        """Return the level of the seat's model; "closed form" if nothing is discretised."""
+        return self.method.seat.level
+
+    def choice(self, key: str) -> Choice:
+        """Return the choice of a key. Raises `KeyError` if the plan has none."""
+        for choice in self.choices:
+            if choice.key == key:
+                return choice
+        raise KeyError(key)
+
+    def is_given(self, key: str) -> bool:
+        """Return whether the file states the key."""
+        return any(choice.key == key and choice.given for choice in self.choices)
+
+    def is_open(self, key: str) -> bool:
+        """Return whether the plan has chosen the key."""
+        return any(choice.key == key and not choice.given for choice in self.choices)

@@ -1,0 +1,111 @@
+"""A look at a scene before its run: the loop for a few seconds, and a forecast of what is left until its target is met.
+
+What a look has computed is in the stores of seats and of numbers, from which the run goes on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from impact.notices import Progress, Tell, ignore, silent
+from seatfem.jobs.folders import private_folder
+from seatfem.machine.resources import Stopwatch
+from seatfem.structures.mesh.gmsh_process import gmsh_session
+from seatfem.study.plan import Plan
+from seatfem.study.runs.converge import AIM, MOST, begin_plan, work_ratio
+from seatfem.study.runs.next_round import OF_THE_CONTACT, OF_THE_SEAT, Limits, expect_time, next_plan
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.rounds import rounds
+from seatfem.study.safety import MOST_ROUNDS
+from seatfem.study.scene import Scene
+
+PURSE: Final = {False: 3.0, True: 6.0}  # wall time of a look [s], at a scene without and with files of geometry
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What is left of a run after some of its rounds.
+
+    Attributes:
+        rounds: number of further rounds.
+        seconds: their wall time [s].
+        seat, contact: wall time of seat and of contact in the last of them [s].
+        error: relative error bar of each judged measure after them.
+        why: why the target will not be met, in words; "" if it will.
+    """
+
+    rounds: int
+    seconds: float
+    seat: float
+    contact: float
+    error: Mapping[str, float]
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Look:
+    """A look at a scene: its last round, the wall time of all by stage [s], and what is left."""
+
+    done: Round
+    stages: Mapping[str, float]
+    left: Forecast
+
+    @property
+    def plan(self) -> Plan:
+        """Return the plan of the last round."""
+        return self.done.plan
+
+    @property
+    def seconds(self) -> float:
+        """Return the expected wall time of a run that does all of it [s]."""
+        return sum(self.stages.values()) + self.left.seconds
+
+
+def look_at(
+    scene: Scene,
+    seconds: float | None = None,
+    progress: Progress = silent,
+    tell: Tell = ignore,
+    most: int = MOST_ROUNDS,
+) -> Look:
+    """Return a look at a scene, after which no round is begun that is expected to end later than ``seconds``, by
+    default `PURSE`; the first round always ends.
+
+    Raises what `seatfem.study.runs.rounds.rounds` and `begin_plan` raise.
+    """
+    purse = PURSE[bool(scene.seat.files())] if seconds is None else seconds
+    watch = Stopwatch()
+    with private_folder("look") as folder, gmsh_session():
+        limits = Limits(most, purse)
+        *_, done = rounds(begin_plan(scene), folder, watch, progress, limits=limits, tell=tell)
+    return Look(done, watch.stages, forecast(done))
+
+
+def converged(scene: Scene, progress: Progress = silent, limits: Limits | None = None) -> Plan:
+    """Return the plan of the last round of the loop, which meets the target where it can be met."""
+    with private_folder("look") as folder, gmsh_session():
+        *_, done = rounds(begin_plan(scene), folder, Stopwatch(), progress, limits=limits or Limits())
+    return done.plan
+
+
+def forecast(done: Round) -> Forecast:
+    """Return what is left of a run, if every further round reduces the largest error by `converge.MOST`."""
+    bars = {name: done.left.relative(name) for name in done.judged}
+    seat, contact = (sum(done.spent.get(stage, 0.0) for stage in stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
+    if done.met is not False:
+        return Forecast(0, 0.0, seat, contact, bars, "" if done.met else "nothing is judged")
+    further, why = next_plan(done, Limits(), math.inf)
+    if further is None:
+        return Forecast(0, 0.0, seat, contact, bars, why)
+    target, spent = done.plan.scene.accuracy.target, max(sum(done.spent.values()), 1e-3)
+    worst = max(bars.values())
+    count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(MOST)))
+    of_seat, of_contact = work_ratio(done.plan.method, further.method, done.plan.scene)
+    growth, seconds = max(of_seat, of_contact), expect_time(done, further)
+    whole = sum(seconds * max(seconds / spent, 1.0) ** k for k in range(count))
+    error = {name: bar if bar <= target else max(AIM * target, bar / MOST**count) for name, bar in bars.items()}
+    grown = growth ** (count - 1)
+    return Forecast(count, whole, seat * of_seat * grown, contact * of_contact * grown, error)
