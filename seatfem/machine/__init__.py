@@ -1,4 +1,4 @@
-"""Resources of this computer: rates of work, memory, libraries, versions."""
+"""Resources of this computer: memory, libraries, versions."""
 
 from impact.names import lazy_names
 

@@ -4,6 +4,5 @@ from seatfem.machine import (
     compiling as compiling,
     doctor as doctor,
     libraries as libraries,
-    rates as rates,
     resources as resources,
 )

@@ -22,7 +22,7 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic, Reduced
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
-from seatfem.structures.mesh.gmsh_process import Gmsh, MeshingError, gmsh_session, remembered_gmsh, run_gmsh
+from seatfem.structures.mesh.gmsh_process import Gmsh, MeshingError, gmsh_session, run_gmsh
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
@@ -53,8 +53,6 @@ def draw(
     """
     try:
         check_before_meshing(body, spec, level, method)
-        if not body.files() and spec == body.coarsest():  # a plan may have made it
-            gmsh = remembered_gmsh
         if level in ("axisymmetric", "harmonics"):
             return make_meridian(body.geometry(), spec, progress, gmsh=gmsh)
         return make_mesh(body.geometry(), spec, progress, sector=body.copies.get(level, 1), gmsh=gmsh)

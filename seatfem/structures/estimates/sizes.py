@@ -1,6 +1,7 @@
-"""Elements, nodes and unknowns of a seat's mesh, and its memory, predicted from the coarsest mesh.
+"""Elements, nodes and unknowns of a seat's mesh, and its memory.
 
-The numbers of elements, surface faces and vertices are predicted from that mesh; all others follow by Euler's formula.
+Before there is a mesh, its numbers of elements, surface faces and vertices are estimated roughly; all others follow by
+Euler's formula.
 
 Two nodes are coupled if an element contains both. Each couple belongs to exactly one vertex, edge, face or element,
 the smallest that contains both, so couples are counted without a matrix: with V, E, F, T vertices, edges, faces and
@@ -19,10 +20,10 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
+from impact.greens.base import Array
 from seatfem.machine import libraries
 from seatfem.machine.resources import available_memory
 from seatfem.structures import reduction
-from seatfem.structures.estimates.coarse import Tally, count_elements, size_at
 from seatfem.structures.estimates.surrogate import Patch
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
@@ -35,7 +36,6 @@ from seatfem.structures.method import (
     cheapest_solver,
     compactness,
 )
-from seatfem.structures.shapes import Geometry
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -223,14 +223,19 @@ class Sizes:
     counts: Counts
 
 
-def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: int, coarse: MeshSpec) -> Sizes | None:
-    """Return the predicted numbers of a seat's mesh at a level ("axisymmetric", "harmonics", "sector" or "3d"), from
-    one of ``coarse`` sizes; ``None`` if that cannot be made."""
-    if level in ("axisymmetric", "harmonics"):
-        counted = count_elements(geometry, spec, coarse, "section")
-        return None if counted is None else _section(counted, spec, 3 if level == "harmonics" else 2)
-    counted = count_elements(geometry, spec, coarse, "solid", sectors)
-    return None if counted is None else _tetrahedra(counted, spec)
+@dataclass(frozen=True)
+class Tally:
+    """Numbers of elements, of facets on the surface (edges on an outline), and of vertices."""
+
+    elements: float
+    facets: float
+    vertices: float
+
+
+def size_at(distance: Array, spec: MeshSpec) -> Array:
+    """Return the requested element size [m] at distances from the patch [m]."""
+    fine = spec.patch_size
+    return np.asarray(np.interp(distance, [fine, max(fine + spec.transition, 1.001 * fine)], [fine, spec.size]))
 
 
 def _tetrahedra(counted: Tally, spec: MeshSpec) -> Sizes:

@@ -73,20 +73,6 @@ class Patch:
         """Return the approximate first resonance of the body, for a plate in bending [Hz]."""
         return self.bending_frequency / (2 * math.pi) or self.c_p / (FIRST_WAVE * self.depth)
 
-    @property
-    def evened(self) -> float:
-        """Return the compliance under uniform pressure (mean displacement) less that under a rigid face [m/N].
-
-        For a strip it is 2 (3/2 - ln 4) (1 - nu^2)/(pi E) over its length, area over width; for a disk of similar size
-        (16/(3 pi^2) - 1/2) (1 - nu^2)/(E a); the end of a bar stays plane. Johnson, Contact Mechanics, 2.8, 3.4.
-        """
-        if self.one_dimensional:
-            return 0.0
-        squared = (self.c_p / self.c_s) ** 2
-        poisson = (squared - 2) / (2 * (squared - 1))
-        plane = 2 * self.density * self.c_s**2 / (1 - poisson)  # E/(1 - nu^2)
-        return 2 / math.pi * (1.5 - math.log(4)) * self.width / (plane * self.area)
-
 
 def bulky(solid: materials.Material, area: float, width: float, depth: float) -> Patch:
     """Return the patch of a bulky body: the compliance of a half-space under a disk of the same area, or of a column of
@@ -217,25 +203,6 @@ SPREADING: Final = 0.2  # damping ratio in place of the geometric spreading of w
 
 
 @dataclass(frozen=True)
-class Surrogate:
-    """A body in pre-runs.
-
-    Attributes:
-        greens: Green's function of the body, or an estimate of it.
-        exact: whether it is that of the body itself.
-        words: description.
-        patch: struck patch of a body of finite elements, if known.
-        band: bandwidth of a body solved on a coarse mesh [Hz]; ``None`` for others.
-    """
-
-    greens: base.GreensFunction
-    exact: bool
-    words: str
-    patch: Patch | None = None
-    band: float | None = None
-
-
-@dataclass(frozen=True)
 class Face:
     """The face that touches a body: its width [m], Young's modulus [Pa] and density [kg/m^3]."""
 
@@ -244,40 +211,10 @@ class Face:
     density: float = 7850.0
 
 
-def of_patch(patch: Patch, damping: float) -> Surrogate:
-    """Return the surrogate of a body behind a patch, with this modal damping ratio."""
+def rod_behind(patch: Patch, damping: float) -> modal.ModalGreens:
+    """Return an estimate of the response of a body behind a patch, with this modal damping ratio: a rod as stiff as the
+    body, whose waves go and, unless it is a bar, hardly return."""
     ratio = damping if patch.one_dimensional else max(damping, SPREADING)
-    words = f"contact face of {1e6 * patch.area:.3g} mm^2, impedance {patch.impedance:.3g} N s/m"
-    return Surrogate(_rod_behind(patch, ratio, damping), False, words, patch)
-
-
-def unknown(what: str, face: Face) -> Surrogate:
-    """Return the surrogate of matrices or responses, of which no patch is known: one of half the striker's width, of
-    the same material."""
-    width, c_p = face.width, math.sqrt(1.35 * face.young / face.density)
-    compliance = disk_compliance(young=face.young, poisson=0.3, radius=width / 4)
-    patch = Patch(width**2 / 4, width / 2, width, compliance, face.density, c_p, 0.53 * c_p)
-    words = f"{what}; here it is taken for a face {1e3 * width / 2:.2g} mm wide"
-    return Surrogate(_rod_behind(patch, SPREADING, 0.0), False, words)
-
-
-def ringing(greens: base.GreensFunction, ratio: float) -> base.GreensFunction:
-    """Return the surrogate of a striker, with damping ratios at most ``ratio``, for its motion without contact."""
-    g = greens.modal
-    return greens if g is None else replace(g, zeta=np.minimum(g.zeta, ratio))
-
-
-def freed(greens: base.GreensFunction, mass: float) -> base.GreensFunction:
-    """Return the surrogate of a free body of this mass [kg], from that of a supported one: with a rigid-body mode."""
-    g = greens.modal
-    if g is None:
-        return greens
-    omega, zeta = (np.concatenate([[0.0], values]) for values in (g.omega, g.zeta))
-    shapes = np.concatenate([np.full((1, g.shapes.shape[1]), 1 / math.sqrt(mass)), g.shapes])
-    return modal.ModalGreens(omega, zeta, shapes, g.residual)
-
-
-def _rod_behind(patch: Patch, ratio: float, bending_ratio: float) -> modal.ModalGreens:
     length = patch.compliance * patch.density * patch.c_p**2 * patch.area
     omega = (np.arange(MODES) + 0.5) * math.pi * patch.c_p / length
     shapes = np.full(MODES, math.sqrt(2 / (patch.density * patch.area * length)))
@@ -287,7 +224,7 @@ def _rod_behind(patch: Patch, ratio: float, bending_ratio: float) -> modal.Modal
     if patch.bending > 0:
         omega = np.append(omega, patch.bending_frequency)
         shapes = np.append(shapes, patch.bending_frequency * math.sqrt(patch.bending))
-        zeta = np.append(zeta, bending_ratio)
+        zeta = np.append(zeta, damping)
     return modal.ModalGreens(np.asarray(omega, dtype=np.float64), zeta, shapes[:, None], rest)
 
 

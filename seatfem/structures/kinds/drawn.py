@@ -13,7 +13,7 @@ from impact.notices import Progress
 from seatfem import fields, structures
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import estimates, inspection, outlines
-from seatfem.structures.estimates.surrogate import ERRORS, Column, Patch, bulky, sizes_for
+from seatfem.structures.estimates.surrogate import Column, Patch, bulky
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds import elastic, parts, selectors, structure
 from seatfem.structures.mesh.spec import MeshSpec
@@ -31,7 +31,6 @@ from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
 
-MOST_OF_COARSEST: Final = 2e4  # most elements of a mesh that is generated to predict the sizes of finer ones
 WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # values of the key model with a single port for a lip
 
 
@@ -171,30 +170,11 @@ class Drawn(elastic.Elastic):
         contact = method.contact_size or 0.4 * size
         return MeshSpec(size, contact, order=method.order, rings=method.rings or 1)
 
-    def numbers(self, method: Method, coarser: float = 1.0) -> estimates.costs.Numbers | None:
-        return estimates.costs.numbers_of_drawn(self, method, coarser)
-
-    def coarsest(self) -> MeshSpec | None:
-        """Return the coarsest mesh that resolves the body's first resonance; ``None`` if no face is known."""
-        if (patch := self.patch()) is None:
-            return None
-        sizes = sizes_for(patch, patch.first_resonance, ERRORS[0], self.mesh.order)
-        return MeshSpec(sizes.size, sizes.contact_size, order=self.mesh.order)
-
     def rough_sizes(self, spec: MeshSpec, level: Level) -> estimates.sizes.Sizes:
         """Return the order of magnitude of the numbers of a mesh, without generating one."""
         area, width, depth = self.struck_part()
         patch = bulky(self.material.mean, area / self.copies.get(level, 1), width, depth)
         return estimates.sizes.rough_sizes(spec, level, patch, self.measures_inside(level))
-
-    def sizes(self, spec: MeshSpec, level: Level) -> estimates.sizes.Sizes:
-        """Return the predicted numbers of a mesh, extrapolated from the coarsest mesh if that is generated quickly."""
-        coarsest = self.coarsest()
-        if coarsest is not None and self.rough_sizes(coarsest, level).elements <= MOST_OF_COARSEST:
-            sizes = estimates.sizes.predicted_sizes(self.geometry(), spec, level, self.copies.get(level, 1), coarsest)
-            if sizes is not None:
-                return sizes
-        return self.rough_sizes(spec, level)
 
     def measures_inside(self, level: Level) -> float:
         """Return the volume of the modelled part [m^3], or the area of its half section [m^2]."""

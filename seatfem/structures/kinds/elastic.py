@@ -13,14 +13,13 @@ from impact.notices import Progress
 from seatfem.fields import DampingRatio, KeyProblem, default
 from seatfem.structures import lands, reduction
 from seatfem.structures.errors import ModelError
-from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch, ringing
+from seatfem.structures.estimates.surrogate import rod_behind
 from seatfem.structures.inspection.cad import listed
 from seatfem.structures.kinds import motion, parts, structure
 from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
 from seatfem.structures.method import memory as forgotten_after
 
 if TYPE_CHECKING:
-    from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.finite_elements import AnyMesh
     from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.lands import Land
@@ -207,23 +206,13 @@ class Elastic(Reduced):
         """Return the level of a method's finite elements: "3d" for a lip in arcs, which has no equal sectors."""
         return "3d" if method.in_arcs else self.discrete(method.level)
 
-    def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
-        """Return the predicted numbers of elements and unknowns, with elements ``coarser`` times as large, if known."""
-        return None
-
-    def surrogate(self, duration: float, face: Face) -> Surrogate:
+    def estimate(self) -> GreensFunction | None:
         patch = self.patch()
-        assert patch is not None
-        return of_patch(patch, self.damping_ratio + self.material.loss_factor / 2)
+        return None if patch is None else rod_behind(patch, self.damping_ratio + self.material.loss_factor / 2)
 
     def mass(self) -> float:
         """Return the mass [kg], with ``material`` in all regions."""
         raise NotImplementedError
-
-    def stand_in(self, duration: float, face: Face) -> GreensFunction:
-        """Return an estimate of its Green's function for pre-runs in which it strikes ``face``."""
-        greens = ringing(self.surrogate(duration, face).greens, self.damping_ratio + self.material.loss_factor / 2)
-        return freed(greens, self.mass()) if self.velocity is not None and self.loose else greens
 
     def unknown_names(self, faces: Collection[str], regions: Collection[str]) -> Iterator[structure.Finding]:
         """Yield problems: supports on clamped or unknown faces, and materials of unknown regions."""

@@ -16,7 +16,7 @@ from impact.notices import Progress, silent
 from seatfem import structures
 from seatfem.fields import ExistingFile, Gap, KeyProblem, default
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import estimates, formats, inspection, outlines
+from seatfem.structures import formats, inspection, outlines
 from seatfem.structures.estimates.surrogate import Column, Patch, of_shape
 from seatfem.structures.inspection.cad import FileState, Shape, inspect_geometry, naming, state_of
 from seatfem.structures.kinds import drawn, elastic, structure
@@ -206,9 +206,6 @@ file = "seat.msh"
 
     def mass(self) -> float:
         return self.material.density * self.read().quality.volume
-
-    def numbers(self, method: Method, coarser: float = 1.0) -> estimates.costs.Numbers | None:
-        return estimates.costs.numbers_of_mesh(self.read(), self.slowest, method)
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True

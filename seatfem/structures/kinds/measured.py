@@ -23,7 +23,6 @@ from seatfem import structures
 from seatfem.fields import ExistingFile, Tolerance, default
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import formats, rings
-from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
 from seatfem.structures.inspection.cad import FileState, opened, state_of
 from seatfem.structures.kinds import elastic, structure
@@ -142,9 +141,6 @@ file = "seat.h5"
             )
         return greens
 
-    def surrogate(self, duration: float, face: Face) -> Surrogate:
-        return Surrogate(self.function(duration), True, f"the function in {self.file.name}")
-
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
     ) -> Solved:
@@ -200,9 +196,6 @@ file = "response.csv"
         columns, units = (tuple(stated_in(roles).items()) for roles in (self.columns, self.units))
         return self.file, self.node, self.direction, self.averages, self.quantity, columns, units
 
-    def surrogate(self, duration: float, face: Face) -> Surrogate:
-        return unknown("poles are fitted to the response by the run", face)
-
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
     ) -> Solved:
@@ -235,9 +228,6 @@ direction = "+z"
     def function(self) -> modal.ModalGreens:
         """Return the modes in the file, cached in the process. Raises `UffError`, `OSError`."""
         return read_once(_modes, (self.file, self.node, self.direction, self.system), self.file)
-
-    def surrogate(self, duration: float, face: Face) -> Surrogate:
-        return Surrogate(self.function(), True, f"the modes in {self.file.name}")
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
@@ -272,9 +262,6 @@ damping_ratio = 0.02
     @property
     def couples(self) -> bool:
         return self.damping is not None
-
-    def surrogate(self, duration: float, face: Face) -> Surrogate:
-        return unknown("matrices do not contain the size of the struck face", face)
 
     def system_of_equations(self) -> structures.model.SecondOrderModel:
         """Return the model in the files, cached in the process. Raises `ModelError`, `OSError`."""

@@ -23,7 +23,7 @@ from impact.notices import Progress
 from seatfem import structures
 from seatfem.fields import Angle, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures.estimates.surrogate import Column, Face, Patch, Surrogate, unknown
+from seatfem.structures.estimates.surrogate import Column, Face, Patch
 from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
 from seatfem.units import write_quantity
@@ -405,6 +405,10 @@ class Structure(Striking):
         """Return the size of the contact face and the body behind it; ``None`` if the face is not known."""
         return None
 
+    def estimate(self) -> GreensFunction | None:
+        """Return an estimate of its Green's function from its contact face alone; ``None`` if that is not known."""
+        return None
+
     def column(self) -> Column | None:
         """Return the column of material under the contact face, if it serves as estimate of the body."""
         return None
@@ -417,15 +421,6 @@ class Structure(Striking):
     def closed_form(self) -> GreensFunction | None:
         """Return the Green's function in closed form, if there is one."""
         return None
-
-    def surrogate(self, duration: float, face: Face) -> Surrogate:
-        """Return the Green's function if it costs nothing, else an estimate of it, for pre-runs of ``duration`` [s].
-
-        ``face``: contact face of the other body.
-        """
-        if (exact := self.closed_form()) is not None:
-            return Surrogate(exact, True, f"the {self.kind} itself")
-        return unknown(f"kind = {self.kind!r} does not state the size of the struck face", face)
 
     # Computation
 

@@ -14,7 +14,7 @@ from impact.notices import Advice, Progress
 from seatfem import structures
 from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures.estimates.surrogate import Face, Surrogate
+from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
@@ -198,10 +198,6 @@ class ThinPlate(motion.Moving):
             if isinstance(coarser, float)
             else structures.sheets.plate_modes(sheet)
         )
-
-    def surrogate(self, duration: float, face: Face) -> Surrogate:
-        solved = self.solved()
-        return Surrogate(solved.greens, True, f"the plate itself, {len(solved.plate.modes.omega)} modes")
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True

@@ -13,7 +13,6 @@ from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, Protocol
 
@@ -142,16 +141,6 @@ def _states_of_files(job: Mapping[str, Any]) -> list[tuple[int, int, int]]:
     paths = [Path(part["path"]) for part in (job, job.get("geometry") or {}) if "path" in part]
     states = [path.stat() for path in paths if path.is_file()]
     return [(state.st_ino, state.st_size, state.st_mtime_ns) for state in states]
-
-
-def remembered_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
-    """Run one job as `run_gmsh`, with the results cached in this process; used for coarse meshes."""
-    return dict(_remembered(json.dumps(dict(job), sort_keys=True)))
-
-
-@lru_cache(maxsize=8)
-def _remembered(job: str) -> Arrays:
-    return run_gmsh(json.loads(job))
 
 
 def _last_message(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:

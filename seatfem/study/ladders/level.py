@@ -19,7 +19,7 @@ from seatfem.study.scene import Scene
 
 CHEAP: Final = "harmonics"  # level whose waves are cheap: modes of half sections, of a few hundred unknowns each
 IMPOSSIBLE: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
-"""Errors of a coarse seat that cannot be computed: the surrogate of the seat is taken in its place."""
+"""Errors of a coarse seat that cannot be computed: an estimate of the seat is taken in its place."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,10 @@ class Level(BodyLadder):
         if level is None or self.role != "seat":
             return level
         better, seat = _better(run), run.method.seat
-        if seat.static and MODEL not in run.method.given and not tells_waves(run.scene.seat, seat):
-            better = ((*(variation for term in better for variation in term), *_waves(run)),)
+        if seat.static and not tells_waves(run.scene.seat, seat):
+            if (waves := _waves(run)) is None:
+                return None
+            better = ((*(variation for term in better for variation in term), *waves),)
         return (*level, *_shear(run), *better)
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
@@ -71,19 +73,20 @@ def _better(run: ComputedRun) -> Terms:
     return () if better is None else ((run.with_greens("seat", better),),)
 
 
-def _waves(run: ComputedRun) -> tuple[Variation, ...]:
+def _waves(run: ComputedRun) -> tuple[Variation, ...] | None:
     """Return the run on a seat with waves against the same without them: the seat is solved on a coarse mesh and struck
-    as a whole, along a lip with a half-space under its parts; where that is impossible, it is the seat's surrogate."""
+    as a whole, along a lip with a half-space under its parts; where that is impossible, it is estimated. ``None`` where its
+    struck face is not known."""
     scene, lip = run.scene, run.method.seat.lip
-    surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-    if (patch := surrogate.patch) is None:
-        return ()
+    patch, estimate = scene.seat.patch(), scene.seat.estimate()
+    if patch is None or estimate is None:
+        return None
     method = coarse_method(scene.seat, run.method.seat, patch, scene.run.filter_width)
     try:
         solved, doubt = solve_body("seat", scene.seat, method, scene.run.duration, mesh_error=False), DOUBT_OF_COARSE
     except IMPOSSIBLE:
         solved, doubt = None, DOUBT if run.division.arcs == 1 else DOUBT_OF_ARCS
-    waves = surrogate.greens if solved is None else solved.greens
+    waves = estimate if solved is None else solved.greens
     whole = waves.modal
     if run.division.arcs > 1 and lip is not None and whole is not None:
         waves = on_its_patch(whole, lip, patch)

@@ -207,11 +207,11 @@ class OnePort(Ladder):
 
 def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens | None:
     """Return the seat's response with a half-space under the parts of a lip; ``None`` if either is unknown."""
-    surrogate = run.scene.seat.surrogate(run.scene.run.duration, run.scene.reed.face)
-    whole = as_a_whole(run.seat.greens).modal or surrogate.greens.modal
-    if lip is None or whole is None or surrogate.patch is None:
+    patch, estimate = run.scene.seat.patch(), run.scene.seat.estimate()
+    if lip is None or patch is None or estimate is None:
         return None
-    return on_its_patch(whole, lip, surrogate.patch)
+    whole = as_a_whole(run.seat.greens).modal or estimate.modal
+    return None if whole is None else on_its_patch(whole, lip, patch)
 
 
 def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction | None:

@@ -85,7 +85,7 @@ def begin_method(scene: Scene) -> RunMethod:
     """
     patch = None
     if scene.seat.traits.is_reduced:
-        patch = scene.seat.surrogate(scene.run.duration, scene.reed.face).patch
+        patch = scene.seat.patch()
     known = Beginning(scene, stated_method(scene), patch)
     method = known.stated
     for ladder in ladders():
