@@ -52,6 +52,7 @@ class Plan:
         choices: all keys that matter for cost and error.
         error: measured relative error bar of each judged measure; empty before the first round.
         refined: refinements of each key so far, in the order of the rounds.
+        refused: keys of which a finer value cannot be computed, with the reason.
     """
 
     scene: Scene
@@ -59,6 +60,7 @@ class Plan:
     choices: tuple[Choice, ...]
     error: Mapping[str, float] = field(default_factory=dict)
     refined: Mapping[str, tuple[Refinement, ...]] = field(default_factory=dict)
+    refused: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def level(self) -> AnyLevel:

@@ -75,8 +75,8 @@ def _better(run: ComputedRun) -> Terms:
 
 def _waves(run: ComputedRun) -> tuple[Variation, ...] | None:
     """Return the run on a seat with waves against the same without them: the seat is solved on a coarse mesh and struck
-    as a whole, along a lip with a half-space under its parts; where that is impossible, it is estimated. ``None`` where its
-    struck face is not known."""
+    as a whole, along a lip with a half-space under its parts; where that is impossible, it is estimated. ``None``
+    where its struck face is not known."""
     scene, lip = run.scene, run.method.seat.lip
     patch, estimate = scene.seat.patch(), scene.seat.estimate()
     if patch is None or estimate is None:

@@ -51,6 +51,7 @@ AIM: Final = 0.85  # share of the allowed error at which a round aims: a wrong o
 LEAST: Final = 2.0  # least factor by which one round reduces an error: less is not worth a round
 MOST: Final = 5.0  # largest factor: errors that were measured on coarse values are no more accurate than this
 MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that of the one before
+POWERS: Final = (1.0, 0.5, 0.25)  # of a factor of refinement, tried in turn until the work is allowed
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
@@ -147,7 +148,11 @@ def mark(done: Round) -> Marks:
         if budget.relative(measure) <= scene.accuracy.target:
             continue
         errors = errors_by_key(done, measure)
-        open_keys = {key for key in errors if _refined(scene, method, key, MOST) and not _is_stalled(done, key)}
+        open_keys = {
+            key
+            for key in errors.keys() - done.plan.refused.keys()
+            if _refined(scene, method, key, MOST) and not _is_stalled(done, key)
+        }
         fixed = sum(error for key, error in errors.items() if key not in open_keys)
         room = max(AIM * allowed - fixed, (allowed - fixed) / 2)
         if room <= 0:
@@ -196,16 +201,16 @@ def _is_stalled(done: Round, key: str) -> bool:
     return len(past) == TRIES and _worst(done, key) > past[0].error / factor**0.5
 
 
-def attempts(done: Round, further: Plan) -> Iterator[Plan]:
+def attempts(done: Round, further: Plan) -> Iterator[tuple[Plan, frozenset[str]]]:
     """Yield the plan of the next round and what is tried where that one fails: keys that are refined half as far, and
-    then those of the march and of the reed alone; no method twice."""
-    yield further
+    then those of the march and of the reed alone; no method twice. Beside each are the keys that it leaves out."""
+    yield further, frozenset()
     tried = [further.method]
     for power, without in ((0.5, ()), (1.0, SEAT_KEYS)):
         plan, _ = refine_plan(done, power, without)
         if plan is not None and plan.method not in tried:
             tried.append(plan.method)
-            yield plan
+            yield plan, frozenset(SEAT_KEYS if without else ()) & mark(done).factors.keys()
 
 
 def refine_plan(done: Round, power: float = 1.0, without: tuple[str, ...] = ()) -> tuple[Plan | None, str]:
@@ -231,8 +236,8 @@ def refine_plan(done: Round, power: float = 1.0, without: tuple[str, ...] = ()) 
 
 
 def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, Mapping[str, float]]:
-    """Return the method refined in those keys that reduce most of the error per counted work, within `MOST_WORK`; and
-    the factor of each."""
+    """Return the method refined in the key of the largest error and then in those that reduce most of the error per
+    counted work, within `MOST_WORK`; and the factor of each."""
     plan = done.plan
     alone = {key: finer for key, factor in factors.items() if (finer := _refined(plan.scene, plan.method, key, factor))}
 
@@ -240,12 +245,14 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
         more = max(work_ratio(plan.method, alone[key], plan.scene)) - 1
         return _worst(done, key) * (1 - 1 / factors[key]) / max(more, LITTLE_WORK)
 
+    first = max(alone, key=lambda key: _worst(done, key), default="")
     method, taken = plan.method, dict[str, float]()
-    for key in sorted(alone, key=gain_per_work, reverse=True):
-        for factor in (factors[key], factors[key] ** 0.5):
-            finer = _refined(plan.scene, method, key, factor) or method
-            if max(work_ratio(plan.method, finer, plan.scene)) <= MOST_WORK or method == plan.method:
-                method, taken[key] = finer, factor
+    for key in sorted(alone, key=lambda key: (key != first, -gain_per_work(key))):
+        for power in POWERS:
+            finer = _refined(plan.scene, method, key, factors[key] ** power) or method
+            fits = max(work_ratio(plan.method, finer, plan.scene)) <= MOST_WORK
+            if fits or (key == first and power == POWERS[-1]):
+                method, taken[key] = finer, factors[key] ** power
                 break
     return method, taken
 
@@ -283,7 +290,8 @@ def _stuck_words(done: Round, marks: Marks) -> str:
             continue
         key = keys[0]
         share = percent(safety(measure) * errors_by_key(done, measure)[key] / abs(done.left.values[measure]))
-        why = "the file states it" if done.plan.is_given(key) else "it cannot be made smaller"
+        why = done.plan.refused.get(key) or "it cannot be made smaller"
+        why = "the file states it" if done.plan.is_given(key) else why
         words = source_in_words(source_of(key) if ladder_of(key) else key)
         return f"{words} ({key}) leaves {share} of {short_words(measure)}, and {why}"
     zero = [key_of(name) for name in done.judged if not done.left.values[name]]

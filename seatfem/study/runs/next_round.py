@@ -17,6 +17,8 @@ from seatfem.units import write_quantity
 OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error", "patch error", "pole fit")
 OF_THE_CONTACT: Final = ("contact", "reed stress", "error budget", "spring baseline", "files")
 """Stages of a round by the work that they grow with."""
+FIXED: Final = 0.3  # part of the time of seat or contact that hardly grows with their work, as the start of gmsh [s]
+TELLING: Final = 1.5  # growth of the work between two rounds from which on their times tell its power
 CUT_OFF: Final = "the run ends during the judged landing; a longer run.duration includes all of it"
 
 
@@ -48,8 +50,8 @@ class Limits:
 
 
 def expect_time(done: Round, plan: Plan) -> float:
-    """Return the expected wall time [s] of a further round, from that of the round before and known exponents of the
-    work: unknowns, ports and band of the seat, steps, ports and modes of the contact."""
+    """Return the expected wall time [s] of a further round, from that of the round before and the growth of its counted
+    work: of the seat by unknowns, ports and band, of the contact by steps, ports and modes."""
     before, after = done.plan.method, plan.method
     of_seat, of_contact = converge.work_ratio(before, after, done.plan.scene)
     of_reed = converge.ratio_of(after.reed.bandwidth, before.reed.bandwidth)
@@ -58,7 +60,23 @@ def expect_time(done: Round, plan: Plan) -> float:
         (of_reed if before.reed != after.reed else 0.0, (STRIKER,)),
         (of_contact, OF_THE_CONTACT),
     )
-    return sum(ratio * _spent(done.spent, stages) for ratio, stages in groups)
+    return sum(_grown(done, ratio, stages) for ratio, stages in groups)
+
+
+def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
+    """Return the expected time of some stages [s] whose work grows by a ratio: without its fixed part in proportion to
+    the work, or to the power of it that the last two rounds showed."""
+    spent = _spent(done.spent, stages)
+    if ratio == 0 or spent == 0:
+        return 0.0
+    if done.before is not None and (earlier := _spent(done.before[1], stages)) > 0:
+        works = converge.work_ratio(done.before[0], done.plan.method, done.plan.scene)
+        work = works[stages == OF_THE_CONTACT]
+        if work > TELLING:
+            power = math.log(spent / earlier) / math.log(work)
+            return float(spent * ratio ** min(max(power, 0.0), 1.0))
+    fixed = min(spent, FIXED)
+    return fixed + (spent - fixed) * ratio
 
 
 def _spent(spent: Mapping[str, float], stages: tuple[str, ...]) -> float:

@@ -22,7 +22,7 @@ from seatfem.study import impacts, runs, safety
 from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches
-from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
+from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP, RunMethod
 from seatfem.study.plan import Plan
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
@@ -59,6 +59,7 @@ class Round:
         stopped: why no further round follows; "" if the target is met.
         spent: wall time of this round by stage [s].
         memory: peak memory of the process up to the end of the round [bytes].
+        before: method of the round before, and its wall time by stage [s].
         plate: stress of a striking plate, if stress is a measure asked for.
         flights: the striker's motion without contact, shared by further runs of the round.
     """
@@ -74,6 +75,7 @@ class Round:
     stopped: str = ""
     spent: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
+    before: tuple[RunMethod, Mapping[str, float]] | None = None
     plate: runs.stresses.PlateReedStress | None = None
     flights: Flights | None = field(default=None, repr=False)
 

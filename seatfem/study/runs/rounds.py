@@ -86,7 +86,8 @@ def rounds(
         tell(f"round {latest.number} is on file; round {number} follows, {cost}: {changed(latest, further)}")
         stopped = ""
         try:
-            for attempt in converge.attempts(latest, further):
+            for finer, left_out in converge.attempts(latest, further):
+                attempt = replace(finer, refused={**finer.refused, **dict.fromkeys(left_out, stopped)})
                 try:
                     compute = partial(_round, limits=limits)
                     latest = _measured(compute, attempt, folder, watch, _until(deadline, progress), latest)
@@ -151,7 +152,8 @@ def _measured(
     result = compute(plan, folder, watch, progress, *previous)
     spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
     number = previous[0].number + 1 if previous else 1
-    return replace(result, number=number, spent=spent, memory=peak_memory())
+    earlier = (previous[0].plan.method, previous[0].spent) if previous else None
+    return replace(result, number=number, spent=spent, memory=peak_memory(), before=earlier)
 
 
 def _failure_words(problem: Exception) -> str:
