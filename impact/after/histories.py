@@ -164,21 +164,23 @@ class ClosedLine:
 
 
 def over_arcs(force: Array, share: float, length: float | Array | None = None, pieces: Pieces = ()) -> Array:
-    """Return the (n, N) mean force per length [N/m] over the parts of the line that begin at each of N arcs.
+    """Return the (n, 2 N) mean force per length [N/m] over the parts of the line that begin at each of N arcs, and those
+    that end there: among them is the largest over any part of this length, as the force is uniform along each arc.
 
-    ``force``: (n, N) forces on the arcs [N]. On an open piece, parts that would pass its end are moved back to it.
+    ``force``: (n, N) forces on the arcs [N]. On an open piece, parts that would pass an end are moved back to it.
     ``share``: length of a part over that of the line, raised to the longest arc's and limited to a whole piece; an arc
     partly inside counts in proportion. ``length``: by default 1 m per arc, which gives the mean force per arc.
     """
     lengths = lengths_of(float(force.shape[1]) if length is None else length, force.shape[1])
-    weights = np.zeros((len(lengths), len(lengths)))
+    weights, first = np.zeros((len(lengths), 2 * len(lengths))), 0
     for arcs, starts, width, closed in _parts(share, lengths, pieces):
         of_piece, turns = lengths[arcs], 2 if closed else 1
         ends = np.cumsum(np.tile(of_piece, turns))
         begins = ends - np.tile(of_piece, turns)
         within = np.minimum(ends[:, None], starts + width) - np.maximum(begins[:, None], starts)
         within = np.maximum(within, 0.0).reshape(turns, len(of_piece), -1).sum(axis=0)
-        weights[arcs, arcs] = within / of_piece[:, None] / width
+        weights[arcs, first : first + len(starts)] = within / of_piece[:, None] / width
+        first += len(starts)
     return np.asarray(force @ weights)
 
 
@@ -188,9 +190,10 @@ def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice
     width, first = widest(share, lengths) * lengths.sum(), 0
     for number, closed in pieces or ((len(lengths), True),):
         arcs = slice(first, first + number)
-        starts, whole = np.cumsum(lengths[arcs]) - lengths[arcs], float(lengths[arcs].sum())
+        begins, whole = np.cumsum(lengths[arcs]) - lengths[arcs], float(lengths[arcs].sum())
         span = min(width, whole)
-        yield arcs, starts if closed else np.minimum(starts, whole - span), span, closed
+        starts = np.concatenate([begins, begins + lengths[arcs] - span])
+        yield arcs, starts % whole if closed else np.clip(starts, 0.0, whole - span), span, closed
         first += number
 
 
@@ -242,7 +245,7 @@ def line_force_peak(
 def line_impulse(
     force: Array, steps: float | Array, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[Array, Array]:
-    """Return the (N,) impulses per length averaged over a ``share`` of the line [N s/m], and their places, ascending.
+    """Return the (2 N,) impulses per length averaged over a ``share`` of the line [N s/m], and their places, ascending.
 
     Arguments and places are as in `line_force_peak`.
     """
@@ -263,7 +266,7 @@ def line_impulse_peak(
 
 
 def _middles(lengths: Array, share: float, pieces: Pieces) -> Array:
-    """Return the (N,) middles of the parts that begin at each arc, as fractions of the line."""
+    """Return the (2 N,) middles of the parts that begin and end at each arc, as fractions of the line."""
     places, before = [], 0.0
     for arcs, starts, width, closed in _parts(share, lengths, pieces):
         whole, middles = float(lengths[arcs].sum()), starts + width / 2

@@ -9,13 +9,30 @@ LENGTH, DT = 0.03, 1e-7
 
 
 def test_means_over_whole_arcs_and_parts_of_arcs() -> None:
-    """By hand, around the end of the line: 2.5 of 5 arcs."""
+    """By hand, around the end of the line: 2.5 of 5 arcs, from each begin of an arc and up to each end."""
     force = np.array([[1.0, 2.0, 4.0, 8.0, 16.0]])
-    by_hand = [[1 + 2 + 4 / 2, 2 + 4 + 8 / 2, 4 + 8 + 16 / 2, 8 + 16 + 1 / 2, 16 + 1 + 2 / 2]]
-    np.testing.assert_allclose(over_arcs(force, 0.5), np.array(by_hand) / 2.5, rtol=1e-14)
-    np.testing.assert_allclose(over_arcs(force, 0.2), force, rtol=1e-14)
-    np.testing.assert_allclose(over_arcs(force, 1.0), np.full((1, 5), 31 / 5), rtol=1e-14)
-    np.testing.assert_allclose(over_arcs(force, 0.01), force, rtol=1e-14)  # at least an arc
+    begin = [1 + 2 + 4 / 2, 2 + 4 + 8 / 2, 4 + 8 + 16 / 2, 8 + 16 + 1 / 2, 16 + 1 + 2 / 2]
+    end = [1 + 16 + 8 / 2, 2 + 1 + 16 / 2, 4 + 2 + 1 / 2, 8 + 4 + 2 / 2, 16 + 8 + 4 / 2]
+    np.testing.assert_allclose(over_arcs(force, 0.5), np.array([begin + end]) / 2.5, rtol=1e-14)
+    np.testing.assert_allclose(over_arcs(force, 0.2), np.tile(force, 2), rtol=1e-14)
+    np.testing.assert_allclose(over_arcs(force, 1.0), np.full((1, 10), 31 / 5), rtol=1e-14)
+    np.testing.assert_allclose(over_arcs(force, 0.01), np.tile(force, 2), rtol=1e-14)  # at least an arc
+
+
+def test_no_part_of_the_line_has_a_larger_mean() -> None:
+    """By brute force: parts that begin anywhere on a closed line and on an open one."""
+    rng = np.random.default_rng(5)
+    lengths, force, fine = rng.uniform(0.5, 2, 9), rng.uniform(0, 1, 9), 20_000
+    borders = np.concatenate([[0], np.cumsum(lengths)])
+    for share, closed in ((0.3, True), (0.3, False), (0.47, True)):
+        width, whole = share * borders[-1], borders[-1]
+        running = np.concatenate([[0], np.cumsum(np.tile(force, 2))])
+        places = np.concatenate([borders, whole + borders[1:]])
+        starts = np.linspace(0, whole if closed else whole - width, fine)
+        each = np.interp(starts + width, places, running) - np.interp(starts, places, running)
+        largest = over_arcs(force[None], share, lengths, ((9, closed),)).max()
+        assert each.max() / width <= largest * (1 + 1e-12)
+        assert largest == pytest.approx(each.max() / width, rel=1e-3)
 
 
 def test_where_it_is_largest() -> None:
@@ -42,9 +59,9 @@ def test_uneven_arcs_are_weighed_by_their_lengths() -> None:
         np.testing.assert_allclose(over_arcs(even, share, lengths), 1.0, rtol=1e-12)
     force = np.array([[1.0, 2.0, 4.0, 8.0, 16.0]])
     by_hand = np.array([[1 + 2, 2 + 4 / 2, 4 + 8 + 16, 8 + 16 + 1 + 2 / 3, 16 + 1 + 2 / 2]]) / 4e-3
-    np.testing.assert_allclose(over_arcs(force, 0.5, lengths), by_hand, rtol=1e-12)
+    np.testing.assert_allclose(over_arcs(force, 0.5, lengths)[:, :5], by_hand, rtol=1e-12)
     halves = np.repeat(force / 2, 2, axis=1), np.repeat(lengths / 2, 2)
-    np.testing.assert_allclose(over_arcs(halves[0], 0.5, halves[1])[:, ::2], by_hand, rtol=1e-12)
+    np.testing.assert_allclose(over_arcs(halves[0], 0.5, halves[1])[:, :10:2], by_hand, rtol=1e-12)
     peak, place = line_force_peak(np.repeat(force, 3, axis=0), DT, DT, lengths, 0.5)
     assert peak == pytest.approx(by_hand.max(), rel=1e-12)
     assert place == pytest.approx((4 + 2) / 8, rel=1e-12)

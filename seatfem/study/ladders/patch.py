@@ -1,5 +1,6 @@
 """Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
@@ -35,6 +36,7 @@ from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour
 from seatfem.study.method import PORTS, RINGS, RunMethod
 from seatfem.study.scene import Run, Scene, local
+from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import SceneError
 
 RING_NUMBERS: Final = (1, 4, 8)  # numbers of rings of a contact face to choose from
@@ -135,11 +137,15 @@ class Arcs(Ladder):
     rule: str = "the fewest segments whose convergence can be estimated"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
-        """Return the method with the fewest arcs of a lip whose convergence can be estimated."""
+        """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length
+        is asked for, with arcs no longer than the part of the lip over which it is averaged."""
+        scene = known.scene
         if PORTS in method.given or (method.ports or 1) == 1 or known.patch is None:
             return method
-        lip = known.scene.geometry.lip(FEWEST_ARCS)
-        return method if lip is None else method.along(known.scene.geometry, lip.whole(FEWEST_ARCS))
+        needs_line = any(all_measures()[name].needs_line for name in scene.accuracy.measures)
+        fewest = max(FEWEST_ARCS, math.ceil(2 * math.pi / scene.contact.line_arc)) if needs_line else FEWEST_ARCS
+        lip = scene.geometry.lip(fewest)
+        return method if lip is None else method.along(scene.geometry, lip.whole(fewest))
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with twice as many arcs."""
