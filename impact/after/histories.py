@@ -164,8 +164,8 @@ class ClosedLine:
 
 
 def over_arcs(force: Array, share: float, length: float | Array | None = None, pieces: Pieces = ()) -> Array:
-    """Return the (n, 2 N) mean force per length [N/m] over the parts of the line that begin at each of N arcs, and those
-    that end there: among them is the largest over any part of this length, as the force is uniform along each arc.
+    """Return the (n, 2 N) mean force per length [N/m] over the parts of the line that begin at each of N arcs, and over
+    those that end there: among them is the largest over any such part, as the force is uniform along each arc.
 
     ``force``: (n, N) forces on the arcs [N]. On an open piece, parts that would pass an end are moved back to it.
     ``share``: length of a part over that of the line, raised to the longest arc's and limited to a whole piece; an arc

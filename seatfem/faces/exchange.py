@@ -140,7 +140,7 @@ def _as_vtk(source: Path, output: Path, progress: Progress) -> Written:
 
 
 def _as_calculix(source: Path, output: Path, progress: Progress) -> Written:
-    plan = runs.forecast.converged(_scene_of(source), progress)
+    plan = runs.forecast.converge(_scene_of(source), progress=progress).plan
     return runs.calculix_contact.write_calculix(plan, output, progress)
 
 

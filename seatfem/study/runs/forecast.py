@@ -84,11 +84,31 @@ def look_at(
     return Look(done, watch.stages, forecast(done))
 
 
-def converged(scene: Scene, progress: Progress = silent, limits: Limits | None = None) -> Plan:
-    """Return the plan of the last round of the loop, which meets the target where it can be met."""
+def converge(
+    scene: Scene,
+    target: float | None = None,
+    *,
+    limits: Limits | None = None,
+    progress: Progress = silent,
+    tell: Tell = ignore,
+) -> Round:
+    """Return the last round of the loop for a scene, which meets its target where it can be met; no file is written.
+
+    Args:
+        scene: the scene; the keys that its file states are kept.
+        target: relative accuracy of the measures asked for, in place of the scene's.
+        limits: limits on rounds and time.
+        progress, tell: receive the progress, and a line on each round.
+
+    Raises what `seatfem.study.runs.rounds.rounds` and `seatfem.study.runs.converge.begin_plan` raise.
+    """
+    if target is not None:
+        accuracy = scene.accuracy.model_copy(update={"target": target})
+        scene = scene.model_copy(update={"accuracy": accuracy})
     with private_folder("look") as folder, gmsh_session():
-        *_, done = rounds(begin_plan(scene), folder, Stopwatch(), progress, limits=limits or Limits())
-    return done.plan
+        limits = Limits() if limits is None else limits
+        *_, done = rounds(begin_plan(scene), folder, Stopwatch(), progress, limits=limits, tell=tell)
+    return done
 
 
 def forecast(done: Round) -> Forecast:

@@ -27,7 +27,7 @@ from seatfem.study.impacts.touches import bar_keys
 from seatfem.study.plan import Plan
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
 from seatfem.study.runs.converge import begin_plan
-from seatfem.study.runs.forecast import converged
+from seatfem.study.runs.forecast import converge
 from seatfem.study.runs.kept import RunOutcome, cached_plan, save_plan
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
@@ -225,7 +225,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
     watch = Stopwatch()
     safe_files.check_writable(path)
     with watch("plan"):
-        plan = converged(scene, progress)
+        plan = converge(scene, progress=progress).plan
     file, duration = cache.Cache(path), scene.run.duration
     seat = cache.build(scene.seat, plan.method.seat, duration, file, watch=watch, progress=progress)
     summary = {

@@ -25,7 +25,7 @@ from seatfem.study.impacts.landings import LANDED, STATUS, has_landed, left_out_
 from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.method import FIELDS, is_given
 from seatfem.study.plan import Plan
-from seatfem.study.runs.forecast import converged
+from seatfem.study.runs.forecast import converge
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
@@ -250,9 +250,9 @@ def measure_trade(
     check_writable(journal)
     begun = time.perf_counter()
     limits = Limits(seconds=LONGER * time_limit)
-    planned = [_planned(PLANNED, converged(load_scene(path, ALL_OPEN), limits=limits))]
+    planned = [_planned(PLANNED, converge(load_scene(path, ALL_OPEN), limits=limits).plan)]
     if any(is_given(scene, key) for key in FIELDS):
-        planned.append(_planned(AS_FILED, converged(scene, limits=limits)))
+        planned.append(_planned(AS_FILED, converge(scene, limits=limits).plan))
     planning = time.perf_counter() - begun
     rings = max(int(str(point.settings.get("contact.rings") or 1)) for point in planned)
     rungs = Rungs(scene, rings)
