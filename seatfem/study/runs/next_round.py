@@ -65,16 +65,6 @@ def _spent(spent: Mapping[str, float], stages: tuple[str, ...]) -> float:
     return sum(spent.get(stage, 0.0) for stage in stages)
 
 
-def changed(done: Round, plan: Plan) -> str:
-    """Return the choices in which ``plan`` differs, in words."""
-    before = {choice.key: choice.value for choice in done.plan.choices}
-    return ", ".join(
-        f"{choice.key} {before[choice.key]} -> {choice.value}"
-        for choice in plan.choices
-        if choice.key in before and before[choice.key] != choice.value
-    )
-
-
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
     """Return the refined plan, or ``None`` and the reason in words; ``time_left``: remaining time of the run [s]."""
     if done.number >= limits.rounds:

@@ -26,7 +26,7 @@ from seatfem.study.impacts.touches import STRIKER, stress_since
 from seatfem.study.method import TOLERANCE
 from seatfem.study.plan import Plan
 from seatfem.study.runs import converge
-from seatfem.study.runs.next_round import Limits, changed, expect_time, next_plan
+from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words, missed
 from seatfem.study.safety import LOOSER
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
@@ -59,7 +59,7 @@ def rounds(
     is the answer: its seat is written again, and it is yielded again with the reason in ``stopped``.
 
     Args:
-        tell: receives a line on error, time and memory of each round, and on the next.
+        tell: receives a line on each round: what was refined, errors, time, memory, and the time that the next takes.
         start: `time.perf_counter` at the start of the run, from which ``limits.seconds`` count.
 
     Yields:
@@ -68,6 +68,7 @@ def rounds(
     deadline = limits.seconds + (time.perf_counter() if start is None else start)
     progress = within_memory(progress)
     latest = _measured(partial(_first_round, limits=limits), plan, folder, watch, progress)
+    before: Round | None = None
     while True:
         further: Plan | None = None
         why = ""
@@ -76,15 +77,14 @@ def rounds(
                 further, why = next_plan(latest, limits, deadline - time.perf_counter())
         except FAILURES as problem:
             why = _failure_words(problem)
-        tell(in_words(latest))
+        told = in_words(latest, before)
         if further is None:
+            tell(told)
             yield replace(latest, stopped=why)
             return
-        number = latest.number + 1
+        tell(f"{told}; the next about {in_time(expect_time(latest, further))}")
+        number, before, stopped = latest.number + 1, latest, ""
         yield replace(latest, stopped=f"round {number} {UNFINISHED}")
-        cost = f"about {in_time(expect_time(latest, further))}"
-        tell(f"round {latest.number} is on file; round {number} follows, {cost}: {changed(latest, further)}")
-        stopped = ""
         try:
             for attempt in converge.attempts(latest, further):
                 try:
