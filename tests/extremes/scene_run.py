@@ -129,7 +129,9 @@ def until(deadline: float) -> Progress:
 
     def listen(stage: str, done: float) -> None:
         if time.perf_counter() > deadline:
-            raise RunError(f"stopped in {stage} ({done:.0%}): it takes longer than the battery allows; shorten run.duration")
+            raise RunError(
+                f"stopped in {stage} ({done:.0%}): it takes longer than the battery allows; shorten run.duration"
+            )
 
     return listen
 

@@ -98,13 +98,13 @@ def converged(scene: Scene, progress: Progress = silent, limits: Limits | None =
 def forecast(done: Round) -> Forecast:
     """Return what is left of a run, if every further round reduces the largest error by `converge.MOST`."""
     bars = {name: done.left.relative(name) for name in done.judged}
-    seat, contact = (sum(done.spent.get(stage, 0.0) for stage in stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
+    seat, contact = (sum(done.price.get(stage, 0.0) for stage in stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
     if done.met is not False:
         return Forecast(0, 0.0, seat, contact, bars, why="" if done.met else "there is no landing to judge")
     further, why = next_plan(done, Limits(), math.inf)
     if further is None:
         return Forecast(0, 0.0, seat, contact, bars, why=why)
-    target, spent = done.plan.scene.accuracy.target, max(sum(done.spent.values()), 1e-3)
+    target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     worst = max(bars.values())
     count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(MOST)))
     of_seat, of_contact = work_ratio(done.plan.method, further.method, done.plan.scene)

@@ -48,21 +48,26 @@ class Limits:
 
 
 def expect_time(done: Round, plan: Plan) -> float:
-    """Return the expected wall time [s] of a further round, from that of the round before and known exponents of the
-    work: unknowns, ports and band of the seat, steps, ports and modes of the contact."""
+    """Return the expected wall time [s] of a further round, from the price of the round before and known exponents of
+    the work: unknowns, ports and band of the seat, steps, ports and modes of the contact."""
     before, after = done.plan.method, plan.method
     of_seat, of_contact = converge.work_ratio(before, after, done.plan.scene)
     of_reed = converge.ratio_of(after.reed.bandwidth, before.reed.bandwidth)
     groups = (
-        (of_seat if before.seat != after.seat else 0.0, OF_THE_SEAT),
-        (of_reed if before.reed != after.reed else 0.0, (STRIKER,)),
-        (of_contact, OF_THE_CONTACT),
+        (of_seat, OF_THE_SEAT, before.seat != after.seat),
+        (of_reed, (STRIKER,), before.reed != after.reed),
+        (of_contact, OF_THE_CONTACT, True),
     )
-    return sum(ratio * _spent(done.spent, stages) for ratio, stages in groups)
+    return sum(_grown(done.price, stages, ratio) for ratio, stages, is_repeated in groups if is_repeated)
 
 
-def _spent(spent: Mapping[str, float], stages: tuple[str, ...]) -> float:
-    return sum(spent.get(stage, 0.0) for stage in stages)
+START: Final = 0.5  # wall time [s] of seat, reed or contact that does not grow: start of gmsh, loading of compiled code
+
+
+def _grown(price: Mapping[str, float], stages: tuple[str, ...], ratio: float) -> float:
+    """Return the wall time [s] of stages whose work grows by a ratio."""
+    seconds = sum(price.get(stage, 0.0) for stage in stages)
+    return min(seconds, START) + ratio * max(seconds - START, 0.0)
 
 
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:

@@ -58,6 +58,7 @@ class Round:
         number: 1, 2, ...
         stopped: why no further round follows; "" if the target is met.
         spent: wall time of this round by stage [s].
+        price: the same, with what was reused at the time that it took when it was computed.
         memory: peak memory of the process up to the end of the round [bytes].
         plate: stress of a striking plate, if stress is a measure asked for.
         flights: the striker's motion without contact, shared by further runs of the round.
@@ -73,6 +74,7 @@ class Round:
     number: int = 1
     stopped: str = ""
     spent: Mapping[str, float] = field(default_factory=dict)
+    price: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
     plate: runs.stresses.PlateReedStress | None = None
     flights: Flights | None = field(default=None, repr=False)
@@ -169,8 +171,8 @@ def in_words(done: Round, before: Round | None = None) -> str:
     for name in done.judged:
         bar = done.left.relative(name)
         earlier = bar if before is None or name not in before.judged else before.left.relative(name)
-        was = f", before {percent(earlier)}" if math.isfinite(earlier) and percent(earlier) != percent(bar) else ""
-        bars.append(bar_in_words(name, bar) + was)
+        moved = math.isfinite(earlier) and percent(earlier) != percent(bar)
+        bars.append(bar_in_words(name, earlier) + f" -> {percent(bar)}" if moved else bar_in_words(name, bar))
     target = percent(done.plan.scene.accuracy.target, 3)
     verdict = f"target {target} {'reached' if done.met else 'missed'}"
     return f"round {done.number}{refined}: {'; '.join(bars)}; {verdict}; {cost}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -67,7 +67,7 @@ def rounds(
     """
     deadline = limits.seconds + (time.perf_counter() if start is None else start)
     progress = within_memory(progress)
-    latest = _measured(partial(_first_round, limits=limits), plan, folder, watch, progress)
+    latest = _measured(_first_round, plan, folder, watch, progress, limits=limits)
     before: Round | None = None
     while True:
         further: Plan | None = None
@@ -88,8 +88,8 @@ def rounds(
         try:
             for attempt in converge.attempts(latest, further):
                 try:
-                    compute = partial(_round, limits=limits)
-                    latest = _measured(compute, attempt, folder, watch, _until(deadline, progress), latest)
+                    listen = _until(deadline, progress)
+                    latest = _measured(_round, attempt, folder, watch, listen, latest, limits=limits)
                     break
                 except FAILURES as problem:
                     stopped = _failure_words(problem) + _restore_seat(latest, attempt, folder)
@@ -144,14 +144,23 @@ def within_memory(progress: Progress) -> Progress:
 
 
 def _measured(
-    compute: Callable[..., Round], plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *previous: Round
+    compute: Callable[..., Round],
+    plan: Plan,
+    folder: Path,
+    watch: Stopwatch,
+    progress: Progress,
+    *previous: Round,
+    limits: Limits,
 ) -> Round:
     """Compute a round, and return it with its number, time and memory; ``previous``: the round before, if any."""
     before = dict(watch.stages)
-    result = compute(plan, folder, watch, progress, *previous)
+    result = compute(plan, folder, watch, progress, *previous, limits=limits)
     spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
+    price: Mapping[str, float] = {**previous[0].price, **spent} if previous else spent
+    if not limits.steady:
+        price = runs.kept.cached_numbers(result, result.touches, "price", lambda: price)
     number = previous[0].number + 1 if previous else 1
-    return replace(result, number=number, spent=spent, memory=peak_memory())
+    return replace(result, number=number, spent=spent, price=price, memory=peak_memory())
 
 
 def _failure_words(problem: Exception) -> str:
