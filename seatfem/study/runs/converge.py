@@ -289,11 +289,11 @@ def _why(done: Round, key: str, marks: Marks) -> str:
 
 
 def _stuck_words(done: Round, marks: Marks) -> str:
-    """Return in words why no key can be refined."""
-    for measure, keys in marks.stuck.items():
-        if not keys:
-            continue
-        key = keys[0]
+    """Return in words why no key can be refined: what leaves most of the measure that misses the target most."""
+    stuck = [measure for measure, keys in marks.stuck.items() if keys]
+    if stuck:
+        measure = max(stuck, key=done.left.relative)
+        key = marks.stuck[measure][0]
         share = percent(safety(measure) * errors_by_key(done, measure)[key] / abs(done.left.values[measure]))
         why = "the file states it" if done.plan.is_given(key) else "it cannot be made smaller"
         words = source_in_words(source_of(key) if ladder_of(key) else key)
