@@ -14,13 +14,16 @@ from rich.table import Table
 
 from impact.files.csv_table import read_csv, without_nan
 from impact.quantities import enumeration, in_digits, in_time, percent
+from impact.runs.variations import safety
 from seatfem import fields, study
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import Record, Recorded
-from seatfem.study import method, safety
+from seatfem.study import method
 from seatfem.study.plan import Plan
 from seatfem.study.runs import round as rounds
+from seatfem.study.runs.converge import errors_by_key
 from seatfem.study.runs.forecast import Look
+from seatfem.study.safety import source_in_words
 from seatfem.study.scene import Contact, Scene, drives, files, keys, load, parcel
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
@@ -160,7 +163,7 @@ def _columns(path: Path) -> str:
 
 
 COUNTS: Final = 0.01
-"""Fraction of the largest source of error below which another one is not shown."""
+"""Fraction of the largest error by a key below which another one is not shown."""
 
 
 def choices_table(plan: Plan) -> Table:
@@ -172,32 +175,47 @@ def choices_table(plan: Plan) -> Table:
 
 
 def look_lines(look: Look) -> Iterator[str]:
-    """Yield the lines below the table: measures to which the target applies; the measured uncertainty of each and its
-    significant sources, largest first; what is left to do and what it will take; notes."""
-    done, left = look.done, look.left
-    yield f"accuracy asked for: {judged_line(look.plan)}"
-    for measure in done.judged:
-        bar, whole = done.left.relative(measure), abs(done.left.values[measure]) or math.inf
-        parts = {source: part[measure] / whole for source, part in done.left.parts.items()}
-        largest = sorted(parts.items(), key=lambda item: -item[1])
-        counted = (
-            f"{safety.source_in_words(source)} {percent(v)}" for source, v in largest if 0 < v >= COUNTS * largest[0][1]
-        )
-        known = f"+-{percent(bar)}" if math.isfinite(bar) else "not known"
-        yield f"measured after {in_time(sum(look.stages.values()))}: {short_words(measure)} {known} ({', '.join(counted)})"
+    """Yield the lines below the table: the measured uncertainty and whether it meets the target; for each measure that
+    misses it the keys that leave most, largest first; what is left to do and what it will take; notes."""
+    done, target = look.done, look.plan.scene.accuracy.target
+    bars = {name: done.left.relative(name) for name in sorted(done.judged, key=lambda name: -done.left.relative(name))}
+    if bars:
+        verdict = "reached" if done.met else "missed so far"
+        words = ", ".join(rounds.bar_in_words(name, bar) for name, bar in bars.items())
+        counted = f"{done.number} round{'s'[: done.number > 1]}, {in_time(sum(look.stages.values()))}"
+        yield f"target {verdict}: {words} measured ({counted}); asked for: {judged_line(look.plan)}"
+    else:
+        yield f"nothing to judge: no such landing in run.duration; asked for: {judged_line(look.plan)}"
+    for name, bar in bars.items():
+        if math.isinf(bar):
+            yield f"{short_words(name)} is not known: {rounds.UNKNOWN}"
+        elif bar > target:
+            yield f"{short_words(name)} +-{percent(bar)} is left by: {', '.join(_largest(done, name))}"
     yield f"left to do: {_left_in_words(look)}"
-    yield from (f"note: {note}" for note in (*([] if left.why else rounds.missed(done)), *rounds.remarks(done)))
+    yield from (f"note: {note}" for note in rounds.remarks(done))
+
+
+def _largest(done: rounds.Round, measure: str) -> Iterator[str]:
+    """Yield the keys with their parts of the error bar of a measure, largest first, those that count."""
+    whole = abs(done.left.values[measure]) or math.inf
+    parts = {key: safety(measure) * error / whole for key, error in errors_by_key(done, measure).items()}
+    for key in sorted(parts, key=lambda key: -parts[key]):
+        if 0 < parts[key] >= COUNTS * max(parts.values()):
+            yield f"{source_in_words(key) if key in done.left.parts else key} {percent(parts[key])}"
 
 
 def _left_in_words(look: Look) -> str:
     """Return in words the further rounds of a run, the time that they take, and the uncertainty after them."""
     left = look.left
     if left.why:
-        return f"nothing brings it nearer to the target: {left.why}" if look.done.judged else left.why
+        return f"nothing more: {left.why}"
     if not left.rounds:
-        return "nothing, the target is reached; a run repeats the contact and writes all files"
-    bars = ", ".join(f"{short_words(name)} +-{percent(bar)}" for name, bar in left.error.items())
-    return f"{left.rounds} round{'s'[: left.rounds > 1]}, about {in_time(left.seconds)}, then {bars} expected"
+        return "nothing more; a run repeats the contact and writes all files"
+    bars = ", ".join(
+        rounds.bar_in_words(name, bar) for name, bar in left.error.items() if bar != look.done.left.relative(name)
+    )
+    expected = f"; expected after {'it' if left.rounds == 1 else 'them'}: {bars}" if bars else ""
+    return f"{left.rounds} round{'s'[: left.rounds > 1]}, about {in_time(left.seconds)}, first {left.changes}{expected}"
 
 
 def judged_line(plan: Plan) -> str:

@@ -74,6 +74,15 @@ class Plan:
                 return choice
         raise KeyError(key)
 
+    def changes_since(self, before: Plan) -> str:
+        """Return in words the keys whose values differ from those of a plan before, with both values."""
+        values = {choice.key: choice.value for choice in before.choices}
+        return ", ".join(
+            f"{choice.key} {values[choice.key]} -> {choice.value}"
+            for choice in self.choices
+            if values.get(choice.key, choice.value) != choice.value
+        )
+
     def is_given(self, key: str) -> bool:
         """Return whether the file states the key."""
         return any(choice.key == key and choice.given for choice in self.choices)

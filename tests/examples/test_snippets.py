@@ -4,7 +4,7 @@ The blocks of a page are one session, top to bottom, in a folder that holds copi
 
 - toml whose first line is "# NAME.toml" is kept under that name; whatever names no scene to change is validated as a
   scene, a study or a file of strength. "# in NAME.toml": keys of that scene; the scene is validated with them.
-- bash runs `seatfem` here: `run` without pictures, but where the plan foresees more than `DEAR` the plan alone, and not
+- bash runs `seatfem` here: `run` without pictures, but where a look leaves more than `DEAR` the look alone, and not
   of examples/, which have tests of their own; of verbs that take minutes, and of what follows a run that was left out,
   there is `--help`. Of `make`, `python` and `pip` it is asked that target, script and extra exist.
 - python is executed; names live on through the page. What is a script of examples/ is tested there.
@@ -20,12 +20,13 @@ from pathlib import Path
 import pytest
 
 from seatfem.study.identify.record import load_identification
+from seatfem.study.runs.forecast import look_at
 from seatfem.study.scene.strength import load_strength
-from tests.steps import load_scene, load_study, plan_scene, run_command
+from tests.steps import load_scene, load_study, run_command
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-DEAR = 1.5  # predicted seconds of a run, without the start of the program and pictures
+DEAR = 1.5  # seconds of a look, and of the rounds that it may leave to a run
 ELSEWHERE = ("demo", "verify", "trade", "sweep", "optimise", "view")  # of minutes, or that open windows; tested there
 SCRIPTS = [path.read_text(encoding="utf-8") for path in (ROOT / "examples").glob("*.py")]  # tested as such
 REASON = "# not run here: "
@@ -96,10 +97,8 @@ def commands(text: str) -> Iterator[list[str]]:
 
 
 def dear(scene: Path) -> bool:
-    """What is planned is not run."""
-    cost = plan_scene(load_scene(scene)).cost
-    once = ("program start", "compilation", "plan", "pictures")  # what another scene, or another day, takes as well
-    return cost.seconds - sum(cost.parts.get(stage, 0.0) for stage in once) > DEAR
+    """What is looked at is not run."""
+    return look_at(load_scene(scene), DEAR).left.seconds > DEAR
 
 
 def carry_out(words: list[str]) -> None:

@@ -14,8 +14,8 @@ from seatfem.structures.reduction.modes import ConvergenceError
 Verdict = Literal["right", "advised", "barred", "warned", "refused", "slow", "wrong"]
 _PACKAGES = ("impact", "seatfem")
 _REFUSALS = (ValueError, ArithmeticError, ConvergenceError, MeshingError)
-TIMES: Final = 3.0  # of a price that was predicted: beyond it a run is called slow or large
-LITTLE_TIME, LITTLE_MEMORY = 5.0, 0.5e9  # s and bytes that it may take in addition: start of processes and libraries
+MOST_TIME: Final = 120.0  # s of a processor beyond which a run is called slow; no round is begun after 20 s
+MOST_MEMORY: Final = 2e9  # bytes beyond which it is called large: a small computer has four times as many
 EXCUSED: Final = 0.5  # largest error that any advice excuses: beyond it not even the order of magnitude is known
 T = TypeVar("T", float, str)
 
@@ -30,7 +30,6 @@ class Standing:
         bar: stated with it; 0: it has none; infinite: stated as not known.
         theory: what the known value leaves out.
         target: the accuracy that was asked for.
-        predicted: the error that the plan predicted; nan: none.
     """
 
     name: str
@@ -38,7 +37,6 @@ class Standing:
     bar: float
     theory: float
     target: float
-    predicted: float = math.nan
 
     @property
     def stated(self) -> float:
@@ -60,12 +58,10 @@ class Standing:
 
 @dataclass(frozen=True)
 class Price:
-    """What a run cost, and what its plan said: processor time [s], resident memory [bytes]."""
+    """What a run cost: processor time [s], resident memory [bytes]."""
 
     seconds: float
-    predicted_seconds: float
     memory: float
-    predicted_memory: float
 
 
 @dataclass(frozen=True)
@@ -78,7 +74,7 @@ class Finding:
         advice: warnings that the program itself gave with its answer.
         note: what the error is the error of, where that is not the axis' own quantity.
         standing: of a number with an error bar, or a statement that it has none.
-        too_costly: how a run cost more than its plan said; empty where it did not.
+        too_costly: how a run cost more than any of the battery should; empty where it did not.
     """
 
     error: float
@@ -126,10 +122,10 @@ class Outcome:
 
     ``verdict``: "right" (error <= stated), "advised" (right, and advice came with it), "barred" (off by more than was
     asked for, and the error bar covers it or is not known), "warned" (of a march, which has no bar: off by more than
-    stated, and the advice said so), "refused" (no answer but a reason), "slow" (it took far more time or memory than
-    its plan said), "wrong" (all else).
+    stated, and the advice said so), "refused" (no answer but a reason), "slow" (it took more time or memory than any
+    of the battery should), "wrong" (all else).
 
-    ``bar`` and ``predicted`` are nan where there are none, an unknown bar is infinite. ``revision``: of the program.
+    ``bar`` is nan where there is none, an unknown one is infinite. ``revision``: of the program.
     """
 
     verdict: Verdict
@@ -138,7 +134,6 @@ class Outcome:
     reason: str
     seconds: float
     bar: float = math.nan
-    predicted: float = math.nan
     revision: str = ""
 
 
@@ -188,13 +183,12 @@ def judged(finding: Finding, seconds: float) -> Outcome:
     reason = "; ".join(part for part in told if part)
     standing = finding.standing
     bar = standing.bar if standing is not None and standing.bar > 0 else math.nan
-    beside = (seconds, bar, math.nan if standing is None else standing.predicted)
     if not math.isfinite(finding.error):
-        return Outcome("wrong", finding.error, finding.stated, f"not finite; {reason}", *beside)
+        return Outcome("wrong", finding.error, finding.stated, f"not finite; {reason}", seconds, bar)
     verdict = _verdict(finding)
     if finding.too_costly and verdict != "wrong":
         verdict = "slow"
-    return Outcome(verdict, finding.error, finding.stated, reason, *beside)
+    return Outcome(verdict, finding.error, finding.stated, reason, seconds, bar)
 
 
 def _verdict(finding: Finding) -> Verdict:
@@ -207,12 +201,12 @@ def _verdict(finding: Finding) -> Verdict:
 
 
 def judge_price(price: Price) -> str:
-    """Return in words how a run cost more than `TIMES` what was predicted and a little; empty where it did not."""
+    """Return in words how a run cost more than `MOST_TIME` or `MOST_MEMORY`; empty where it did not."""
     told = []
-    if price.seconds > TIMES * price.predicted_seconds + LITTLE_TIME:
-        told.append(f"{price.seconds:.0f} s, {price.predicted_seconds:.0f} s predicted")
-    if price.memory > TIMES * price.predicted_memory + LITTLE_MEMORY:
-        told.append(f"{price.memory / 1e9:.1f} GB, {price.predicted_memory / 1e9:.1f} GB predicted")
+    if price.seconds > MOST_TIME:
+        told.append(f"{price.seconds:.0f} s, above {MOST_TIME:g} s")
+    if price.memory > MOST_MEMORY:
+        told.append(f"{price.memory / 1e9:.1f} GB, above {MOST_MEMORY / 1e9:g} GB")
     return ", ".join(told)
 
 

@@ -21,7 +21,7 @@ from tests.extremes.scene_text import Table, csv_text, material, run_table, scen
 
 SHORT, SEED = 150, 1
 """Random scenes of the battery, and the seed of all of them."""
-LONGEST = 30.0  # s, predicted: scenes that cost more are left out
+LONGEST = 30.0  # s: scenes that take longer are left out
 DURATION, WIDTH, GAP = 2e-4, 5e-6, 2e-6
 STEEL = material(YOUNG, DENSITY, POISSON)
 FREE = ("rigid_mass", "disc", "ring_plate", "ball")

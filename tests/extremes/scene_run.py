@@ -3,13 +3,14 @@
 import json
 import math
 import os
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from impact.notices import Progress
 from seatfem.jobs.folders import private_folder
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.runs.rounds import Limits
 from seatfem.study.scene import load_scene
@@ -30,7 +31,7 @@ class SceneRun:
     Attributes:
         summary: summary.json.
         messages: what the run said beside it.
-        price: processor time and memory, predicted and spent.
+        price: processor time and memory.
     """
 
     summary: Mapping[str, object]
@@ -81,13 +82,12 @@ class Known:
     barred: bool = True
 
     def standing(self, run: SceneRun) -> Standing:
-        """Return error, bar, prediction and tolerance of a run's number, all relative."""
+        """Return error, bar and tolerance of a run's number, all relative."""
         scale = self.scale or abs(self.exact) or 1.0
         value = run.number(self.key) if self.value is None else self.value
         error = abs(value - self.exact) / scale
         bar = ((run.bar(self.key) if self.barred else 0.0) + self.bar) / scale
-        predicted = run.number(f"plan_predicted_error_{self.key}")
-        return Standing(self.key, error, bar, self.theory, run.number("accuracy_target"), predicted)
+        return Standing(self.key, error, bar, self.theory, run.number("accuracy_target"))
 
 
 def run_text(
@@ -96,8 +96,8 @@ def run_text(
     """Return what a scene's run leaves; its files are written beside it.
 
     Raises:
-        RunError: the scene is refused, in the same words wherever its folder is, or its plan predicts more than
-            ``most_seconds`` for all that comes after it; and what is no refusal that `run_scene` raises.
+        RunError: the scene is refused, in the same words wherever its folder is, or its first round takes more than
+            ``most_seconds``; and what is no refusal that `run_scene` raises.
     """
     with private_folder("extremes") as folder:
         for name, content in (files or {}).items():
@@ -110,22 +110,30 @@ def run_text(
         forget_peak_memory()
         start = processor_seconds()
         try:
-            scene = load_scene(path)
-            plan = plan_scene(scene, folder=folder / "out")
-            planned, rest = processor_seconds() - start, plan.cost.seconds - plan.cost.parts["plan"]
-            if rest > most_seconds:
-                raise RunError(f"not run: its plan predicts {rest:.2g} s more (limit {most_seconds:g} s here)")
-            outcome = run_scene(scene, folder / "out", plan=plan, limits=LONGEST, pictures=pictures)
+            progress = until(time.perf_counter() + most_seconds)
+            outcome = run_scene(load_scene(path), folder / "out", progress, limits=LONGEST, pictures=pictures)
         except Exception as refusal:
             if not is_refusal(refusal):
                 raise
             raise RunError(str(refusal).replace(f"{folder}{os.sep}", "")) from None
         spent = processor_seconds() - start
         summary = json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8"))
-        seconds = planned + rest - (0.0 if pictures else plan.cost.parts.get("pictures", 0.0))
         used = summary["peak_memory_bytes"]
-        price = Price(spent, seconds, math.nan if used is None else used, plan.cost.memory)
+        price = Price(spent, math.nan if used is None else used)
         return SceneRun(summary, outcome.messages, price)
+
+
+def until(deadline: float) -> Progress:
+    """Return a listener of progress that stops a run after a time of `time.perf_counter`: nothing is known of the price
+    of a scene whose numbers are at their ends."""
+
+    def listen(stage: str, done: float) -> None:
+        if time.perf_counter() > deadline:
+            raise RunError(
+                f"stopped in {stage} ({done:.0%}): it takes longer than the battery allows; shorten run.duration"
+            )
+
+    return listen
 
 
 def run_tables(files: Files | None = None, /, **tables: Table | Sequence[Table] | None) -> SceneRun:

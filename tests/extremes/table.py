@@ -5,7 +5,7 @@ import io
 import math
 import statistics
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -16,7 +16,7 @@ VERDICTS: tuple[Verdict, ...] = ("right", "advised", "barred", "warned", "refuse
 MEANING: Mapping[Verdict, str] = {
     "right": "right", "advised": "right, with advice", "barred": "off, and the error bar says so",
     "warned": "off, and the advice says so", "refused": "refused, with the reason",
-    "slow": "slow or large against its price", "wrong": "off and silent, or broken",
+    "slow": "slow or large", "wrong": "off and silent, or broken",
 }  # fmt: skip
 MARK: Final = "<!-- counts of the extremes -->", "<!-- end of the counts -->"
 PAIRS, RANDOM, FILES, MARCH = (
@@ -29,7 +29,7 @@ TOGETHER: Final = {"pairwise": "Marches, all at once", "pairs of scene files": P
 """Axes whose cells change all numbers at once, and what they are called in the page."""
 
 
-NUMBERS: Final = ("error", "stated", "bar", "predicted", "seconds")
+NUMBERS: Final = ("error", "stated", "bar", "seconds")
 COLUMNS: Final = ("axis", "value", "verdict", *NUMBERS, "revision", "reason")
 
 
@@ -40,7 +40,7 @@ def write_table(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], path: Pa
     writer.writerow(COLUMNS)
     for cell in cells:
         if (o := outcomes.get(cell.name)) is not None:
-            numbers = (*(f"{x:.2e}" for x in (o.error, o.stated, o.bar, o.predicted)), f"{o.seconds:.2g}")
+            numbers = (*(f"{x:.2e}" for x in (o.error, o.stated, o.bar)), f"{o.seconds:.2g}")
             writer.writerow((cell.axis, cell.value, o.verdict, *numbers, o.revision, " ".join(o.reason.split())))
     with whole_file(path) as temporary:
         temporary.write_text(text.getvalue(), encoding="utf-8")
@@ -83,7 +83,7 @@ def write_counts(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], page: P
 
 
 def counts(cells: Sequence[Cell], outcomes: Mapping[str, Outcome]) -> str:
-    """Return the page's table: how many cells of which kind ended how; and how bars and predictions stand."""
+    """Return the page's table: how many cells of which kind ended how; and how bars stand."""
     run = [cell for cell in cells if cell.name in outcomes]
     groups: dict[str, list[Outcome]] = {name: [] for name in (MARCH, FILES, *TOGETHER.values())}
     axes: dict[str, set[str]] = {name: set() for name in groups}
@@ -117,18 +117,11 @@ def group_of(cell: Cell) -> str:
 
 
 def _standing(outcomes: Sequence[Outcome]) -> str:
-    """Return how many errors are within bars and predictions, and how much larger these are."""
+    """Return how many numbers have error bars, and how much larger these are than the errors."""
     barred = [o for o in outcomes if math.isfinite(o.bar) and math.isfinite(o.error)]
-    foreseen = [o for o in barred if o.predicted > 0]
     unknown = sum(math.isinf(o.bar) for o in outcomes)
-
-    def ratio(of: Sequence[Outcome], value: Callable[[Outcome], float]) -> float:
-        return statistics.median([value(o) / max(o.error, 1e-12) for o in of]) if of else math.nan
-
-    times = [sum(o.error <= factor * o.predicted for o in foreseen) for factor in (1, 3)]
+    ratio = statistics.median([o.bar / max(o.error, 1e-12) for o in barred]) if barred else math.nan
     return (
-        f"The number that stands worst has an error bar in {len(barred)} of these runs, "
-        f"{ratio(barred, lambda o: o.bar):.2g} times its error in the median; in {unknown} it is stated as not known. "
-        f"In {len(foreseen)} the plan had predicted the error of this number: {times[0]} errors are within the "
-        f"prediction, {times[1]} within three times it."
+        f"The number that stands worst has an error bar in {len(barred)} of these runs, {ratio:.2g} times its error in "
+        f"the median; in {unknown} it is stated as not known."
     )

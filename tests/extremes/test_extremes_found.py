@@ -1,6 +1,5 @@
 """What scenes at their ends have found: each was a traceback, or a wrong answer without a word."""
 
-import math
 import subprocess
 import sys
 
@@ -8,8 +7,8 @@ import pytest
 
 from seatfem.study.runs.pipeline import RunError
 from tests.extremes.plates_axes import DENSITY, POISSON, YOUNG
-from tests.extremes.scene_run import SceneRun, run_tables
-from tests.extremes.scene_text import material, run_table, si
+from tests.extremes.scene_run import SceneRun, run_tables, run_text
+from tests.extremes.scene_text import material, run_table, scene_text, si
 
 STEEL = material(YOUNG, DENSITY, POISSON)
 MASS = {"kind": "rigid_mass", "mass": "2 g", "velocity": "-1 m/s"}
@@ -35,9 +34,7 @@ def test_a_plate_whose_band_holds_rigid_motions_only_has_a_bar_that_knows_its_be
     key = "landing_filtered_peak_force_N"
     error = abs(rigid.number(key) - bending.number(key))
     assert error > 2 * bending.bar(key)  # it is wrong ...
-    assert rigid.bar(key) > error  # ... and says so, as its plan did
-    predicted = rigid.number(f"plan_predicted_error_{key}")
-    assert math.isnan(predicted) or predicted * rigid.number(key) > error
+    assert rigid.bar(key) > error  # ... and says so
 
 
 @pytest.mark.slow
@@ -96,5 +93,9 @@ def test_the_memory_of_a_plate_is_foreseen() -> None:
 
 
 @pytest.mark.slow
-def test_a_plan_prices_the_memory_of_a_plate_that_strikes() -> None:
-    assert disc("300 kHz").price.predicted_memory > disc("100 Hz").price.predicted_memory > 400e6
+def test_a_scene_that_takes_too_long_is_stopped() -> None:
+    """The same scene runs within the time that the others have."""
+    text = scene_text(seat=SPRING, reed=MASS, run=run_table(1e-3, 5e-6))
+    with pytest.raises(RunError, match=r"^stopped in .* takes longer than"):
+        run_text(text, most_seconds=0.0)
+    assert run_text(text, most_seconds=60.0).number("peak_force_N") > 0

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.plan_view import plan_json, read_back
-from tests.steps import DONE, Scene, SceneError, load_scene, plan_scene, run_command
+from tests.steps import DONE, Scene, SceneError, begin_plan, load_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -88,7 +88,7 @@ def test_plan_run_and_json_begin_with_it(capsys: pytest.CaptureFixture[str], tmp
     planned = " ".join(capsys.readouterr().out.split())
     assert "what was read" in planned
     assert planned.index("thickness 0.305 mm") < planned.index("push.csv (3 rows") < planned.index("key")
-    assert json.loads(plan_json(plan_scene(load_scene(scene))))["read"] == dict(read_back(load_scene(scene)))
+    assert json.loads(plan_json(begin_plan(load_scene(scene))))["read"] == dict(read_back(load_scene(scene)))
     assert run_command(["run", str(scene), "--no-pictures", "-o", str(tmp_path / "out")]) == DONE
     ran = " ".join(capsys.readouterr().err.split())
     assert ran.index("thickness 0.305 mm") < ran.index("stepping")

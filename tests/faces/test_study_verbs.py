@@ -70,7 +70,7 @@ def test_a_study_of_which_all_is_done(study: Path, tmp_path: Path) -> None:
 def test_plan_tells_of_a_study(study: Path, capsys: Told) -> None:
     assert run_command(["plan", "gaps.toml"]) == DONE
     assert re.match(
-        r"3 scenes: about [\d.]+ s predicted with \d+ workers? \([\d.]+ s a scene, ", capsys.readouterr().out
+        r"3 scenes: about [\d.]+ s expected with \d+ workers? \([\d.]+ s a scene, ", capsys.readouterr().out
     )
     assert run_command(["plan", "gaps.toml", "--json"]) == DONE
     told = json.loads(capsys.readouterr().out)

@@ -146,9 +146,9 @@ def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> N
 def test_a_folder_that_cannot_be_written_to_is_found_first(
     verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for place in ("seatfem.study.runs.pipeline.plan_scene", "seatfem.structures.natural_modes.modes_of"):
+    runs = [f"seatfem.study.runs.pipeline.{name}" for name in ("cached_plan", "begin_plan", "converged")]
+    for place in (*runs, "seatfem.study.trade.trade.converged", "seatfem.structures.natural_modes.modes_of"):
         monkeypatch.setattr(place, lambda *given, **named: pytest.fail("computed"))
-    monkeypatch.setattr("seatfem.study.trade.trade.plan_scene", lambda *given, **named: pytest.fail("planned"))
     (tmp_path / "file").write_text("", encoding="utf-8")
     out = tmp_path / "file" / "deep" / "out"
     assert run_command([verb, str(scene_file(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == BAD_INPUT

@@ -188,7 +188,7 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
             for each in plan["choices"]
             for margin in (str(each.get("leaves", "")),)  # absent from plans of earlier versions
         ]
-        notes = [str(note) for note in plan["notes"]]
+        notes = [str(note) for note in plan.get("notes", [])]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         yield "Plan and its reasons", f"<p>{PLAN_FILE} cannot be read: {html.escape(str(error))}</p>"
         return

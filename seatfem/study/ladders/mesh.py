@@ -47,7 +47,7 @@ class ElementSize(BodyLadder):
     """Element sizes of a body; the neighbour is the run on the coarser mesh of the stated mesh error."""
 
     effort: float = 1.5
-    rule: str = f"for about {percent(FIRST_ERROR)} of g, by wavelength and contact face"
+    rule: str = f"expected error of g about {percent(FIRST_ERROR)}, by wavelength and contact face"
     falls: bool = True
 
     def describe(self, value: float) -> str:
@@ -128,7 +128,7 @@ class Bandwidth(ladder.BodyLadder):
     """The bandwidth of a body's reduction. Its error is the change by leaving out the highest modes within it."""
 
     effort: float = 0.5
-    rule: str = "the first resonance, and what the filter passes"
+    rule: str = "covers the first resonance and what the filter passes"
 
     def describe(self, value: float) -> str:
         """Return a frequency with its unit."""
@@ -210,7 +210,7 @@ class Tolerance(ladder.BodyLadder):
     """The tolerance of a body's reduction; its neighbour has g larger by the error that the reduction states."""
 
     effort: float = 0.2
-    rule: str = f"{percent(FIRST_TOLERANCE)}, of a lip in arcs, solved by modes, any"
+    rule: str = "of no effect: a lip in arcs is reduced to modes"
     falls: bool = True
 
     def describe(self, value: float) -> str:

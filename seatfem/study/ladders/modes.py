@@ -29,7 +29,7 @@ class ModeCount(Ladder):
     """The number of modes of a beam; its neighbours are runs with fewer modes and, if it is small, one with many."""
 
     effort: float = 0.7
-    rule: str = f"{FEW_MODES} modes"
+    rule: str = "few, to begin with"
     role: Role = "seat"
 
     def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int | None:

@@ -48,7 +48,7 @@ class Rings(Ladder):
     """The rings of the patch, or the parts across the arcs of a lip."""
 
     effort: float = 0.7
-    rule: str = "one part"
+    rule: str = "one, to begin with"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with the struck face of a reduced seat as one ring; a lip keeps what is stated."""

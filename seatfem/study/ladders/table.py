@@ -28,7 +28,7 @@ from seatfem.study.method import (
 
 DECLARED: list[Ladder] = [
     patch.Arcs(PORTS, "patch"),
-    level.Level(MODEL, "model"),
+    level.Level(MODEL, "model", rule="static stiffness, to begin with"),
     mesh.Bandwidth(BAND, "reduction"),
     mesh.ElementSize(SIZE, "mesh"),
     mesh.ElementSize(CONTACT_SIZE, "mesh"),

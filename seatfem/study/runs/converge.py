@@ -106,12 +106,21 @@ def begin_plan(scene: Scene) -> Plan:
     check_files(scene)
     method = begin_method(scene)
     contact.check_length(scene, method.time_step or scene.run.filter_width, method.seat.division.count)
+    stated = stated_method(scene)
     choices = tuple(
-        Choice(key, described(key, value), _rule_of(key), is_given(scene, key))
+        Choice(
+            key,
+            described(key, value),
+            "" if is_given(scene, key) else DEFAULT if value == stated.value(key) else _rule_of(key),
+            is_given(scene, key),
+        )
         for key in FIELDS
         if has_key(scene, key) and (value := method.value(key)) is not None
     )
     return Plan(scene, method, choices)
+
+
+DEFAULT: Final = "default"
 
 
 def _rule_of(key: str) -> str:
@@ -269,26 +278,29 @@ def _relative_errors(done: Round, key: str) -> Mapping[str, float]:
 
 
 def _leaves(done: Round, key: str) -> str:
-    """Return in words the largest relative error of a judged measure by a key; "" if it is not known."""
-    relative = _relative_errors(done, key)
-    name = max(relative, key=lambda each: relative[each], default="")
-    return f"{percent(relative[name])} of {short_words(name)}" if name and math.isfinite(relative[name]) else ""
+    """Return in words a key's largest part of the relative error bar of a judged measure; "" if it is not known."""
+    parts = {name: safety(name) * error for name, error in _relative_errors(done, key).items()}
+    name = max(parts, key=lambda each: parts[each], default="")
+    if not name or not math.isfinite(parts[name]):
+        return ""
+    return f"{percent(parts[name])} of {short_words(name)}" if parts[name] else "nothing"
 
 
 def _why(done: Round, key: str, marks: Marks) -> str:
     """Return in words why a key was refined: the error that its last value left."""
     before, leaves = described(key, done.plan.method.value(key)), _leaves(done, key)
-    if key not in marks.factors or not leaves:
-        return f"{before} before; refined with another key"
-    return f"{before} left {leaves}, measured"
+    if key in marks.wanted and leaves:
+        return f"{before} before left {leaves}, measured"
+    hidden = [each for each, other in HIDDEN_BY.items() if other == key and each in marks.wanted]
+    return f"{before} before; refined with {f'{hidden[0]}, whose error it may hide' if hidden else 'another key'}"
 
 
 def _stuck_words(done: Round, marks: Marks) -> str:
-    """Return in words why no key can be refined."""
-    for measure, keys in marks.stuck.items():
-        if not keys:
-            continue
-        key = keys[0]
+    """Return in words why no key can be refined: what leaves most of the measure that misses the target most."""
+    stuck = [measure for measure, keys in marks.stuck.items() if keys]
+    if stuck:
+        measure = max(stuck, key=done.left.relative)
+        key = marks.stuck[measure][0]
         share = percent(safety(measure) * errors_by_key(done, measure)[key] / abs(done.left.values[measure]))
         why = done.plan.refused.get(key) or "it cannot be made smaller"
         why = "the file states it" if done.plan.is_given(key) else why

@@ -1,6 +1,6 @@
 """A look at a scene before its run: the loop for a few seconds, and a forecast of what is left until its target is met.
 
-What a look has computed is in the stores of seats and of numbers, from which the run goes on.
+What a look has computed is in the stores of seats, numbers and plans, from which the run goes on.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import AIM, MOST, begin_plan, work_ratio
+from seatfem.study.runs.kept import first_plan, save_plan
 from seatfem.study.runs.next_round import OF_THE_CONTACT, OF_THE_SEAT, Limits, expect_time, next_plan
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
@@ -34,6 +35,7 @@ class Forecast:
         seconds: their wall time [s].
         seat, contact: wall time of seat and of contact in the last of them [s].
         error: relative error bar of each judged measure after them.
+        changes: what the next of them refines, in words.
         why: why the target will not be met, in words; "" if it will.
     """
 
@@ -42,6 +44,7 @@ class Forecast:
     seat: float
     contact: float
     error: Mapping[str, float]
+    changes: str = ""
     why: str = ""
 
 
@@ -74,13 +77,14 @@ def look_at(
     """Return a look at a scene, after which no round is begun that is expected to end later than ``seconds``, by
     default `PURSE`; the first round always ends.
 
-    Raises what `seatfem.study.runs.rounds.rounds` and `begin_plan` raise.
+    Raises what `seatfem.study.runs.rounds.rounds` and `seatfem.study.runs.converge.begin_plan` raise.
     """
     purse = PURSE[bool(scene.seat.files())] if seconds is None else seconds
     watch = Stopwatch()
     with private_folder("look") as folder, gmsh_session():
         limits = Limits(most, purse)
-        *_, done = rounds(begin_plan(scene), folder, watch, progress, limits=limits, tell=tell)
+        *_, done = rounds(first_plan(scene), folder, watch, progress, limits=limits, tell=tell)
+    save_plan(done)
     return Look(done, watch.stages, forecast(done))
 
 
@@ -114,13 +118,13 @@ def converge(
 def forecast(done: Round) -> Forecast:
     """Return what is left of a run, if every further round reduces the largest error by `converge.MOST`."""
     bars = {name: done.left.relative(name) for name in done.judged}
-    seat, contact = (sum(done.spent.get(stage, 0.0) for stage in stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
+    seat, contact = (sum(done.price.get(stage, 0.0) for stage in stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
     if done.met is not False:
-        return Forecast(0, 0.0, seat, contact, bars, "" if done.met else "nothing is judged")
+        return Forecast(0, 0.0, seat, contact, bars, why="" if done.met else "there is no landing to judge")
     further, why = next_plan(done, Limits(), math.inf)
     if further is None:
-        return Forecast(0, 0.0, seat, contact, bars, why)
-    target, spent = done.plan.scene.accuracy.target, max(sum(done.spent.values()), 1e-3)
+        return Forecast(0, 0.0, seat, contact, bars, why=why)
+    target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     worst = max(bars.values())
     count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(MOST)))
     of_seat, of_contact = work_ratio(done.plan.method, further.method, done.plan.scene)
@@ -128,4 +132,5 @@ def forecast(done: Round) -> Forecast:
     whole = sum(seconds * max(seconds / spent, 1.0) ** k for k in range(count))
     error = {name: bar if bar <= target else max(AIM * target, bar / MOST**count) for name, bar in bars.items()}
     grown = growth ** (count - 1)
-    return Forecast(count, whole, seat * of_seat * grown, contact * of_contact * grown, error)
+    changes = further.changes_since(done.plan)
+    return Forecast(count, whole, seat * of_seat * grown, contact * of_contact * grown, error, changes)

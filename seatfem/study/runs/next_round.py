@@ -17,7 +17,7 @@ from seatfem.units import write_quantity
 OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error", "patch error", "pole fit")
 OF_THE_CONTACT: Final = ("contact", "reed stress", "error budget", "spring baseline", "files")
 """Stages of a round by the work that they grow with."""
-FIXED: Final = 0.3  # part of the time of seat or contact that hardly grows with their work, as the start of gmsh [s]
+FIXED: Final = 0.5  # wall time of seat, reed or contact that does not grow: start of gmsh, loading of compiled code [s]
 TELLING: Final = 1.5  # growth of the work between two rounds from which on their times tell its power
 CUT_OFF: Final = "the run ends during the judged landing; a longer run.duration includes all of it"
 
@@ -50,47 +50,34 @@ class Limits:
 
 
 def expect_time(done: Round, plan: Plan) -> float:
-    """Return the expected wall time [s] of a further round, from that of the round before and the growth of its counted
-    work: of the seat by unknowns, ports and band, of the contact by steps, ports and modes."""
+    """Return the expected wall time [s] of a further round, from the price of the round before and the growth of its
+    counted work: of the seat by unknowns, ports and band, of the contact by steps, ports and modes."""
     before, after = done.plan.method, plan.method
     of_seat, of_contact = converge.work_ratio(before, after, done.plan.scene)
     of_reed = converge.ratio_of(after.reed.bandwidth, before.reed.bandwidth)
     groups = (
-        (of_seat if before.seat != after.seat else 0.0, OF_THE_SEAT),
-        (of_reed if before.reed != after.reed else 0.0, (STRIKER,)),
-        (of_contact, OF_THE_CONTACT),
+        (of_seat, OF_THE_SEAT, before.seat != after.seat),
+        (of_reed, (STRIKER,), before.reed != after.reed),
+        (of_contact, OF_THE_CONTACT, True),
     )
-    return sum(_grown(done, ratio, stages) for ratio, stages in groups)
+    return sum(_grown(done, ratio, stages) for ratio, stages, is_repeated in groups if is_repeated)
 
 
 def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
-    """Return the expected time of some stages [s] whose work grows by a ratio: without its fixed part in proportion to
-    the work, or to the power of it that the last two rounds showed."""
-    spent = _spent(done.spent, stages)
-    if ratio == 0 or spent == 0:
-        return 0.0
-    if done.before is not None and (earlier := _spent(done.before[1], stages)) > 0:
+    """Return the expected wall time [s] of some stages whose work grows by a ratio: without its fixed part in
+    proportion to the work, or to the power of it that the last two rounds showed."""
+    seconds = _sum(done.price, stages)
+    if done.before is not None and seconds > 0 and (earlier := _sum(done.before[1], stages)) > 0:
         works = converge.work_ratio(done.before[0], done.plan.method, done.plan.scene)
-        work = works[stages == OF_THE_CONTACT]
-        if work > TELLING:
-            power = math.log(spent / earlier) / math.log(work)
-            return float(spent * ratio ** min(max(power, 0.0), 1.0))
-    fixed = min(spent, FIXED)
-    return fixed + (spent - fixed) * ratio
+        if (work := works[stages == OF_THE_CONTACT]) > TELLING:
+            power = math.log(seconds / earlier) / math.log(work)
+            return float(seconds * ratio ** min(max(power, 0.0), 1.0))
+    fixed = min(seconds, FIXED)
+    return fixed + (seconds - fixed) * ratio
 
 
-def _spent(spent: Mapping[str, float], stages: tuple[str, ...]) -> float:
-    return sum(spent.get(stage, 0.0) for stage in stages)
-
-
-def changed(done: Round, plan: Plan) -> str:
-    """Return the choices in which ``plan`` differs, in words."""
-    before = {choice.key: choice.value for choice in done.plan.choices}
-    return ", ".join(
-        f"{choice.key} {before[choice.key]} -> {choice.value}"
-        for choice in plan.choices
-        if choice.key in before and before[choice.key] != choice.value
-    )
+def _sum(price: Mapping[str, float], stages: tuple[str, ...]) -> float:
+    return sum(price.get(stage, 0.0) for stage in stages)
 
 
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:

@@ -83,7 +83,7 @@ def run_scene(
     the first picture; a picture that cannot be drawn is reported, and named in summary.json.
 
     Args:
-        tell: receives a line on errors and time of each round, and on the next.
+        tell: receives a line on each round: what was refined, errors, time, memory, and the time that the next takes.
         limits: limits on the number of rounds and on time.
         pictures: whether to draw.
         plan: plan of the first round, by default that of the scene's last run that met its target, else by rule.

@@ -22,7 +22,7 @@ from seatfem.study import impacts, runs, safety
 from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches
-from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP, RunMethod
+from seatfem.study.method import MODEL, MODES, PORTS, RINGS, SEAT_MODES, STEP, RunMethod
 from seatfem.study.plan import Plan
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
@@ -58,8 +58,9 @@ class Round:
         number: 1, 2, ...
         stopped: why no further round follows; "" if the target is met.
         spent: wall time of this round by stage [s].
+        price: the same, with what was reused at the time that it took when it was computed.
         memory: peak memory of the process up to the end of the round [bytes].
-        before: method of the round before, and its wall time by stage [s].
+        before: method and price of the round before.
         plate: stress of a striking plate, if stress is a measure asked for.
         flights: the striker's motion without contact, shared by further runs of the round.
     """
@@ -74,6 +75,7 @@ class Round:
     number: int = 1
     stopped: str = ""
     spent: Mapping[str, float] = field(default_factory=dict)
+    price: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
     before: tuple[RunMethod, Mapping[str, float]] | None = None
     plate: runs.stresses.PlateReedStress | None = None
@@ -128,8 +130,6 @@ class Round:
 def missed(done: Round) -> tuple[str, ...]:
     """Return sentences on the error bars that miss the target, their largest sources, and why the run stopped."""
     plan, target = done.plan, done.plan.scene.accuracy.target
-    has_mode_count = {SEAT_MODES: plan.method.seat.n_modes is not None, MODES: plan.scene.reed.slender is not None}
-    modes = [key for key, is_counted in has_mode_count.items() if is_counted]
     sentences = []
     for name in done.judged:
         if math.isinf(bar := done.left.relative(name)):
@@ -142,8 +142,10 @@ def missed(done: Round) -> tuple[str, ...]:
                 remedy = f"divide the lip by more {max(errors, key=errors.__getitem__)}"
             if source == LIP and (plate := plan.scene.reed.thin_plate) is not None and plate.states_contact:
                 remedy = "remove reed.contact_radius: the reed then meets the struck face in segments"
-            if source == "model" and modes:
-                remedy = f"keep more {' or '.join(modes)}"
+            if source == "model":
+                errors = {key: done.left.by_key.get(key, {}).get(name, 0.0) for key in (MODEL, SEAT_MODES, MODES)}
+                worst = max(errors, key=errors.__getitem__)
+                remedy = remedy if worst == MODEL else f"keep more {worst}"
             sentences.append(
                 f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
                 f"largest part: {safety.source_in_words(source)}; {remedy}"
@@ -155,16 +157,27 @@ def missed(done: Round) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def in_words(done: Round) -> str:
-    """Return a line with the error bar of each judged measure, the time and the memory of a round."""
-    accuracy, budget = done.plan.scene.accuracy, done.left
-    each = ((short_words(name), budget.relative(name)) for name in done.judged)
-    bars = ", ".join(f"{words} {f'+-{percent(bar)}' if math.isfinite(bar) else 'not known'}" for words, bar in each)
-    memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
+def bar_in_words(name: str, bar: float) -> str:
+    """Return a value of a run and its relative error bar in words."""
+    return f"{short_words(name)} {f'+-{percent(bar)}' if math.isfinite(bar) else 'not known'}"
+
+
+def in_words(done: Round, before: Plan | None = None) -> str:
+    """Return a line on a round: what was refined since the plan of the round ``before``, the error bars of the judged
+    measures with those before, time and memory."""
+    refined = "" if before is None else f" ({done.plan.changes_since(before)})"
+    cost = in_time(sum(done.spent.values())) + ("" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB")
     if done.met is None:
-        return f"round {done.number}: no landing to judge; {in_time(sum(done.spent.values()))}{memory}"
-    verdict = "target reached" if done.met else f"target {percent(accuracy.target, 3)} missed"
-    return f"round {done.number}: {bars} ({verdict}); {in_time(sum(done.spent.values()))}{memory}"
+        return f"round {done.number}{refined}: no landing to judge; {cost}"
+    bars = []
+    for name in done.judged:
+        bar = done.left.relative(name)
+        earlier = bar if before is None else before.error.get(name, bar)
+        moved = math.isfinite(earlier) and percent(earlier) != percent(bar)
+        bars.append(bar_in_words(name, earlier) + f" -> {percent(bar)}" if moved else bar_in_words(name, bar))
+    target = percent(done.plan.scene.accuracy.target, 3)
+    verdict = f"target {target} {'reached' if done.met else 'missed'}"
+    return f"round {done.number}{refined}: {'; '.join(bars)}; {verdict}; {cost}"
 
 
 UNKNOWN: Final = "the run ends during this landing, or the runs of the error estimate have no such landing"

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -26,7 +26,7 @@ from seatfem.study.impacts.touches import STRIKER, stress_since
 from seatfem.study.method import TOLERANCE
 from seatfem.study.plan import Plan
 from seatfem.study.runs import converge
-from seatfem.study.runs.next_round import Limits, changed, expect_time, next_plan
+from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words, missed
 from seatfem.study.safety import LOOSER
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
@@ -59,7 +59,7 @@ def rounds(
     is the answer: its seat is written again, and it is yielded again with the reason in ``stopped``.
 
     Args:
-        tell: receives a line on error, time and memory of each round, and on the next.
+        tell: receives a line on each round: what was refined, errors, time, memory, and the time that the next takes.
         start: `time.perf_counter` at the start of the run, from which ``limits.seconds`` count.
 
     Yields:
@@ -67,7 +67,8 @@ def rounds(
     """
     deadline = limits.seconds + (time.perf_counter() if start is None else start)
     progress = within_memory(progress)
-    latest = _measured(partial(_first_round, limits=limits), plan, folder, watch, progress)
+    latest = _measured(_first_round, plan, folder, watch, progress, limits=limits)
+    before: Plan | None = None
     while True:
         further: Plan | None = None
         why = ""
@@ -76,21 +77,20 @@ def rounds(
                 further, why = next_plan(latest, limits, deadline - time.perf_counter())
         except FAILURES as problem:
             why = _failure_words(problem)
-        tell(in_words(latest))
+        told = in_words(latest, before)
         if further is None:
+            tell(told)
             yield replace(latest, stopped=why)
             return
-        number = latest.number + 1
+        tell(f"{told}; the next about {in_time(expect_time(latest, further))}")
+        number, before, stopped = latest.number + 1, latest.plan, ""
         yield replace(latest, stopped=f"round {number} {UNFINISHED}")
-        cost = f"about {in_time(expect_time(latest, further))}"
-        tell(f"round {latest.number} is on file; round {number} follows, {cost}: {changed(latest, further)}")
-        stopped = ""
         try:
             for finer, left_out in converge.attempts(latest, further):
                 attempt = replace(finer, refused={**finer.refused, **dict.fromkeys(left_out, stopped)})
                 try:
-                    compute = partial(_round, limits=limits)
-                    latest = _measured(compute, attempt, folder, watch, _until(deadline, progress), latest)
+                    listen = _until(deadline, progress)
+                    latest = _measured(_round, attempt, folder, watch, listen, latest, limits=limits)
                     break
                 except FAILURES as problem:
                     stopped = _failure_words(problem) + _restore_seat(latest, attempt, folder)
@@ -145,15 +145,24 @@ def within_memory(progress: Progress) -> Progress:
 
 
 def _measured(
-    compute: Callable[..., Round], plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *previous: Round
+    compute: Callable[..., Round],
+    plan: Plan,
+    folder: Path,
+    watch: Stopwatch,
+    progress: Progress,
+    *previous: Round,
+    limits: Limits,
 ) -> Round:
     """Compute a round, and return it with its number, time and memory; ``previous``: the round before, if any."""
     before = dict(watch.stages)
-    result = compute(plan, folder, watch, progress, *previous)
+    result = compute(plan, folder, watch, progress, *previous, limits=limits)
     spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
+    price: Mapping[str, float] = {**previous[0].price, **spent} if previous else spent
+    if not limits.steady:
+        price = runs.kept.cached_numbers(result, result.touches, "price", lambda: price)
     number = previous[0].number + 1 if previous else 1
-    earlier = (previous[0].plan.method, previous[0].spent) if previous else None
-    return replace(result, number=number, spent=spent, memory=peak_memory(), before=earlier)
+    earlier = (previous[0].plan.method, previous[0].price) if previous else None
+    return replace(result, number=number, spent=spent, price=price, memory=peak_memory(), before=earlier)
 
 
 def _failure_words(problem: Exception) -> str:

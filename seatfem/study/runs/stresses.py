@@ -173,7 +173,7 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
         return ()
     if plan.level == "spring":
         leaves = next((choice.leaves for choice in plan.choices if choice.key == MODEL), "")
-        words = f", which would change it by {leaves}" if leaves else ""
+        words = f", which leaves {leaves}" if leaves else ""
         sentences.append(
             "stress in the seat: the contact force behind it is that on the seat's static stiffness, without waves in "
             f"the seat{words}; the stress has the waves that this force sends in. To have them in the force, too, "

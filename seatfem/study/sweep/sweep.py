@@ -258,7 +258,7 @@ class Ahead:
         beside = f" and {self.beside} in batches" if self.beside else ""
         counted = f"{self.scenes} scene{'s'[: self.scenes > 1]}{beside}{seats}"
         return (
-            f"{counted}: about {in_time(self.seconds(workers))} predicted with {workers} worker{'s'[: workers > 1]} "
+            f"{counted}: about {in_time(self.seconds(workers))} expected with {workers} worker{'s'[: workers > 1]} "
             f"({in_time(self.each)} a scene,{a_seat} {self.memory / 1e9:.2g} GB a worker)"
             + (f"; based on {self.looked_at} scenes, drawn at random" if self.looked_at else "")
         )
