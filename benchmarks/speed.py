@@ -123,7 +123,7 @@ def first_scenes(scenes: list[dict[str, object]]) -> dict[str, object]:
 
 
 def studies_table() -> Table:
-    """Return the processor time of scenes of a study: begun by themselves, as the first ones ended, and side by side."""
+    """Return the processor time of scenes of a study: begun by themselves, as the first ones ended, side by side."""
     alone, after, rounds = list[float](), list[float](), {"alone": list[float](), "after": list[float]()}
 
     def run(seconds: list[float], name: str, changed: dict[str, object], start: dict[str, object]) -> None:
