@@ -33,7 +33,8 @@ from table import RESULTS, append_rows, read_rows, spent
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.cache import VARIABLE
-from seatfem.study.planning.planner import plan_scene
+from seatfem.structures.mesh.gmsh_process import gmsh_session
+from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from seatfem.study.scene import load_scene
 
@@ -104,7 +105,7 @@ class TooLong(BaseException):
 
 
 def judge(index: int, seed: int, longest: float = LONGEST) -> list[Row]:
-    """Return the rows of one scene: run as planned, and compared with its reference."""
+    """Return the rows of one scene: run by the loop, and compared with its reference."""
     drawn = draw_scene(index, seed)
     head = Row(seed, index, drawn.seat, drawn.reed, drawn.about, drawn.stated, "judged")
     return carry_out(head, lambda folder: _judged(head, drawn, folder), longest)
@@ -114,7 +115,7 @@ def carry_out(head: Ended, work: Callable[[Path], Iterable[Ended]], longest: flo
     """Return the rows that ``work`` yields within seconds of processor time, or one that says why there are none."""
     start = spent()
     try:
-        with stored() as folder, limited(longest):
+        with stored() as folder, limited(longest), gmsh_session():
             rows = list(work(folder))
     except TooLong:
         rows = [replace(head, outcome="stopped", reason=f"more than {longest:g} s of processor time")]
@@ -129,7 +130,7 @@ def carry_out(head: Ended, work: Callable[[Path], Iterable[Ended]], longest: flo
 
 def _judged(head: Row, drawn: DrawnScene, folder: Path) -> Iterator[Row]:
     start, scene = spent(), load_scene(drawn.write(folder))
-    *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent, limits=Limits(seconds=RUN_SECONDS))
+    *_, done = rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=Limits(seconds=RUN_SECONDS))
     assert done.touches.landings is not None
     status = done.touches.landings.status
     head = replace(head, level=done.plan.level, target=scene.accuracy.target, rounds=done.number, status=status)
@@ -140,9 +141,9 @@ def _judged(head: Row, drawn: DrawnScene, folder: Path) -> Iterator[Row]:
     head = replace(head, met=str(done.met), rung=rung, reason=done.stopped)
     for name, value in done.left.values.items():
         if name in done.judged or not LEFT_OUT.match(name):
-            bar = math.nan if name in done.without_bar else done.left.bar(name)
             asked = "measures" if name in done.judged else ""
-            yield compare(replace(head, measure=name, asked=asked), value, bar, reference.values.get(name, math.inf))
+            row, exact = replace(head, measure=name, asked=asked), reference.values.get(name, math.inf)
+            yield compare(row, value, done.left.bar(name), exact)
     for name, (value, bar, exact) in _stresses(done, reference).items():
         yield compare(replace(head, measure=name, asked="table"), value, bar, exact)
 

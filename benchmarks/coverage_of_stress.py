@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from coverage_of_scenes import Row, carry_out, compare, cover
+from coverage_of_scenes import RUN_SECONDS, Row, carry_out, compare, cover
 from drawn_seats import GEOMETRY
 from finer_scenes import LADDER, finer_round, finest_reference, largest_stresses
 from scenes_summary import summary
@@ -26,8 +26,8 @@ from table import RESULTS
 
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
+from seatfem.study.plan import Plan
+from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.runs.seat_fields import SeatMesh, force_by_port
@@ -119,7 +119,7 @@ release = {{ velocity = "-{rng.uniform(0.5, 4):.4f} m/s" }}
 
 
 def judge(index: int, seed: int = SEED) -> list[Row]:
-    """Return the rows of one scene, run as planned in one round, against its reference."""
+    """Return the rows of one scene, run by the loop, against its reference."""
     text = draw_scene(index, seed)
     tables = tomllib.loads(text)
     seat, reed = tables["seat"]["kind"], tables["reed"]["kind"]
@@ -130,7 +130,8 @@ def judge(index: int, seed: int = SEED) -> list[Row]:
 def _judged(head: Row, text: str, folder: Path) -> Iterator[Row]:
     path = folder / "scene.toml"
     path.write_text(text, encoding="utf-8")
-    *_, done = rounds(plan_scene(load_scene(path)), folder, Stopwatch(), silent, limits=Limits(rounds=1))
+    limits = Limits(seconds=RUN_SECONDS)
+    *_, done = rounds(begin_plan(load_scene(path)), folder, Stopwatch(), silent, limits=limits)
     rung, reference = finest_reference(done, ladder=SAME_PATCH)
     values, bars = largest_stresses(done)
     finest = finer_round(done, reference)

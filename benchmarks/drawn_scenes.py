@@ -27,7 +27,7 @@ STRIKERS: Final = (
 PATCHED: Final = ("annular", "conical", "stopper", "block", "cad", "mesh", "plate")
 """Seats whose patch brings the local compliance that Hertz's law holds, too: these have a spring in its place."""
 ON_LIPS: Final = 0.4  # of the plates meet a lip, whatever seat has its turn
-STATED: Final = 0.2  # of the scenes state keys that the others leave to the plan
+STATED: Final = 0.2  # of the scenes state keys that the others leave open
 MEASURES: Final[Mapping[str, float]] = {"impulse": 3, "filtered_peak": 3}
 """How often a measure is asked for, beside once."""
 LANDINGS: Final = ("hardest", "hardest", "first", "run")
@@ -54,7 +54,7 @@ class DrawnScene:
         text: of scene.toml.
         seat, reed: their kinds.
         about: what else is in it, in words.
-        stated: whether it states keys that a plan would choose.
+        stated: whether it states keys that the loop would choose.
         files: by name, what writes them.
     """
 

@@ -35,7 +35,7 @@ class Seat:
         table: its lines, the head included.
         radius: mean radius of its lip [mm]; 0 without one.
         width: of the lip [mm].
-        stated: whether keys are stated that a plan would choose.
+        stated: whether keys are stated that the loop would choose.
         files: by name, what writes them.
     """
 

@@ -31,7 +31,7 @@ class Striker:
         preload: whether it begins in equilibrium with its loads.
         above: height at its contact at the start [mm].
         in_arcs: whether it is a plate that meets the lip of a seat where that lies.
-        stated: whether keys are stated that a plan would choose.
+        stated: whether keys are stated that the loop would choose.
         files: by name, what writes them.
     """
 

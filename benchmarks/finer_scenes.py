@@ -77,7 +77,7 @@ LADDER: Final = (
 
 
 def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> tuple[Scene, RunMethod]:
-    """A scene and the method that a run of it had, finer in all that they state or leave to the plan.
+    """A scene and the method that a run of it had, finer in all that they state or leave open.
 
     ``method.time_step`` is that of the run [s]. A seat taken for a spring or a rod has finite elements, a single port
     in place of a lip the lip's arcs, and whatever strikes or limits the lift is finer by its own keys.

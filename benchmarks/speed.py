@@ -27,6 +27,7 @@ from whole_runs import whole_runs_table
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import Material, SecondOrderModel
+from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import load_scene
 from seatfem.study.sweep.cases import PILOTS, chosen
 from seatfem.study.sweep.runner import Outcome, carry_out
@@ -37,12 +38,12 @@ ROOT: Final = Path(__file__).parents[1]
 SLEEVE: Final = ROOT / "examples" / "flapper_on_peek_sleeve.toml"
 PAGE: Final = ROOT / "docs" / "performance.md"
 MASS: Final = ROOT / "tests" / "contracts" / "mass_on_spring.toml"
-ROUNDS, SCENES, LANES = 4, 20, 64  # of a study
+SCENES, LANES = 20, 64  # of a study
 HEAD: Final = """# Performance
 
-How long a run takes is what `seatfem plan` predicts ([predicted and measured](predicted.md)). This page is for
-maintainers: written by `python benchmarks/speed.py` from the tables that it leaves in `benchmarks/results/`. Ratios
-carry over to other machines, times do not.
+How long a run takes, `seatfem plan` says after a look of a few seconds. This page is for maintainers: written by
+`python benchmarks/speed.py` from the tables that it leaves in `benchmarks/results/`. Ratios carry over to other
+machines, times do not.
 
 Against others: [peers](peers.md).
 
@@ -116,18 +117,18 @@ def reeds(count: int) -> list[dict[str, object]]:
 
 def first_scenes(scenes: list[dict[str, object]]) -> dict[str, object]:
     """Return what scenes after these begin with."""
-    first = carry_out(SLEEVE, scenes[0], ROUNDS, {}, leads=True, stress=False)
-    others = [carry_out(SLEEVE, each, ROUNDS, first.start, leads=True, stress=False) for each in scenes[1:]]
+    first = carry_out(SLEEVE, scenes[0], MOST_ROUNDS, {}, leads=True, stress=False)
+    others = [carry_out(SLEEVE, each, MOST_ROUNDS, first.start, leads=True, stress=False) for each in scenes[1:]]
     return dict(chosen([each.start for each in (first, *others) if each.start]))
 
 
 def studies_table() -> Table:
-    """Return the processor time of scenes of a study, planned alone, begun as the first ones ended, side by side."""
+    """Return the processor time of scenes of a study: begun by themselves, as the first ones ended, side by side."""
     alone, after, rounds = list[float](), list[float](), {"alone": list[float](), "after": list[float]()}
 
     def run(seconds: list[float], name: str, changed: dict[str, object], start: dict[str, object]) -> None:
         begin = process_time()
-        found: Outcome = carry_out(SLEEVE, changed, ROUNDS, start, stress=False)
+        found: Outcome = carry_out(SLEEVE, changed, MOST_ROUNDS, start, stress=False)
         seconds.append(process_time() - begin)
         rounds[name].append(float(found.summary["accuracy_rounds"]))  # type: ignore[arg-type]
 
@@ -145,7 +146,7 @@ def studies_table() -> Table:
         begin = process_time()
         side_by_side(SLEEVE, {**contact[0], **more}, contact, 1, start, ())
         lanes = [(process_time() - begin) / LANES]
-    ways = {"planned by itself": alone, "begun as the first ones ended": after, "side by side, measures alone": lanes}
+    ways = {"begun by itself": alone, "begun as the first ones ended": after, "side by side, measures alone": lanes}
     counts = [*(f"{np.mean(each):.2f}" for each in rounds.values()), ""]
     rows = tuple(
         (name, f"{np.mean(spent):.3g}", number, f"{500 * np.mean(spent):.0f}")

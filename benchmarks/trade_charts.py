@@ -52,22 +52,23 @@ on one thread, with an empty store. The same command continues a run that was st
 - **Error** is the relative difference from a reference that is finer than the whole ladder in every choice; the rings
   of the patch are one, or as the file states. The reference's own uncertainty (shaded floor) is what one notch coarser
   in every choice changes over {RATIO} - 1 (order 1).
-- **Stopped** points (time limit; {LONGER:g} times as long for the reference and the planner's choice) and failed ones
+- **Stopped** points (time limit; {LONGER:g} times as long for the reference and the choice of a run) and failed ones
   are in the tables, `benchmarks/results/trade_*.csv`, with the reason.
-- **The planner's choice** (star) is what `seatfem plan` chooses if the file leaves all of it open; the diamond is the
-  file as it is, where it states some. *Excess* is its cost over that of the cheapest point that is at least as
-  accurate in the worst of the measures asked for; 1 is on the Pareto front.
+- **The choice of a run** (star) is what the loop of `seatfem run` ends with if the file leaves all of it open; the
+  diamond is the file as it is, where it states some. *Excess* is its cost over that of the cheapest point that is at
+  least as accurate in the worst of the measures asked for; 1 is on the Pareto front.
 
-| scene | points | target | planner's error | planner's time | excess over the front | over the cheapest at target | \
+| scene | points | target | error of a run's choice | its time | excess over the front | over the cheapest at target | \
 over the front with guesses |
 |---|---|---|---|---|---|---|---|
 """
 WORDS: Final = {
-    "tilted_landing": """A third of the ladder (`--quick`). The file states 96 segments of the lip and the step; the
-planner chooses both. One contact point and a beam stand in place of segments and plate; they have no force per length.
+    "tilted_landing": """A third of the ladder (`--quick`). The file states 96 segments of the lip and the step; a run
+chooses both where they are open. One contact point and a beam stand in place of segments and plate; they have no force
+per length.
 
 """,
-    "mass_on_meshed_seat": """The reference has one ring: what the planner's four rings improve counts as its error.
+    "mass_on_meshed_seat": """The reference has one ring: what more rings improve counts as their error.
 
 """,
 }
@@ -94,7 +95,7 @@ def line(trade: Trade) -> str:
 
 
 def section(name: str, trade: Trade) -> str:
-    """Return the chart of a scene, and the errors of the planner's choice and of the file as it is."""
+    """Return the chart of a scene, and the errors of a run's choice and of the file as it is."""
     heads = {measure: measure.replace("_", " ") for measure in trade.measures}
     parts = [f"\n## {trade.title}\n\n", f"`examples/{name}.toml`\n\n", WORDS.get(name, "")]
     parts.append(f"![Time against error](images/trade_{name}.png)\n\n")

@@ -160,7 +160,7 @@ FINDINGS: Final = """Of {all} error bars of seatfem {held} hold, the doubt added
 
 - Bars are {wide:.0f} times the error in the median.
 - For the error that seatfem reaches at the least target the other program takes {cheap}, and seatfem {low:.1f} to
-  {high:.1f} times as long: it starts slower, plans, and repeats the contact for bars and baseline. CalculiX, given the
+  {high:.1f} times as long: it starts slower, and repeats the contact for bars and baseline. CalculiX, given the
   mesh, takes longer than all.
 - A target of 30 % is hardly cheaper than one of 3 %: the time is not that of the contact.
 - The tilted flapper misses 1 % by its own bar, and says so.

@@ -42,7 +42,7 @@ SCENES: Final[tuple[tuple[str, str, tuple[str, ...], bool], ...]] = (  # name, f
 NOTES: Final = (
     f"Whole runs with all their files and pictures, over those of commit {BEFORE}, which marches and keeps equal steps",
     "(the tilted valve is killed there, at 24 GB): the least of two turns, processor time of all threads. *Forecast*:",
-    "what the run says before its first round, over time and memory of one run.",
+    "what `seatfem plan` says, over time and memory of one run.",
 )
 
 

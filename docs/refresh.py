@@ -29,14 +29,13 @@ from markers import between
 
 from impact.files.safe_files import whole_file
 from seatfem.faces.cli import demo_scene, run_command
+from seatfem.faces.plan_view import look_lines
 from seatfem.faces.verdict import verdict
 from seatfem.readings import reading
-from seatfem.structures.cache import VARIABLE, Store
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene
+from seatfem.structures.cache import VARIABLE
+from seatfem.study.runs.forecast import Look, look_at
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
-from seatfem.study.scene.measures import asked_name
 from seatfem.verify import Row, known_answers, verification_table
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -80,7 +79,8 @@ def main() -> None:
     for name, run, rows in (("demo", folder, OF_DEMO), ("sleeve", sleeve, OF_SLEEVE)):
         summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
         readme = between(readme, name, run_table(summary, rows))
-    readme = between(readme, "plan", plan_table(plan_scene(load_scene(SLEEVE), store=Store(Path(tempfile.mkdtemp())))))
+    os.environ[VARIABLE] = tempfile.mkdtemp()  # nor does a look find what a run has computed
+    readme = between(readme, "plan", plan_table(look_at(load_scene(SLEEVE))))
     write(ROOT / "README.md", readme)
 
 
@@ -145,14 +145,11 @@ def run_table(summary: dict[str, object], rows: Sequence[tuple[str, str, str]]) 
     return "\n".join(lines)
 
 
-def plan_table(plan: Plan) -> str:
-    """Return what a plan chooses and predicts."""
+def plan_table(look: Look) -> str:
+    """Return what a look chooses and measures."""
     lines = ["| key | value | error left | why |", "|---|---|---|---|"]
-    lines += [f"| `{c.key}` | {c.value} | {c.leaves} | {'given: ' * c.given}{c.reason} |" for c in plan.choices]
-    each = ((asked_name(name).replace("_", " "), 100 * error) for name, error in plan.error.items())
-    errors = ", ".join(f"{words} {percent:.2g} %" for words, percent in each)
-    lines.append(f"\nPredicted: {plan.cost.seconds:.2g} s, {plan.cost.memory / 1e9:.2g} GB, error bars: {errors}.")
-    return "\n".join(lines)
+    lines += [f"| `{c.key}` | {c.value} | {c.leaves} | {'given: ' * c.given}{c.reason} |" for c in look.plan.choices]
+    return "\n".join([*lines, "", *(f"- {line}" for line in look_lines(look) if not line.startswith("note: "))])
 
 
 def write(path: Path, text: str) -> None:

@@ -20,8 +20,8 @@ GROUPS = {
     ),
     "seatfem": (
         *("units", "fields", "readings", "results", "machine", "jobs", "structures", "pictures"),
-        *(f"study/{room}" for room in ("safety", "scene", "method", "impacts", "prerun", "ladders", "error_budget")),
-        *(f"study/{room}" for room in ("planning", "runs", "sweep", "identify", "trade")),
+        *(f"study/{room}" for room in ("safety", "scene", "method", "plan", "impacts", "ladders", "error_budget")),
+        *(f"study/{room}" for room in ("runs", "sweep", "identify", "trade")),
         *("verify, doctor", "faces"),
     ),
 }
