@@ -1,11 +1,14 @@
-"""The loop against the plan with its rounds, on drawn scenes: processor time, targets reached, coverage of the bars.
+"""The loop on drawn scenes: processor time, rounds, targets reached, coverage of the bars.
 
     python benchmarks/loop_of_scenes.py [--seed N] [--scenes N] [--first N] [--file CSV]
     python benchmarks/loop_of_scenes.py --summary
 
 appends rows to results/loop_of_scenes.csv as scenes end, one for each measure that the target applies to; scenes that
-are in the file are not run again. Both ways run in one process, each with an empty store, after one scene that loads
-and compiles; they take turns in going first. The reference is finer in every key than the loop's result.
+are in the file are not run again. All run in one process, each with an empty store, after one that loads and compiles.
+The reference is finer in every key than the loop's result.
+
+The columns ``plan_...`` are of the program before, which chose the keys by predictions, as of commit 8834d30c: both ran
+side by side, each with an empty store, and took turns in going first. New rows have none.
 """
 
 from __future__ import annotations
@@ -26,7 +29,6 @@ from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.impacts import bodies
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from seatfem.study.scene import Scene, load_scene
@@ -40,11 +42,11 @@ PER_SCENE: Final = 4 * LONGEST
 
 @dataclass(frozen=True)
 class Row(Head):
-    """A measure of a scene, by both ways.
+    """A measure of a scene.
 
     Attributes:
         target: relative.
-        loop_s, plan_s, planning_s: processor time [s] of the loop, of plan and rounds, of the plan alone.
+        loop_s, plan_s, planning_s: processor time [s] of the loop; of plan and rounds, of the plan alone, before.
         loop_rounds, plan_rounds: number of rounds.
         loop_met, plan_met: whether the target was reached.
         level, plan_level: of the seat.
@@ -73,27 +75,18 @@ class Row(Head):
 
 
 @dataclass(frozen=True)
-class Way:
-    """What one way came to: its last round, and its processor times [s]."""
+class Looped:
+    """The last round of the loop, and its processor time [s]."""
 
     done: Round
     seconds: float
-    planning: float = 0.0
 
 
-def run_loop(scene: Scene, folder: Path) -> Way:
+def run_loop(scene: Scene, folder: Path) -> Looped:
     start = spent()
     with gmsh_session():
-        *_, done = rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=Limits(rounds=9, seconds=SECONDS))
-    return Way(done, spent() - start)
-
-
-def run_plan(scene: Scene, folder: Path) -> Way:
-    start = spent()
-    plan = plan_scene(scene)
-    planning = spent() - start
-    *_, done = rounds(plan, folder, Stopwatch(), silent, limits=Limits(seconds=SECONDS))
-    return Way(done, spent() - start, planning)
+        *_, done = rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=Limits(seconds=SECONDS))
+    return Looped(done, spent() - start)
 
 
 def judge(index: int, seed: int) -> list[Row]:
@@ -103,19 +96,14 @@ def judge(index: int, seed: int) -> list[Row]:
 
     def work(folder: Path) -> Iterator[Row]:
         scene = load_scene(drawn.write(folder))
-        ways = {}
-        for run in (run_loop, run_plan) if index % 2 else (run_plan, run_loop):
-            bodies._solved.cache_clear()
-            with stored() as own:
-                ways[run] = run(scene, own)
-        loop, plan = ways[run_loop], ways[run_plan]
+        bodies._solved.cache_clear()
+        with stored() as own:
+            loop = run_loop(scene, own)
         row = replace(
             head,
             target=scene.accuracy.target,
-            loop_s=loop.seconds, plan_s=plan.seconds, planning_s=plan.planning,
-            loop_rounds=loop.done.number, plan_rounds=plan.done.number,
-            loop_met=str(loop.done.met), plan_met=str(plan.done.met),
-            level=loop.done.plan.level, plan_level=plan.done.plan.level, reason=loop.done.stopped,
+            loop_s=loop.seconds, loop_rounds=loop.done.number, loop_met=str(loop.done.met),
+            level=loop.done.plan.level, reason=loop.done.stopped,
         )  # fmt: skip
         if not loop.done.judged:
             yield replace(row, outcome="no landing")
@@ -126,13 +114,8 @@ def judge(index: int, seed: int) -> list[Row]:
         except NoReference:
             exact = {}
         for name in loop.done.judged:
-            left, beside = loop.done.left, plan.done.left
-            yield replace(
-                row, measure=name, value=left.values[name], bar=left.bar(name),
-                plan_value=beside.values.get(name, math.nan),
-                plan_bar=beside.bar(name) if name in beside.values else math.nan,
-                true=exact.get(name, math.nan),
-            )  # fmt: skip
+            value, bar = loop.done.left.values[name], loop.done.left.bar(name)
+            yield replace(row, measure=name, value=value, bar=bar, true=exact.get(name, math.nan))
 
     return carry_out(head, work, PER_SCENE)
 
@@ -141,8 +124,9 @@ def in_words(rows: Sequence[Row]) -> str:
     """Return what a table shows, in lines."""
     judged = [row for row in rows if row.outcome == "judged"]
     scenes = list({row.index: row for row in judged}.values())
-    ratios = sorted(row.loop_s / row.plan_s for row in scenes)
-    if not ratios:
+    both = [row for row in scenes if math.isfinite(row.plan_s)]
+    ratios = sorted(row.loop_s / row.plan_s for row in both)
+    if not scenes:
         return "no scenes"
 
     def within(values: Iterable[tuple[float, float, float]]) -> str:
@@ -155,20 +139,22 @@ def in_words(rows: Sequence[Row]) -> str:
         shares = [bar <= target * abs(value) for value, bar, target in values]
         return f"{sum(shares) / len(shares):.0%} of the bars within the target"
 
-    last = ratios[min(len(ratios) - 1, math.ceil(0.95 * len(ratios)) - 1)]
-    return "\n".join(
-        (
-            f"{len(scenes)} scenes, {len(judged)} measures; {len({row.index for row in rows}) - len(scenes)} others",
+    lines = [
+        f"{len(scenes)} scenes, {len(judged)} measures; {len({row.index for row in rows}) - len(scenes)} others",
+        f"loop: {within((row.value, row.bar, row.true) for row in judged)}; "
+        f"{reached((row.value, row.bar, row.target) for row in judged)}",
+    ]
+    if ratios:
+        last = ratios[min(len(ratios) - 1, math.ceil(0.95 * len(ratios)) - 1)]
+        compared = [row for row in judged if math.isfinite(row.plan_s)]
+        lines += [
+            f"before: {within((row.plan_value, row.plan_bar, row.true) for row in compared)}; "
+            f"{reached((row.plan_value, row.plan_bar, row.target) for row in compared)}",
             f"processor time, loop over plan and rounds: median {median(ratios):.2f}, 95 % {last:.2f}, "
-            f"worst {ratios[-1]:.2f}; sums {sum(row.loop_s for row in scenes):.0f} s "
-            f"and {sum(row.plan_s for row in scenes):.0f} s, "
-            f"of which plans {sum(row.planning_s for row in scenes):.0f} s",
-            f"loop: {within((row.value, row.bar, row.true) for row in judged)}; "
-            f"{reached((row.value, row.bar, row.target) for row in judged)}",
-            f"plan: {within((row.plan_value, row.plan_bar, row.true) for row in judged)}; "
-            f"{reached((row.plan_value, row.plan_bar, row.target) for row in judged)}",
-        )
-    )
+            f"worst {ratios[-1]:.2f}; sums {sum(row.loop_s for row in both):.0f} s "
+            f"and {sum(row.plan_s for row in both):.0f} s, of which plans {sum(row.planning_s for row in both):.0f} s",
+        ]
+    return "\n".join(lines)
 
 
 def main() -> None:
