@@ -19,8 +19,9 @@ from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, run_contacts
 from seatfem.study.impacts.touches import SOURCES, Touches, values_of_record
 from seatfem.study.method import stated_method
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene, refine
+from seatfem.study.plan import Plan
+from seatfem.study.runs.converge import begin_plan
+from seatfem.study.runs.forecast import converged, look_at
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import Limits, rounds
