@@ -14,7 +14,7 @@ from pydantic import BaseModel
 
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.safety import LEVEL_SHARE
-from seatfem.study.scene import Contact, ContactGeometry, Scene
+from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.problems import in_role
 
 _Table = TypeVar("_Table", bound=BaseModel)
@@ -101,12 +101,6 @@ class RunMethod:
             change: dict[str, Any] = {rest[0]: value} if rest else {first: value}
             method = replace(method, **({first: replace(getattr(method, first), **change)} if rest else change))
         return method
-
-
-def chooses_one_port(contact: Contact, method: RunMethod) -> bool:
-    """Return whether ``method`` has one port in place of a lip's arcs although the file's ``contact`` does not state
-    it."""
-    return method.ports == 1 and not is_given(contact, "ports")
 
 
 def stated_method(scene: Scene) -> RunMethod:

@@ -11,6 +11,7 @@ from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.rings import Division, divided_less
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of
+from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import PORTS
 from seatfem.study.runs.converge import refine_plan
 from seatfem.study.safety import ONE_PORT_BAR
@@ -97,10 +98,10 @@ def test_the_bar_holds_against_arcs(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_rounds_end_where_one_port_leaves_too_much(folder: Path) -> None:
-    """The target of the same plan made tighter: the file states one port, and that is told."""
+    """The file states it, and no other key undoes that."""
     done = first_round(folder)
-    target = {"target": 0.5 * done.left.by_key["one port"]["landing_impulse"] / done.left.values["landing_impulse"]}
-    scene = done.plan.scene.model_copy(update={"accuracy": done.plan.scene.accuracy.model_copy(update=target)})
-    plan, why = refine_plan(replace(done, plan=replace(done.plan, scene=scene)))
+    left = {"landing_impulse": 0.4 * done.left.values["landing_impulse"]}
+    budget = replace(done.left, parts={"lip": left}, by_key={ONE_PORT: left})
+    plan, why = refine_plan(replace(done, left=budget))
     assert plan is None
-    assert why == ""
+    assert why == "single contact point instead of the lip leaves 60 % of impulse, and it cannot be made smaller"
