@@ -80,7 +80,7 @@ def test_other_questions_begin_anew(tmp_path):
 
 @pytest.mark.slow
 def test_what_met_in_one_round_is_kept_and_what_missed_is_not(store_of_the_test, tmp_path):
-    done = last_of(plan_of(tmp_path, SCENE.replace('"2 %"', '"5 %"')), tmp_path)
+    done = last_of(plan_of(tmp_path, SCENE.replace('"2 %"', '"20 %"')), tmp_path)
     assert done.number == 1
     save_plan(done)
     assert cached_plan(done.plan.scene).method == done.plan.method

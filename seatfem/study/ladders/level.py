@@ -35,7 +35,7 @@ class Level(BodyLadder):
         if level is None or self.role != "seat":
             return level
         better, seat = _better(run), run.method.seat
-        if seat.static and MODEL not in run.method.given and not tells_waves(run.scene.seat, seat):
+        if seat.static and not tells_waves(run.scene.seat, seat):
             better = ((*(variation for term in better for variation in term), *_waves(run)),)
         return (*level, *_shear(run), *better)
 
