@@ -153,7 +153,7 @@ def has_key(scene: BaseModel, key: str) -> bool:
 def as_stated(scene: Scene, method: RunMethod) -> Scene:
     """Return ``scene`` as if its file stated the ``method``, for functions that take a scene without a method."""
     for key in FIELDS:
-        if has_key(scene, key) and (value := method.value(key)) is not None and value != value_of(scene, key):
+        if has_key(scene, key) and (value := method.value(key)) is not None:  # a default, too, is stated then
             scene = _with(scene, key.split("."), value)
     return scene
 

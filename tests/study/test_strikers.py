@@ -11,12 +11,13 @@ import impact
 from impact.bodies.loads import Gravity, PointForce, Pressure
 from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import ErrorEstimate
+from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_step
+from seatfem.study.impacts.window import Excerpt
 from seatfem.study.method import stated_method
 from seatfem.study.runs.converge import refine_plan
-from seatfem.study.impacts.window import Excerpt
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.problems import in_words_of
 from tests.as_stated import solved_striker, striker_of
@@ -277,4 +278,7 @@ def test_a_part_that_nothing_holds_is_thrown(tmp_path: Path) -> None:
     )
     text = f'kind = "cad"\nfile = "{block}"\nmaterial = "steel"\n{more}'
     scene = scene_of(tmp_path, text, seat=SPRING.replace("20 N/um", "1 N/um"))
-    solved = solved_striker(scene)
+    mass = 7850 * inspect_geometry(scene.reed.geometry()).shape.volume
+    assert solved_striker(scene).greens.mass() == pytest.approx(mass, rel=1e-3)
+    *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent, limits=Limits(1))
+    assert done.left.values["impulse"] == pytest.approx(2 * mass * 0.1, rel=0.01)
