@@ -16,8 +16,8 @@ from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.impacts.window import Excerpt
-from seatfem.study.method import stated_method
-from seatfem.study.runs.converge import refine_plan
+from seatfem.study.ladders.table import ladder_of
+from seatfem.study.method import SEAT_MODES, stated_method
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.problems import in_words_of
 from tests.as_stated import solved_striker, striker_of
@@ -157,19 +157,19 @@ FREE_ROD = (
 
 
 def open_scene_of(folder: Path, striker: str, gap: str) -> Scene:
-    """Its step is left to the plan."""
+    """Its step is left open."""
     return load_text(folder, f'{SPRING}[reed]\n{striker}[contact]\ngap = "{gap}"\n{OPEN}')
 
 
 @pytest.mark.slow
 def test_a_coarse_striker_is_told_of_and_not_the_seat(tmp_path: Path) -> None:
-    """A spring has no mesh: what is left is the striker's, and nothing but its own keys makes it finer."""
+    """A spring has no mesh: what is left is the striker's, and finer elements of it reduce that slowly."""
     outcome = run_scene(open_scene_of(tmp_path, COARSE_BAR, "0.2 um"), tmp_path / "out")
     found = outcome.summary
     assert found["error_striker_impulse_Ns"] > 0.01 * found["impulse_Ns"]
     assert found["error_mesh_impulse_Ns"] == 0.0
     assert found["error_bar_impulse_Ns"] > 1.5 * found["error_striker_impulse_Ns"]
-    assert found["accuracy_rounds"] == 1
+    assert "(reed.mesh.size) leaves " in str(found["accuracy_stopped_because"])
     assert any("refine reed.mesh" in told for told in outcome.messages)
 
 
@@ -253,12 +253,8 @@ def test_a_beam_that_is_struck_has_an_error_of_its_modes(tmp_path: Path) -> None
     again = summary_of(other, folder)
     assert not again["seat_reused"]
     open_seat = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER.replace("n_modes = 8\n", ""))
-    accuracy = open_seat.accuracy.model_copy(update={"target": 1e-3})
-    strict = open_seat.model_copy(update={"accuracy": accuracy})
-    *_, done = rounds(begin_plan(strict), tmp_path, Stopwatch(), silent, limits=Limits(1))
-    finer, why = refine_plan(done)
-    assert finer is not None, why
-    assert finer.method.seat.n_modes > done.plan.method.seat.n_modes == 40  # type: ignore[operator]
+    method = begin_plan(open_seat).method
+    assert ladder_of(SEAT_MODES).refine(open_seat, method, 2.0).seat.n_modes > method.seat.n_modes == 40
 
 
 def test_a_seat_is_no_thicker_than_its_theory(tmp_path: Path) -> None:
