@@ -21,6 +21,7 @@ from seatfem.study.impacts.touches import SOURCES, Touches, values_of_record
 from seatfem.study.method import stated_method
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import begin_plan, refine_plan
+from seatfem.study.runs.forecast import converge, look_at
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import Limits, rounds

@@ -14,7 +14,7 @@ from pydantic import BaseModel
 
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.safety import LEVEL_SHARE
-from seatfem.study.scene import Contact, ContactGeometry, Scene
+from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.problems import in_role
 
 _Table = TypeVar("_Table", bound=BaseModel)
@@ -103,12 +103,6 @@ class RunMethod:
         return method
 
 
-def chooses_one_port(contact: Contact, method: RunMethod) -> bool:
-    """Return whether ``method`` has one port in place of a lip's arcs although the file's ``contact`` does not state
-    it."""
-    return method.ports == 1 and not is_given(contact, "ports")
-
-
 def stated_method(scene: Scene) -> RunMethod:
     """Return the method that the file states, with defaults for open values: the method of a run without a plan.
 
@@ -159,7 +153,7 @@ def has_key(scene: BaseModel, key: str) -> bool:
 def as_stated(scene: Scene, method: RunMethod) -> Scene:
     """Return ``scene`` as if its file stated the ``method``, for functions that take a scene without a method."""
     for key in FIELDS:
-        if has_key(scene, key) and (value := method.value(key)) is not None and value != value_of(scene, key):
+        if has_key(scene, key) and (value := method.value(key)) is not None:  # a default, too, is stated then
             scene = _with(scene, key.split("."), value)
     return scene
 

@@ -1,23 +1,32 @@
-"""A new key is one ladder: no file knows this one, and the error budget, the plan and the trade ask for it."""
+"""A new key is one ladder: no file knows this one, and the error budget, the rounds and the trade ask for it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from impact.runs.variations import SAFETY, Budget, Terms
-from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
+from impact.runs.variations import Budget, Terms
+from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour
 from seatfem.study.ladders.table import DECLARED
 from seatfem.study.method import STEP, RunMethod, stated_method
-from seatfem.study.planning.deciding import Choices
-from seatfem.study.prerun.context import PlanningContext
+from seatfem.study.runs.converge import mark, refine_plan
 from seatfem.study.scene import Run, Scene
 from seatfem.study.trade.rungs import Rungs
 from tests.gallery import load_text
-from tests.steps import error_budget, plan_scene, run_contacts, seat_of, striker_of
+from tests.steps import (
+    Limits,
+    Stopwatch,
+    begin_plan,
+    error_budget,
+    rounds,
+    run_contacts,
+    seat_of,
+    silent,
+    striker_of,
+)
 
 SCENE = """
 seat = { kind = "spring", stiffness = "20 N/um" }
@@ -27,9 +36,6 @@ accuracy = { target = "5 %", measures = ["impulse", "filtered_peak"] }
 """
 SOFTER = 1.1
 """Neighbours of the toy have so much more g: the filtered peak of a spring is as its root."""
-LEFT = {"coarse": 0.2, "fine": 0.001}
-"""What its values leave in a plan, the coarse one beyond any target; the fine one costs ..."""
-PRICE = 7.0  # ... s
 
 
 @dataclass(frozen=True)
@@ -38,13 +44,6 @@ class Toy(Ladder):
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         return ((run.with_greens("seat", run.seat.greens.scaled(SOFTER)),),)
-
-    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
-        for value, left in LEFT.items():
-            errors = dict.fromkeys(context.sensitivity.base, left)
-            yield replace(
-                option, changes={**option.changes, self.key: errors}, seconds=option.seconds + PRICE * (value == "fine")
-            )
 
     def beside(self, run: Run, reed: object, centre: RunMethod) -> Iterator[Neighbour]:
         yield Neighbour("toy", "toys", {STEP: 1e-8})
@@ -78,32 +77,34 @@ def test_the_error_budget_runs_its_neighbour(scene: Scene, toy: Toy) -> None:
     DECLARED.append(toy)
 
 
-def test_the_plan_chooses_its_value(scene: Scene, toy: Toy) -> None:
-    """The fine one, although it costs more; its share is the model's, and the plan says so."""
-    plan = plan_scene(scene)
-    assert plan.meets_target
-    assert plan.shares["model"]["landing_impulse"] == pytest.approx(LEFT["fine"])
-    assert plan.error["landing_impulse"] >= SAFETY * LEFT["fine"]
+@dataclass(frozen=True)
+class RefinedToy(Toy):
+    """A key whose finer value shows in the time step, which no error asks for here."""
+
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+        assert method.time_step is not None
+        return method.replaced({STEP: method.time_step / factor})
 
 
-def test_a_plan_pays_for_what_it_needs_alone(scene: Scene, toy: Toy) -> None:
-    surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-    choices = Choices(PlanningContext.from_scene(scene, surrogate))
-    fine, coarse = (choices.cheapest(target).seat for target in (0.05, 0.9))
-    assert fine.seconds - coarse.seconds == pytest.approx(PRICE)
-
-
-def test_a_key_of_the_march_is_paid_for_too(scene: Scene, toy: Toy) -> None:
-    DECLARED[DECLARED.index(toy)] = of_march = replace(toy, of_seat=False)
+@pytest.mark.slow
+@pytest.mark.parametrize("refined", [False, True])
+def test_a_round_refines_it_or_names_it(scene: Scene, toy: Toy, tmp_path: Path, refined: bool) -> None:
+    """It leaves 4.7 % of the peak, far more than any other key; and is named if it has no finer value."""
+    DECLARED[DECLARED.index(toy)] = other = RefinedToy("toy.key", "model") if refined else toy
     try:
-        surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-        choices = Choices(PlanningContext.from_scene(scene, surrogate))
-        steps = {option.method.time_step for option in choices.contacts}
-        prices = sorted(option.seconds for option in choices.contacts)
-        assert len(steps) == 1
-        assert prices[1] - prices[0] == pytest.approx(PRICE)
+        *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent, limits=Limits(1))
+        factors = dict(mark(done).factors)
+        plan, why = refine_plan(done)
     finally:
-        DECLARED[DECLARED.index(of_march)] = toy
+        DECLARED[DECLARED.index(other)] = toy
+    if refined:
+        assert set(factors) == {"toy.key"}
+        assert plan is not None
+        assert plan.method == done.plan.method.replaced({STEP: 20e-9 / factors["toy.key"]})
+    else:
+        assert (plan, factors) == (None, {})
+        assert "(toy.key) leaves 6.9 %" in why
+        assert why.endswith("of peak force, and it cannot be made smaller")
 
 
 def test_the_trade_has_its_neighbour(scene: Scene, toy: Toy) -> None:

@@ -13,7 +13,7 @@ from pydantic import Field
 from impact.march.laws import Law, compiled_law
 from seatfem.fields import Stiffness
 from seatfem.study.scene.laws import ContactLaw, laws
-from tests.steps import SceneError, load_scene, plan_scene, run_scene
+from tests.steps import SceneError, begin_plan, load_scene, run_scene
 
 SCENE = """
 seat = {{ kind = "spring", stiffness = "1 GN/m" }}
@@ -70,7 +70,7 @@ def written(folder: Path, kind: str) -> Path:
 def test_a_toy_law_is_planned_and_run(tmp_path: Path) -> None:
     """Half the energy is lost: restitution 1/sqrt(2), to what steps of a 500th of the blow leave."""
     scene = load_scene(written(tmp_path, "toy_rubber"))
-    assert plan_scene(scene).level == "closed form"
+    assert begin_plan(scene).level == "closed form"
     summary = run_scene(scene, tmp_path / "out", pictures=False).summary
     spring = run_scene(load_scene(written(tmp_path, "spring")), tmp_path / "spring", pictures=False).summary
     assert summary["restitution"] == pytest.approx(0.5**0.5, rel=5e-3)

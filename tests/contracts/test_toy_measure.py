@@ -1,4 +1,4 @@
-"""A new measure is one class: scenes ask for it, plans aim at it, and runs give it an error bar."""
+"""A new measure is one class: scenes ask for it, and runs give it an error bar that meets the target."""
 
 import json
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ import pytest
 from seatfem.faces.verdict import name_of
 from seatfem.results import rows_of
 from seatfem.study.scene.measures import ContactRecord, Measure, all_measures
-from tests.steps import SceneError, load_scene, plan_scene, run_scene
+from tests.steps import SceneError, load_scene, run_scene
 
 SCENE = """
 seat = { kind = "spring", stiffness = "1 N/um" }
@@ -46,7 +46,6 @@ def test_a_toy_measure_is_asked_for(tmp_path: Path) -> None:
     """Of half a sine of the amplitude v sqrt(k m): its square times half the blow."""
     scene = load_scene(written(tmp_path))
     assert scene.accuracy.measures == ("toy_square",)
-    assert plan_scene(scene).error["toy_square"] < 0.1
     run_scene(scene, tmp_path / "out", pictures=False)
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     k, m = 1e6, 1e-3

@@ -10,14 +10,14 @@ from typing import Any, cast
 import pytest
 
 from impact.runs.variations import Budget
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.faces.cli import DONE, run_command
 from seatfem.study.method import BAND, FIELDS, MODEL, MODES, SIZE, STEP, TOLERANCE, stated_method
-from seatfem.study.planning.plan import Refinement
+from seatfem.study.plan import Refinement
 from seatfem.study.runs import converge
 from seatfem.study.runs.converge import MOST, MOST_WORK, TRIES, begin_method, begin_plan, mark, refine_plan, work_ratio
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from tests.steps import Stopwatch, silent
-from tests.study.test_planning import ANNULAR, BAR, MASS, PLATE, REED, scene_of
+from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, scene_of
 
 pytestmark = pytest.mark.usefixtures("own_store")
 FINER = {**dict.fromkeys((SIZE, STEP, TOLERANCE), -1), **dict.fromkeys((BAND, MODES), 1)}
@@ -160,16 +160,7 @@ def test_the_command_line_runs_the_loop(tmp_path: Path, monkeypatch: pytest.Monk
     scene = tmp_path / "scene.toml"
     scene.write_text(f'{ANNULAR}\n{MASS}\naccuracy = {{ target = "10 %", landing = "run" }}\n', encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    assert run_command(["run", "scene.toml", "--planner", "loop", "--no-pictures"]) == DONE
+    assert run_command(["run", "scene.toml", "--no-pictures"]) == DONE
     plan = (tmp_path / "scene-result" / "plan.json").read_text(encoding="utf-8")
     assert all(key in plan for key in FIELDS if key in (SIZE, STEP))
     assert "% of peak force, measured" in plan
-
-
-@pytest.mark.parametrize("verb", ["demo", "run"])
-def test_an_unknown_planner_is_refused(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = [] if verb == "demo" else ["scene.toml"]
-    assert run_command([verb, *scene, "--planner", "oracle"]) == BAD_INPUT
-    said = capsys.readouterr().err
-    assert "--planner" in said
-    assert "loop" in said

@@ -14,12 +14,12 @@ from impact.pictures.lip_plots import plot_lip
 from seatfem.structures.lands import FaceLip
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
+from seatfem.study.ladders.rules import PER_ARC
 from seatfem.study.method import as_stated, stated_method
-from seatfem.study.prerun.context import PER_ARC
 from seatfem.study.scene.lips import closed_line
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Division, Lip, ModelError, Scene, SceneError, check_files, error_budget, plan_scene
+from tests.steps import Division, Lip, ModelError, Scene, SceneError, begin_plan, check_files, error_budget
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
@@ -147,7 +147,7 @@ def test_a_mesh_that_is_given(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_plans_mesh_each_arc(tmp_path: Path) -> None:
     """One element at least, by a spring here; a coarser stated one is refused with what would do."""
-    plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'ports = 48\ntilt = "0.2 deg"\n', 0.04))
+    plan = begin_plan(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'ports = 48\ntilt = "0.2 deg"\n', 0.04))
     lip = plan.method.seat.lip
     assert isinstance(lip, FaceLip)
     assert plan.method.ports == 48
@@ -158,11 +158,11 @@ def test_plans_mesh_each_arc(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_plans_choose_arcs_of_a_face(tmp_path: Path) -> None:
-    """As of a circle: in pre-runs on a half-space under the same face."""
-    plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'tilt = "0.2 deg"\n', 0.04))
-    assert plan.method.ports in (16, 32, 64)
-    assert any(choice.key == "contact.ports" for choice in plan.choices)
+def test_arcs_of_a_face_are_chosen(tmp_path: Path) -> None:
+    """As of a circle, the fewest whose convergence can be estimated."""
+    plan = begin_plan(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'tilt = "0.2 deg"\n', 0.04))
+    assert plan.method.ports == 16
+    assert plan.is_open("contact.ports")
     assert plan.method.reed.lip.arcs == plan.method.ports
 
 
@@ -172,7 +172,7 @@ def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
     one = PLATE.replace("ports = 4", "ports = 1")
     scene = scene_of(tmp_path, one, "ports = 16\n", 0.04)
     assert scene.seat.stated().level == "sector"
-    plan = plan_scene(scene)
+    plan = begin_plan(scene)
     assert plan.method.seat.level in ("3d", "spring")
     assert as_stated(plan.scene, plan.method).geometry.lip() == plan.method.seat.lip
 

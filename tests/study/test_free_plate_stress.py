@@ -10,7 +10,7 @@ from seatfem.structures.fields.recovery import largest
 from seatfem.study.runs.lives import again
 from seatfem.study.runs.stresses import plate_field, plate_pushes, struck_in
 from tests.gallery import load_text
-from tests.steps import Round, Stopwatch, plan_scene, rounds, silent
+from tests.steps import Round, Stopwatch, begin_plan, rounds, silent
 
 SCENE = """
 seat = {{ kind = "annular", bore_radius = "14.5 mm", lip_width = "1 mm", lip_edge_radius = "0 mm", \
@@ -37,7 +37,7 @@ def landed(
 ) -> Round:
     plate = {"band": band, "thickness": thickness, "size": size}
     text = SCENE.format(ports=ports, stiffness=stiffness, duration=duration, **plate)
-    return next(rounds(plan_scene(load_text(folder, text)), folder, Stopwatch(), silent))
+    return next(rounds(begin_plan(load_text(folder, text)), folder, Stopwatch(), silent))
 
 
 def stress(done: Round) -> float:

@@ -16,7 +16,7 @@ from seatfem.study.impacts.contact import RunError, check_step, fallback_step, r
 from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of, lift_of
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text, refusal
-from tests.steps import Scene, plan_scene, run_scene
+from tests.steps import Scene, begin_plan, run_scene
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "50 N/um"\n'
 REED = (
@@ -146,7 +146,7 @@ def test_steps_follow_the_crank(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, GAS + CRANK, RUN.replace("20 us", "400 us"))
     most = 1 / 50 / 360 / 2 / 32
     assert fallback_step(scene.run, scene.gas, impact.spring(stiffness=1e6)) == pytest.approx(most)
-    assert (plan_scene(scene).method.time_step or 0.0) <= most * (1 + 1e-9)
+    assert (begin_plan(scene).method.time_step or 0.0) <= most * (1 + 1e-9)
     stated = scene_of(tmp_path, GAS + CRANK, RUN + 'time_step = "2 us"\n')
     with pytest.raises(RunError, match=r"gas\.rpm = 3000:.*0\.868 us"):
         check_step(stated)

@@ -1,7 +1,6 @@
 """Files that scenes name, opened before anything is planned: all that is wrong at once, at its line; read once."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +15,7 @@ from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, CylinderFace, NumberedFace
-from seatfem.study.planning.planner import rounds_ahead
-from tests.steps import BAD_INPUT, DONE, SceneError, Store, check_files, load_scene, plan_scene, run_command
+from tests.steps import BAD_INPUT, DONE, SceneError, begin_plan, check_files, load_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT / "meshes"
@@ -111,14 +109,14 @@ def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     copy.write_bytes((MESHES / "block.step").read_bytes())
     scene = load_scene(written(tmp_path, CAD.format(copy)))
     for _ in range(2):
-        plan_scene(scene, store=Store(tmp_path / "store"))
+        begin_plan(scene)
     assert calls == ["inspect"]
     copy.write_bytes((MESHES / "bar.step").read_bytes())
     check_files(scene)
     assert calls == ["inspect", "inspect"]
     (tmp_path / "seat.msh").write_bytes((MESHES / "annular_seat.msh").read_bytes())
     scene = load_scene(written(tmp_path, MESH.replace(str(MESHES / "annular_seat.msh"), "seat.msh")))
-    plan_scene(scene, store=Store(tmp_path / "store"))
+    begin_plan(scene)
     assert scene.seat.read() is scene.seat.read()
     assert calls[2:] == ["read"]
 
@@ -180,7 +178,7 @@ def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -> None:
+def test_a_cad_plate_is_measured_like_the_same_plate_drawn_here(tmp_path: Path) -> None:
     """From its faces: lands 1 mm wide, on a plate that bends between its rim; not a patch as wide as the reed."""
     drawn = Plate.model_validate(
         {
@@ -196,35 +194,13 @@ def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -
     assert found.depth == pytest.approx(drawn.depth, rel=1e-6)
     for key in ("bending", "bending_frequency"):  # a plate with its load off the centre is stiffer than at the centre
         assert 1 / 4 < getattr(found, key) / getattr(drawn, key) < 4
-    plan = plan_scene(scene, store=Store(tmp_path / "store"))
-    assert plan.shares["mesh"]["impulse"] > 0.0  # known beforehand, and so the mesh is chosen for the target
-    ahead = rounds_ahead(plan)
-    assert ahead.number == 1
-    assert ahead.seconds == plan.cost.seconds
-    assert ahead.further > 0
 
 
-@pytest.mark.slow
-def test_more_rounds_are_expected_where_the_target_is_missed(tmp_path: Path) -> None:
-    part = CAD.format(MESHES / "block.step")
-    path = written(tmp_path, part)
-    path.write_text(path.read_text(encoding="utf-8") + '[accuracy]\ntarget = "20 %"\n', encoding="utf-8")
-    scene = load_scene(path)
-    plan = plan_scene(scene, store=Store(tmp_path / "store"))
-    worse = replace(plan, error=dict.fromkeys(plan.error, 1.5 * scene.accuracy.target))
-    ahead = rounds_ahead(worse)
-    assert ahead.number > 1
-    assert ahead.seconds > worse.cost.seconds
-
-
-def test_a_mesh_file_is_planned_from_its_mesh(tmp_path: Path) -> None:
+def test_a_mesh_file_is_counted_by_its_mesh(tmp_path: Path) -> None:
     scene = load_scene(written(tmp_path, MESH))
     model = seat_model(scene.seat, scene.seat.stated(), scene.run.duration)
     assert model.sizes.elements == 7904
     assert model.sizes.counts.dof == 40371
-    plan = plan_scene(scene, store=Store(tmp_path / "store"))
-    assert any("not part of the uncertainty" in note for note in plan.notes)
-    assert not any("nothing is known" in note for note in plan.notes)
 
 
 @pytest.mark.slow

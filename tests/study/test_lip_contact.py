@@ -22,7 +22,7 @@ from seatfem.study.impacts.touches import measured
 from seatfem.study.ladders.level import method_beside
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Scene, Solved, Stopwatch, error_budget, plan_scene, rounds, silent, stated_method
+from tests.steps import Scene, Solved, Stopwatch, begin_plan, error_budget, rounds, silent, stated_method
 
 SEAT = (
     'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\n'
@@ -331,19 +331,16 @@ def test_statics_are_off_by_what_the_waves_change(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_rounds_take_more_arcs_on_both_bodies(tmp_path: Path) -> None:
-    """Eight arcs of a tilted lip leave too much: the next round has 32, with another reed. No more of them, since
-    what the stated band of the reed leaves is the larger then, and above the target by itself."""
+    """Eight arcs of a tilted lip leave too much: the next round has 16, with another reed."""
     seat = SEAT.replace('greens = { bandwidth = "100 kHz" }', 'model = "spring"').replace('"0.5 mm"', '"1 mm"')
     scene = scene_of(tmp_path, 'gap = "1 um"\ntilt = "0.3 deg"\n', seat=seat, duration="0.06 ms")
-    plan = plan_scene(scene)
-    assert plan.method.ports == 32
-    plan = replace(plan, method=plan.method.along(scene.geometry, 8), parts={})
+    plan = begin_plan(scene)
+    plan = replace(plan, method=plan.method.along(scene.geometry, 8))
     first, second = itertools.islice(rounds(plan, tmp_path, Stopwatch(), silent), 2)
-    for done, arcs in ((first, 8), (second, 32)):
+    for done, arcs in ((first, 8), (second, 16)):
         assert done.plan.method.ports == arcs
         assert Division.from_greens(done.seat.greens) == Division(arcs)
         assert done.reed.greens.ports == ("contact", *Division(arcs).names)
     shares = [done.left.parts["patch"]["filtered_peak"] for done in (first, second)]
     assert shares[0] > 2 * shares[1]
-    assert second.left.dominant("filtered_peak") == "striker"
     assert not first.met

@@ -1,4 +1,4 @@
-"""Parts across the arcs of a lip: openings of their own, chosen by the plan, in the error bars, made finer."""
+"""Parts across the arcs of a lip: openings of their own, in the error bars, made finer by rounds."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from seatfem.study.impacts.contact import RunError, check_length, record_of
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.patch import of_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
+from seatfem.study.runs.converge import refine_plan
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text
-from tests.steps import Plan, Scene, plan_scene, refine, values_of_record
+from tests.steps import Round, Scene, Stopwatch, begin_plan, rounds, silent, values_of_record
 
 SHEET = """
 seat = { kind = "annular", bore_radius = "3.5 mm", lip_width = "0.8 mm", lip_edge_radius = "0 mm", model = "spring", \
@@ -91,39 +92,51 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
     assert bars[THREE] < 0.2 * bars[ONE]
 
 
+def last_of_each(scene: Scene, folder: Path) -> list[Round]:
+    """The rounds of a scene, each as it was yielded last."""
+    every = rounds(begin_plan(scene), folder, Stopwatch(), silent)
+    return list({done.number: done for done in every}.values())
+
+
 @pytest.fixture(scope="module")
-def plan(tmp_path_factory: pytest.TempPathFactory) -> Plan:
+def done(tmp_path_factory: pytest.TempPathFactory) -> list[Round]:
     """Of the scene that states no parts."""
-    return plan_scene(scene_of(tmp_path_factory.mktemp("parts")))
+    folder = tmp_path_factory.mktemp("parts")
+    return last_of_each(scene_of(folder), folder)
 
 
 @pytest.mark.slow
-def test_the_plan_chooses_parts_across(plan: Plan) -> None:
-    choice = plan.choice(RINGS)
-    assert (plan.method.seat.rings, choice.value, choice.given) == (3, "3", False)
-    assert choice.reason.endswith(" with 6")
-    assert choice.leaves.endswith(" % of impulse")
-    assert plan.method.reed.lip.division == plan.method.seat.division
+def test_rounds_divide_across(done: list[Round]) -> None:
+    first, second = done
+    assert first.plan.method.seat.division == ONE
+    assert safety("impulse") * first.left.by_key[RINGS]["landing_impulse"] > 0.03 * first.left.values["landing_impulse"]
+    assert second.plan.method.seat.division == second.plan.method.reed.lip.division == THREE
+    choice = second.plan.choice(RINGS)
+    assert (choice.value, choice.given) == ("3", False)
+    assert choice.reason.endswith(" % of impulse, measured")
+    assert second.met
 
 
 @pytest.mark.slow
 def test_stated_parts_across_stay_and_tell_what_they_leave(tmp_path: Path) -> None:
     """Nor do more arcs help: a round that doubles them would leave as much."""
-    plan = plan_scene(scene_of(tmp_path, "rings = 1\n"))
-    assert plan.method.seat.rings == 1
-    assert plan.choice(RINGS).given
-    assert safety("impulse") * plan.parts[RINGS]["landing_impulse"] > 0.015
-    assert refine(plan, "patch") is None
+    (done,) = last_of_each(scene_of(tmp_path, "rings = 1\n"), tmp_path)
+    assert done.plan.method.seat.division == ONE
+    assert done.plan.choice(RINGS).given
+    assert safety("impulse") * done.left.by_key[RINGS]["landing_impulse"] > 0.015 * done.left.values["landing_impulse"]
+    assert "(contact.rings) leaves " in done.stopped
+    assert done.stopped.endswith("of impulse, and the file states it")
 
 
 @pytest.mark.slow
-def test_a_round_divides_across_what_leaves_most(plan: Plan) -> None:
-    rings = refine(replace(plan, parts={PORTS: {"landing_impulse": 0.01}, RINGS: {"landing_impulse": 0.02}}), "patch")
-    arcs = refine(replace(plan, parts={PORTS: {"landing_impulse": 0.02}, RINGS: {"landing_impulse": 0.01}}), "patch")
-    before = plan.method.seat.division
-    assert rings.method.seat.division == Division(before.arcs, 6)
-    assert arcs.method.seat.division == Division(2 * before.arcs, before.rings)
-    assert rings.parts[RINGS]["landing_impulse"] == pytest.approx(0.02 / 4)
+@pytest.mark.parametrize(("key", "divided"), [(RINGS, THREE), (PORTS, Division(32, 1))])
+def test_a_round_divides_by_what_leaves_most(done: list[Round], key: str, divided: Division) -> None:
+    first = done[0]
+    left = {"landing_impulse": 0.05 * first.left.values["landing_impulse"]}
+    budget = replace(first.left, parts={"patch": left}, by_key={key: left})
+    plan, why = refine_plan(replace(first, left=budget))
+    assert plan is not None, why
+    assert plan.method.seat.division == divided
 
 
 def test_more_contacts_than_memory_or_time_allow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -140,6 +153,5 @@ def test_more_contacts_than_memory_or_time_allow(tmp_path: Path, monkeypatch: py
 
 @pytest.mark.slow
 def test_more_parts_than_are_chosen_may_be_stated(tmp_path: Path) -> None:
-    plan = plan_scene(scene_of(tmp_path, "ports = 20\nrings = 5\n"))
+    plan = begin_plan(scene_of(tmp_path, "ports = 20\nrings = 5\n"))
     assert plan.method.seat.division == Division(20, 5)
-    assert plan.parts[RINGS]["impulse"] < 0.01

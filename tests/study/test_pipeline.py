@@ -20,14 +20,13 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.pictures import plots
 from seatfem.structures.cache import VARIABLE, CacheWarning
 from seatfem.study.impacts.contact import fallback_step, run_contacts
-from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.afterwards import baseline_of
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
 from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.runs.stress_spots import load_histories
 from tests.as_stated import striker_of
-from tests.steps import SOURCES, load_greens, load_results, load_scene
+from tests.steps import SOURCES, begin_plan, load_greens, load_results, load_scene
 
 REED = (
     '\n[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nwidth = "10 mm"\nthickness = "0.305 mm"\n'
@@ -147,7 +146,7 @@ def test_a_seat_computed_as_its_spring_is_its_own_baseline(tmp_path: Path) -> No
     """Its run is not repeated; marched again, on a spring of that stiffness, it is the same but for round-off."""
     path = tmp_path / "scene.toml"
     path.write_text(ANNULAR.replace('"axisymmetric"', '"spring"'), encoding="utf-8")
-    plan = plan_scene(load_scene(path))
+    plan = begin_plan(load_scene(path))
     *_, done = rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(rounds=1))
     baseline = baseline_of(done, Stopwatch())
     assert baseline.touches is done.touches

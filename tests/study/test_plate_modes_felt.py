@@ -1,4 +1,4 @@
-"""A plate whose contact feels few of its modes: the bar knows what may lie above the last, and the plan."""
+"""A plate whose contact feels few of its modes: the bar knows what may lie above the last."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from impact import Body, ContactProblem, solve, spring
 from impact.after.measures import filtered_peak_force
 from impact.bodies.body import ModalState
 from impact.runs.variations import ringing_on
-from seatfem.study.prerun.sensitivity import with_other_modes
+from seatfem.study.ladders.modes import with_other_modes
 from seatfem.study.safety import OF_MODES
 from tests.gallery import load_text
 from tests.steps import ModalGreens, Residual, striker_of

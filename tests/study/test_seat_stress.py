@@ -13,7 +13,7 @@ from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys,
 from seatfem.study.runs.stress_spots import load_histories
 from seatfem.study.scene.problems import SceneError
 from tests.gallery import BAR
-from tests.steps import Stopwatch, load_scene, plan_scene, rounds, silent
+from tests.steps import Stopwatch, begin_plan, load_scene, rounds, silent
 
 AREA, MASS, SPEED, STIFFNESS = 2e-3 * 3e-3, 1e-3, 0.5, 1e5
 MIDDLE = '["0 mm", "0 mm", "5 mm"]'
@@ -136,7 +136,7 @@ def test_what_is_refused_is_refused_before_the_contact(tmp_path: Path, monkeypat
 def test_the_struck_face_is_left_out_by_default(tmp_path: Path) -> None:
     """None of its nodes, nor those of its rim's neighbourhood, is looked at; all others are."""
     asked, other = (load_scene(scene(tmp_path, f"distance = '1 mm'\n{more}")) for more in ("struck = true", ""))
-    *_, done = rounds(plan_scene(asked), tmp_path, Stopwatch(), silent)
+    *_, done = rounds(begin_plan(asked), tmp_path, Stopwatch(), silent)
     whole, rest = (seat_stress(replace(done, plan=replace(done.plan, scene=each))).sites for each in (asked, other))
     top = whole[:, 2].max()
     assert np.isclose(whole[:, 2], top).sum() > 4

@@ -10,9 +10,19 @@ import pytest
 from seatfem.study.sweep import runner as one
 from seatfem.study.sweep.cases import PILOTS, begun, cases_of, chosen, start_of
 from seatfem.study.sweep.runner import JOURNAL, carry_out, read_journal
-from tests.steps import load_scene, load_study, plan_scene, run_study
+from tests.steps import (
+    Limits,
+    Stopwatch,
+    begin_plan,
+    converged,
+    load_scene,
+    load_study,
+    rounds,
+    run_study,
+    silent,
+)
 from tests.study.crew_at_hand import answer_here
-from tests.study.test_planning import ANNULAR, REED
+from tests.study.small_scenes import ANNULAR, MASS
 from tests.study.test_studies import SPRING, study_file
 
 MASSES = '[vary]\nreed.mass = ["1 g", "1.1 g", "1.2 g", "1 g", "1.3 g", "1.4 g", "1.5 g"]'
@@ -20,7 +30,7 @@ MASSES = '[vary]\nreed.mass = ["1 g", "1.1 g", "1.2 g", "1 g", "1.3 g", "1.4 g",
 
 @pytest.mark.slow
 def test_the_first_scenes_show_how_to_begin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first is planned alone, those after it begin as it ended, all others as the second dearest of these did; a
+    """The first begins by rule, those after it as it ended, all others as the second dearest of these did; a
     study that goes on hands on the same."""
     jobs = answer_here(monkeypatch)
     path = study_file(tmp_path, MASSES)
@@ -45,22 +55,22 @@ def test_the_first_scenes_show_how_to_begin(tmp_path: Path, monkeypatch: pytest.
 
 @pytest.mark.slow
 def test_a_start_that_is_too_coarse_is_refined(tmp_path: Path) -> None:
-    """Each scene measures its own error: it meets its target from wherever it begins, or is planned by itself."""
+    """Each scene measures its own error: it meets its target from wherever it begins, or by rule."""
     path = study_file(tmp_path, MASSES, f'{SPRING}[accuracy]\ntarget = "0.1 %"\n').parent / "scene.toml"
-    plan = plan_scene(load_scene(path))
+    plan = converged(load_scene(path))
     coarse = replace(plan, method=replace(plan.method, time_step=8 * plan.method.time_step))
     found = carry_out(path, {"reed.mass": "2 g"}, 4, start_of(coarse))
     assert found.state == "done"
     assert found.summary["accuracy_rounds"] in (2, 3)
     alone = carry_out(path, {"reed.mass": "2 g"}, 1, start_of(coarse), leads=True)
-    assert alone.state == "done"  # by a plan of its own
-    own = plan_scene(load_scene(path, {"reed.mass": "2 g"}))
+    assert alone.state == "done"  # by rule
+    own = converged(load_scene(path, {"reed.mass": "2 g"}))
     assert alone.start["plan"]["values"] == start_of(own)["plan"]["values"]
 
 
-def test_scenes_that_are_too_different_are_planned_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scenes_that_are_too_different_begin_by_rule(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = study_file(tmp_path, MASSES).parent / "scene.toml"
-    start = start_of(plan_scene(load_scene(path)))
+    start = start_of(begin_plan(load_scene(path)))
     assert begun(load_scene(path, {"reed.mass": "3 g"}), start) is not None
     for other in (
         {"run.duration": "0.3 ms"},
@@ -76,26 +86,27 @@ def test_scenes_that_are_too_different_are_planned_alone(tmp_path: Path, monkeyp
 
 
 def test_a_seat_serves_scenes_of_another_plan(tmp_path: Path) -> None:
-    """A longer run has a plan of its own, with the keys of the seat that is there."""
+    """A longer run begins by rule, with the keys of the seat that is there."""
     path = study_file(tmp_path, MASSES, SPRING).parent / "scene.toml"
-    start = {**start_of(plan_scene(load_scene(path))), "seat": {"seat.stiffness": "2 N/um"}}
+    start = {**start_of(begin_plan(load_scene(path))), "seat": {"seat.stiffness": "2 N/um"}}
     found = carry_out(path, {"run.duration": "0.3 ms"}, 4, start)
     assert found.summary["seat_static_stiffness_N_per_m"] == pytest.approx(2e6)
 
 
 @pytest.mark.slow
-def test_what_waves_of_the_seat_change_is_never_told_by_another_scene(tmp_path: Path) -> None:
-    """Of a seat taken for a spring the bar of the model is that of pre-runs: a scene has its own, not a start's."""
+def test_what_waves_of_the_seat_change_is_told_of_a_seat_by_another_scene_too(tmp_path: Path) -> None:
+    """A seat that was enough as a spring there is stated as one here, where its waves are 18 % of the peak."""
     path = tmp_path / "scene.toml"
-    asked = '[accuracy]\ntarget = "1 %"\nmeasures = ["impulse"]'
-    path.write_text(f"{ANNULAR}{REED}{asked}", encoding="utf-8")
-    plan = plan_scene(load_scene(path))
-    start = start_of(plan)
-    assert plan.method.seat.static
-    assert begun(load_scene(path), start, as_it_is=True) is not None
-    assert begun(load_scene(path), start) is None
-    own = plan_scene(load_scene(path, start["seat"]))  # as it is planned then
-    assert own.shares["model"]["impulse"] == pytest.approx(plan.shares["model"]["impulse"], rel=0.03) != 0.0
+    path.write_text(f"{ANNULAR}{MASS}", encoding="utf-8")
+    start = start_of(begin_plan(load_scene(path)))
+    assert start["seat"]["seat.model"] == "spring"
+    shares = []
+    for changed in ({}, start["seat"]):
+        plan = begin_plan(load_scene(path, changed))
+        *_, done = rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(1))
+        shares.append(done.left.by_key["seat.model"]["filtered_peak"] / done.left.values["filtered_peak"])
+    assert shares[1] == pytest.approx(shares[0], rel=1e-6)
+    assert shares[0] > 0.1
 
 
 @pytest.mark.slow

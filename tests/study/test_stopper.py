@@ -17,12 +17,12 @@ from seatfem.faces.plan_view import plan_json
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.touches import Touches, stopper_values, values_of_record
-from seatfem.study.prerun.bench import Bench, Window, locate_contact_window, window_of
+from seatfem.study.impacts.window import Excerpt, Window, window_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.contact import Stopper
 from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
-from tests.steps import ErrorEstimate, Solved, error_budget, kinds_of, plan_scene, run_scene, stated_method
+from tests.steps import ErrorEstimate, Solved, begin_plan, error_budget, kinds_of, run_scene, stated_method
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "0.1 mm"\n'
@@ -203,14 +203,13 @@ def test_a_scene_without_a_stopper_says_nothing_of_one(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
-    """A Green's function from a file: no plan looks at it, and plan and run say so; the impact is the same."""
+    """A Green's function from a file: the run says that it is taken as it is; the impact is the same."""
     save_greens(impact.spring(stiffness=4e6), tmp_path / "stopper.h5")
     text = SEAT + MASS + '[stopper]\nkind = "greens"\nfile = "stopper.h5"\ngap = "0.2 mm"\n' + RUN
     scene = load_text(tmp_path, text)
     body = stopper_of(scene)
     assert float(body.greens.static_compliance()[0, 0]) == pytest.approx(1 / 4e6)
     note = "the stopper (kind 'greens') is computed as its keys state it"
-    assert any(note in words for words in plan_scene(scene).notes)
     outcome = run_scene(scene, tmp_path / "out", pictures=False)
     assert any(note in words for words in outcome.messages)
     stated = bounced(load_text(tmp_path, SEAT + MASS + STOPPER + RUN), 1e-7).stopper
@@ -302,15 +301,15 @@ def test_the_modes_of_a_stopper_that_is_a_beam_are_in_the_bars(tmp_path: Path) -
     assert few > 3 * many > 0
 
 
-def test_pre_runs_meet_the_stopper(tmp_path: Path) -> None:
-    """They march with it: the mass comes back to the seat; and begin before it is met, where that comes first."""
+def test_a_part_of_a_run_meets_the_stopper(tmp_path: Path) -> None:
+    """It is marched with it: the mass comes back to the seat; and begins before it is met, where that comes first."""
     scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
-    seat, stopper = impact.spring(stiffness=1e6), stopper_of(scene)
-    assert locate_contact_window(scene, seat, stopper=stopper).groups == 2
-    bench = Bench(scene, seat, Window(0.0, 1.4e-3, 2), stopper=stopper)
-    assert bench.measures(dt=1e-7)["impulse"] == pytest.approx(4e-3, rel=0.01)
-    free = scene.model_copy(update={"stopper": None})
-    assert Bench(free, seat, bench.window).measures(dt=1e-7)["impulse"] == pytest.approx(2e-3, rel=0.01)
+    bodies = impact.spring(stiffness=1e6), striker_of(scene)
+    excerpt = Excerpt(scene, Window(0.0, 1.4e-3, 2), *bodies, stopper_of(scene))
+    (values,) = excerpt.measures([1e-7])
+    assert values["impulse"] == pytest.approx(4e-3, rel=0.01)
+    free = Excerpt(scene.model_copy(update={"stopper": None}), excerpt.window, *bodies)
+    assert free.measures([1e-7])[0]["impulse"] == pytest.approx(2e-3, rel=0.01)
     force, above = np.zeros(1400), np.zeros(1401)
     force[900:950], above[300:340] = 1.0, 1.0
     assert window_of(scene, striker_of(scene), force, 1e-6).start == pytest.approx(890e-6)
@@ -388,7 +387,7 @@ def test_a_stopper_stands_in_one_table(tmp_path: Path) -> None:
     own = set(Stopper.model_fields) - {"body"}
     assert not [kind.__name__ for kind in kinds_of() if own & set(kind.model_fields)]
     scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
-    written = json.loads(plan_json(plan_scene(scene)))["scene"]["stopper"]
+    written = json.loads(plan_json(begin_plan(scene)))["scene"]["stopper"]
     assert written == {
         "kind": "spring", "stiffness": 4e6, "gap": 2e-4, "lift": None, "at": None, "law": {"kind": "signorini"},
         "arcs": None, "rings": 1, "tilt": 0.0, "tilt_axis": 0.0,

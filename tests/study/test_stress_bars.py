@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from seatfem.study.impacts.plate_stress import Forces
+from seatfem.study.plan import Choice
 from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.runs.stresses import stress_notes
 from tests.steps import Division, Plan
@@ -42,8 +43,8 @@ def test_a_stress_without_a_bar_is_told(bars: tuple[float, float], named: int) -
 
 def test_stress_behind_a_force_without_waves_says_so() -> None:
     seat = cast("SeatStress", SimpleNamespace(bar=1.0, bars=(1.0, 2.0), **ALONE))
-    shares = {"model": {"impulse": 0.004, "filtered_peak": 0.031}}
-    plan = cast("Plan", SimpleNamespace(level="spring", shares=shares, scene=SimpleNamespace(stress=None)))
+    choices = (Choice("seat.model", "spring", "", given=False, leaves="3.1 % of peak force"),)
+    plan = cast("Plan", SimpleNamespace(level="spring", choices=choices, scene=SimpleNamespace(stress=None)))
     (note,) = stress_notes(plan, seat)
-    assert "without waves in the seat, predicted to change by 3.1 %" in note
+    assert "without waves in the seat, which would change it by 3.1 % of peak force" in note
     assert "state seat.model" in note

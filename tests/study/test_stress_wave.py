@@ -22,7 +22,7 @@ from seatfem.study.runs.seat_stress import seat_stress
 from seatfem.study.runs.stress_wave import after_touch, reed_wave, seat_wave, wave_pictures
 from seatfem.study.scene.problems import SceneError
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Limits, Stopwatch, plan_scene, rounds, silent
+from tests.steps import Limits, Stopwatch, begin_plan, rounds, silent
 
 STRENGTH = (
     'source = "invented for tests"\nultimate = "1800 MPa"\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\n'
@@ -51,7 +51,7 @@ def pressed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
     """A mass on a soft spring presses a bar: its last round, and the stress in it."""
     folder = tmp_path_factory.mktemp("pressed")
     scene = load(folder, 'frames = 12\nframes_from = "10 us"\nframes_until = "340 us"')
-    *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent)
+    *_, done = rounds(begin_plan(scene), folder, Stopwatch(), silent)
     return done, seat_stress(done)
 
 
@@ -200,7 +200,7 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     text = (text[:start] + reed + text[end + len("[contact]") :]).replace('gap = "10 um"', 'gap = "5 um"\nports = 1')
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
     scene = load_text(tmp_path, text.replace('"360 us"', '"60 us"'))
-    *_, done = rounds(plan_scene(scene), tmp_path, Stopwatch(), silent)
+    *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent)
     wave = reed_wave(done)
     steps = np.round(wave.time / done.result.dt).astype(int)
     centre = np.asarray(scene.reed.geometry().centre)
@@ -238,7 +238,7 @@ PLACE = np.array([1e-3, 2e-3, 5e-3])
 def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """At any angle the stress of the ring's own field, and the map's least margin where that is looked at."""
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
-    *_, done = rounds(plan_scene(load_text(tmp_path, ARCS)), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1))
+    *_, done = rounds(begin_plan(load_text(tmp_path, ARCS)), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1))
     stress = seat_stress(done)
     assert len(stress.waves.numbers) > 3
     wave = seat_wave(done, stress)

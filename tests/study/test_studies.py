@@ -17,13 +17,14 @@ import pytest
 import seatfem
 from impact.files.safe_files import OutputError
 from seatfem.jobs.folders import JournalError, claimed
+from seatfem.study.runs.forecast import Look
 from seatfem.study.safety import Effort
 from seatfem.study.sweep import runner as one
 from seatfem.study.sweep import sweep
 from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
-from tests.steps import ModelError, Outcome, Plan, Scene, SceneError, load_scene, load_study, run_scene
+from tests.steps import ModelError, Outcome, Scene, SceneError, load_scene, load_study, run_scene
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
@@ -188,18 +189,18 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
 
 
 @pytest.mark.slow
-def test_a_scene_that_cannot_be_planned_is_told_when_it_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scene_that_cannot_be_looked_at_is_told_when_it_is_run(tmp_path, monkeypatch):
     """The prediction does without it; but not without any."""
     answer_here(monkeypatch)
-    real = sweep.plan_scene
+    real = sweep.look_at
 
-    def planned(scene: Scene, *given: object, **named: object) -> Plan:
+    def looked_at(scene: Scene, *given: object, **named: object) -> Look:
         if scene.run.duration > longest:
             raise ModelError(f"run.duration = {scene.run.duration} s must be shorter")
         return real(scene, *given, **named)
 
     longest = 0.5e-3
-    monkeypatch.setattr(sweep, "plan_scene", planned)
+    monkeypatch.setattr(sweep, "look_at", looked_at)
     path = study_file(tmp_path, '[vary]\nrun.duration = ["0.2 ms", "1 ms"]')
     assert run_study(load_study(path), tmp_path / "out").has_numbers.all()
     longest = 0.0

@@ -8,7 +8,7 @@ import pytest
 from seatfem.fields import kind_of
 from seatfem.study.scene.keys import scene_template
 from tests.gallery import load_text
-from tests.steps import Scene, SceneError, kinds_of, plan_scene
+from tests.steps import Scene, SceneError, begin_plan, kinds_of
 
 NAMES = [kind_of(kind) for kind in kinds_of() if kind.__module__.startswith("seatfem.")]
 
@@ -65,8 +65,8 @@ def loaded(text: str, folder: Path) -> Scene:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["ball", "conical", "plate", "stepped"])
-def test_it_can_be_planned(kind: str, tmp_path: Path) -> None:
-    assert plan_scene(load_text(tmp_path, scene_template(kind))).scene.accuracy.target == 0.05
+def test_a_plan_of_it_begins(kind: str, tmp_path: Path) -> None:
+    assert begin_plan(load_text(tmp_path, scene_template(kind))).scene.accuracy.target == 0.05
 
 
 @pytest.mark.parametrize("kind", ["annular", "flapper", "bar"])

@@ -13,7 +13,7 @@ from impact.bodies.loads import SprungBody
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import run_contacts, stress_of, valve_spring_keys
 from seatfem.study.impacts.layout import layout_of
-from seatfem.study.prerun.sensitivity import with_other_modes
+from seatfem.study.ladders.modes import with_other_modes
 from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
 from tests.steps import Scene, run_scene

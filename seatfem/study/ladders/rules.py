@@ -53,7 +53,7 @@ def level_with_waves(seat: Structure, how: Method) -> Applicability:
 def coarse_method(seat: Structure, stated: Method, patch: Patch, width: float) -> Method:
     """Return the coarsest method of a seat that resolves the waves passed by a filter of ``width`` [s], struck as a
     whole: any reduction gives the same Green's function to within its tolerance."""
-    least = max(lowest_band(patch), BAND_PER_FILTER / width)
+    least = min(max(lowest_band(patch), BAND_PER_FILTER / width), BANDS[-1])
     coarse = replace(
         stated,
         level=seat.level(0.0).level,

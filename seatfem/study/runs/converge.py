@@ -305,7 +305,8 @@ def _stuck_words(done: Round, marks: Marks) -> str:
         why = done.plan.refused.get(key) or "it cannot be made smaller"
         why = "the file states it" if done.plan.is_given(key) else why
         words = source_in_words(source_of(key) if ladder_of(key) else key)
-        return f"{words} ({key}) leaves {share} of {short_words(measure)}, and {why}"
+        named = f"{words} ({key})" if "." in key else words
+        return f"{named} leaves {share} of {short_words(measure)}, and {why}"
     zero = [key_of(name) for name in done.judged if not done.left.values[name]]
     return f"{zero[0]} is zero, so that a relative error has no meaning" if zero else "nothing is left to refine"
 

@@ -203,15 +203,15 @@ def _round(
 ) -> Round:
     """Run a round; ``before``: the round before, whose seat and reed are reused if their methods are unchanged."""
     scene, method = plan.scene, plan.method
+    reed = None if before is None or before.plan.method.reed != method.reed else before.reed
+    if reed is None and scene.reed.traits.is_solved:
+        with watch(STRIKER):
+            reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, progress)
     if before is not None and _seat_key(before.plan) == _seat_key(plan):
         seat = before.seat
     else:
         cache = Cache(folder / SEAT_FILE)
         seat = build(scene.seat, method.seat, scene.run.duration, cache, watch=watch, progress=progress)
-    reed = None if before is None or before.plan.method.reed != method.reed else before.reed
-    if reed is None and scene.reed.traits.is_solved:
-        with watch(STRIKER):
-            reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, progress)
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     bodies = [striker.greens, seat.greens]
     if scene.stopper is not None:

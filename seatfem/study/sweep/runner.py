@@ -103,7 +103,7 @@ def carry_out(
     def tried(rounds: int, start: Mapping[str, Any]) -> Outcome:
         limits = runs.next_round.Limits(rounds, steady=True, stress=stress)
         try:
-            return _carried_out(path, changed, limits, start, leads=leads, once=once)
+            return _carried_out(path, changed, limits, start, leads=leads)
         except FAILURES as error:
             return Outcome.of_failure(error)
 
@@ -114,7 +114,7 @@ def carry_out(
 
 
 def _carried_out(
-    path: Path, changed: Changes, limits: runs.next_round.Limits, start: Mapping[str, Any], *, leads: bool, once: bool
+    path: Path, changed: Changes, limits: runs.next_round.Limits, start: Mapping[str, Any], *, leads: bool
 ) -> Outcome:
     scene = study.scene.load_scene(path, changed)
     with folders.private_folder("sweep") as folder:
