@@ -110,8 +110,8 @@ def run_text(
         forget_peak_memory()
         start = processor_seconds()
         try:
-            progress = until(time.perf_counter() + most_seconds)
-            outcome = run_scene(load_scene(path), folder / "out", progress, limits=LONGEST, pictures=pictures)
+            listen = until(time.perf_counter() + most_seconds)
+            outcome = run_scene(load_scene(path), folder / "out", progress=listen, limits=LONGEST, pictures=pictures)
         except Exception as refusal:
             if not is_refusal(refusal):
                 raise

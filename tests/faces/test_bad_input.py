@@ -155,7 +155,7 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(tmp_pa
     """f_20 of the reed is 411 kHz: w h = 1.03 at 0.4 us. The run goes on; the limit is half a radian, 0.19 us."""
 
     def messages(step: str) -> tuple[str, ...]:
-        stated = f'time_step = "{step}"\n' if step else 'filter_width = "4 us"\n'
+        stated = f'time_step = "{step}"\n' if step else 'filter_width = "8 us"\n'
         outcome = run_scene(
             load_text(tmp_path, SPRING + REED + RUN + stated + '[accuracy]\ntarget = "90 %"'),
             tmp_path / "out",

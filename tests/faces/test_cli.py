@@ -30,6 +30,7 @@ from seatfem.machine.doctor import Check
 from seatfem.structures.shapes import GeometryError
 from seatfem.study import runs
 from seatfem.study.runs.next_round import Limits
+from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
 from tests.contracts.test_program import VERBS
 
@@ -145,7 +146,7 @@ def test_landings_are_told_below_the_table(
 
 def test_effort_is_handed_on(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
     limits = pipeline_limits(pipeline, [])
-    assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (4, math.inf, True)
+    assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (MOST_ROUNDS, math.inf, True)
     fewer = ["--max-time", "30", "--rounds", "2", "--no-pictures"]
     limits = pipeline_limits(pipeline, fewer)
     assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (2, 30.0, False)
