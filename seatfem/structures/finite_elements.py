@@ -16,12 +16,12 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
-from seatfem.structures.estimates.sizes import check_before_meshing, check_elastic
 from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic, Reduced
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
+from seatfem.structures.memory_need import check_before_meshing, check_elastic
 from seatfem.structures.mesh.gmsh_process import Gmsh, MeshingError, gmsh_session, run_gmsh
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian

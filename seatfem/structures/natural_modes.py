@@ -16,8 +16,7 @@ import numpy as np
 
 from impact.notices import Progress, silent
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import finite_elements, sheets
-from seatfem.structures.estimates import sizes
+from seatfem.structures import finite_elements, memory_need, sheets
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.structure import Structure
@@ -129,7 +128,7 @@ def modes_of(body: Structure, wanted: Wanted, watch: Stopwatch, progress: Progre
         if isinstance(mesh, plane_meshes.MeridianMesh):
             with watch("modes"):
                 return _around(elastic, mesh, wanted, progress)
-        sizes.check_elastic(elastic, mesh, "3d", Method(reduction="modes"))
+        memory_need.check_elastic(elastic, mesh, "3d", Method(reduction="modes"))
         with watch("assembly"):
             model = finite_elements.matrices(elastic, mesh, "3d", progress)
     if model is None:

@@ -29,10 +29,10 @@ from impact.storage.hdf5 import (
     save_results,
 )
 from seatfem.faces.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
-from seatfem.structures.estimates.sizes import MemoryNeedError, check_before_meshing
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.memory_need import MemoryNeedError, check_before_meshing
 from seatfem.structures.mesh import gmsh_process
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.mesh.io import MeshError

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from seatfem.structures.errors import ModelError
-from seatfem.structures.estimates.surrogate import arc_compliance
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.inspection.mesh_file import land_of_mesh
 from seatfem.structures.lands import FaceLip, Land, land_of
 from seatfem.structures.lip import Lip
+from seatfem.structures.patch import arc_compliance
 from seatfem.structures.shapes import CadPart
 
 MESHES = Path(__file__).parents[2] / "meshes"

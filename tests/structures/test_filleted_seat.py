@@ -7,7 +7,6 @@ import pytest
 
 from impact.greens.base import Array
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.estimates.sizes import predicted_sizes
 from seatfem.structures.fields.recovery import von_mises
 from seatfem.structures.fields.sites import near, on_surface, singular_points
 from seatfem.structures.fields.solids import elements_of, solid_stress
@@ -61,9 +60,3 @@ def test_the_fillet_has_the_elements_that_are_stated_and_is_no_singular_edge() -
     assert not near(corner, singular_points(mesh, ("fixed",)), RADIUS).any()
     sharp = make_meridian(AnnularSeat(outer_radius=8e-3, thickness=5e-3), MeshSpec(0.8e-3, 0.2e-3))
     assert near(corner, singular_points(sharp, ("fixed",)), RADIUS).any()
-
-
-def test_its_elements_are_counted_beforehand() -> None:
-    mesh = drawn(1.0)
-    counted = predicted_sizes(SEAT, MeshSpec(**mesh.provenance.spec), "axisymmetric", 1, MeshSpec(4e-3, 2e-3))
-    assert counted.elements == pytest.approx(mesh.quality.elements, rel=0.2)

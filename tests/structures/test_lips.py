@@ -10,8 +10,8 @@ from impact.exact.half_space import disk_compliance
 from impact.greens.base import GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.errors import ModelError
-from seatfem.structures.estimates.surrogate import arc_compliance, in_arcs
 from seatfem.structures.lip import Lip
+from seatfem.structures.patch import arc_compliance, in_arcs
 from seatfem.structures.rings import (
     MOST_PORTS,
     Division,
@@ -151,7 +151,7 @@ def test_a_whole_disc_on_a_half_space(arcs: int, monkeypatch: pytest.MonkeyPatch
     exact = disk_compliance(young=E, poisson=NU, radius=3e-3)
     errors = []
     for cells in (2, 4, 8, 16):
-        monkeypatch.setattr("seatfem.structures.estimates.surrogate.CELLS", cells)
+        monkeypatch.setattr("seatfem.structures.patch.CELLS", cells)
         errors.append(abs(arc_compliance(Lip(1.5e-3, 3e-3, arcs), E, NU).mean() / exact - 1))
     assert all(fine < coarse / 2 for coarse, fine in itertools.pairwise(errors))
     assert errors[-1] < 2e-3

@@ -14,9 +14,10 @@ import pytest
 from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 
 from seatfem.faces.cli import BAD_INPUT, run_command
+from seatfem.structures import memory_need as needs
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.estimates import sizes as needs
-from seatfem.structures.estimates.sizes import (
+from seatfem.structures.materials import Material
+from seatfem.structures.memory_need import (
     Counts,
     MemoryNeedError,
     check_elastic,
@@ -25,7 +26,6 @@ from seatfem.structures.estimates.sizes import (
     memory_need,
     solver_of,
 )
-from seatfem.structures.materials import Material
 from seatfem.structures.mesh.checks import MeshQuality
 from seatfem.structures.mesh.meshing import MeshProvenance, SeatMesh
 from seatfem.structures.method import Method

@@ -9,7 +9,7 @@ import pytest
 from impact.runs.variations import SAFETY
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.method import MODES, SIZE, STEP, as_stated, is_given, stated_method
-from tests.steps import Limits, Stopwatch, begin_plan, converged, rounds, silent
+from tests.steps import Limits, Stopwatch, begin_plan, converge, rounds, silent
 from tests.study.small_scenes import ANNULAR, MASS, REED, SPRING, STEEL, scene_of
 
 
@@ -45,7 +45,7 @@ def test_what_it_leaves_open_is_filled_by_a_rule() -> None:
 
 @pytest.mark.slow
 def test_what_a_run_ends_with_can_be_stated() -> None:
-    plan = converged(scene_of(ANNULAR, REED, accuracy__target="20 %"))
+    plan = converge(scene_of(ANNULAR, REED, accuracy__target="20 %")).plan
     assert begin_plan(as_stated(plan.scene, plan.method)).method == plan.method
 
 
@@ -61,7 +61,7 @@ def test_auto_and_absent_values_are_open() -> None:
 
 @pytest.mark.slow
 def test_a_tighter_target_is_never_coarser() -> None:
-    plans = [converged(scene_of(SPRING, REED, accuracy__target=target)) for target in ("20 %", "3 %", "1 %")]
+    plans = [converge(scene_of(SPRING, REED, accuracy__target=target)).plan for target in ("20 %", "3 %", "1 %")]
     for target, plan in zip((0.2, 0.03, 0.01), plans, strict=True):
         assert max(plan.error.values()) <= target
     for loose, tight in itertools.pairwise(plans):
@@ -73,7 +73,7 @@ def test_a_tighter_target_is_never_coarser() -> None:
 @pytest.mark.slow
 def test_an_impulse_needs_less_of_the_seat_than_a_peak() -> None:
     impulse, peak = (
-        converged(scene_of(ANNULAR, REED, accuracy={"target": "2 %", "measures": [measure]}))
+        converge(scene_of(ANNULAR, REED, accuracy={"target": "2 %", "measures": [measure]})).plan
         for measure in ("impulse", "filtered_peak")
     )
     assert (impulse.level, peak.level) == ("spring", "axisymmetric")

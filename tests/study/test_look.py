@@ -12,7 +12,7 @@ import pytest
 
 from seatfem.faces.plan_view import look_lines, plan_json
 from seatfem.study.runs.converge import AIM
-from seatfem.study.runs.forecast import Look, converged, forecast, look_at
+from seatfem.study.runs.forecast import Look, converge, forecast, look_at
 from seatfem.study.runs.kept import cached_plan
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.round import Round
@@ -85,7 +85,7 @@ def test_what_is_left_is_foretold_and_the_run_takes_the_same_way(tmp_path: Path)
     assert len(lines) > 1
     assert lines[1].startswith(f"round 2 ({left.changes}): ")  # what was foretold
     assert outcome.plan is not None
-    assert converged(scene).method == outcome.plan.method == look_at(scene, NO_TIME).plan.method
+    assert converge(scene).plan.method == outcome.plan.method == look_at(scene, NO_TIME).plan.method
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import impact
-from seatfem.structures.estimates.surrogate import on_its_patch
+from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import Division, divided_less
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of

@@ -11,8 +11,8 @@ import pytest
 import impact
 from impact import measures
 from meshes.valve_plate_assembly import Bodies, write
-from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.lip import Lip
+from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import record_of, run_contacts

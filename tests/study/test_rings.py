@@ -20,7 +20,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
-from tests.steps import ModalGreens, Residual, SceneError, converged, load_scene, run_contacts, run_scene, striker_of
+from tests.steps import ModalGreens, Residual, SceneError, converge, load_scene, run_contacts, run_scene, striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)
 
@@ -222,13 +222,13 @@ def test_rounds_take_rings_where_the_target_asks_for_them(tmp_path: Path) -> Non
         (file := tmp_path / "rings.toml").write_text(
             (SCENE % "").replace("target = 0.3", f"target = {target}"), "utf-8"
         )
-        plan = converged(load_scene(file))
+        plan = converge(load_scene(file)).plan
         assert not plan.is_given("contact.rings")
         assert max(plan.error.values()) <= float(target)
         numbers.append(plan.method.seat.rings)
     assert numbers[0] == 1 < numbers[1]
     file.write_text((SCENE % "rings = 1").replace("target = 0.3", "target = 0.04"), "utf-8")
-    plan = converged(load_scene(file))
+    plan = converge(load_scene(file)).plan
     assert plan.is_given("contact.rings")
     assert plan.method.seat.rings == 1
     assert max(plan.error.values()) > 0.04

@@ -14,7 +14,7 @@ from tests.steps import (
     Limits,
     Stopwatch,
     begin_plan,
-    converged,
+    converge,
     load_scene,
     load_study,
     rounds,
@@ -57,14 +57,14 @@ def test_the_first_scenes_show_how_to_begin(tmp_path: Path, monkeypatch: pytest.
 def test_a_start_that_is_too_coarse_is_refined(tmp_path: Path) -> None:
     """Each scene measures its own error: it meets its target from wherever it begins, or by rule."""
     path = study_file(tmp_path, MASSES, f'{SPRING}[accuracy]\ntarget = "0.1 %"\n').parent / "scene.toml"
-    plan = converged(load_scene(path))
+    plan = converge(load_scene(path)).plan
     coarse = replace(plan, method=replace(plan.method, time_step=8 * plan.method.time_step))
     found = carry_out(path, {"reed.mass": "2 g"}, 4, start_of(coarse))
     assert found.state == "done"
     assert found.summary["accuracy_rounds"] in (2, 3)
     alone = carry_out(path, {"reed.mass": "2 g"}, 1, start_of(coarse), leads=True)
     assert alone.state == "done"  # by rule
-    own = converged(load_scene(path, {"reed.mass": "2 g"}))
+    own = converge(load_scene(path, {"reed.mass": "2 g"})).plan
     assert alone.start["plan"]["values"] == start_of(own)["plan"]["values"]
 
 

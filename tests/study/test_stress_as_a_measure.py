@@ -9,7 +9,7 @@ import pytest
 
 from seatfem.fields import KeyProblem
 from tests.gallery import load_text
-from tests.steps import Limits, SceneError, converged, run_scene
+from tests.steps import Limits, SceneError, converge, run_scene
 
 RING = """
 seat = { kind = "annular", bore_radius = "14.5 mm", lip_width = "1 mm", lip_edge_radius = "0 mm", \
@@ -88,6 +88,6 @@ def test_a_margin_is_judged_by_its_stress(tmp_path: Path) -> None:
     strength = Path(__file__).parents[2] / "examples" / "strengths" / "invented_strip.toml"
     life = f'[life]\nstrength = "{strength.as_posix()}"\ncycles = 1e7\n'
     scene = load_text(tmp_path, RING.replace('"impulse", "stress"', '"life_margin"') + life)
-    plan = converged(scene, limits=Limits(1))
+    plan = converge(scene, limits=Limits(1)).plan
     assert set(plan.error) == {"stress"}
     assert 0 < plan.error["stress"] < 1

@@ -9,8 +9,8 @@ import pytest
 
 import impact
 from impact.greens.base import GreensFunction
-from seatfem.structures.estimates.surrogate import Sizes, mesh_error, sizes_for
 from seatfem.structures.method import AUTO
+from seatfem.structures.patch import Sizes, mesh_error, sizes_for
 from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of

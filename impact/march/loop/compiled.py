@@ -29,12 +29,6 @@ def stamp(march: Path) -> str:
 STAMP: Final = stamp(Path(__file__).parents[1])
 
 
-def on_file(made: Any) -> bool:
-    """Return whether numba has anything compiled of a function on file, from the sources as they are."""
-    cached = getattr(getattr(made, "_cache", None), "_cache_file", None)
-    return cached is None or bool(cached._load_index())  # none where nothing is compiled: NUMBA_DISABLE_JIT
-
-
 class CodeOnFile(FunctionCache):
     """numba's cache of a function's code, from where it is loaded without what numba compiles with."""
 

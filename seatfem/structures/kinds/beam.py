@@ -16,10 +16,10 @@ from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from seatfem import fields
 from seatfem.structures import method, outlines
-from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds import parts, structure
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.structure import Structure, Traits
+from seatfem.structures.patch import Face
 
 STIFFENING: Final = 36 / 35  # extra force of a cantilever's elastica under a tip force, over (deflection/length)^2
 DEFLECTED: Final = 0.1  # largest deflection over length; the extra force is less than 1 % there

@@ -15,11 +15,11 @@ from impact.greens import base, modal
 from impact.notices import Progress
 from seatfem.fields import KeyProblem, of_same_names
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures.estimates.surrogate import Patch, column_end, on_plate
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import LocalShare
 from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews, arc, box, of_ported_plate
+from seatfem.structures.patch import Patch, column_end, on_plate
 from seatfem.structures.shapes import Bar, Block, Geometry, ValvePlate
 
 MODES: Final = 200  # modes of Love's rod; the last has a wavelength of a hundredth of the length

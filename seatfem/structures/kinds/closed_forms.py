@@ -17,9 +17,9 @@ from impact.exact.rods import ExactRod
 from impact.greens.base import Array, GreensFunction
 from impact.quantities import in_units
 from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Pressure, Stiffness
-from seatfem.structures.estimates.surrogate import Column
 from seatfem.structures.kinds import motion, structure
 from seatfem.structures.outlines import BodyViews, of_prism
+from seatfem.structures.patch import Column
 
 NO_MODES: Final = "a rod in closed form has no modes to be set in motion; take kind = 'bar' with model = 'sector'"
 

@@ -12,8 +12,7 @@ from impact.greens.base import GreensFunction
 from impact.notices import Progress
 from seatfem import fields, structures
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import estimates, inspection, outlines
-from seatfem.structures.estimates.surrogate import Column, Patch, bulky
+from seatfem.structures import inspection, memory_need, outlines
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds import elastic, parts, selectors, structure
 from seatfem.structures.mesh.spec import MeshSpec
@@ -27,6 +26,7 @@ from seatfem.structures.method import (
     Solved,
     choose_level,
 )
+from seatfem.structures.patch import Column, Patch, bulky
 from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
@@ -170,11 +170,11 @@ class Drawn(elastic.Elastic):
         contact = method.contact_size or 0.4 * size
         return MeshSpec(size, contact, order=method.order, rings=method.rings or 1)
 
-    def rough_sizes(self, spec: MeshSpec, level: Level) -> estimates.sizes.Sizes:
+    def rough_sizes(self, spec: MeshSpec, level: Level) -> memory_need.Sizes:
         """Return the order of magnitude of the numbers of a mesh, without generating one."""
         area, width, depth = self.struck_part()
         patch = bulky(self.material.mean, area / self.copies.get(level, 1), width, depth)
-        return estimates.sizes.rough_sizes(spec, level, patch, self.measures_inside(level))
+        return memory_need.rough_sizes(spec, level, patch, self.measures_inside(level))
 
     def measures_inside(self, level: Level) -> float:
         """Return the volume of the modelled part [m^3], or the area of its half section [m^2]."""

@@ -13,11 +13,11 @@ from impact.notices import Progress
 from seatfem.fields import DampingRatio, KeyProblem, default
 from seatfem.structures import lands, reduction
 from seatfem.structures.errors import ModelError
-from seatfem.structures.estimates.surrogate import rod_behind
 from seatfem.structures.inspection.cad import listed
 from seatfem.structures.kinds import motion, parts, structure
 from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
 from seatfem.structures.method import memory as forgotten_after
+from seatfem.structures.patch import rod_behind
 
 if TYPE_CHECKING:
     from seatfem.structures.finite_elements import AnyMesh

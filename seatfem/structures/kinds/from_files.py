@@ -17,13 +17,13 @@ from seatfem import structures
 from seatfem.fields import ExistingFile, Gap, KeyProblem, default
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import formats, inspection, outlines
-from seatfem.structures.estimates.surrogate import Column, Patch, of_shape
 from seatfem.structures.inspection.cad import FileState, Shape, inspect_geometry, naming, state_of
 from seatfem.structures.kinds import drawn, elastic, structure
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, Direction, FaceSelector, Region
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved
+from seatfem.structures.patch import Column, Patch, of_shape
 from seatfem.structures.shapes import CadPart, GeometryError, Group
 from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface, struck_side_problem

@@ -23,9 +23,9 @@ from impact.notices import Progress
 from seatfem import structures
 from seatfem.fields import Angle, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures.estimates.surrogate import Column, Face, Patch
 from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
+from seatfem.structures.patch import Column, Face, Patch
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:

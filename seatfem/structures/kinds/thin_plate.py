@@ -14,12 +14,12 @@ from impact.notices import Advice, Progress
 from seatfem import structures
 from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews, arc, of_sheet
+from seatfem.structures.patch import Face
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 

@@ -16,11 +16,11 @@ from impact.after.histories import Spans
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
-from seatfem.structures.estimates import surrogate
 from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
+from seatfem.structures.patch import Column
 from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper, Turning
 from seatfem.structures.shapes import Ball as Sphere
 
@@ -172,7 +172,7 @@ face_width = "2 mm"
         start, end = shape.band
         return self.struck_area, end - start, shape.thickness
 
-    def column(self) -> surrogate.Column | None:
+    def column(self) -> Column | None:
         """Return the column under the band, its area projected along the axis."""
         column = super().column()
         return None if column is None else replace(column, area=column.area * math.sin(self.geometry().half_angle))

@@ -16,9 +16,9 @@ from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
 from impact.quantities import percent
 from impact.runs.variations import Terms, Variation, of_g, with_body
-from seatfem.structures.estimates.surrogate import Patch
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Solved
+from seatfem.structures.patch import Patch
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import problem_of, solved_stopper, striker_of

@@ -6,9 +6,9 @@ from typing import Final
 import impact
 from impact.greens.base import GreensFunction
 from impact.runs.variations import Terms, Variation
-from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method, at_once, with_start
+from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun, Role

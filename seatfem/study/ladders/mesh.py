@@ -12,8 +12,8 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
-from seatfem.structures.estimates.surrogate import Sizes, mesh_error, sizes_for
 from seatfem.structures.kinds import Structure
+from seatfem.structures.patch import Sizes, mesh_error, sizes_for
 from seatfem.study.impacts import validity
 from seatfem.study.ladders import ladder, modes, rules
 from seatfem.study.ladders.ladder import RATIO, Beginning, BodyLadder, ComputedRun, Ladder, Neighbour

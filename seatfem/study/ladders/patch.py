@@ -9,10 +9,10 @@ import impact
 from impact.greens import base, modal
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, with_body
-from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.kinds import Structure
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.method import bed
+from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import (
     ACROSS,
     FEWEST_ARCS,

@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import Final
 
 from impact.runs.variations import NARROWER
-from seatfem.structures.estimates.surrogate import ERRORS, Patch, Sizes, sizes_for
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import AUTO, Applicability, Method
+from seatfem.structures.patch import ERRORS, Patch, Sizes, sizes_for
 
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Bandwidths to choose from [Hz]: five a decade, so that scenes with different contacts can share a cached seat."""

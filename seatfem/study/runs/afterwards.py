@@ -25,7 +25,7 @@ from impact.runs.variations import ROUND_OFF, SAFETY, Budget, Values, Variation,
 from seatfem import pictures
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import fields, method, rings
-from seatfem.structures.estimates.surrogate import Column
+from seatfem.structures.patch import Column
 from seatfem.study import impacts, runs
 from seatfem.study.impacts import contact, gas, validity
 from seatfem.study.impacts.bodies import problem_of

@@ -1,4 +1,4 @@
-"""Estimates of a body without a mesh: struck patch, element sizes for an error of g, surrogates for pre-runs, and the
+"""Estimates of a body without a mesh: struck patch, element sizes for an error of g, a rod behind the patch, and the
 local compliance under a lip in arcs.
 
 error of g = PATCH (contact_size/width)^1.5 + size (WAVE band/c_s + BODY/depth)

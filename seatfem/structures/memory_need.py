@@ -24,7 +24,6 @@ from impact.greens.base import Array
 from seatfem.machine import libraries
 from seatfem.machine.resources import available_memory
 from seatfem.structures import reduction
-from seatfem.structures.estimates.surrogate import Patch
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     AUTO,
@@ -36,6 +35,7 @@ from seatfem.structures.method import (
     cheapest_solver,
     compactness,
 )
+from seatfem.structures.patch import Patch
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:

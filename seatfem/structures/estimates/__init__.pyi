@@ -1,2 +1,0 @@
-# ruff: noqa: I001 (one import a module)
-from seatfem.structures.estimates import sizes as sizes, surrogate as surrogate
