@@ -10,6 +10,7 @@ from impact.greens import base, modal
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, with_body
 from seatfem.structures.kinds import Structure
+from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.method import bed
 from seatfem.structures.patch import on_its_patch
@@ -34,7 +35,8 @@ from seatfem.study import method, safety
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour
-from seatfem.study.method import PORTS, RINGS, RunMethod
+from seatfem.study.ladders.rules import PER_ARC
+from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, RunMethod
 from seatfem.study.scene import Run, Scene, local
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import SceneError
@@ -108,13 +110,13 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
     """Return the run with more rings across the lip's arcs on both bodies, each with its own gap.
 
     The seat is that of the whole lip with a half-space under its parts, and half as many arcs are enough, as the effect
-    of rings hardly depends on them. A film allows no rings.
+    of rings hardly depends on them. A film, which is known across the whole lip, is left out of both runs.
     """
     scene, problem, division = run.scene, run.problem, run.division
     rings, weight = arc_rings_to_compare(division.rings)
-    arcs, most = scene.geometry.arcs_behind_rings(division), max(rings, division.rings)
     if scene.contact.film is not None:
-        return ()
+        scene = scene.model_copy(update={"contact": scene.contact.model_copy(update={"film": None})})
+    arcs, most = scene.geometry.arcs_behind_rings(division), max(rings, division.rings)
     lip = scene.geometry.lip(arcs, most)
     many = _on_a_half_space(run, lip)
     if many is None:
@@ -134,18 +136,16 @@ class Arcs(Ladder):
     """The arcs of a lip; the neighbour has twice as many on both bodies, or half as many at the limit."""
 
     effort: float = 0.7
-    rule: str = "the fewest segments whose convergence can be estimated"
+    rule: str = "one contact where that may stand for segments, else the fewest whose convergence can be estimated"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
-        """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length
-        is asked for, with arcs no longer than the part of the lip over which it is averaged."""
-        scene = known.scene
+        """Return the method with one contact where that may stand for a lip, else with the fewest arcs."""
         if PORTS in method.given or (method.ports or 1) == 1 or known.patch is None:
             return method
-        needs_line = any(all_measures()[name].needs_line for name in scene.accuracy.measures)
-        fewest = max(FEWEST_ARCS, math.ceil(2 * math.pi / scene.contact.line_arc)) if needs_line else FEWEST_ARCS
-        lip = scene.geometry.lip(fewest)
-        return method if lip is None else method.along(scene.geometry, lip.whole(fewest))
+        scene = known.scene
+        if not several_needed(scene):
+            return method.along(scene.geometry, 1, scene.contact.rings)
+        return in_fewest_arcs(scene, method) or method
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with twice as many arcs."""
@@ -183,9 +183,43 @@ class Arcs(Ladder):
                     yield Neighbour(f"{ports} ports", "ports", {method.PORTS: ports})
 
 
+def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
+    """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
+    asked for, with arcs no longer than the part over which it is averaged. ``None`` without a lip."""
+    needs_line = any(all_measures()[name].needs_line for name in scene.accuracy.measures)
+    fewest = max(FEWEST_ARCS, math.ceil(2 * math.pi / scene.contact.line_arc)) if needs_line else FEWEST_ARCS
+    lip = scene.geometry.lip(fewest)
+    return None if lip is None else method.along(scene.geometry, lip.whole(fewest))
+
+
+def several_needed(scene: Scene) -> str:
+    """Return in words why one contact point cannot replace those along the lip; "" if it can."""
+    names, contact = all_measures(), scene.contact
+    if along := [name for name in scene.accuracy.measures if names[name].needs_line]:
+        return f"{along[0]} needs lip segments"
+    if uneven := contact.uneven or ("curvature" if is_curved(scene.reed) else ""):
+        return f"a single contact point cannot represent {uneven}"
+    if scene.stress is not None or scene.life is not None:
+        return "stress under the lip is asked for"
+    touches = scene.reed.thin_plate is not None and scene.geometry.lip(1) is not None
+    return "" if touches else "this reed cannot touch the lip as a whole"
+
+
 @dataclass(frozen=True)
 class OnePort(Ladder):
-    """One contact of a plate in place of the segments of a lip: chosen by a plan, or stated."""
+    """One contact of a plate in place of the segments of a lip: the first value of an open number, or stated."""
+
+    effort: float = 0.7
+
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+        """Return the method with the lip in segments, and an element in each."""
+        if PORTS in method.given or method.ports != 1 or (finer := in_fewest_arcs(scene, method)) is None:
+            return None
+        body, lip, size = scene.seat.elastic, finer.seat.lip, method.seat.contact_size
+        if size is None or body is None or lip is None or CONTACT_SIZE in method.given:
+            return finer
+        in_space = body.elements_of(finer.seat) == "3d"
+        return finer.replaced({CONTACT_SIZE: min(size, PER_ARC * lip.length / lip.arcs)}) if in_space else finer
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a plate meets a lip with one contact."""
