@@ -342,5 +342,5 @@ def test_rounds_take_more_arcs_on_both_bodies(tmp_path: Path) -> None:
         assert Division.from_greens(done.seat.greens) == Division(arcs)
         assert done.reed.greens.ports == ("contact", *Division(arcs).names)
     shares = [done.left.parts["patch"]["filtered_peak"] for done in (first, second)]
-    assert shares[0] > 2 * shares[1]
+    assert shares[0] > 1.5 * shares[1]  # twice, if it were of first order
     assert not first.met
