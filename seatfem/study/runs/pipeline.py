@@ -221,13 +221,13 @@ def write_landings(path: Path, landings: Sequence[Mapping[str, object]]) -> None
 
 @gmsh_session()
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
-    """Compute only the seat's Green's function, as a run of the scene would plan it, and write it to ``path``."""
+    """Compute only the seat's Green's function, as a run of the scene ends with it, and write it to ``path``."""
     watch = Stopwatch()
     safe_files.check_writable(path)
-    with watch("plan"):
-        plan = converge(scene, progress=progress).plan
-    file, duration = cache.Cache(path), scene.run.duration
-    seat = cache.build(scene.seat, plan.method.seat, duration, file, watch=watch, progress=progress)
+    with watch("rounds"):
+        done = converge(scene, progress=progress)
+    seat, key = done.seat, cache.key_of(scene.seat, done.plan.method.seat)
+    cache.Cache(path).write(seat.greens, key, seat.in_rings)
     summary = {
         "seat_static_stiffness_N_per_m": static_stiffness(seat.greens, scene.seat.column()),
         **greens_error_keys(seat.greens),
