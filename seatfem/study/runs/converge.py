@@ -53,7 +53,7 @@ MOST: Final = 5.0  # largest factor: errors that were measured on coarse values 
 MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that of the one before
 POWERS: Final = (1.0, 0.5, 0.25)  # of a factor of refinement, tried in turn until the work is allowed
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
-BESIDE: Final = 1.0  # share of an error that cannot be reduced to which the others are
+BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
 SEAT_KEYS: Final = (SIZE, BAND, TOLERANCE, RINGS, PORTS)
 """Keys whose finer values may be out of reach of meshing, reduction or memory."""
