@@ -152,14 +152,14 @@ def without(libraries: tuple[str, ...], verbs: list[list[str]], **environment: s
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="system libraries of Linux")
-def test_on_a_machine_without_gl_it_says_what_is_missing_and_plans_are_made(tmp_path: Path) -> None:
-    """gmsh cannot be loaded: plans of drawn seats and runs without a mesh are as ever, a mesh ends in one command."""
+def test_on_a_machine_without_gl_it_says_what_is_missing_and_goes_on_without_meshes(tmp_path: Path) -> None:
+    """gmsh cannot be loaded: looks and runs without a mesh are as ever, a mesh ends in one command."""
     drawn, spring = (
         str(ROOT / "examples" / f"{name}.toml") for name in ("flapper_on_annular_seat", "flapper_on_spring")
     )
     out, store = str(tmp_path / "out"), str(tmp_path / "store")
     quick = ["--no-pictures", "--quiet", "--set", "run.duration=0.8 ms"]
-    verbs = [["doctor"], ["plan", drawn, "--quiet"], ["run", spring, *quick, "-o", out]]
+    verbs = [["doctor"], ["plan", spring, "--quiet"], ["run", spring, *quick, "-o", out]]
     verbs += [["run", drawn, *quick, "-o", out]]
     done = without(HIDDEN, verbs, SEATFEM_STORE=store)
     assert re.findall(r"exit code \d: (\d)", done.stdout) == ["1", "0", "0", "1"], done

@@ -46,5 +46,5 @@ def test_stress_behind_a_force_without_waves_says_so() -> None:
     choices = (Choice("seat.model", "spring", "", given=False, leaves="3.1 % of peak force"),)
     plan = cast("Plan", SimpleNamespace(level="spring", choices=choices, scene=SimpleNamespace(stress=None)))
     (note,) = stress_notes(plan, seat)
-    assert "without waves in the seat, which would change it by 3.1 % of peak force" in note
+    assert "without waves in the seat, which leaves 3.1 % of peak force" in note
     assert "state seat.model" in note

@@ -15,7 +15,7 @@ STEP = 20e-9
 def test_free_flight_is_exact() -> None:
     """A window of the run is the run: same filtered peak and duration, whatever is left out before."""
     scene = scene_of(ANNULAR, REED)
-    seat, striker = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens, striker_of(scene, 30)
+    seat, striker = scene.seat.estimate(), striker_of(scene, 30)
     touches = run_contacts(scene, striker, seat, STEP)
     window = window_of(scene, striker, touches.seat.force[1:], STEP, landings=touches.landings.seat)
     assert window.start > 0.5e-3

@@ -35,7 +35,7 @@ class Level(BodyLadder):
         if level is None or self.role != "seat":
             return level
         better, seat = _better(run), run.method.seat
-        if seat.static and not tells_waves(run.scene.seat, seat):
+        if seat.static and run.scene.seat.drawn is not None and not tells_waves(run.scene.seat, seat):
             if (waves := _waves(run)) is None:
                 return None
             better = ((*(variation for term in better for variation in term), *waves),)
