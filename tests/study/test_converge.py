@@ -71,7 +71,7 @@ def test_a_stated_model_is_kept() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seat", "strict"), [(ANNULAR, 0.02), (PLATE, 0.07)])
+@pytest.mark.parametrize(("seat", "strict"), [(ANNULAR, 0.02), (PLATE, 0.08)])
 def test_the_target_is_met_by_what_is_finer_in_every_refined_key(seat: str, strict: float, tmp_path: Path) -> None:
     """The values of a coarse and of a strict target agree within their bars."""
     coarse, fine = (
