@@ -9,7 +9,7 @@ face; elements of order 2. The constants bound errors measured on seats of every
 g(t) = rod of the patch's area and impedance, with the body's static compliance + the plate's first mode
 
 so that g(0+) = 1/(rho c_p A) is exact, and the static compliance is estimated. Waves return undiminished from the end
-of a rod, unlike in a bulky body: the surrogate needs a wider band than the body will.
+of a rod, unlike in a bulky body: the estimate needs a wider band than the body will.
 """
 
 from __future__ import annotations
@@ -198,7 +198,7 @@ def _rounded(size: float) -> float:
     return float(f"{math.floor(size / unit * (1 + 1e-9)) * unit:.3g}")
 
 
-MODES: Final = 40  # modes of the surrogate's rod
+MODES: Final = 40  # modes of the rod
 SPREADING: Final = 0.2  # damping ratio in place of the geometric spreading of waves in three dimensions
 
 

@@ -12,9 +12,9 @@ from typing import Final
 LEVEL_SHARE: Final = 4  # target over the error that a level of the seat may have at first
 
 # Safety factors on models that stand for better ones.
-DOUBT: Final = 2.0  # factor by which the effect of waves in the seat may exceed that in the surrogate
+DOUBT: Final = 2.0  # factor by which the effect of waves in the seat may exceed that in the estimate
 DOUBT_OF_ARCS: Final = 3.0  # that factor for a lip in arcs: with 2, four of 100 measures were outside their bars
-DOUBT_OF_COARSE: Final = 1.3  # that factor for a coarsely meshed seat; the surrogate had 0.6 to 5 times the truth
+DOUBT_OF_COARSE: Final = 1.3  # that factor for a coarsely meshed seat; the estimate had 0.6 to 5 times the truth
 ONE_PORT_BAR: Final = 1.5  # bar that a run states for one port, over the change by arcs on a half-space
 
 # Coarser and finer models compared for bars; two comparisons, as one change may vanish by chance.
@@ -52,7 +52,7 @@ FLOORS: Final = {"mesh": 1e-5, "reduction": 1e-5, "patch": 1e-5, "record": 1e-5}
 """The square of 0.3 %, the error of g in the band at best. A measure may be stationary in g, such as the plateau of a
 rod's force on a stiff seat, ``rho c A v``: a coarser run then shows no change, and only the second order remains."""
 FLOOR_OF_SPRING: Final = 2e-3
-"""Floor for a spring in place of waves: the square of some 4 %, the error of their effect in a surrogate or an initial
+"""Floor for a spring in place of waves: the square of some 4 %, the error of their effect in an estimate or an initial
 velocity. Waves returning during a clamped reed's landing changed its impulse by 0.3 % where both showed nothing."""
 WITHIN_PARTS: Final = 4e-3
 """Relative error of a lip in arcs that does not depend on their number, as each arc has one pressure and mean motion.

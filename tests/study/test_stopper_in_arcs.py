@@ -210,9 +210,7 @@ def test_the_rise_of_a_face_is_its_sagitta(radius: float) -> None:
     x, y = np.meshgrid(np.linspace(-0.015, 0.015, 61), np.linspace(-0.005, 0.005, 3), indexing="ij")
     points = np.stack([x, y, radius - np.sqrt(radius**2 - x**2)], axis=-1).reshape(-1, 3)
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
-    shape = Shape(
-        points @ turn.T, np.arange(183).reshape(61, 3), {"struck": np.arange(61)}, np.zeros((0, 4), dtype=np.int64), 0.0
-    )
+    shape = Shape(points @ turn.T, np.arange(183).reshape(61, 3), {"struck": np.arange(61)}, 0.0)
     rise, _ = shape.rise("struck")
     assert rise == pytest.approx(0.03**2 / (8 * radius), rel=2e-3)
 

@@ -66,20 +66,18 @@ BESIDE: Final = 0.5  # lateral distance of the held faces over the depth up to w
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Triangulated surface of a body, with its tetrahedra if known.
+    """Triangulated surface of a body.
 
     Attributes:
         points: (n, 3) coordinates [m].
         triangles: (m, 3) rows of ``points``.
         groups: named parts of the surface, rows of ``triangles``.
-        cells: (k, 4) rows of ``points``; k = 0 if not known.
         volume: volume of the body [m^3].
     """
 
     points: Array
     triangles: Integers
     groups: dict[str, Integers]
-    cells: Integers
     volume: float
 
     @cached_property
@@ -174,7 +172,7 @@ FILLED: Final = 0.6  # assumed volume over that of the bounding box, for a part 
 EVEN: Final = 1e-6  # largest 1 - cos of the angle between parallel normals
 
 
-EMPTY: Final = Shape(np.zeros((0, 3)), np.zeros((0, 3), np.int64), {}, np.zeros((0, 4), np.int64), 0.0)
+EMPTY: Final = Shape(np.zeros((0, 3)), np.zeros((0, 3), np.int64), {}, 0.0)
 
 
 @dataclass(frozen=True)
@@ -243,7 +241,7 @@ class Inspected:
 def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
     """Return the geometry's faces, groups and problems, cached in the process while its file is unchanged.
 
-    ``picture``: with finer triangles on curved faces, and without cells.
+    ``picture``: with finer triangles on curved faces.
 
     Raises:
         OSError: the file does not exist.
@@ -273,7 +271,7 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
     groups = {
         name: np.flatnonzero(np.isin(arrays["faces"], tags)).astype(np.int64) for name, tags in answer["groups"].items()
     }
-    shape = Shape(arrays["points"], arrays["triangles"], groups, arrays["cells"], float(answer["volume"]))
+    shape = Shape(arrays["points"], arrays["triangles"], groups, float(answer["volume"]))
     faces = tuple(_face(face, answer["groups"]) for face in answer["faces"])
     edges = {name: arrays["edges"][arrays["edges_of"] == k] for k, name in enumerate(answer["flat"])}
     return Inspected(faces, _problems(answer), tuple(answer["regions"]), shape, tuple(rows), edges)

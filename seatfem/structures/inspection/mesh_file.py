@@ -47,7 +47,7 @@ def shape_of(mesh: SeatMesh) -> Shape:
         name: np.concatenate([row[facets] + part * len(outside) for part in range(len(halves))])
         for name, facets in (solid.boundaries or {}).items()
     }
-    return Shape(points, triangles, groups, np.zeros((0, 4), np.int64), mesh.quality.volume)
+    return Shape(points, triangles, groups, mesh.quality.volume)
 
 
 @lru_cache(maxsize=4)

@@ -1,13 +1,14 @@
 """Tasks of the gmsh process that describe a geometry: its faces and solids, or the outline of a flat sheet.
 
-The answer holds the faces, the groups that can be selected and the problems of the others, with a coarse mesh of
-straight tetrahedra for pictures and predictions, as far as gmsh can generate one.
+The answer holds the faces, the groups that can be selected and the problems of the others, with coarse
+triangles on its surface, as far as gmsh can generate them.
 """
 
 import itertools
 import json
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -26,7 +27,7 @@ from seatfem.structures.shapes.selectors import Face, Frame, Patches, listing, s
 FINE: Final = 4.0  # ratio of that coarse element size to the one for pictures
 CURVED: Final = 24  # elements per full turn of curved faces in pictures
 CHORDS: Final = 96  # straight segments per curved edge of a face; a circle loses 7e-4 of its area
-TRIANGLE, TETRAHEDRON = 2, 4
+TRIANGLE = 2
 
 Problem = tuple[str, str]
 """Field of the geometry, and the problem with its value."""
@@ -153,9 +154,9 @@ def _edges(gmsh: Any, groups: Sequence[list[int]], unit: float) -> dict[str, Any
 
 
 def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) -> dict[str, Any]:
-    """Return points (n, 3) [m], triangles (m, 3) with their face's tag, tetrahedra (k, 4), as far as gmsh succeeds.
+    """Return points (n, 3) [m] and triangles (m, 3) with their face's tag, as far as gmsh succeeds.
 
-    ``picture``: generate finer triangles on curved faces, and no tetrahedra.
+    ``picture``: generate finer triangles on curved faces.
     """
     if picture:
         gmsh.option.setNumber("Mesh.MeshSizeMax", _coarse(gmsh) / FINE)
@@ -165,11 +166,8 @@ def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) ->
     for option in ("Mesh.Optimize", "Mesh.OptimizeNetgen"):
         gmsh.option.setNumber(option, 0)
     stage("meshing coarsely", 0.5)
-    for dimension in (2,) if picture else (2, 3):
-        try:
-            gmsh.model.mesh.generate(dimension)
-        except Exception:  # a run heals such a file first, and reports if it still fails
-            break
+    with suppress(Exception):  # a run heals such a file first, and reports if it still fails
+        gmsh.model.mesh.generate(2)
     tags, points, _ = gmsh.model.mesh.getNodes()
     row = rows_of(tags)
     triangles, faces = [np.empty((0, 3), int)], [np.empty(0, int)]
@@ -177,12 +175,10 @@ def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) ->
         nodes = gmsh.model.mesh.getElementsByType(TRIANGLE, tag)[1]
         triangles.append(row[nodes.astype(int)].reshape(-1, 3))
         faces.append(np.full(len(nodes) // 3, tag))
-    cells = row[gmsh.model.mesh.getElementsByType(TETRAHEDRON)[1].astype(int)].reshape(-1, 4)
     return {
         "points": unit * points.reshape(-1, 3),
         "triangles": np.concatenate(triangles),
         "faces": np.concatenate(faces),
-        "cells": cells,
     }
 
 

@@ -27,13 +27,10 @@ from seatfem.study.scene.lips import STOPPER
 if TYPE_CHECKING:
     from seatfem.structures import sheets
     from seatfem.structures.elements.mindlin import PlateMesh
-    from seatfem.structures.fields import peaks
     from seatfem.structures.fields.recovery import Largest, LargestStress, StressField
 
 AT_REST: Final = 1e-2  # frequency at which a free plate is solved for its static bending, over its lowest frequency
 AS_IF_HELD: Final = 1e-8  # relative residual of a first solve of a plate that is held
-MODES_LOOKED_AT: Final = 12  # lowest modes whose most stressed places are evaluated in pre-runs
-PLACES_OF_A_MODE: Final = 3  # number of such places of each mode
 
 
 @dataclass(frozen=True)
@@ -44,13 +41,11 @@ class _Columns:
         points: (P, 2) coordinates [m].
         static: (P, 6, p) stress under a static unit force on each port [Pa/N].
         modal: (P, 6, M) stress of each elastic mode shape [Pa/(m sqrt(kg))].
-        few: numbers of the points one of which has nearly the largest stress in any impact.
     """
 
     points: Array
     static: Array
     modal: Array
-    few: peaks.Integers
 
 
 def has_plate_stress(reed: Structure, striker: Body) -> bool:
@@ -90,22 +85,18 @@ def singular_points(geometry: ContactGeometry, greens: GreensFunction, division:
     return _singular(_plate_of(geometry).plate(greens), _touching_lips(geometry, division))
 
 
-def plate_field(
-    geometry: ContactGeometry, striker: Body, division: rings.Division, *, few: bool = False
-) -> StressField:
+def plate_field(geometry: ContactGeometry, striker: Body, division: rings.Division) -> StressField:
     """Return the stress field in the face z = h/2 of the plate that strikes.
 
     It has the nodes at which plate theory gives a stress, farther than one thickness from sharp corners, ends of the
-    clamp and contact patches, and includes elastic modes and the static response to each port's force. ``few``: only
-    some 40 nodes, those most stressed by the lowest modes and by the ports.
+    clamp and contact patches, and includes elastic modes and the static response to each port's force.
 
     The field's body is the whole striker; `struck_by` replaces it by its elastic modes with the loads of a run.
     """
     plate = _plate_of(geometry).plate(striker.greens)
     lips, touched = lips_of_plate(geometry, division), _touching_lips(geometry, division)
     columns = _columns(_Plate(plate, lips, touched, tuple(striker.greens.ports)))
-    field = fields.recovery.StressField(columns.points, columns.static, columns.modal, striker)
-    return field.at(columns.few) if few else field
+    return fields.recovery.StressField(columns.points, columns.static, columns.modal, striker)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,16 +138,7 @@ def _columns(key: _Plate) -> _Columns:
     )
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in solutions)
     away = ~fields.sites.near(sites.points, _singular(plate, key.touched), thickness)
-    points, static, modal = sites.points[away], static[away], modal[away]
-    return _Columns(points, static, modal, _most_stressed(static, modal))
-
-
-def _most_stressed(static: Array, modal: Array) -> peaks.Integers:
-    """Return the indices of the points most stressed by each of the lowest modes and by all ports together."""
-    by_mode = np.linalg.norm(modal[:, :, :MODES_LOOKED_AT], axis=1)
-    by_ports = np.linalg.norm(static.sum(axis=2), axis=1)[:, None]
-    order = np.argsort(-np.concatenate([by_mode, by_ports], axis=1), axis=0)
-    return np.unique(order[:PLACES_OF_A_MODE]).astype(np.int64)
+    return _Columns(sites.points[away], static[away], modal[away])
 
 
 def struck_by(field: StressField, striker: Body, opening: Array, pushes: Array, dt: float) -> StressField:
@@ -204,13 +186,6 @@ class PlateLook:
     reed: ThinPlate
     field: StressField
     division: rings.Division
-
-    @classmethod
-    def at_few_places(cls, geometry: ContactGeometry, striker: Body, division: rings.Division) -> PlateLook | None:
-        """Return the function for the places that modes and ports stress most; ``None`` if the striker is no plate."""
-        if not has_plate_stress(geometry.reed, striker):
-            return None
-        return cls(_plate_of(geometry), plate_field(geometry, striker, division, few=True), division)
 
     def __call__(self, run: Marched, since: float | None) -> ReedStress | None:
         """Return the largest stresses, also before and after the start ``since`` of a landing [s]."""

@@ -118,7 +118,7 @@ def method_beside(seat: Structure, method: Method) -> Method | None:
 def waves_beside(seat: Structure, duration: float, method: Method) -> GreensFunction | None:
     """Return the static seat with its waves, by `method_beside`, or ``None``.
 
-    A static seat loses the momentum that waves return, in one scene 4.3 % of the impulse, and a surrogate has neither
+    A static seat loses the momentum that waves return, in one scene 4.3 % of the impulse, and an estimate has neither
     the seat's section nor its harmonics.
     """
     dynamic = method_beside(seat, method)

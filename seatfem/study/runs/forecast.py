@@ -17,7 +17,7 @@ from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import AIM, MOST, begin_plan, work_ratio
 from seatfem.study.runs.kept import first_plan, save_plan
-from seatfem.study.runs.next_round import OF_THE_CONTACT, OF_THE_SEAT, Limits, expect_time, next_plan
+from seatfem.study.runs.next_round import OF_THE_CONTACT, OF_THE_SEAT, Limits, expect_time, next_plan, sum_stages
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.safety import MOST_ROUNDS
@@ -28,7 +28,7 @@ PURSE: Final = {False: 3.0, True: 6.0}  # wall time of a look [s], at a scene wi
 
 @dataclass(frozen=True)
 class Forecast:
-    """What is left of a run after some of its rounds.
+    """A forecast states what is left of a run after some of its rounds.
 
     Attributes:
         rounds: number of further rounds.
@@ -50,7 +50,7 @@ class Forecast:
 
 @dataclass(frozen=True)
 class Look:
-    """A look at a scene: its last round, the wall time of all by stage [s], and what is left."""
+    """A look holds the last round of a scene, the wall time of all by stage [s], and what is left."""
 
     done: Round
     stages: Mapping[str, float]
@@ -81,9 +81,7 @@ def look_at(
     """
     purse = PURSE[bool(scene.seat.files())] if seconds is None else seconds
     watch = Stopwatch()
-    with private_folder("look") as folder, gmsh_session():
-        limits = Limits(most, purse)
-        *_, done = rounds(first_plan(scene), folder, watch, progress, limits=limits, tell=tell)
+    done = _last_round(first_plan(scene), watch, Limits(most, purse), progress, tell)
     save_plan(done)
     return Look(done, watch.stages, forecast(done))
 
@@ -96,7 +94,8 @@ def converge(
     progress: Progress = silent,
     tell: Tell = ignore,
 ) -> Round:
-    """Return the last round of the loop for a scene, which meets its target where it can be met; no file is written.
+    """Return the last round of the loop for a scene, which meets its target where it can be met. Nothing is kept but in
+    the stores of seats and of numbers.
 
     Args:
         scene: the scene; the keys that its file states are kept.
@@ -109,16 +108,20 @@ def converge(
     if target is not None:
         accuracy = scene.accuracy.model_copy(update={"target": target})
         scene = scene.model_copy(update={"accuracy": accuracy})
+    return _last_round(begin_plan(scene), Stopwatch(), limits or Limits(), progress, tell)
+
+
+def _last_round(plan: Plan, watch: Stopwatch, limits: Limits, progress: Progress, tell: Tell) -> Round:
+    """Return the last round of the loop, whose files are temporary."""
     with private_folder("look") as folder, gmsh_session():
-        limits = Limits() if limits is None else limits
-        *_, done = rounds(begin_plan(scene), folder, Stopwatch(), progress, limits=limits, tell=tell)
+        *_, done = rounds(plan, folder, watch, progress, limits=limits, tell=tell)
     return done
 
 
 def forecast(done: Round) -> Forecast:
     """Return what is left of a run, if every further round reduces the largest error by `converge.MOST`."""
     bars = {name: done.left.relative(name) for name in done.judged}
-    seat, contact = (sum(done.price.get(stage, 0.0) for stage in stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
+    seat, contact = (sum_stages(done.price, stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
     if done.met is not False:
         return Forecast(0, 0.0, seat, contact, bars, why="" if done.met else "there is no landing to judge")
     further, why = next_plan(done, Limits(), math.inf)

@@ -66,8 +66,8 @@ def expect_time(done: Round, plan: Plan) -> float:
 def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
     """Return the expected wall time [s] of some stages whose work grows by a ratio: without its fixed part in
     proportion to the work, or to the power of it that the last two rounds showed."""
-    seconds = _sum(done.price, stages)
-    if done.before is not None and seconds > 0 and (earlier := _sum(done.before[1], stages)) > 0:
+    seconds = sum_stages(done.price, stages)
+    if done.before is not None and seconds > 0 and (earlier := sum_stages(done.before[1], stages)) > 0:
         works = converge.work_ratio(done.before[0], done.plan.method, done.plan.scene)
         if (work := works[stages == OF_THE_CONTACT]) > TELLING:
             power = math.log(seconds / earlier) / math.log(work)
@@ -76,7 +76,8 @@ def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
     return fixed + (seconds - fixed) * ratio
 
 
-def _sum(price: Mapping[str, float], stages: tuple[str, ...]) -> float:
+def sum_stages(price: Mapping[str, float], stages: tuple[str, ...]) -> float:
+    """Return the wall time of some stages together [s]."""
     return sum(price.get(stage, 0.0) for stage in stages)
 
 

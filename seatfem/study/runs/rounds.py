@@ -77,12 +77,12 @@ def rounds(
                 further, why = next_plan(latest, limits, deadline - time.perf_counter())
         except FAILURES as problem:
             why = _failure_words(problem)
-        told = in_words(latest, before)
+        line = in_words(latest, before)
         if further is None:
-            tell(told)
+            tell(line)
             yield replace(latest, stopped=why)
             return
-        tell(f"{told}; the next about {in_time(expect_time(latest, further))}")
+        tell(f"{line}; the next about {in_time(expect_time(latest, further))}")
         number, before, stopped = latest.number + 1, latest.plan, ""
         yield replace(latest, stopped=f"round {number} {UNFINISHED}")
         try:
