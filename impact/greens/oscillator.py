@@ -8,6 +8,7 @@ p(s) = (1 - cos(2 pi s/T))/T on [0, T], T = 1/bandwidth: unit area, -6 dB at the
 like 1/f^3 above. Reduction errors are measured on g convolved with p, since g itself has jumps.
 """
 
+import math
 from typing import TypeVar
 
 import numpy as np
@@ -66,10 +67,16 @@ def step_response(t: Array, omega: Array, zeta: Array) -> Array:
     if not np.any(short):
         return closed
     out = np.array(closed)
-    ts, ws, zs = t[short], omega[short], zeta[short]
-    s = ts[:, None] * (1 + _NODES) / 2
-    out[short] = ts / 2 * (impulse_response(s, ws[:, None], zs[:, None]) @ _WEIGHTS)
+    out[short] = _integrate(t[short], omega[short], zeta[short], 1)
     return out
+
+
+def _integrate(t: Array, omega: Array, zeta: Array, times: int) -> Array:
+    """Return h integrated from 0 to t once or several ``times``, the integral of h(s) (t - s)^(times - 1)/(times - 1)!,
+    by Gauss quadrature that is exact to round-off for short times t [s^(times + 1)]."""
+    s, rest = t[:, None] * (1 + _NODES) / 2, t[:, None] * (1 - _NODES) / 2
+    kernel = rest ** (times - 1) / math.factorial(times - 1)
+    return np.asarray(t / 2 * ((impulse_response(s, omega[:, None], zeta[:, None]) * kernel) @ _WEIGHTS))
 
 
 def ramp_response(t: Array, omega: Array, zeta: Array) -> Array:
@@ -80,8 +87,7 @@ def ramp_response(t: Array, omega: Array, zeta: Array) -> Array:
     stepped, impulse = step_response(t, omega, zeta), impulse_response(t, omega, zeta)
     out: Array = (t - impulse - 2 * zeta * omega * stepped) / safe**2
     if np.any(short):
-        ts, ws, zs = t[short, None], omega[short, None], zeta[short, None]
-        out[short] = ts[:, 0] / 2 * (step_response(ts * (1 + _NODES) / 2, ws, zs) @ _WEIGHTS)
+        out[short] = _integrate(t[short], omega[short], zeta[short], 2)
     return out
 
 
@@ -93,8 +99,7 @@ def ramp_integral(t: Array, omega: Array, zeta: Array) -> Array:
     ramped, stepped = ramp_response(t, omega, zeta), step_response(t, omega, zeta)
     out: Array = (t**2 / 2 - stepped - 2 * zeta * omega * ramped) / safe**2
     if np.any(short):
-        ts, ws, zs = t[short, None], omega[short, None], zeta[short, None]
-        out[short] = ts[:, 0] / 2 * (ramp_response(ts * (1 + _NODES) / 2, ws, zs) @ _WEIGHTS)
+        out[short] = _integrate(t[short], omega[short], zeta[short], 3)
     return out
 
 

@@ -11,13 +11,24 @@ import pytest
 
 from impact.runs.variations import Budget
 from seatfem.faces.cli import DONE, run_command
-from seatfem.study.method import BAND, FIELDS, MODEL, MODES, SIZE, STEP, TOLERANCE, stated_method
+from seatfem.study.method import (
+    BAND,
+    FIELDS,
+    MODEL,
+    MODES,
+    REED_CONTACT_SIZE,
+    REED_SIZE,
+    SIZE,
+    STEP,
+    TOLERANCE,
+    stated_method,
+)
 from seatfem.study.plan import Refinement
 from seatfem.study.runs import converge
 from seatfem.study.runs.converge import MOST, MOST_WORK, TRIES, begin_method, begin_plan, mark, refine_plan, work_ratio
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from tests.steps import Stopwatch, silent
-from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, scene_of
+from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, STEEL, scene_of
 
 pytestmark = pytest.mark.usefixtures("own_store")
 FINER = {**dict.fromkeys((SIZE, STEP, TOLERANCE), -1), **dict.fromkeys((BAND, MODES), 1)}
@@ -88,7 +99,7 @@ def test_the_target_is_met_by_what_is_finer_in_every_refined_key(
         assert abs(one.values[name] - other.values[name]) <= one.bar(name) + other.bar(name)
     for before, after in pairwise(fine):
         old, new = before.plan.method, after.plan.method
-        assert max(work_ratio(old, new, before.plan.scene)) <= MOST_WORK or old.seat.level != new.seat.level
+        assert work_ratio(old, new, before.plan.scene).largest <= MOST_WORK or old.seat.level != new.seat.level
         for key, sign in FINER.items():
             if old.value(key) and new.value(key):
                 assert sign * (new.value(key) - old.value(key)) >= 0
@@ -154,7 +165,42 @@ def test_work_is_bounded_by_what_gains_most() -> None:
     done = round_of({SIZE: 0.3, STEP: 0.3, BAND: 0.3}, target=0.001)
     plan, _ = refine_plan(done)
     assert plan is not None
-    assert 1 < max(work_ratio(done.plan.method, plan.method, plan.scene)) <= MOST_WORK
+    assert 1 < work_ratio(done.plan.method, plan.method, plan.scene).largest <= MOST_WORK
+
+
+def test_unknowns_of_a_reed_are_work() -> None:
+    """A ball whose elements are half as large has eight times the unknowns, and the seat's work is the same."""
+    run = 'run = { duration = "0.1 ms" }'
+    ball = f'reed = {{ kind = "ball", diameter = "5 mm", velocity = "-1 m/s", {STEEL} }}'
+    scene = scene_of(BAR, ball, run)
+    method = begin_method(scene)
+    coarse, fine = (method.replaced({REED_SIZE: size, REED_CONTACT_SIZE: size}) for size in (2e-4, 1e-4))
+    work = work_ratio(coarse, fine, scene)
+    assert (work.seat, work.contact) == (1, 1)
+    assert work.reed == pytest.approx(2 ** (2 if scene.reed.elastic.elements_of(method.reed) == "axisymmetric" else 3))
+    assert work.largest == work.reed
+
+
+def test_a_lip_in_more_arcs_has_no_more_modes() -> None:
+    """The seat's modes are computed once for all arcs; the contact has twice as many points."""
+    plate = {"kind": "ring_plate", "inner_diameter": "6 mm", "outer_diameter": "12 mm", "thickness": "1 mm"}
+    reed = {**plate, "material": "steel", "velocity": "-1 m/s"}
+    scene = scene_of(ANNULAR, 'run = { duration = "0.1 ms" }', reed=reed, contact={"tilt": "0.3 deg", "ports": 16})
+    method = begin_method(scene)
+    work = work_ratio(method, method.along(scene.geometry, 32, 1), scene)
+    assert (work.seat, work.reed, work.contact) == (1, 1, 2)
+
+
+@pytest.mark.parametrize(("steps", "marked"), [(2, {STEP}), (3, {SIZE, STEP})])
+def test_a_change_of_two_steps_in_a_duration_is_the_steps(steps: int, marked: set[str]) -> None:
+    """Neighbours run at the doubled step: a finer mesh cannot mend what they cannot resolve."""
+    done = round_of({SIZE: 0.0, STEP: 0.0})
+    dt = done.plan.method.time_step
+    assert dt is not None
+    by_key = {SIZE: {"contact_duration": steps * dt}, STEP: {"contact_duration": dt}}
+    left = Budget({"contact_duration": 10 * dt}, {"mesh": by_key[SIZE], "time_step": by_key[STEP]}, (), by_key)
+    done = cast(Round, SimpleNamespace(plan=done.plan, left=left, judged=("contact_duration",), number=1, spent={}))
+    assert set(mark(done).factors) == marked
 
 
 @pytest.mark.slow

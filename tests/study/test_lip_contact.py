@@ -20,6 +20,7 @@ from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
 from seatfem.study.ladders.level import method_beside
+from seatfem.study.runs.converge import begin_method
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER, load_text
 from tests.steps import Scene, Solved, Stopwatch, begin_plan, error_budget, rounds, silent, stated_method
@@ -327,6 +328,7 @@ def test_statics_are_off_by_what_the_waves_change(tmp_path: Path) -> None:
         assert left[name] == pytest.approx(abs(moved[name] - still[name]), rel=1e-6), name
     assert left["impulse"] > 0.01 * still["impulse"]
     assert method_beside(scene.seat, how) is None
+    assert begin_method(scene_of(tmp_path, keys(4, ROLL), reed=MASS)).seat.level == "axisymmetric"
 
 
 @pytest.mark.slow

@@ -94,10 +94,10 @@ def with_modes(
 ) -> modal.ModalGreens:
     """Return the Green's function of a model's ports by known ``modes``, all up to ``cutoff`` [Hz]; see `Modal`.
 
-    ``pushed``: numbers of the ports under whose impulses its error is estimated.
+    ``pushed``: numbers of the ports between which its error is estimated.
     """
     static = _static(model, modes, aims.backend, deflated=True)
-    greens, error = _of_modes(model, damping, modes, cutoff, aims, static, pushed)
+    greens, error = _of_modes(model, damping, modes, cutoff, aims, static, list(pushed))
     return _documented(greens, error, len(modes.omega), cutoff)
 
 
@@ -108,14 +108,14 @@ def _of_modes(
     cutoff: float,
     aims: Aims,
     static: tuple[float, Array, bool],
-    pushed: Sequence[int] | None = None,
+    judged: list[int] | slice = modal.ALL,
 ) -> tuple[modal.ModalGreens, float]:
-    """Return the Green's function by modes up to ``cutoff`` and its relative error."""
+    """Return the Green's function by modes up to ``cutoff`` and its relative error between the ports ``judged``."""
     shapes = modes.shapes.T @ model.port_matrix
     extra = _residual_compliance(model, modes, shapes, *static)
     zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
     greens = reducer.truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
-    return greens, modal_error(greens, error_times(aims.duration, aims.width), aims.bandwidth, cutoff, pushed)
+    return greens, modal_error(greens, error_times(aims.duration, aims.width), aims.bandwidth, cutoff, judged)
 
 
 def _documented(greens: modal.ModalGreens, error: float, count: int, cutoff: float) -> modal.ModalGreens:
@@ -126,9 +126,13 @@ def _documented(greens: modal.ModalGreens, error: float, count: int, cutoff: flo
 
 
 def modal_error(
-    greens: modal.ModalGreens, t: Array, bandwidth: float, cutoff: float, pushed: Sequence[int] | None = None
+    greens: modal.ModalGreens, t: Array, bandwidth: float, cutoff: float, judged: list[int] | slice = modal.ALL
 ) -> float:
-    """Return the error of a modal Green's function with modes up to ``cutoff`` [Hz], see `Modal`."""
+    """Return the error of a modal Green's function with modes up to ``cutoff`` [Hz] between some ports; see `Modal`."""
+    rest = greens.residual
+    within = modal.Residual(rest.shapes[:, judged], rest.rates, rest.compliance[judged][:, judged])
+    names = tuple(np.array(greens.port_names)[judged])
+    greens = replace(greens, shapes=greens.shapes[:, judged], residual=within, port_names=names)
     left_out = greens.residual.static()
     spring = replace(greens, residual=modal.Residual.spring(left_out))
     top = greens.omega > 0.7 * 2 * np.pi * cutoff
@@ -140,7 +144,7 @@ def modal_error(
         shapes=greens.shapes[~top],
         residual=modal.Residual.spring(left_out + dropped.T @ dropped),
     )
-    full, bare, less = (each.filtered_matrix(t, 1 / bandwidth, pushed) for each in (greens, spring, lower))
+    full, bare, less = (each.filtered_matrix(t, 1 / bandwidth) for each in (greens, spring, lower))
     bound = float(np.abs(left_out).max()) * 2 * bandwidth / ((cutoff / bandwidth) ** 2 - 1)
     rings = 2 * float(np.abs(bare - less).max()) if np.sum(top) >= 10 else bound
     lag = float(np.abs(full - bare).max())

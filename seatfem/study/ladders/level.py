@@ -42,9 +42,17 @@ class Level(BodyLadder):
         return (*level, *_shear(run), *better)
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
-        """Return the method with the static compliance of a seat that is drawn, the simplest model."""
-        is_open = self.role == "seat" and known.scene.seat.drawn is not None and MODEL not in method.given
-        return method.replaced({MODEL: "spring"}) if is_open else method
+        """Return the method with the static compliance of a seat that is drawn, the simplest model; with waves where
+        those that it would be compared with cost as much."""
+        seat = known.scene.seat
+        if self.role != "seat" or seat.drawn is None or MODEL in method.given:
+            return method
+        still = method.replaced({MODEL: "spring"})
+        return (
+            method.replaced({MODEL: level_with_waves(seat, still.seat).level})
+            if tells_waves(seat, still.seat)
+            else still
+        )
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with waves in the seat: its half section, a sector or, along a lip, all of it."""

@@ -17,7 +17,9 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from impact.quantities import percent
-from impact.runs.variations import safety
+from impact.runs.variations import is_time, safety
+from seatfem.structures.kinds import Structure
+from seatfem.structures.method import Method
 from seatfem.study.impacts import contact
 from seatfem.study.ladders.ladder import Beginning
 from seatfem.study.ladders.table import described, ladder_of, ladders, source_of
@@ -54,6 +56,7 @@ MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that o
 POWERS: Final = (1.0, 0.5, 0.25)  # of a factor of refinement, tried in turn until the work is allowed
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
+UNRESOLVED: Final = 2.0  # steps by which times of contacts change by accident: neighbours run at the doubled step
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
 SEAT_KEYS: Final = (SIZE, BAND, TOLERANCE, RINGS, PORTS)
 """Keys whose finer values may be out of reach of meshing, reduction or memory."""
@@ -156,7 +159,7 @@ def mark(done: Round) -> Marks:
         allowed = scene.accuracy.target * abs(budget.values[measure]) / safety(measure)
         if budget.relative(measure) <= scene.accuracy.target:
             continue
-        errors = errors_by_key(done, measure)
+        errors = _resolved(done, measure, errors_by_key(done, measure))
         open_keys = {
             key
             for key in errors.keys() - done.plan.refused.keys()
@@ -172,6 +175,15 @@ def mark(done: Round) -> Marks:
             for each in (key, *_hiding(done, key)):
                 factors[each] = max(factors.get(each, 1.0), errors[key] / share)
     return Marks({key: min(max(factor, LEAST), MOST) for key, factor in factors.items()}, frozenset(wanted), stuck)
+
+
+def _resolved(done: Round, measure: str, errors: Mapping[str, float]) -> Mapping[str, float]:
+    """Return the errors of a time of contact, in which those by keys that the step does not resolve are the step's."""
+    step = done.plan.method.time_step
+    if not is_time(measure) or step is None or _refined(done.plan.scene, done.plan.method, STEP, MOST) is None:
+        return errors
+    hidden = {key: error for key, error in errors.items() if key != STEP and error <= UNRESOLVED * step * (1 + 1e-9)}
+    return {**errors, **dict.fromkeys(hidden, 0.0), STEP: errors.get(STEP, 0.0) + sum(hidden.values())}
 
 
 def _shares(errors: Mapping[str, float], room: float) -> Mapping[str, float]:
@@ -251,7 +263,7 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     alone = {key: finer for key, factor in factors.items() if (finer := _refined(plan.scene, plan.method, key, factor))}
 
     def gain_per_work(key: str) -> float:
-        more = max(work_ratio(plan.method, alone[key], plan.scene)) - 1
+        more = work_ratio(plan.method, alone[key], plan.scene).largest - 1
         return _worst(done, key) * (1 - 1 / factors[key]) / max(more, LITTLE_WORK)
 
     first = max(alone, key=lambda key: _worst(done, key), default="")
@@ -259,7 +271,7 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     for key in sorted(alone, key=lambda key: (key != first, -gain_per_work(key))):
         for power in POWERS:
             finer = _refined(plan.scene, method, key, factors[key] ** power) or method
-            fits = max(work_ratio(plan.method, finer, plan.scene)) <= MOST_WORK
+            fits = work_ratio(plan.method, finer, plan.scene).largest <= MOST_WORK
             if fits or (key == first and power == POWERS[-1]):
                 method, taken[key] = finer, factors[key] ** power
                 break
@@ -311,18 +323,48 @@ def _stuck_words(done: Round, marks: Marks) -> str:
     return f"{zero[0]} is zero, so that a relative error has no meaning" if zero else "nothing is left to refine"
 
 
-def work_ratio(before: RunMethod, after: RunMethod, scene: Scene) -> tuple[float, float]:
-    """Return the work of seat and contact by one method over that by another."""
-    body = scene.seat.elastic
-    dimensions = 3 if body is not None and body.elements_of(before.seat) in ("3d", "sector") else 2
-    unknowns = ratio_of(before.seat.size, after.seat.size) ** dimensions
-    near = ratio_of(before.seat.contact_size, after.seat.contact_size) ** (dimensions - 1)
-    ports = after.seat.division.count / before.seat.division.count
-    band = ratio_of(after.seat.bandwidth, before.seat.bandwidth)
-    steps = ratio_of(before.time_step, after.time_step)
-    reeds = after.reed, before.reed
-    modes = max(band, ratio_of(*(reed.n_modes for reed in reeds)), ratio_of(*(reed.bandwidth for reed in reeds)))
-    return max(unknowns, near) * ports * band, steps * ports * modes
+@dataclass(frozen=True)
+class Work:
+    """The counted work of a round over that of another: of seat, reed and contact."""
+
+    seat: float
+    reed: float
+    contact: float
+
+    @property
+    def largest(self) -> float:
+        """Return the largest of the ratios."""
+        return max(self.seat, self.reed, self.contact)
+
+
+def work_ratio(before: RunMethod, after: RunMethod, scene: Scene) -> Work:
+    """Return the work by one method over that by another: of bodies by unknowns, band and contact points, of the
+    contact by steps, points and modes."""
+    points = after.seat.division.count / before.seat.division.count
+    bands = (
+        ratio_of(new.bandwidth, old.bandwidth) for old, new in ((before.seat, after.seat), (before.reed, after.reed))
+    )
+    modes = max(*bands, ratio_of(after.reed.n_modes, before.reed.n_modes))
+    return Work(
+        _solving_ratio(scene.seat, before.seat, after.seat),
+        _solving_ratio(scene.reed, before.reed, after.reed),
+        points * modes * ratio_of(before.time_step, after.time_step),
+    )
+
+
+def _solving_ratio(body: Structure, before: Method, after: Method) -> float:
+    """Return the work of solving a body by one method over that by another: its unknowns times its band, and for Krylov
+    vectors times its ports; the modes of a body in arcs do not depend on these."""
+    band = ratio_of(after.bandwidth, before.bandwidth)
+    if body.elastic is None:
+        return band
+    if not after.in_arcs:
+        band *= after.division.count / before.division.count
+    dimensions = 3 if body.elastic.elements_of(before) in ("3d", "sector") else 2
+    old, new = ((how.size, how.contact_size) for how in (before, after))
+    if body.drawn is not None and before.bandwidth and after.bandwidth:
+        old, new = ((spec.size, spec.contact_size) for spec in (body.drawn.mesh_spec(how) for how in (before, after)))
+    return max(ratio_of(old[0], new[0]) ** dimensions, ratio_of(old[1], new[1]) ** (dimensions - 1)) * band
 
 
 def ratio_of(one: float | None, other: float | None) -> float:

@@ -130,10 +130,9 @@ def forecast(done: Round) -> Forecast:
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     worst = max(bars.values())
     count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(MOST)))
-    of_seat, of_contact = work_ratio(done.plan.method, further.method, done.plan.scene)
-    growth, seconds = max(of_seat, of_contact), expect_time(done, further)
+    work, seconds = work_ratio(done.plan.method, further.method, done.plan.scene), expect_time(done, further)
     whole = sum(seconds * max(seconds / spent, 1.0) ** k for k in range(count))
     error = {name: bar if bar <= target else max(AIM * target, bar / MOST**count) for name, bar in bars.items()}
-    grown = growth ** (count - 1)
+    grown = work.largest ** (count - 1)
     changes = further.changes_since(done.plan)
-    return Forecast(count, whole, seat * of_seat * grown, contact * of_contact * grown, error, changes)
+    return Forecast(count, whole, seat * work.seat * grown, contact * work.contact * grown, error, changes)

@@ -15,6 +15,7 @@ from seatfem.study.safety import LONGEST, MOST_ROUNDS
 from seatfem.units import write_quantity
 
 OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error", "patch error", "pole fit")
+OF_THE_REED: Final = (STRIKER,)
 OF_THE_CONTACT: Final = ("contact", "reed stress", "error budget", "spring baseline", "files")
 """Stages of a round by the work that they grow with."""
 FIXED: Final = 0.5  # wall time of seat, reed or contact that does not grow: start of gmsh, loading of compiled code [s]
@@ -53,12 +54,11 @@ def expect_time(done: Round, plan: Plan) -> float:
     """Return the expected wall time [s] of a further round, from the price of the round before and the growth of its
     counted work: of the seat by unknowns, ports and band, of the contact by steps, ports and modes."""
     before, after = done.plan.method, plan.method
-    of_seat, of_contact = converge.work_ratio(before, after, done.plan.scene)
-    of_reed = converge.ratio_of(after.reed.bandwidth, before.reed.bandwidth)
+    work = converge.work_ratio(before, after, done.plan.scene)
     groups = (
-        (of_seat, OF_THE_SEAT, before.seat != after.seat),
-        (of_reed, (STRIKER,), before.reed != after.reed),
-        (of_contact, OF_THE_CONTACT, True),
+        (work.seat, OF_THE_SEAT, before.seat != after.seat),
+        (work.reed, OF_THE_REED, before.reed != after.reed),
+        (work.contact, OF_THE_CONTACT, True),
     )
     return sum(_grown(done, ratio, stages) for ratio, stages, is_repeated in groups if is_repeated)
 
@@ -68,8 +68,9 @@ def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
     proportion to the work, or to the power of it that the last two rounds showed."""
     seconds = sum_stages(done.price, stages)
     if done.before is not None and seconds > 0 and (earlier := sum_stages(done.before[1], stages)) > 0:
-        works = converge.work_ratio(done.before[0], done.plan.method, done.plan.scene)
-        if (work := works[stages == OF_THE_CONTACT]) > TELLING:
+        of_all = converge.work_ratio(done.before[0], done.plan.method, done.plan.scene)
+        work = {OF_THE_SEAT: of_all.seat, OF_THE_REED: of_all.reed, OF_THE_CONTACT: of_all.contact}[stages]
+        if work > TELLING:
             power = math.log(seconds / earlier) / math.log(work)
             return float(seconds * ratio ** min(max(power, 0.0), 1.0))
     fixed = min(seconds, FIXED)
