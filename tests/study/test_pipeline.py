@@ -181,6 +181,7 @@ def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
     assert 0 < found["error_reduction_filtered_peak_force_N"] < 0.2 * peak
 
 
+@pytest.mark.slow
 def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     written = {path.name for path in annular.outcome.files}
     files = {"summary.json", "landings.csv", "result.h5", "seat.h5", "seat_coarser.h5"}
@@ -536,6 +537,7 @@ def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path
     assert (folder / "seat.h5").read_bytes() == before
 
 
+@pytest.mark.slow
 def test_the_regime_and_the_accuracy_are_told(annular: Ran) -> None:
     assert {"regime_mass_ratio", "regime_zener_lambda", "regime_predicted_peak_error"} <= set(annular.summary)
     assert "Zener lambda" in annular.summary["regime"]
