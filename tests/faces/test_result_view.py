@@ -53,11 +53,6 @@ def test_what_depends_on_the_step_stands_last_and_says_so() -> None:
     assert row("seat displacement").endswith(" 1.000 ± 0.010 um 2.000 um, raw")  # of the spring: its raw force
 
 
-def test_an_unknown_source_of_error_is_named() -> None:
-    told = " ".join(printed(error_unknown="mesh, time_step, some_thing"))
-    assert "mesh error, time step, some thing" in told
-
-
 def test_stress_after_the_first_landing_replaces_the_largest_of_all() -> None:
     old = {"peak_reed_stress_Pa": 2e8, "spring_peak_reed_stress_Pa": 2e8}
     new = {"peak_reed_stress_after_contact_Pa": 9e7, "initial_reed_stress_Pa": 2e8, "reed_stress_at_start_Pa": 1.5e8}
@@ -289,13 +284,6 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
 )
 def test_sources_of_error_are_words(source: str, words: str) -> None:
     assert source_in_words(source) == words
-
-
-def test_a_baseline_far_off_has_a_unit_of_its_own() -> None:
-    """ "1.183 kN" beside "76.09 N", not beside "0.07609 kN"."""
-    assert row("peak force, 2 us mean", **{PEAK: 1183.0, "error_bar_" + PEAK: 1.0, "spring_" + PEAK: 76.09}).startswith(
-        "peak force, 2 us mean 1.1830 ± 0.0010 kN 76.09 N -94 %"
-    )
 
 
 @pytest.mark.parametrize(
