@@ -134,15 +134,6 @@ def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
     assert horizon({key: alone[key] for key in (results.ENSEMBLE, results.ENSEMBLE_LANDINGS)}) == nothing
 
 
-def test_a_sentence_has_one_unit() -> None:
-    summary = {
-        "landings": [{}, {}, {}], results.KNOWN_LANDINGS: 2, results.LANDING_GROWTH: 5.0, results.ENSEMBLE: 4,
-        results.ENSEMBLE_SPEED: 0.458, f"error_bar_{results.ENSEMBLE_SPEED}": 0.105,
-        results.spread_of(results.ENSEMBLE_SPEED): 0.31,
-    }  # fmt: skip
-    assert horizon(summary).endswith("closing speed 458 ± 105 mm/s (of single landings ± 310 mm/s)")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("duration", ["70 ms", "250 ms"])
 def test_where_all_landings_are_known_there_are_no_others(tmp_path: Path, duration: str) -> None:

@@ -94,16 +94,3 @@ STATED = {
 
 def load(text: str, folder: Path) -> Scene:
     return load_text(folder, text)
-
-
-@pytest.mark.slow
-def test_no_line_is_too_wide_and_every_key_has_words() -> None:
-    for kind in NAMES:
-        for line in scene_template(kind).splitlines():
-            assert len(line) <= 120 or " = " in line
-    assert "# lip_height = " in scene_template("annular")
-
-
-def test_a_key_shows_its_own_example() -> None:
-    """Not that of all times, by which a step would be longer than the run."""
-    assert '# time_step = "50 ns"' in scene_template("cad")
