@@ -42,6 +42,28 @@ def complaint(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> st
     return err
 
 
+TETRAHEDRON = """*NODE
+1, 0, 0, 0
+2, 1, 0, 0
+3, 0, 1, 0
+4, 0, 0, 1
+*ELEMENT, TYPE=C3D4
+1, 1, 2, 3, 4
+*NSET, NSET=contact
+2, 3, 4
+*NSET, NSET=fixed
+1, 2, 3
+"""
+
+
+def test_what_cannot_be_assembled_is_told_of_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Rubber in straight tetrahedra, which lock."""
+    (tmp_path / "rubber.inp").write_text(TETRAHEDRON, encoding="utf-8")
+    rubber = 'material = { young = "1 MPa", poisson = 0.4999, density = "1000 kg/m^3" }\n'
+    seat = f'[seat]\nkind = "mesh"\nfile = "rubber.inp"\nunit = "mm"\n{rubber}'
+    assert re.search(r"rubber\.inp: .*0\.4999.*order 1", complaint(tmp_path, seat + BALL + RUN, capsys))
+
+
 @pytest.mark.slow
 def test_a_newer_greens_function(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     seat = tmp_path / "seat.h5"
