@@ -13,7 +13,6 @@ import pytest
 import impact
 from impact.greens.sampled import SampledGreens
 from seatfem.study.impacts.contact import check_length
-from seatfem.study.runs import rounds
 from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.scene.keys import scene_template
 from tests.gallery import load_text
@@ -121,14 +120,6 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(tmp_pa
     assert messages("0.1 us") == ()
     assert messages("") == ()  # chosen, and its error measured
     assert steps[-1] > 0.19e-6
-
-
-def test_the_step_is_checked_before_anything_expensive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rounds, "build", lambda *given: pytest.fail("the seat was computed"))
-    with pytest.raises(RunError, match=r"at most 9.5 us"):
-        run_scene(
-            load_text(tmp_path, SPRING + REED + RUN + 'time_step = "10 us"\nfilter_width = "19 us"'), tmp_path / "out"
-        )
 
 
 def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

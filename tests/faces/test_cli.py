@@ -234,17 +234,6 @@ def test_bad_input(arguments: list[str], message: str, capfd: pytest.CaptureFixt
     assert "Traceback" not in out + err
 
 
-def test_a_bad_scene_is_told_line_by_line(
-    tmp_path: Path, pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
-) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SPRING_SCENE.read_text(encoding="utf-8").replace("stiffness", "stifness").replace("mm", "kg"))
-    assert run_command(["run", str(scene)]) == BAD_INPUT
-    err = capsys.readouterr().err
-    assert re.search("stifness: .*'stiffness'.*\n.*reed.length: '25.4 kg' .*mass", err)
-    assert pipeline.asked == []
-
-
 @pytest.mark.parametrize(
     ("error", "code", "message"),
     [

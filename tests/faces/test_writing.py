@@ -328,24 +328,6 @@ def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
     assert [path for folder in ("out", "store") for path in (tmp_path / folder).iterdir() if path.name[0] == "."] == []
 
 
-@pytest.mark.parametrize("name", ["a.csv", "a.h5"])
-def test_a_writer_that_is_stopped_leaves_the_old_file(name: str, tmp_path: Path) -> None:
-    """All writers go through `whole_file`."""
-    path = tmp_path / name
-    path.write_bytes(b"old")
-
-    def stopped() -> None:
-        with whole_file(path) as temporary:
-            assert temporary.suffix == path.suffix
-            temporary.write_bytes(b"ne")
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        stopped()
-    assert path.read_bytes() == b"old"
-    assert os.listdir(tmp_path) == [name]
-
-
 def test_no_writer_goes_round_whole_file() -> None:
     """What a user finds on the disk is written by `impact.files.safe_files.whole_file`; the exceptions are private
     folders and journals."""

@@ -177,15 +177,6 @@ def test_an_unknown_format_lists_the_known_ones(tmp_path: Path) -> None:
         pass
 
 
-def test_a_figure_that_fails_keeps_the_old_file(tmp_path: Path) -> None:
-    path = tmp_path / "a.png"
-    path.write_text("old")
-    with pytest.raises(ZeroDivisionError), sheet(path, 3, 3):
-        raise ZeroDivisionError
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
-
-
 @pytest.fixture(scope="module")
 def block():
     """A small quadratic block with named faces, and its model."""
