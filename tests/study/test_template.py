@@ -29,6 +29,7 @@ def blocks(text: str) -> dict[str, tuple[int, int]]:
 COURSE = "time [ms],displacement [um]\n0,0\n1,2\n5,0\n"
 
 
+@pytest.mark.slow(but="flapper")
 @pytest.mark.parametrize("kind", NAMES)
 def test_every_table_behind_a_mark_works_as_it_stands(kind: str, tmp_path: Path) -> None:
     """Once the marks of all its lines are taken away, as an editor does; files that are named are put there."""
