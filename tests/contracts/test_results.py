@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from summary_page import lines_of_page
 
 from seatfem.results import RESULTS, ResultSource, label_of, rows_of
@@ -28,6 +29,7 @@ def test_a_declared_measure_has_its_row_and_its_label() -> None:
     assert label_of("stopper_impulse_Ns") == "at the stopper: impulse [N s]"
 
 
+@pytest.mark.slow
 def test_what_runs_show_is_on_the_page(gallery: Gallery) -> None:
     summaries = [read_summary(gallery.run_of(scenes()[name])) for name in CHEAP]
     page = "\n".join(lines_of_page())

@@ -1,6 +1,5 @@
 """The battery at the extremes: how it judges, resumes and covers; a seeded part of it, and the ends of all axes."""
 
-import json
 import math
 from collections.abc import Iterator
 from contextlib import nullcontext
@@ -17,28 +16,21 @@ from seatfem.jobs.crew import Ask, crew
 from tests.extremes import (
     Cell,
     Finding,
-    Outcome,
     balances,
     battery,
     carry_out,
-    draw_map,
-    in_words,
     precise,
-    read_table,
     runner,
     scenes,
     subset,
-    write_counts,
-    write_table,
 )
 from tests.extremes import __main__ as command
-from tests.extremes.cell import Price, Standing, judge_price
+from tests.extremes.cell import Standing
 from tests.extremes.mixed import LEVELS as OF_FILES
 from tests.extremes.mixed import REFUSED as REFUSED_FILES
 from tests.extremes.mixed import SHORT, random_cells
-from tests.extremes.pairwise import covering_array, pairs_of
-from tests.extremes.table import MARK, TOGETHER
-from tests.extremes.together import LEVELS, REFUSED, Scene, checked, problem_of, together_cells
+from tests.extremes.table import TOGETHER
+from tests.extremes.together import Scene, checked, problem_of
 
 CELLS = battery()
 # seconds each: the chosen ones stand for them
@@ -135,29 +127,6 @@ def test_verdicts(check: object, verdict: str, reason: str) -> None:
     assert reason in outcome.reason
 
 
-@pytest.mark.slow
-def test_covering_array_holds_every_pair_with_few_rows() -> None:
-    levels = [5, 4, 3, 3, 2, 2]
-    rows = covering_array(levels, seed=3)
-    found = set().union(*(pairs_of(row) for row in rows))
-    wanted = {
-        (a, i, b, j) for a, b in combinations(range(6), 2) for i, j in product(range(levels[a]), range(levels[b]))
-    }
-    assert found == wanted
-    assert 20 <= len(rows) <= 30
-    assert rows == covering_array(levels, seed=3)
-    few = covering_array(levels, seed=3, excluded={(0, 1, 2, 0), (4, 0, 5, 1)})
-    assert set().union(*(pairs_of(row) for row in few)) == wanted - {(0, 1, 2, 0), (4, 0, 5, 1)}
-    assert len(together_cells((1,))) < 60 < math.prod(len(v) for v in LEVELS.values())
-
-
-def test_no_run_of_the_covering_arrays_is_refused_as_a_whole() -> None:
-    """A row that is refused would leave its other pairs untested."""
-    for cell in together_cells():
-        values = {name: getattr(cell.check, name) for name in LEVELS}
-        assert not any(values[a] == i and values[b] == j for a, i, b, j in REFUSED)
-
-
 def test_mixed_scenes_hold_every_pair_and_come_again() -> None:
     """Of the covering array no row is refused as a whole; the long form begins with the short one."""
     mixes = [cell.check for cell in CELLS if cell.axis == "pairs of scene files"]
@@ -178,19 +147,6 @@ def test_mixed_scenes_hold_every_pair_and_come_again() -> None:
 def test_random_scenes_keep_their_balances(number: int) -> None:
     outcome = carry_out(random_cells(number + 1)[number])
     assert outcome.verdict not in ("wrong", "slow"), outcome.reason
-
-
-@pytest.mark.parametrize(
-    ("price", "told"),
-    [
-        (Price(119.0, 1e9), ""),
-        (Price(121.0, 1e9), "121 s, above 120 s"),
-        (Price(121.0, 2.1e9), "121 s, above 120 s, 2.1 GB, above 2 GB"),
-        (Price(1.0, math.nan), ""),
-    ],
-)
-def test_a_price_is_kept(price: Price, told: str) -> None:
-    assert judge_price(price) == told
 
 
 @pytest.mark.parametrize("x", [0.0, 1e-9, 0.7, 3.0, 1e3, 123456.789, 1e7])
@@ -239,28 +195,6 @@ def one_worker(one_crew: Ask, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("one_worker")
-def test_a_run_is_resumed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Outcomes come from the worker once; a cut line and those of other sources are computed again."""
-    cells = [c for c in CELLS if c.axis in ("damping ratio", "zero gap")][:4]
-    log = tmp_path / "log" / "extremes.jsonl"
-    heard: list[float] = []
-    first = runner.run_battery(cells[:2], log, progress=lambda _, done: heard.append(done))
-    assert {o.verdict for o in first.values()} <= {"right", "advised"}
-    assert heard == [0.5, 1.0]
-    with log.open("a") as file:
-        file.write('{"cell": "' + cells[2].name)  # killed while writing
-    second = runner.run_battery(cells, log)
-    assert list(second) == [cell.name for cell in cells]
-    assert second[cells[0].name] == first[cells[0].name]  # seconds too: not computed again
-    assert len([line for line in log.read_text().splitlines() if line.endswith("}")]) == 4
-    monkeypatch.setattr(runner, "battery_version", lambda: "another")
-    third = runner.run_battery(cells[:1], log)
-    assert json.loads(log.read_text().splitlines()[-1])["version"] == "another"
-    assert third[cells[0].name].seconds != first[cells[0].name].seconds
-
-
-@pytest.mark.slow
 def test_a_hang_ends_as_an_outcome(tmp_path: Path) -> None:
     """Almost no time: the worker is stopped."""
     cells = [next(c for c in CELLS if c.name == "run length in contact, steps = 1e+06")]
@@ -287,68 +221,6 @@ def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.Capture
     log = (tmp_path / "new" / "extremes.jsonl").read_text()
     assert command.main(words) == 0
     assert (tmp_path / "new" / "extremes.jsonl").read_text() == log
-
-
-def test_a_folder_that_cannot_be_written_to_is_found_first(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(runner, "battery_version", lambda: pytest.fail("begun"))
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    out = tmp_path / "file" / "deep"
-    assert command.main(["--folder", str(out), "--subset", "1"]) == 2
-    assert f"{out / 'extremes.jsonl'}: cannot be written (Not a directory)" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_table_map_and_words(tmp_path: Path) -> None:
-    cells = [
-        Cell("a", "1e-07", broken),
-        Cell("a", "1", broken),
-        *(Cell("pairwise", f"{k:03d}: x", broken) for k in range(30)),
-    ]
-    outcomes = {c.name: Outcome("right", 1e-3, 1e-2, "impulse", 0.1) for c in cells}
-    outcomes[cells[1].name] = Outcome("wrong", math.nan, math.nan, "no end\nwithin 1 s", 1.0)
-    write_table(cells, outcomes, tmp_path / "t.csv")
-    lines = (tmp_path / "t.csv").read_text().splitlines()
-    assert len(lines) == 33
-    assert lines[2] == "a,1,wrong,nan,nan,nan,1,,no end within 1 s"
-    assert (
-        in_words(outcomes).splitlines()[0]
-        == "32 cells: 31 right, 0 advised, 0 barred, 0 warned, 0 refused, 0 slow, 1 wrong"
-    )
-    page = tmp_path / "page.md"
-    page.write_text(f"before\n{MARK[0]}\nold\n{MARK[1]}\nafter\n")
-    write_counts(cells, outcomes, page)
-    text = page.read_text()
-    assert text.startswith("before\n")
-    assert text.endswith(f"{MARK[1]}\nafter\n")
-    assert "| all | 2 | 32 | 31 | 0 | 0 | 0 | 0 | 0 | 1 |" in text
-    assert "old" not in text
-    draw_map(cells, outcomes, tmp_path / "map.png")
-    assert (tmp_path / "map.png").stat().st_size > 5000
-
-
-@pytest.mark.slow
-def test_a_part_renews_its_lines_of_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was not run stays as it is, with the revision that it is of; lines of cells that are gone go."""
-    docs, log = tmp_path / "docs", tmp_path / "log.jsonl"
-    (docs / "images").mkdir(parents=True)
-    (docs / "extremes.md").write_text(f"{MARK[0]}\n{MARK[1]}\n")
-    one, other = CELLS[:2]
-    known = {name: Outcome("right", 1e-3, 1e-2, "force", 0.5, 2e-2, "old") for name in (one.name, other.name)}
-    gone = Cell("a", "1", broken)
-    write_table([one, other, gone], known | {gone.name: known[one.name]}, docs / "extremes.csv")
-    assert read_table(docs / "extremes.csv")[one.name] == known[one.name]
-    found = Outcome("advised", 0.5, 1.0, "", 1.0, 0.25)
-    line = {"cell": one.name, "version": "v", **vars(found)}
-    log.write_text(
-        json.dumps({**line, "version": "u", "error": 9.0}) + "\n" + json.dumps(line) + "\n" + '{"cell": "cut'
-    )
-    monkeypatch.setattr(command, "DOCS", docs)
-    assert command.main(["--log", str(log), "--revision", "new", "--write"]) == 0
-    renewed = read_table(docs / "extremes.csv")
-    assert renewed == {other.name: known[other.name], one.name: replace(found, revision="new")}
-    text = (docs / "extremes.md").read_text()
-    assert "By revision of the program: 1 of new, 1 of old." in text
-    assert (docs / "images" / "extremes.png").stat().st_size > 5000
 
 
 @pytest.mark.slow

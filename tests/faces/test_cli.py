@@ -5,7 +5,6 @@ import math
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 import tomllib
@@ -130,20 +129,6 @@ def test_run_tells_results_notes_files_and_times(pipeline: Pipeline, capsys: pyt
     assert "stepping: 0.0 s" in err
 
 
-def test_landings_are_told_below_the_table(
-    pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    record = {"body": "seat", "number": 1, "time_s": 9e-3, "filtered_peak_force_N": 43.8, "excess_peak_force_N": 40.7}
-    loaded = record | {"static_load_N": 3.1, "error_bar_excess_peak_force_N": 0.8}
-    monkeypatch.setitem(SUMMARY, "landings", [loaded, loaded | {"number": 2, "excess_peak_force_N": 3.0}])
-    monkeypatch.setitem(SUMMARY, "pressed_on_time_s", 12.3e-3)
-    monkeypatch.setitem(SUMMARY, "pressed_on_largest_load_N", 72.0)
-    assert run_command(["run", str(SPRING_SCENE)]) == DONE
-    out = " ".join(capsys.readouterr().out.split())
-    assert "seat 1 9 - 43.8 3.1 40.70 ± 0.80 - - -" in out
-    assert re.search("reed pressed .*72 N, 12.3 ms", out)
-
-
 def test_effort_is_handed_on(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
     limits = pipeline_limits(pipeline, [])
     assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (MOST_ROUNDS, math.inf, True)
@@ -247,17 +232,6 @@ def test_bad_input(arguments: list[str], message: str, capfd: pytest.CaptureFixt
     out, err = capfd.readouterr()
     assert message in out + err
     assert "Traceback" not in out + err
-
-
-def test_a_bad_scene_is_told_line_by_line(
-    tmp_path: Path, pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
-) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SPRING_SCENE.read_text(encoding="utf-8").replace("stiffness", "stifness").replace("mm", "kg"))
-    assert run_command(["run", str(scene)]) == BAD_INPUT
-    err = capsys.readouterr().err
-    assert re.search("stifness: .*'stiffness'.*\n.*reed.length: '25.4 kg' .*mass", err)
-    assert pipeline.asked == []
 
 
 @pytest.mark.parametrize(
@@ -383,31 +357,6 @@ def test_init_knows_no_such_kind(tmp_path: Path, capfd: pytest.CaptureFixture[st
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.slow
-def test_interrupting_the_program_ends_it_cleanly(tmp_path: Path) -> None:
-    code = """
-import sys, time, types
-pipeline = types.ModuleType("seatfem.study.runs.pipeline")
-def run_scene(scene, folder, progress, **options):
-    print("ready", flush=True)
-    time.sleep(60)
-pipeline.run_scene = run_scene
-sys.modules["seatfem.study.runs.pipeline"] = pipeline
-from seatfem.faces.cli import main
-main()
-"""
-    command = [sys.executable, "-c", code, "run", str(SPRING_SCENE)]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    pipe = subprocess.PIPE
-    with subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=pipe, text=True, env=environment) as process:
-        assert "ready\n" in iter(process.stdout.readline, "")
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=20)
-    assert process.returncode == INTERRUPTED
-    assert "interrupted" in err
-    assert "Traceback" not in err
-
-
 def test_a_stage_counts_its_time_once_and_goes_on_when_it_starts_again() -> None:
     shown: list[tuple[str, float, float]] = []
     times = iter([0.0, 1.0, 2.5, 3.0, 10.0, 12.0])
@@ -417,15 +366,6 @@ def test_a_stage_counts_its_time_once_and_goes_on_when_it_starts_again() -> None
     assert shown == [
         ("mesh", 0.0, 0.0), ("solve", 0.0, 0.0), ("mesh", 1.0, 2.5), ("mesh", 0.5, 2.5), ("mesh", 1.0, 4.5),
     ]  # fmt: skip
-
-
-def test_bars_on_a_terminal() -> None:
-    text = StringIO()
-    with progress_bars(Console(file=text, force_terminal=True, width=80)) as progress:
-        progress("meshing", 0.0)
-        progress("meshing", 1.0)
-    assert "meshing" in text.getvalue()
-    assert "100%" in text.getvalue()
 
 
 @pytest.mark.slow

@@ -7,7 +7,6 @@ import pytest
 
 from seatfem.faces.cli import BAD_INPUT, run_command
 from tests.refusals import lacks
-from tests.study import test_scene
 
 NAMES = re.compile(r"(?:'[\w+-]+'(?:, | or )?){4,}|(?:\.?\b\w+, ){2,}\.?\w+")
 """Lists of what is allowed, however long."""
@@ -34,19 +33,6 @@ def check(lines: list[str], written: str, widest: int) -> None:
         assert not lacks(line), line
         assert not PYTHON.search(line.replace(written, ""))
         assert len(NAMES.sub("", line)) <= widest, line
-
-
-def rows() -> list[tuple[str, str]]:
-    """What the table of bad scenes puts in place of what."""
-    [table] = test_scene.test_bad_scenes.pytestmark  # type: ignore[attr-defined]
-    return [(old, new) for old, new, _ in table.args[1]]
-
-
-@pytest.mark.parametrize(("old", "new"), rows())
-def test_a_bad_scene_is_told_with_a_remedy(
-    old: str, new: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    check(told(test_scene.changed(old, new), tmp_path, capsys), new.rpartition(" = ")[2], WIDEST)
 
 
 @pytest.mark.parametrize(

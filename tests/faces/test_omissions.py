@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.cli import run_command
 from seatfem.faces.report import checked
 from seatfem.faces.report.checked import checked_scenes, weak_coverage, who_checked
 from seatfem.faces.report.fragments import omissions
@@ -50,11 +49,6 @@ def test_a_run_of_which_all_is_known_leaves_nothing_out() -> None:
 )  # fmt: skip
 def test_what_is_open_is_told(changed: dict[str, object], sentence: str) -> None:
     assert sentence in list(omissions({**WHOLE, **changed}))
-
-
-def test_fatigue_that_nobody_asked_for() -> None:
-    without = {key: value for key, value in WHOLE.items() if "life" not in key}
-    assert [told.count("[life]") for told in omissions(without)] == [1]
 
 
 def test_a_reed_that_lands_with_no_value_asked_of_the_landing() -> None:
@@ -106,20 +100,6 @@ def test_thin_or_bad_coverage_is_told(line: str, words: str, monkeypatch: pytest
     assert words in said
     assert bool(said) == bool(words)
     assert weak_coverage({**summary, "accuracy_met": False}) == ""
-
-
-@pytest.mark.slow
-def test_the_terminal_tells_it_beside_reached(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    keys = 'seat = { kind = "spring", stiffness = "1 N/um" }\nreed = { kind = "rigid_mass", mass = "1 g", '
-    (tmp_path / "scene.toml").write_text(
-        f'{keys}velocity = "-1 m/s" }}\nrun = {{ duration = "1 ms" }}\n', encoding="utf-8"
-    )
-    assert run_command(["run", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out"), "--no-pictures"]) == 0
-    (line,) = [each for each in capsys.readouterr().out.splitlines() if each.startswith('"reached" is by')]
-    assert line.endswith("13 of 13 numbers of 1 scene had their true error within the uncertainty")
-    assert html.escape(line) in report_page(tmp_path / "out")
 
 
 def test_nothing_of_a_summary_runs_in_the_page(tmp_path: Path) -> None:

@@ -59,11 +59,6 @@ def test_every_part_of_the_look_is_there(look: Look) -> None:
 
 
 @pytest.mark.slow
-def test_a_plan_alone_has_no_look(look: Look) -> None:
-    assert json.loads(plan_json(look.plan)).keys() == OF_A_PLAN
-
-
-@pytest.mark.slow
 def test_the_scene_is_filled_and_in_si_units(look: Look) -> None:
     scene, plan = json.loads(plan_json(look.plan))["scene"], look.plan
     assert scene["run"]["duration"] == 1.2e-3

@@ -53,11 +53,6 @@ def test_what_depends_on_the_step_stands_last_and_says_so() -> None:
     assert row("seat displacement").endswith(" 1.000 ± 0.010 um 2.000 um, raw")  # of the spring: its raw force
 
 
-def test_an_unknown_source_of_error_is_named() -> None:
-    told = " ".join(printed(error_unknown="mesh, time_step, some_thing"))
-    assert "mesh error, time step, some thing" in told
-
-
 def test_stress_after_the_first_landing_replaces_the_largest_of_all() -> None:
     old = {"peak_reed_stress_Pa": 2e8, "spring_peak_reed_stress_Pa": 2e8}
     new = {"peak_reed_stress_after_contact_Pa": 9e7, "initial_reed_stress_Pa": 2e8, "reed_stress_at_start_Pa": 1.5e8}
@@ -122,12 +117,6 @@ def test_seat_and_spring_alike_by_choice_is_said(changed: dict[str, object], wor
     assert re.match(words, verdict({**RUN, **changed}))
 
 
-def test_the_head_says_that_a_seat_is_static() -> None:
-    assert any("seat (static)" in line for line in printed(plan_seat_level="spring"))
-    assert any("seat (static)" in line for line in printed(seat_kind="spring"))
-    assert not any("static" in line for line in printed())
-
-
 def test_measures_asked_for_decide_and_others_do_not() -> None:
     """The stress was asked for: the peak's difference is not the answer."""
     stress = "peak_reed_stress_after_contact_Pa"
@@ -143,37 +132,6 @@ def test_nothing_to_compare_where_seat_or_bar_is_missing() -> None:
     assert difference({**RUN, PEAK: None}, PEAK) is None
     exact = difference({**RUN, "error_bar_" + PEAK: 0.0}, PEAK)
     assert exact.bars == float("inf")
-
-
-def test_a_stopper_has_a_block_of_its_own() -> None:
-    """Below the rows of the seat, without bars; its raw peak stands with what depends on the step."""
-    stopper = {
-        "filtered_peak_force_N": 20.0, "impulse_Ns": 2e-3, "first_contact_s": 1.4e-3, "contact_count": 1,
-        "peak_force_N": 33.0,
-    }  # fmt: skip
-    found = {f"{spring}stopper_{key}": value for spring in ("", "spring_") for key, value in stopper.items()}
-    lines = printed(**found)
-    first = lines.index("at the stopper")
-    assert first > next(k for k, line in enumerate(lines) if line.startswith("seat displacement"))
-    assert lines[first + 1 : first + 5] == [
-        "peak force, 2 us mean 20 N 20 N", "impulse 2 mN s 2 mN s", "first contact 1.4 ms 1.4 ms", "contacts 1 1",
-    ]  # fmt: skip
-    raw = next(k for k, line in enumerate(lines) if line.startswith("raw"))
-    assert raw < next(k for k, line in enumerate(lines) if line.startswith("stopper's peak force 33 N 33 N"))
-    assert not [line for line in printed() if "stopper" in line]
-
-
-def test_gas_has_a_block_of_its_last_cycle() -> None:
-    lines = printed(
-        gas_largest_lift_m=2.01e-3, gas_opening_deg=[36.6, 395.9], gas_closing_deg=[217.8, 595.4],
-        gas_seating_velocity_m_per_s=[2.2, None], gas_seat_impacts=[1, 3], gas_stopper_impacts=[11, 10],
-    )  # fmt: skip
-    first = lines.index("gas, last cycle")
-    assert lines[first + 1 : first + 7] == [
-        "largest lift 2.01 mm", "opens 395.9 deg", "closes 595.4 deg", "seating velocity -", "seat impacts 3",
-        "stopper impacts 10",
-    ]  # fmt: skip
-    assert not [line for line in printed() if "gas" in line]
 
 
 LIP: dict[str, object] = {
@@ -216,22 +174,6 @@ def test_what_simpler_models_would_say_is_one_line() -> None:
     ending = " (peak, 2 us mean, and impulse of the whole run)"
     assert simpler({**RUN, **said}) == "simpler models: single contact point 361 N and 1.53 mN s" + ending
     assert simpler({**RUN, **said, **beam}).endswith(", beam 155 N and 1.31 mN s" + ending)
-
-
-def test_a_film_stands_beside_the_contact_without_it() -> None:
-    film: dict[str, object] = {
-        "film_force_peak_N": 220.7, "stiction_force_peak_N": 3.456, "film_loss_J": 344.2e-6,
-        "spring_film_force_peak_N": 233.3, "without_film_" + PEAK: 357.6, "without_film_" + IMPULSE: 1.532e-3,
-    }  # fmt: skip
-    told = printed(**film)
-    assert "film in the gap" in told
-    assert row("largest force", **film) == "largest force 220.7 N 233.3 N"
-    assert row("largest pull", **film) == "largest pull 3.456 N"
-    assert row("without it: peak, 2 us mean", **film).endswith("357.6 N")
-    assert "film in the gap" not in printed()
-    assert simpler({**RUN, **film}).startswith("simpler models: without the film 358 N and 1.53 mN s")
-    unstruck = {**RUN, **film, "first_contact_s": None}
-    assert verdict(unstruck) == verdict({**RUN, **film})
 
 
 LIFE: dict[str, object] = {
@@ -289,13 +231,6 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
 )
 def test_sources_of_error_are_words(source: str, words: str) -> None:
     assert source_in_words(source) == words
-
-
-def test_a_baseline_far_off_has_a_unit_of_its_own() -> None:
-    """ "1.183 kN" beside "76.09 N", not beside "0.07609 kN"."""
-    assert row("peak force, 2 us mean", **{PEAK: 1183.0, "error_bar_" + PEAK: 1.0, "spring_" + PEAK: 76.09}).startswith(
-        "peak force, 2 us mean 1.1830 ± 0.0010 kN 76.09 N -94 %"
-    )
 
 
 @pytest.mark.parametrize(

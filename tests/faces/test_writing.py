@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact.files.hdf5_structure import USER_BLOCK, seal_of
+from impact.files.hdf5_structure import USER_BLOCK
 from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
 from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
 from seatfem.machine.code import NOT_NUMERICS, hash_of
@@ -109,17 +109,6 @@ def test_a_full_disk_is_found_before_anything_is_computed(tiny_disk: Path) -> No
     (tiny_disk / "filler").write_bytes(bytes(64 << 10))
     with pytest.raises(OutputError, match=r"device\).*free space"):
         check_writable(tiny_disk / "out" / "result.h5")
-
-
-def test_hdf5_is_put_together_in_memory_and_sealed(tmp_path: Path) -> None:
-    path = tmp_path / "new" / "a.h5"
-    with written(path, "greens") as file:
-        file["values"] = np.arange(1000.0)
-        assert not path.parent.exists()
-    content = path.read_bytes()
-    assert content[:USER_BLOCK] == seal_of(content[USER_BLOCK:])
-    with h5py.File(path) as file:  # as any other program reads it
-        assert np.array_equal(file["values"], np.arange(1000.0))
 
 
 def test_where_memory_runs_out_the_file_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -337,24 +326,6 @@ def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
     for entry in Store(tmp_path / "store").entries():
         load_greens(entry.path, key=entry.key)
     assert [path for folder in ("out", "store") for path in (tmp_path / folder).iterdir() if path.name[0] == "."] == []
-
-
-@pytest.mark.parametrize("name", ["a.csv", "a.h5"])
-def test_a_writer_that_is_stopped_leaves_the_old_file(name: str, tmp_path: Path) -> None:
-    """All writers go through `whole_file`."""
-    path = tmp_path / name
-    path.write_bytes(b"old")
-
-    def stopped() -> None:
-        with whole_file(path) as temporary:
-            assert temporary.suffix == path.suffix
-            temporary.write_bytes(b"ne")
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        stopped()
-    assert path.read_bytes() == b"old"
-    assert os.listdir(tmp_path) == [name]
 
 
 def test_no_writer_goes_round_whole_file() -> None:

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from random import Random
 
 import h5py
 import numpy as np
@@ -42,8 +41,6 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length, check_step
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.problems import MOST
-from seatfem.study.sweep.runner import Outcome, append, read_journal
-from tests.extremes import run_battery
 from tests.fuzz.hdf5 import seal
 
 ROOT = Path(__file__).parents[2]
@@ -293,29 +290,3 @@ def test_the_receptance_of_an_undamped_mode_is_drawn(tmp_path: Path) -> None:
     modes = impact.ModalGreens(omega, np.zeros(2), np.ones((2, 1)), impact.Residual.spring(1e-9))
     plot_greens(modes, tmp_path / "greens.png", duration=5e-3, width=1e-4)
     assert (tmp_path / "greens.png").stat().st_size > 10_000
-
-
-DEEP = "[" * 100_000
-
-
-def test_logs_with_broken_lines(tmp_path: Path) -> None:
-    """Lines of a log that cannot be read are skipped."""
-    journal, log = tmp_path / "journal.jsonl", tmp_path / "log.jsonl"
-    append(journal, "0123", Outcome("done"))
-    with journal.open("ab") as file:
-        file.write(b'\xff\n7\n"a"\n[1]\n{"key": "a"}\n' + DEEP.encode())
-    assert list(read_journal(journal)) == ["0123"]
-    log.write_bytes(b'\xff\n7\n"a"\n[1]\n{"cell": "a"}\n' + DEEP.encode())
-    assert run_battery([], log) == {}
-
-
-def test_cases_follow_from_their_names() -> None:
-    """The same seed gives the same file, whatever ran before."""
-    from fuzz.mutations import BYTES, TEXT, TOML
-
-    text = (SPRING + BALL).encode()
-    for name, mutation in {**BYTES, **TEXT, **TOML}.items():
-        first = mutation(text, Random(name))
-        assert first == mutation(text, Random(name)), name
-    changed = [mutation(text, Random(f"{name}{k}")) != text for name, mutation in TOML.items() for k in range(5)]
-    assert sum(changed) > 0.8 * len(changed)

@@ -12,7 +12,6 @@ import pytest
 import impact
 from impact.files.hdf5_structure import USER_BLOCK, can_be_opened
 from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
-from seatfem.faces.cli import BAD_INPUT, run_command
 from tests.fuzz.hdf5 import seal
 
 SEAT = impact.SampledGreens(np.linspace(0.0, 1e-6, 50), 1e-6, tail="zero")
@@ -272,18 +271,3 @@ def test_provenance_that_is_no_table(seat, text):
 def test_values_of_another_type(seat):
     with pytest.raises(StorageError, match=r"values holds .*no real numbers"):
         load_greens(changed(seat, replaced(lambda file: file.__setitem__("values", [b"abc"]))))
-
-
-@pytest.mark.slow
-def test_a_scene_with_such_a_file_is_bad_input(seat, tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with h5py.File(tmp_path / SECRET_FILE, "w", userblock_size=USER_BLOCK) as file:
-        file["values"] = SECRET
-    changed(seat, replaced(external_link))
-    scene = tmp_path / "scene.toml"
-    scene.write_text(
-        '[seat]\nkind = "greens"\nfile = "seat.h5"\n[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
-        '[run]\nduration = "10 us"\n'
-    )
-    assert run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == BAD_INPUT
-    assert "links are not followed" in capsys.readouterr().err

@@ -128,23 +128,6 @@ def test_nothing_survives_kill_9(arguments: tuple[str, ...], which: str, tmp_pat
     assert error_bars_of(tmp_path) == []
 
 
-BATTERY = """from pathlib import Path; from types import SimpleNamespace; from tests.extremes import run_battery
-run_battery([SimpleNamespace(name='any')], Path('log'))"""
-FUZZER = """from pathlib import Path; from tests.fuzz.corpus import Specimen; from tests.fuzz.runner import run_cases
-from tests.fuzz.trial import Case; case = Case(Specimen('rod-area', 'scene.toml', 'toml', 'run'), 'x', 0, 3)
-run_cases([case], Path('corpus'), Path('work'), Path('log'), print)"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("code", [BATTERY, FUZZER], ids=["extremes", "fuzzer"])
-def test_workers_of_batteries_do_not_survive_kill_9(code: str, tmp_path: Path) -> None:
-    with program(tmp_path, "-c", code) as process:
-        family = workers(process, "multiprocessing.spawn", busy=0.5)
-        process.kill()
-        process.wait()
-        assert alive(family) == []
-
-
 @pytest.mark.slow
 def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
     with seatfem(tmp_path, "run", scene(tmp_path), "-o", "out") as process:
@@ -171,16 +154,6 @@ def test_the_exit_code_names_the_signal(number: signal.Signals, code: int, tmp_p
         process.send_signal(number)
         assert process.wait(ASKED) == code
         assert re.fullmatch("seatfem: interrupted.*\n", process.stderr.read())
-
-
-@pytest.mark.slow
-def test_a_trade_asked_to_end_ends_its_points(tmp_path: Path) -> None:
-    with seatfem(tmp_path, "trade", "--quick", scene(tmp_path)) as process:
-        family = workers(process, "_gmsh_worker", busy=0.5)
-        process.terminate()
-        assert process.wait(ASKED) == 143
-        assert alive(family) == []
-    assert error_bars_of(tmp_path) == []
 
 
 WORKER = """
@@ -343,33 +316,6 @@ def test_two_programs_share_a_journal(tmp_path: Path) -> None:
     found = list(folders.entries(tmp_path / "log"))
     for who in ("a", "b"):
         assert [entry["k"] for entry in found if entry["who"] == who] == list(range(300))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("python_path", ["{root}", "{root}:", ":{root}"])
-def test_no_module_is_taken_from_the_current_folder(tmp_path: Path, python_path: str) -> None:
-    """What a file from elsewhere is called beside which the program runs."""
-    folder, script = tmp_path / "here", tmp_path / "script.py"
-    folder.mkdir()
-    for name in ("gmsh", "meshio", "numpy", "runpy"):
-        (folder / f"{name}.py").write_text("import pathlib; pathlib.Path('ran').touch(); raise SystemExit(7)")
-    script.write_text(
-        f"""
-import os, sys
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.shapes import AnnularSeat
-os.environ["PYTHONPATH"] = {python_path.format(root=ROOT)!r}
-print(make_mesh(AnnularSeat(), MeshSpec(size=2.5e-3)).mesh.nelements)
-"""
-    )
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    command = [sys.executable, str(script)]  # as its console script starts the program
-    done = subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, env=environment, check=False, timeout=120
-    )
-    assert not (folder / "ran").exists()
-    assert int(done.stdout) > 100
 
 
 def test_every_interpreter_is_started_without_the_current_folder() -> None:

@@ -21,12 +21,6 @@ def no_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(system, "_loads", lambda library: False)
 
 
-@pytest.mark.slow
-def test_here_everything_that_is_required_works() -> None:
-    gaps = [found for found in doctor_report() if found.required and not found.ok]
-    assert gaps == []
-
-
 def test_what_is_needed_is_read_from_the_package() -> None:
     """The marker of a platform makes a library none that is needed everywhere; the smallest extra comes first."""
     extras = requirements()

@@ -40,23 +40,6 @@ def test_a_broken_package_is_named(module: str, code: str, whose: str, reason: s
     assert "this is a bug" not in told
 
 
-@pytest.mark.slow
-def test_a_package_of_an_extra_is_named_with_it(tmp_path: Path) -> None:
-    """Universal files need pyuff, of the extra uff."""
-    (tmp_path / "modes.uff").write_text("    -1\n", encoding="utf-8")
-    (tmp_path / "scene.toml").write_text(
-        '[seat]\nkind = "modes"\nfile = "modes.uff"\nnode = 1\ndirection = "+z"\n[reed]\n'
-        'kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "1 ms"\n',
-        encoding="utf-8",
-    )
-    (tmp_path / "pyuff").mkdir()
-    (tmp_path / "pyuff" / "__init__.py").write_text('raise ImportError("broken")', encoding="utf-8")
-    made = f"import sys; sys.path[:0] = [{str(tmp_path)!r}, {str(ROOT)!r}]; {RUN}"
-    command = [sys.executable, "-c", made, "run", "scene.toml", "--no-pictures"]
-    told = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path).stderr
-    assert re.search(r"pyuff .*'uff'.* installed but .*\(broken\).*pip install --force-reinstall pyuff", told)
-
-
 @pytest.mark.parametrize(
     ("error", "words"),
     [

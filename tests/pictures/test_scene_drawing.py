@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impact.pictures.drawing import PictureError
 from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.outlines import BodyViews, Size, covered_share, crossings, of_beam
@@ -214,12 +213,6 @@ def test_sizes_are_kept_apart(tmp_path: Path) -> None:
     assert len({y for _, y in found}) == 8
     wide = float(re.findall(r'viewBox="0 0 ([\d.]+)', text)[0])
     assert all(0 < float(x) < wide for x, _ in found)
-
-
-def test_a_format_that_is_none_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(PictureError, match="unknown picture format"):
-        draw_scene(example("flapper_on_spring"), tmp_path / "drawing.xyz")
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_reed_beside_the_port_is_refused() -> None:

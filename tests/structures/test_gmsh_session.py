@@ -72,18 +72,3 @@ def test_a_session_goes_on_after_a_failure(monkeypatch) -> None:
             gmsh({"task": "no_such_task"})
         assert make_meridian(AnnularSeat(), COARSE, gmsh=gmsh).quality.elements > 0
     assert [process.poll() is None for process in processes] == [False, False]
-
-
-@pytest.mark.slow
-def test_an_interrupt_between_two_meshes_kills_gmsh(monkeypatch) -> None:
-    processes = started(monkeypatch)
-
-    def interrupted() -> None:
-        with GmshSession() as gmsh:
-            make_meridian(AnnularSeat(), COARSE, gmsh=gmsh)
-            assert processes[0].poll() is None
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert processes[0].poll() is not None

@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import os
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -13,7 +12,6 @@ import numpy as np
 import pytest
 from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 
-from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures import memory_need as needs
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material
@@ -137,21 +135,3 @@ def test_a_seat_is_refused_by_the_memory_of_what_solves_for_it(monkeypatch):
     check_elastic(body, seat, "3d", how)
     with pytest.raises(MemoryNeedError, match=r"seat\.mesh\.size: 3e\+05 unknowns"):
         check_elastic(body, seat, "3d", replace(how, tolerance=1e-6))
-
-
-@pytest.mark.slow
-def test_the_program_refuses_before_assembly(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(needs, "available_memory", lambda: 1e6)
-    monkeypatch.setattr("seatfem.structures.finite_elements.matrices", lambda *given: pytest.fail("assembled"))
-    mesh = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
-    scene = tmp_path / "scene.toml"
-    scene.write_text(
-        f"[seat]\nkind = 'mesh'\nfile = '{mesh.as_posix()}'\n"
-        'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
-        '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "20 us"\n'
-    )
-    assert run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == BAD_INPUT
-    err = capsys.readouterr().err
-    assert re.match(r"seatfem: .*scene\.toml:\d+: seat\.mesh\.size: ", err)
-    assert "0.001 GB" in err
-    assert "Traceback" not in err

@@ -12,7 +12,7 @@ from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.mesh.meshing import content_hash, make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import AnnularSeat, CadPart, ColourFace, GeometryError, PlaneFace
+from seatfem.structures.shapes import AnnularSeat, CadPart, GeometryError
 
 MESHES = Path(__file__).resolve().parents[2] / "meshes"
 DEMO_SPEC = MeshSpec(size=1.6e-3, contact_size=0.6e-3)  # that of meshes/make_meshes.py
@@ -42,20 +42,6 @@ def test_msh_file_is_the_parametric_seat(demo):
     assert seat.quality.areas == pytest.approx(demo.quality.areas, rel=1e-5)
     assert seat.quality.volume == pytest.approx(demo.quality.volume, rel=1e-5)
     assert (MESHES / "annular_seat.msh").stat().st_size < 1.5e6
-
-
-@pytest.mark.slow
-def test_plane_selectors_on_a_step_file():
-    top, under = PlaneFace((0.0, 0.0, 1.0), 8.5e-3), PlaneFace((0.0, 0.0, -1.0), 0.0)
-    path = MESHES / "annular_seat.step"
-    part = make_mesh(CadPart(path, contact=top, fixed=under), COARSE)
-    assert part.quality.cad_areas["contact"] == pytest.approx(math.pi * (4.9e-3**2 - 4.1e-3**2), rel=1e-9)
-    with pytest.raises(GeometryError, match=r"'contact' \(faces.*\(0, 255, 0, 255\)\)") as caught:
-        make_mesh(CadPart(path, contact=ColourFace((0, 255, 0, 255))), COARSE)
-    assert "face 6: Plane, centre (0, 0, 8.5) mm, area 22.62 mm^2" in str(caught.value)
-    assert "colour (255, 0, 0, 255)" in str(caught.value)
-    with pytest.raises(GeometryError, match="both 'contact' and 'fixed'"):
-        make_mesh(CadPart(path, contact=under, fixed=under), COARSE)
 
 
 @pytest.mark.slow

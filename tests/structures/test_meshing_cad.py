@@ -145,25 +145,6 @@ def body_areas(**faces) -> dict[str, float]:
     return dict(make_mesh(CadPart(BODY, **faces), COARSE).quality.cad_areas)
 
 
-@pytest.mark.slow
-def test_geometric_selectors_and_unions():
-    areas = body_areas(
-        contact=(PlaneFace(UP, 14e-3), PointFace((7e-3, 0.0, 14e-3))),  # the same face twice
-        fixed=CylinderFace(20e-3),
-        groups=(
-            Group("bolts", tuple(CylinderFace(2.25e-3, axis_point=(x, y, 0)) for x, y in ((15e-3, 0), (0, 15e-3)))),
-            Group("bore", CylinderFace(4e-3)),
-        ),
-    )
-    expected = {
-        "contact": ring(10e-3, 4e-3),
-        "fixed": 2 * math.pi * 20e-3 * 8e-3,
-        "bolts": 2 * 2 * math.pi * 2.25e-3 * 8e-3,
-        "bore": 2 * math.pi * 4e-3 * 14e-3,
-    }
-    assert areas == pytest.approx(expected, rel=1e-9)
-
-
 def test_cone_selector():
     part = CadPart(MESHES / "conical_seat.step", contact=ConeFace(math.pi / 4, radius_max=4.5e-3))
     area = math.pi * (2 * BORE + 0.5e-3 * math.sqrt(0.5)) * 0.5e-3

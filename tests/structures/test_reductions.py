@@ -191,6 +191,7 @@ def test_auto_chooses_and_says_why(block):
     small = rod_model(**ROD, elements=20)
     chosen = greens_function(small, bandwidth=1e5, duration=2e-5, tolerance=2e-2)
     assert chosen.provenance["method"] == "modes"
+    assert chosen.provenance["checks"]["passive"] is True
     large = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=2e-2, damping_ratio=0.1, ports=["right"])
     assert large.provenance["method"] == "krylov"
     assert "one factorization" in large.provenance["reason"]

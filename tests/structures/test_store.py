@@ -26,24 +26,6 @@ def test_what_was_put_is_got(tmp_path: Path) -> None:
     assert [(entry.key, entry.size) for entry in store.entries()] == [(KEY, path.stat().st_size)]
 
 
-def test_a_damaged_entry_is_told_and_replaced(tmp_path: Path) -> None:
-    told: list[str] = []
-    store = Store(tmp_path, told.append)
-    path = store.put(KEY, SEAT)
-    whole = bytearray(path.read_bytes())
-    whole[-200] ^= 1
-    path.write_bytes(whole)
-    assert store.get(KEY) is None
-    assert len(told) == 1
-    assert path.name in told[0]
-    assert "computed again" in told[0]
-    store.put(KEY, SEAT)
-    assert store.get(KEY) is not None
-    assert len(told) == 1
-    path.write_text("no HDF5 at all")
-    assert Store(tmp_path).get(KEY) is None  # told to nobody
-
-
 @pytest.mark.slow
 def test_writers_and_readers_at_once_never_meet_half_a_file(tmp_path: Path) -> None:
     told: list[str] = []

@@ -9,7 +9,7 @@ import pytest
 
 import impact
 from impact.runs.variations import SAFETY, Budget, narrowed
-from seatfem.study.error_budget import error_budget, with_jumps
+from seatfem.study.error_budget import _until, error_budget, with_jumps
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
@@ -116,6 +116,12 @@ def test_a_duration_may_jump(pieces: tuple[tuple[int, float], ...], share: float
     blow = touches(*pieces)
     assert ContactDuration().jump(blow, share) == pytest.approx(jump * 1e-6, abs=1e-15)
     assert Impulse().jump(blow, share) == 0.0
+
+
+def test_a_record_is_cut_at_a_time() -> None:
+    """With as many steps as there are until then, so that its impulse is that of those."""
+    cut = _until(touches((50, 2.0)), 30e-6)
+    assert cut.dt * cut.force.sum() == pytest.approx(60e-6, rel=1e-12)
 
 
 def test_a_jump_is_in_the_bar_of_the_duration_alone() -> None:

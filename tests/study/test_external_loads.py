@@ -130,20 +130,3 @@ def test_loads_need_no_other_motion(tmp_path: Path) -> None:
     assert run(scene).gap.max() > 1e-4
     with pytest.raises(SceneError, match=r"reed.release: required"):
         scene_of(tmp_path, REED.split("release")[0])
-
-
-@pytest.mark.parametrize(
-    ("rows", "words"),
-    [
-        ("0,0\n20,1\n10,1\n", "p.csv, line 4, column 1: angle 10.*20"),
-        ("0,0\n60,20\n120,0\n", r"line 4, column 1:.*120.*360 deg, 240 deg.*\(limit 90"),
-        ("0,0\n80,1\n180,0\n270,0\n", "p.csv, line 3, column 1:.*80.*180 deg, 100 deg"),
-        ("0,0\n10,\n", "p.csv, line 3, column 2: ''"),
-    ],
-)
-def test_a_record_that_is_none_is_told_with_its_key(rows: str, words: str, tmp_path: Path) -> None:
-    (tmp_path / "p.csv").write_text(f"angle [deg],pressure [bar]\n{rows}", encoding="utf-8")
-    load = '[[load]]\npressure = { file = "p.csv", rpm = 3000 }\narea = "1 mm^2"\n'
-    with pytest.raises(SceneError, match=r"scene\.toml:\d+: load\.0\.pressure\.file: ") as caught:
-        scene_of(tmp_path, f"{MASS}{load}")
-    assert re.search(words, str(caught.value))

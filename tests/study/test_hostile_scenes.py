@@ -18,6 +18,7 @@ SCENE = (
 SLOW = 6.0  # s of the processor; each took a minute, or grew with a power of its length
 
 
+@pytest.mark.slow(only=("text0", "text1", "text4"))
 @pytest.mark.parametrize(
     ("text", "message"),
     [

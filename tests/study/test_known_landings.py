@@ -105,25 +105,6 @@ def test_an_impossible_ensemble_is_refused(tmp_path: Path, members: str) -> None
         load_scene(shaken(tmp_path, "70 ms", f"ensemble = {members}"))
 
 
-@pytest.mark.parametrize(
-    ("known", "inputs", "which", "more"),
-    [
-        (3, 3, "all 3 landings are known", ""),
-        (2, 1, "landings 1 to 2 are known, from 3 on only statistics", "; with inputs known to 0.1 %, landing 1 is"),
-        (1, 0, "landing 1 is known, from 2 on only statistics", "; with inputs known to 0.1 %, no landing is"),
-    ],
-)
-def test_the_horizon_in_words(known: int, inputs: int, which: str, more: str) -> None:
-    summary = {
-        "landings": [{}, {}, {}],
-        results.KNOWN_LANDINGS: known,
-        results.KNOWN_OF_INPUTS: inputs,
-        results.LANDING_GROWTH: 1.5,
-    }
-    grows = "a small difference, of round-off or inputs and not of the step, grows 1.5-fold from one to the next"
-    assert horizon(summary) == f"{which}: {grows}{more}"
-
-
 def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
     summary = {"landings": [{}, {}, {}], results.KNOWN_LANDINGS: 3, results.LANDING_GROWTH: 1.02}
     words = "all 3 landings are known: a small difference, of round-off or inputs and not of the step, hardly grows"
@@ -132,15 +113,6 @@ def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
     nothing = "No landing is left to an ensemble (run.ensemble): it was not marched"
     assert horizon(alone) == f"{words} from one to the next. {nothing}"
     assert horizon({key: alone[key] for key in (results.ENSEMBLE, results.ENSEMBLE_LANDINGS)}) == nothing
-
-
-def test_a_sentence_has_one_unit() -> None:
-    summary = {
-        "landings": [{}, {}, {}], results.KNOWN_LANDINGS: 2, results.LANDING_GROWTH: 5.0, results.ENSEMBLE: 4,
-        results.ENSEMBLE_SPEED: 0.458, f"error_bar_{results.ENSEMBLE_SPEED}": 0.105,
-        results.spread_of(results.ENSEMBLE_SPEED): 0.31,
-    }  # fmt: skip
-    assert horizon(summary).endswith("closing speed 458 ± 105 mm/s (of single landings ± 310 mm/s)")
 
 
 @pytest.mark.slow

@@ -1,7 +1,6 @@
 """A scene, carried out: what is written, what is used again, and what an interrupted run leaves."""
 
 import json
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -18,7 +17,7 @@ from impact.notices import Progress, silent
 from seatfem.faces.cli import main
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures import plots
-from seatfem.structures.cache import VARIABLE, CacheWarning
+from seatfem.structures.cache import VARIABLE
 from seatfem.study.impacts.contact import fallback_step, run_contacts
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.afterwards import baseline_of
@@ -181,6 +180,7 @@ def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
     assert 0 < found["error_reduction_filtered_peak_force_N"] < 0.2 * peak
 
 
+@pytest.mark.slow
 def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     written = {path.name for path in annular.outcome.files}
     files = {"summary.json", "landings.csv", "result.h5", "seat.h5", "seat_coarser.h5"}
@@ -196,19 +196,6 @@ def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     )  # fmt: skip
     assert set(annular.outcome.stages) == set(stages)
     assert sum(annular.outcome.stages.values()) <= annular.summary["wall_time_s"]
-
-
-@pytest.mark.slow
-def test_the_same_seat_is_used_again(annular: Ran, tmp_path: Path) -> None:
-    assert annular.summary["seat_reused"] is False
-    folder = tmp_path / "out"
-    folder.mkdir()
-    (folder / "seat.h5").write_bytes((annular.folder / "seat.h5").read_bytes())
-    again = run(ANNULAR, folder)
-    assert again.summary["seat_reused"] is True
-    assert again.summary["seat_dof"] == annular.summary["seat_dof"]
-    assert "reduction" not in again.outcome.stages
-    assert_same_results(again.folder, annular.folder)
 
 
 @pytest.mark.slow
@@ -279,16 +266,6 @@ def test_when_a_seat_is_used_again(tmp_path: Path) -> None:
         ("27.8 N/um", "27.9 N/um", False),
     ):
         assert run(SPRING.replace(old, new), tmp_path / "out").summary["seat_reused"] is reused, new
-
-
-@pytest.mark.slow
-def test_a_damaged_seat_file_is_computed_again(tmp_path: Path) -> None:
-    first = run(SPRING, tmp_path / "out")
-    seat = first.folder / "seat.h5"
-    seat.write_bytes(seat.read_bytes()[:-100])
-    with pytest.warns(CacheWarning, match=r"seat\.h5: changed"):
-        assert run(SPRING, tmp_path / "out").summary["seat_reused"] is False
-    load_greens(seat)
 
 
 @pytest.mark.slow
@@ -510,23 +487,6 @@ def test_exit_codes_of_the_program(text, arguments, code, message, tmp_path, mon
 
 
 @pytest.mark.slow
-def test_an_interrupted_program_leaves_whole_files_only(tmp_path: Path) -> None:
-    """Ctrl-C once meshing is over, in the middle of the numbers."""
-    (tmp_path / "s.toml").write_text(ANNULAR.replace("3 mm", "2 mm"), encoding="utf-8")
-    command = program("run", "s.toml", "-o", "out")
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert any(line.startswith("meshing") for line in process.stderr)
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "interrupted; files are written whole or not at all" in errors
-    assert "Traceback" not in errors
-    if (tmp_path / "out").exists():
-        assert_whole(tmp_path / "out")
-        assert not (tmp_path / "out" / "summary.json").exists()
-
-
-@pytest.mark.slow
 def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     run_scene(load_scene(_written(tmp_path / "rod.toml", SPRING)), folder, pictures=False)
@@ -534,14 +494,6 @@ def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path
     greens = '[seat]\nkind = "greens"\nfile = "out/seat.h5"\n' + REED
     run_scene(load_scene(_written(tmp_path / "again.toml", greens)), folder, pictures=False)
     assert (folder / "seat.h5").read_bytes() == before
-
-
-def test_the_regime_and_the_accuracy_are_told(annular: Ran) -> None:
-    assert {"regime_mass_ratio", "regime_zener_lambda", "regime_predicted_peak_error"} <= set(annular.summary)
-    assert "Zener lambda" in annular.summary["regime"]
-    assert 0 < annular.summary["restitution"] < 1
-    assert annular.summary["accuracy_met"] is annular.outcome.met is True
-    assert not any("above accuracy.target" in message for message in annular.outcome.messages)
 
 
 def _written(path: Path, text: str) -> Path:

@@ -214,13 +214,6 @@ def test_the_seat_key_sees_the_seat_only(load: Load) -> None:
     assert seat_key(load(changed('bore_radius = "4 mm"', 'bore_radius = "4.1 mm"'))) != key
 
 
-def test_the_seat_key_sees_the_content_of_a_file(load: Load, tmp_path: Path) -> None:
-    for name, content in (("a.h5", "one"), ("b.h5", "one"), ("c.h5", "two")):
-        (tmp_path / name).write_text(content)
-    one, same, other = (seat_key(load(with_seat(f'kind = "greens"\nfile = "{name}.h5"\n'))) for name in "abc")
-    assert one == same != other
-
-
 @pytest.mark.parametrize(("name", "area"), [("3mm_area", 4.17e-7), ("30mm_strip", 4.17e-9)])
 def test_the_two_readings_of_table_1(name: str, area: float) -> None:
     seat = load_scene(EXAMPLES / f"paper_table1_{name}.toml").seat

@@ -62,15 +62,6 @@ underside = { kind = "colour", colour = [0, 0, 255] }
     )
 
 
-def test_a_cone_and_its_limits(load):
-    scene = load(
-        'contact = { kind = "cone", half_angle = "45 deg", radius_max = "4.5 mm", several = true }', "conical_seat.step"
-    )
-    (contact,) = scene.seat.geometry().patches["contact"]
-    assert contact.half_angle == pytest.approx(math.pi / 4)
-    assert (contact.radius_max, contact.several) == (4.5e-3, True)
-
-
 @pytest.mark.parametrize(
     ("seat", "words"),
     [

@@ -13,16 +13,14 @@ import impact
 from impact import measures
 from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
-from seatfem.faces.plan_view import plan_json
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.touches import Touches, stopper_values, values_of_record
 from seatfem.study.impacts.window import Excerpt, Window, window_of
 from seatfem.study.scene import Scene
-from seatfem.study.scene.contact import Stopper
 from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
-from tests.steps import ErrorEstimate, Solved, begin_plan, error_budget, kinds_of, run_scene, stated_method
+from tests.steps import ErrorEstimate, Solved, error_budget, run_scene, stated_method
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "0.1 mm"\n'
@@ -192,13 +190,6 @@ def test_the_keys_of_a_run(tmp_path: Path) -> None:
     # the bars are the seat's: a spring of the same stiffness is the same seat
     assert summary["spring_impulse_Ns"] == pytest.approx(summary["impulse_Ns"], rel=1e-9)
     assert summary["error_bar_impulse_Ns"] > abs(summary["impulse_Ns"] - 4e-3)
-
-
-def test_a_scene_without_a_stopper_says_nothing_of_one(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    summary = run_scene(load_text(tmp_path, SEAT + MASS + RUN), out, pictures=False).summary
-    assert not [key for key in summary if "stopper" in key]
-    assert set(load_results(out / "result.h5")) == {"wave", "spring"}
 
 
 @pytest.mark.slow
@@ -380,15 +371,3 @@ def test_a_lift_is_counted_from_the_seat(tmp_path: Path) -> None:
     free = (touches.seat.force == 0) & (touches.stopper.force == 0) & (np.arange(len(both)) * 1e-7 < 1e-4)
     assert np.count_nonzero(free) > 500
     np.testing.assert_allclose(both[free], 3e-4, rtol=1e-9)
-
-
-def test_a_stopper_stands_in_one_table(tmp_path: Path) -> None:
-    """Its body's keys beside its own; no kind has a key of the same name, and it is written as it was read."""
-    own = set(Stopper.model_fields) - {"body"}
-    assert not [kind.__name__ for kind in kinds_of() if own & set(kind.model_fields)]
-    scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
-    written = json.loads(plan_json(begin_plan(scene)))["scene"]["stopper"]
-    assert written == {
-        "kind": "spring", "stiffness": 4e6, "gap": 2e-4, "lift": None, "at": None, "law": {"kind": "signorini"},
-        "arcs": None, "rings": 1, "tilt": 0.0, "tilt_axis": 0.0,
-    }  # fmt: skip

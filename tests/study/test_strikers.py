@@ -9,7 +9,7 @@ import pytest
 
 import impact
 from impact.bodies.loads import Gravity, PointForce, Pressure
-from impact.bodies.reeds import ModeShape, reed
+from impact.bodies.reeds import reed
 from impact.greens.base import ErrorEstimate
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.study.error_budget import error_budget
@@ -42,12 +42,6 @@ def same(one: impact.Body, other: impact.Body) -> None:
     for mine, theirs in zip(one.loads, other.loads, strict=True):
         assert mine.shape == pytest.approx(theirs.shape, rel=1e-12)
         assert mine.amplitude(t) == pytest.approx(theirs.amplitude(t), rel=1e-9)
-
-
-@pytest.mark.slow
-def test_a_reed_is_released_in_a_mode(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, CANTILEVER, 'release = { mode = 2, deflection = "0.1 mm" }\n')
-    same(striker_of(scene), reed(BEAM, n_modes=8, release=ModeShape(2, 1e-4)))
 
 
 @pytest.mark.slow

@@ -33,10 +33,6 @@ BALL = """reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
 run = { duration = "0.2 ms" }
 """
 SPRING = f'seat = {{ kind = "spring", stiffness = "1 N/um" }}\n{BALL}'
-PAPERS_REED = """reed = { kind = "cantilever", length = "25 mm", n_modes = 3, release = { tip_deflection = "0.5 mm" } }
-run = { duration = "1 ms" }
-accuracy = { target = "10 %" }
-"""
 MESHED = f"""seat = {{ kind = "annular", bore_radius = "4 mm", lip_width = "1 mm", lip_height = "0.5 mm", \
     outer_radius = "12 mm", thickness = "8 mm", damping_ratio = 0.1, fixed = "underside", \
     material = {{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }} }}
@@ -314,16 +310,6 @@ def test_a_claim_is_one_programs(tmp_path: Path) -> None:
         assert ours
         with claimed(tmp_path / "lock", 0.05) as other:
             assert not other
-
-
-def test_notes_of_a_run_stand_in_its_row(tmp_path: Path) -> None:
-    """A reed that the scene does not describe is the paper's, and the row says so."""
-    (tmp_path / "scene.toml").write_text(SPRING.replace(BALL, PAPERS_REED), encoding="utf-8")
-    outcome = one.carry_out(tmp_path / "scene.toml", {}, 1, {})
-    assert outcome.state == "missed"  # three modes are too few
-    first, *others = str(outcome.summary["notes"]).split(" | ")
-    assert first == outcome.message
-    assert any(note.startswith("not given, taken from the paper's reed: ") for note in others)
 
 
 @pytest.mark.slow
