@@ -93,6 +93,17 @@ class RunMethod:
             value = getattr(value, name)
         return value
 
+    @property
+    def values(self) -> dict[str, Any]:
+        """Return the values of all `FIELDS`."""
+        return {key: self.value(key) for key in FIELDS}
+
+    def with_values(self, geometry: ContactGeometry, values: Mapping[str, Any]) -> RunMethod:
+        """Return the method with other ``values`` of `FIELDS`, a lip in as many arcs and rings as they say."""
+        arcs, rings = values.get(PORTS, self.ports), values.get(RINGS, self.seat.rings)
+        method = self if arcs is None or rings is None else self.along(geometry, arcs, rings)
+        return method.replaced({key: value for key, value in values.items() if key != PORTS})
+
     def replaced(self, values: Mapping[str, object]) -> RunMethod:
         """Return the method with other ``values`` at dotted keys of `FIELDS`."""
         method = self

@@ -7,9 +7,8 @@ key, all take these values from the key's ladder in `seatfem.study.ladders.table
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, Final, Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import impact
 from impact.greens.base import GreensFunction
@@ -24,8 +23,6 @@ from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import problem_of, solved_stopper, striker_of
 from seatfem.study.method import FIELDS, RunMethod
 from seatfem.study.scene import Run, Scene
-
-RATIO: Final = 1.6  # ratio of neighbouring values in a trade
 
 Role = Literal["seat", "reed", "stopper"]
 
@@ -115,23 +112,6 @@ class Beginning:
 
 
 @dataclass(frozen=True)
-class Neighbour:
-    """A point of the measured trade next to its centre.
-
-    Attributes:
-        name: name, unique in the trade.
-        varied: the varied quantity, in words.
-        values: values of dotted keys [SI].
-        in_place: name of a simpler model in place of the contact along a lip; "" for none.
-    """
-
-    name: str
-    varied: str
-    values: Mapping[str, object] = field(default_factory=dict)
-    in_place: str = ""
-
-
-@dataclass(frozen=True)
 class Ladder:
     """A key with values from coarse to fine; subclasses override the methods that apply to them.
 
@@ -141,7 +121,6 @@ class Ladder:
         part: part of the error of a source that is a whole body; it names errors that are unknown.
         also: further keys whose error the same neighbour estimates.
         falls: whether finer values are smaller.
-        of_seat: whether the key belongs to the seat, or to the time integration.
         effort: power of the error, inverted, with which the work grows: work exponent over order of convergence.
         rule: the rule of the first value, in words.
     """
@@ -151,7 +130,6 @@ class Ladder:
     part: str = ""
     also: tuple[str, ...] = ()
     falls: bool = False
-    of_seat: bool = True
     effort: float = 1.0
     rule: str = ""
 
@@ -184,10 +162,6 @@ class Ladder:
         """Return the varied runs that estimate the errors by the key's value: terms add up, and within a term the
         largest change counts; ``None`` if they are unknown."""
         return ()
-
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield points of the measured trade with other values of the key than its ``centre``."""
-        return iter(())
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """Ladders of mesh and reduction: element sizes and order, bands, tolerances, and the record of a measured seat."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -16,11 +15,10 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.patch import Sizes, mesh_error, sizes_for
 from seatfem.study.impacts import validity
 from seatfem.study.ladders import ladder, modes, rules
-from seatfem.study.ladders.ladder import RATIO, Beginning, BodyLadder, ComputedRun, Ladder, Neighbour
+from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
-    ORDER,
     REED_BAND,
     REED_CONTACT_SIZE,
     REED_SIZE,
@@ -39,7 +37,6 @@ FIRST_TOLERANCE: Final = 0.01  # tolerance with which a run begins: looser ones 
 REFINED_ORDER: Final = 1.5  # order of convergence for which elements are refined: 1 at sharp edges, 2 elsewhere
 BAND_ORDER: Final = 3.0  # order of convergence for which bands are widened: 2 far above the filter, more below
 LEAST_WIDER: Final = 1.1  # least factor by which a band is widened
-COARSER: Final = (-2, -1)  # powers of `RATIO` by which meshes of a trade are finer
 
 
 @dataclass(frozen=True)
@@ -94,27 +91,6 @@ class ElementSize(BodyLadder):
         if solved.coarser is None:
             return run.with_larger_g(self.role, solved.greens.error_estimate.mesh)
         return ((run.with_greens(self.role, solved.coarser, 1 / (solved.refinement - 1)),),)
-
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield coarser meshes."""
-        if self.key == SIZE and self.role == "seat" and centre.seat.size is not None:
-            for k in COARSER:
-                values = {key: value / RATIO**k for key in (SIZE, CONTACT_SIZE) if (value := centre.value(key))}
-                yield Neighbour(f"mesh / {RATIO**k:.2f}", "mesh", values)
-
-
-@dataclass(frozen=True)
-class ElementOrder(Ladder):
-    """The order of the seat's elements, which has no error besides that of the mesh."""
-
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield linear elements."""
-        if centre.seat.size is not None:
-            yield Neighbour("order 1", "order", {ORDER: 1})
-
-
-LOOSER_AND_STRICTER: Final = (0.1, 0.003)  # tolerances in a trade
-OF_A_BEAM: Final = 20e3  # bandwidth of the plate from which the initial state of its equivalent beam follows [Hz]
 
 
 def measured_draws(run: ladder.ComputedRun) -> tuple[GreensFunction, ...]:
@@ -194,16 +170,6 @@ class Bandwidth(ladder.BodyLadder):
         others = tuple(run.with_body(self.role, other, share) for other, share in varied)
         return (others,) if others or self.role == "stopper" else None
 
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
-        """Yield narrower and wider bands, and for a plate its equivalent beam."""
-        name, value = ("band", centre.seat.bandwidth) if self.role == "seat" else ("reed band", centre.reed.bandwidth)
-        if value is None or (self.role != "seat" and centre.ports is None) or self.role == "stopper":
-            return
-        if self.role == "reed":
-            yield ladder.Neighbour("beam", "beam", {self.key: min(OF_A_BEAM, value)}, in_place=validity.BEAM)
-        for k in (-1, 1):
-            yield ladder.Neighbour(f"{name} x {ladder.RATIO**k:.2f}", name, {self.key: value * ladder.RATIO**k})
-
 
 @dataclass(frozen=True)
 class Tolerance(ladder.BodyLadder):
@@ -235,12 +201,6 @@ class Tolerance(ladder.BodyLadder):
         if self.role == "seat" and (measured_draws(run) or (run.method.seat.in_arcs and error is not None)):
             return ()  # along a lip, reduced to modes, the error is that of the band
         return run.with_larger_g(self.role, error)
-
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
-        """Yield a looser and a stricter tolerance; none for a lip in arcs, which is reduced to modes."""
-        if self.role == "seat" and centre.seat.bandwidth is not None and (centre.ports or 1) == 1:
-            for tolerance in LOOSER_AND_STRICTER:
-                yield ladder.Neighbour(f"tolerance {tolerance:g}", "tolerance", {TOLERANCE: tolerance})
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -31,10 +30,9 @@ from seatfem.structures.rings import (
     parts_joined,
     with_fewer_rings,
 )
-from seatfem.study import method, safety
+from seatfem.study import safety
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
-from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.rules import PER_ARC
 from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, RunMethod
 from seatfem.study.scene import Run, Scene, local
@@ -42,7 +40,6 @@ from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import SceneError
 
 RING_NUMBERS: Final = (1, 4, 8)  # numbers of rings of a contact face to choose from
-PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # numbers of arcs of a lip in a trade, besides its centre's
 
 
 @dataclass(frozen=True)
@@ -93,12 +90,6 @@ class Rings(Ladder):
             return () if seat.plane else None
         varied, same = (run.with_greens("seat", g).problem for g in (divided, with_fewer_rings(divided, rings)))
         return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
-
-    def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
-        """Yield the rings that a plan has chosen, where the centre has one."""
-        rings = centre.seat.rings or 1
-        if rings > 1:
-            yield Neighbour(f"{rings} rings", "rings", {method.RINGS: rings})
 
 
 def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod | None:
@@ -175,13 +166,6 @@ class Arcs(Ladder):
         varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
         return ((Variation(varied, weight, as_before),),)
 
-    def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
-        """Yield other numbers of arcs of a lip that a plate lands on."""
-        if centre.ports is not None and centre.reed.bandwidth is not None:
-            for ports in PORTS_IN_A_TRADE:
-                if ports != centre.ports:
-                    yield Neighbour(f"{ports} ports", "ports", {method.PORTS: ports})
-
 
 def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
@@ -238,11 +222,6 @@ class OnePort(Ladder):
         striker = striker_of(scene, greens=_greens_along(run, lip))
         varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))
         return ((Variation(varied, safety.ONE_PORT_BAR, as_before), Variation(varied, safety.ONE_PORT_BAR)),)
-
-    def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
-        """Yield one contact point in place of several."""
-        if centre.reed.bandwidth is not None and (centre.ports or 1) > 1:
-            yield Neighbour("one port", "one port", in_place=ONE_PORT)
 
 
 def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens | None:

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from impact.notices import Progress, Tell, ignore
+from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
 from impact.runs.variations import Budget, total
 from seatfem import structures
@@ -198,20 +198,34 @@ def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress,
     return _round(plan, folder, watch, progress, limits=limits)
 
 
-def _round(
-    plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
+def solve(
+    plan: Plan,
+    watch: Stopwatch,
+    progress: Progress = silent,
+    *,
+    before: Round | None = None,
+    cache: Cache | None = None,
+    stress: bool = False,
+    mesh_error: bool = True,
 ) -> Round:
-    """Run a round; ``before``: the round before, whose seat and reed are reused if their methods are unchanged."""
+    """Return a plan's results without their errors.
+
+    Args:
+        before: a round whose seat and reed are reused if their methods are unchanged.
+        cache: cache of the seat; ``None``: it is computed.
+        stress: whether the reed's largest stresses are computed although the scene does not ask for them.
+        mesh_error: whether bodies are also solved on coarser meshes, for the error estimate.
+    """
     scene, method = plan.scene, plan.method
     reed = None if before is None or before.plan.method.reed != method.reed else before.reed
     if reed is None and scene.reed.traits.is_solved:
         with watch(STRIKER):
-            reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, progress)
+            reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, progress, mesh_error=mesh_error)
     if before is not None and _seat_key(before.plan) == _seat_key(plan):
         seat = before.seat
     else:
-        cache = Cache(folder / SEAT_FILE)
-        seat = build(scene.seat, method.seat, scene.run.duration, cache, watch=watch, progress=progress)
+        arguments = (scene.seat, method.seat, scene.run.duration, cache)
+        seat = build(*arguments, watch=watch, progress=progress, mesh_error=mesh_error)
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     bodies = [striker.greens, seat.greens]
     if scene.stopper is not None:
@@ -222,21 +236,30 @@ def _round(
     with watch("contact"):
         flights = contact.Flights(striker, scene.run.duration, scene.contact.preload)
         touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)
-    stress = None
-    if limits.stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
+    found, since = None, stress_since(touches, scene.accuracy.landing)
+    if stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
         with watch("reed stress"):
-            since = stress_since(touches, scene.accuracy.landing)
-            stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
-    computed = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed, flights=flights)
+            found = contact.stress_in_run(scene.geometry, striker, touches, since=since)
+    computed = Round(plan, seat, striker, touches, found, Budget({}, {}, ()), reed, flights=flights)
     if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene.reed, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
-            plate = runs.stresses.plate_reed_stress(computed, stress_since(touches, scene.accuracy.landing))
+            plate = runs.stresses.plate_reed_stress(computed, since)
         computed = replace(computed, plate=plate, stress=None if plate is None else plate.found)
+    return computed
+
+
+def _round(
+    plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
+) -> Round:
+    """Return a round with its errors; ``before``: the round before."""
+    scene, cache = plan.scene, Cache(folder / SEAT_FILE)
+    computed = solve(plan, watch, progress, before=before, cache=cache, stress=limits.stress)
+    seat, touches, reed = computed.seat, computed.touches, computed.reed
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None
-        looks = (wanted_stress, reed, computed.look, progress, flights)
-        compute = partial(error_budget, scene, method, seat, striker, touches, *looks)
+        looks = (wanted_stress, reed, computed.look, progress, computed.flights)
+        compute = partial(error_budget, scene, plan.method, seat, computed.striker, touches, *looks)
         if limits.steady:  # scenes of a study are kept by its journal
             budget = compute()
         else:

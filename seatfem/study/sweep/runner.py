@@ -299,11 +299,10 @@ def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[
 
 
 def packed_job(text: str) -> tuple[str, dict[str, Path]]:
-    """Return a job with all files of its scene, without the time when it was ``begun`` by this computer's clock."""
+    """Return a job with all files of its scene."""
     job = json.loads(text)
     place, changed, files = packed(Path(job["path"]), job["changed"])
-    clock = {"begun": math.nan} if "begun" in job else {}
-    return json.dumps(job | {"path": place, "changed": changed} | clock), files
+    return json.dumps(job | {"path": place, "changed": changed}), files
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
