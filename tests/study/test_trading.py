@@ -20,7 +20,17 @@ from seatfem.study.runs.converge import LEAST, begin_method
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.trade import trade
 from seatfem.study.trade.report import in_words
-from seatfem.study.trade.rungs import ALL_OPEN, CONVERGED, FALLING, Point, around, carry_out, finer_in_all, states, walk
+from seatfem.study.trade.rungs import (
+    ALL_OPEN,
+    FALLING,
+    OWN_CHOICE,
+    Point,
+    around,
+    carry_out,
+    finer_in_all,
+    states,
+    walk,
+)
 from seatfem.study.trade.trade import Trade, run_points
 from tests.steps import Outcome, Scene, SceneError, load_scene
 
@@ -247,7 +257,7 @@ def test_no_rung_is_tried_beyond_one_that_was_stopped(small: Path, monkeypatch: 
 
 def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floor: float = 1e-3) -> Trade:
     """Points "0", "1", ... and the converged one, the last, against the values 1."""
-    names = [*(str(k) for k in range(len(costs) - 1)), CONVERGED]
+    names = [*(str(k) for k in range(len(costs) - 1)), OWN_CHOICE]
     outcomes = {
         name: Outcome("done", summary={"processor_s": cost, "impulse": i, "filtered_peak": p})
         for name, cost, i, p in zip(names, costs, impulses, peaks, strict=True)
@@ -262,13 +272,13 @@ def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floo
 def test_errors_below_the_floor_do_not_count():
     """A lucky coarse point does not beat its equals, and the converged one is judged by the worst of its measures."""
     found = trade_of([1.0, 2.0, 4.0, 3.0], [1.1, 1.0, 1.0, 1.0001], [1.2, 1.05, 1.0, 1.0002])
-    assert found.error(CONVERGED, "filtered_peak") == pytest.approx(2e-4)
-    assert found.trusted_error(CONVERGED) == 1e-3
+    assert found.error(OWN_CHOICE, "filtered_peak") == pytest.approx(2e-4)
+    assert found.trusted_error(OWN_CHOICE) == 1e-3
     assert found.front("impulse") == ("0", "1")
-    assert found.front("filtered_peak") == ("0", "1", CONVERGED)
-    assert found.front() == ("0", "1", CONVERGED)
-    assert found.excess(CONVERGED) == 1.0
-    assert found.excess(CONVERGED, "impulse") == pytest.approx(1.5)
+    assert found.front("filtered_peak") == ("0", "1", OWN_CHOICE)
+    assert found.front() == ("0", "1", OWN_CHOICE)
+    assert found.excess(OWN_CHOICE) == 1.0
+    assert found.excess(OWN_CHOICE, "impulse") == pytest.approx(1.5)
     assert found.excess("2") == pytest.approx(4 / 3)
     assert found.excess("2", error=0.02) == pytest.approx(4 / 3)
     assert math.isnan(found.excess("1", error=0.02))
@@ -290,7 +300,7 @@ def test_a_point_that_does_not_land_has_no_error_of_a_landing():
     found = trade_of([1.0, 2.0, 3.0], [0.0, 1.1, 1.05], [0.0, 1.1, 1.05])
     found.outcomes["0"].summary["landing_status"] = "no landing"  # type: ignore[index]
     found.outcomes["1"].summary["landing_status"] = "landed"  # type: ignore[index]
-    assert found.front() == ("0", "1", CONVERGED)
+    assert found.front() == ("0", "1", OWN_CHOICE)
     assert found.left_out_in_words() == ""
     of_landings = {
         name: replace(each, summary=each.summary | {f"landing_{key}": each.summary.get(key) for key in found.measures})
@@ -299,7 +309,7 @@ def test_a_point_that_does_not_land_has_no_error_of_a_landing():
     measures = tuple(f"landing_{name}" for name in found.measures)
     found = replace(found, measures=measures, outcomes=of_landings, floor=dict.fromkeys(measures, 1e-3))
     assert math.isnan(found.error("0", "landing_impulse"))
-    assert found.front() == ("1", CONVERGED)
+    assert found.front() == ("1", OWN_CHOICE)
     assert in_words(found).splitlines()[1] == "1 of 3 points left out: 1 no landing"
 
 
@@ -333,7 +343,7 @@ def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, ca
     assert run_command(["trade", str(small), "-o", str(folder), "--quick"]) == 0
     told = capsys.readouterr().out
     assert "Pareto front" in told
-    assert "converged:" in told
+    assert f"{OWN_CHOICE}:" in told
     data = json.loads((folder / "trade.json").read_text(encoding="utf-8"))
     with (folder / "trade.csv").open(newline="", encoding="utf-8") as file:
         rows = {row["name"]: row for row in csv.DictReader(file)}
@@ -341,11 +351,9 @@ def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, ca
     coarse, fine = (float(rows[name]["error_landing_filtered_peak"]) for name in ("state 1", "all keys one rung finer"))
     assert fine < coarse / 3  # of first order or better over a factor of four of the step
     assert data["reference"] == "all keys two rungs finer"
-    assert rows["converged"]["state"] == "done"
-    assert data["converged_excess"] >= 1.0
-    assert data["converged_error"]["landing_impulse"] == pytest.approx(
-        float(rows["converged"]["error_landing_impulse"])
-    )
+    assert rows[OWN_CHOICE]["state"] == "done"
+    assert data["choice_excess"] >= 1.0
+    assert data["choice_error"]["landing_impulse"] == pytest.approx(float(rows[OWN_CHOICE]["error_landing_impulse"]))
     assert 0 < data["floor"]["landing_filtered_peak"] < 0.02
     assert (folder / "trade.png").read_bytes().startswith(b"\x89PNG")
     assert not [p for p in folder.iterdir() if p.name.startswith(".")]

@@ -13,7 +13,7 @@ from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, shee
 from seatfem.study.impacts.landings import STATUS
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.charts import grid_of, size_of
-from seatfem.study.trade.rungs import AS_FILED, CONVERGED, MEMORY, Point
+from seatfem.study.trade.rungs import AS_FILED, MEMORY, OWN_CHOICE, Point
 from seatfem.study.trade.trade import Trade, processor_of
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def rows_of(trade: Trade) -> list[dict[str, object]]:
 
 
 def summary_of(trade: Trade) -> dict[str, object]:
-    """Return target, reference, front, and where the converged state stands, as a dictionary."""
+    """Return target, reference, front, and where the run's own choice stands, as a dictionary."""
     return {
         "title": trade.title,
         "target": trade.target,
@@ -58,11 +58,11 @@ def summary_of(trade: Trade) -> dict[str, object]:
         "reference": trade.reference,
         "floor": {m: trade.floor[m] for m in trade.measures},
         "front": list(trade.front()),
-        "loop_s": trade.loop,
-        "converged_error": {m: trade.error(CONVERGED, m) for m in trade.measures},
-        "converged_excess": trade.excess(CONVERGED),
-        "converged_excess_of_measure": {m: trade.excess(CONVERGED, m) for m in trade.measures},
-        "converged_excess_at_target": trade.excess(CONVERGED, error=trade.target),
+        "choice_s": trade.choosing,
+        "choice_error": {m: trade.error(OWN_CHOICE, m) for m in trade.measures},
+        "choice_excess": trade.excess(OWN_CHOICE),
+        "choice_excess_of_measure": {m: trade.excess(OWN_CHOICE, m) for m in trade.measures},
+        "choice_excess_at_target": trade.excess(OWN_CHOICE, error=trade.target),
     }
 
 
@@ -77,7 +77,7 @@ def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
 
 
 def in_words(trade: Trade) -> str:
-    """Return as text the number of points that ended, the front, and cost and error of the converged state."""
+    """Return as text the number of points that ended, the front, and cost and error of the run's own choice."""
     ended = len(trade.done())
     floors = ", ".join(f"{m.replace('_', ' ')} {trade.floor[m]:.1e}" for m in trade.measures)
     lines = [f"{ended} of {len(trade.points)} points ended; the reference itself is uncertain by: {floors}"]
@@ -114,7 +114,7 @@ COLOURS: Final = {
 """Colour of each level of the seat's model."""
 SYMBOLS: Final = "ov^<>DXPpHh8s"
 """Markers of what is varied, in the order in which it first appears."""
-MARKS: Final = {CONVERGED: ("*", 13.0), AS_FILED: ("d", 7.0)}
+MARKS: Final = {OWN_CHOICE: ("*", 13.0), AS_FILED: ("d", 7.0)}
 
 
 def draw_trade(trade: Trade, path: Path) -> None:

@@ -36,7 +36,7 @@ PROCESSOR, MEMORY = "processor_s", "memory_bytes"
 """Keys of the costs: processor time of all threads, mesher included, or the limit if stopped [s]; peak memory of the
 process [B]."""
 REPEATED_BELOW: Final = 4.0  # processor time [s] below which a point is run twice: the first time loads and compiles
-CONVERGED: Final = "converged"
+OWN_CHOICE: Final = "the run's own choice"
 AS_FILED: Final = "as the file says"
 FALLING: Final = {key for ladder in ladders() if ladder.falls for key in (ladder.key, *ladder.also)}
 """Keys whose finer values are smaller."""

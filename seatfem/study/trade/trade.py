@@ -33,7 +33,7 @@ from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade.rungs import (
     ALL_OPEN,
     AS_FILED,
-    CONVERGED,
+    OWN_CHOICE,
     PROCESSOR,
     Point,
     around,
@@ -148,11 +148,11 @@ class Trade:
         title: title of the scene.
         measures: names of the scene's measures.
         target: required relative error.
-        points: all points, the converged state and the reference included.
+        points: all points, the run's own choice and the reference included.
         outcomes: outcomes by name of the point.
         reference: name of the point relative to which errors are computed.
         floor: relative uncertainty of the reference by measure; smaller errors are not significant.
-        loop: wall time of the loop from its first to its converged state [s].
+        choosing: wall time of the loop that ends with it [s].
     """
 
     title: str
@@ -162,7 +162,7 @@ class Trade:
     outcomes: Mapping[str, Outcome]
     reference: str
     floor: Mapping[str, float]
-    loop: float = math.nan
+    choosing: float = math.nan
 
     __repr__ = brief
 
@@ -236,11 +236,11 @@ def measure_trade(
     check_writable(journal)
     begun, limits = time.perf_counter(), Limits(seconds=LONGER * time_limit)
     start, end = begin_plan(scene).method, converge(scene, limits=limits).plan.method
-    loop = time.perf_counter() - begun
+    choosing = time.perf_counter() - begun
     states = list(walk(scene, start, end))
     known = [end.values, *(point.values for point in states)]
     others = [] if quick else [point for point in around(scene, start, end) if point.values not in known]
-    ends = [Point(CONVERGED, "all keys", end.values)]
+    ends = [Point(OWN_CHOICE, "all keys", end.values)]
     for name in ("all keys one rung finer", "all keys two rungs finer"):
         end = finer_in_all(scene, end)
         ends.append(Point(name, "all keys", end.values, after=ends[-1].name))
@@ -258,7 +258,7 @@ def measure_trade(
     values, coarser = found[exact].summary, found[back].summary
     floor = {name: _relative(coarser, values, name) / (LEAST - 1) for name in judged}
     title = scene.title or path.stem
-    return Trade(title, judged, scene.accuracy.target, (*points, *ends), found, exact, floor, loop)
+    return Trade(title, judged, scene.accuracy.target, (*points, *ends), found, exact, floor, choosing)
 
 
 def _reference(path: Path, scene: Scene, found: Mapping[str, Outcome], names: Sequence[str]) -> tuple[str, str]:
