@@ -275,8 +275,8 @@ def with_cut_landings(budget: variations.Budget, landings: Landings | None, firs
 def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]) -> variations.Budget:
     """Return the budget with errors in the record of a judged landing at least as large as those of its measures.
 
-    The errors of measures include half the time step, jumps and predictions of the plan; the numbers in the record come
-    from the same forces and are no more accurate.
+    The errors of measures include half the time step and jumps; the numbers in the record come from the same forces and
+    are no more accurate.
     """
     pairs = (
         (landing_name("seat", landings.index(landing), key), prefix + measure)

@@ -62,9 +62,9 @@ Weighting the rim of the land differently moved an impulse by 0.2 to 0.5 % (benc
 LEAST_FINER: Final = 1.6  # least factor by which an error is reduced in one round: less is not worth a round ...
 MESH_ORDER: Final = 1.0  # order of convergence in the element size that is assumed, low for clamped corners
 MOST_ROUNDS: Final = 9  # most rounds of a run by default
-LONGEST: Final = 600.0  # longest predicted time [s] of a seat or further round that is chosen automatically
-MEMORY: Final = 0.8  # fraction of the available memory that is used, as predictions are not exact
-LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances tried in turn, if none was stated, where the planned one is out of reach
+LONGEST: Final = 600.0  # longest expected time [s] of a further round that is begun without --max-time
+MEMORY: Final = 0.8  # fraction of the available memory that workers use, as their need is measured on few scenes
+LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances tried in turn, if none was stated, where the first one is out of reach
 
 
 SOURCES: Final[Mapping[str, str]] = {

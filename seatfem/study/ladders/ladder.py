@@ -138,8 +138,8 @@ class Ladder:
         return str(value)
 
     def finer(self, value: Any, factor: float, run: Run, reed: Structure) -> Any:
-        """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds do not change the key,
-        as for models, which are planned anew. ``run``, ``reed``: tables of the scene."""
+        """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds do not change the key.
+        ``run``, ``reed``: tables of the scene."""
         return None
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:

@@ -214,7 +214,7 @@ def remarks(done: Round) -> tuple[str, ...]:
 
 
 def _advice(done: Round) -> tuple[str, ...]:
-    """Return advice in terms of the scene's keys; none on a time step that the plan chose if the target is met."""
+    """Return advice in terms of the scene's keys; none on a time step that the loop chose if the target is met."""
     measured = done.met is True and not done.plan.is_given(STEP)
     narrower, sentences = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
     narrower_reed = "a lower reed.greens.bandwidth" if done.plan.scene.reed.slender is None else f"fewer {MODES}"

@@ -189,7 +189,7 @@ def _seat_key(plan: Plan) -> str:
 
 
 def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *, limits: Limits) -> Round:
-    """Run the first round; if no Krylov space reaches the planned tolerance, at looser ones unless it is stated."""
+    """Run the first round; if no Krylov space reaches the first tolerance, at looser ones unless it is stated."""
     for tolerance in LOOSER if plan.is_open(TOLERANCE) else ():
         try:
             return _round(plan, folder, watch, progress, limits=limits)

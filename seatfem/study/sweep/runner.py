@@ -93,7 +93,7 @@ def carry_out(
     Args:
         path, changed, rounds: the scene, its changed keys, and the largest number of refinement rounds.
         start: initial settings from another scene, or empty; if the scene fails or misses its target with them, it is
-            planned and run again without them.
+            run again without them.
         leads: whether the outcome is to contain a ``start`` for other scenes.
         once: whether to run once with the settings of ``start``, without refinement.
         stress: whether to compute the reed's largest stresses if the scene does not need them.
