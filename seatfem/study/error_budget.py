@@ -56,8 +56,6 @@ CLOCK: Final = "last touch"
 [s].
 """
 
-OPTIONAL: Final = (STRIKER, STOPPER, LIP, RECORD)
-"""Sources of error that not every run has."""
 FAINT: Final = 0.2  # least impulse of a contact that counts, over the largest
 
 
@@ -165,8 +163,6 @@ def _landing_until(record: ContactRecord, landing: Landing, time: float) -> Land
     )
 
 
-KEYS_NEEDING_END: Final = ("impulse_Ns", "duration_s")
-"""Keys of a landing whose values are unknown if the record ends during it."""
 KEYS_OF_MEASURES: Final[Mapping[str, tuple[str, ...]]] = {
     measures.FilteredPeak.name: ("filtered_peak_force_N", "excess_peak_force_N"),
     measures.Impulse.name: ("impulse_Ns",),
@@ -243,9 +239,9 @@ def error_budget(
     floors: dict[str, float] = {source: least for source, least in safety.FLOORS.items() if source in varied}
     if method.seat.level == "spring":
         floors["model"] = safety.FLOOR_OF_SPRING
-    budget = with_floors(replace(budget, sources=(*budget.sources, *unknown)), floors)
-    if scene.reed.thin_plate is not None and computed.division.arcs > 1:
-        budget = with_share(budget, "model", safety.WITHIN_PARTS)  # an error that more arcs do not reduce
+    in_parts = scene.reed.thin_plate is not None and computed.division.arcs > 1
+    shares = {"model": safety.WITHIN_PARTS} if in_parts else {}  # an error that more arcs do not reduce
+    budget = with_floors(replace(budget, sources=(*budget.sources, *unknown)), floors, shares)
     return with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
 
 
@@ -258,7 +254,7 @@ def with_cut_landings(budget: variations.Budget, landings: Landings | None, firs
         landing_name(face, number, key)
         for face in get_args(Face)
         for number, landing in enumerate(landings.on(face))
-        for key in KEYS_NEEDING_END
+        for key in ("impulse_Ns", "duration_s")
         if landing.cut_off
     ]
     for prefix, judged in measures.judged_landings(landings.seat).items():
@@ -292,25 +288,22 @@ def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]
     return replace(budget, parts=parts)
 
 
-def with_floors(budget: variations.Budget, floors: Mapping[str, float]) -> variations.Budget:
-    """Return the budget with errors of each source at least its floor in `seatfem.study.safety`, relative to the value;
-    times of landings have no floor."""
+def with_floors(
+    budget: variations.Budget, floors: Mapping[str, float], shares: Mapping[str, float]
+) -> variations.Budget:
+    """Return the budget with errors of each source at least its floor, and larger by its share, both relative to the
+    value; times of landings have neither."""
     raised = {
         source: {
-            name: value if is_time(name) else max(value, floors.get(source, 0.0) * abs(budget.values[name]))
+            name: value
+            if is_time(name)
+            else max(value, floors.get(source, 0.0) * size) + shares.get(source, 0.0) * size
             for name, value in part.items()
+            for size in (abs(budget.values[name]),)
         }
         for source, part in budget.parts.items()
     }
     return replace(budget, parts=raised)
-
-
-def with_share(budget: variations.Budget, source: str, share: float) -> variations.Budget:
-    """Return the budget with a ``share`` of each value, except times of landings, added to the errors of a source."""
-    if source not in budget.parts:
-        return budget
-    more = {name: 0.0 if is_time(name) else share * abs(value) for name, value in budget.values.items()}
-    return replace(budget, parts={**budget.parts, source: variations.total(budget.parts[source], more)})
 
 
 def _with_end(
@@ -375,10 +368,8 @@ def sum_by_source(budget: variations.Budget, terms: Mapping[str, variations.Term
     """Return a budget by key as one by source, with the errors by key beside; a source is unknown if one of its keys
     is."""
     of_step = budget.parts["time_step"]
-    sources: list[str] = [
-        *SOURCES,
-        *(source for source in OPTIONAL if any(table.source_of(key) == source for key in terms)),
-    ]
+    found = {table.source_of(key) for key in terms}
+    sources = [*SOURCES, *(source for source in (STRIKER, STOPPER, LIP, RECORD) if source in found)]
     parts: dict[str, Values] = {}
     for source in sources:
         keys = [key for key in terms if table.source_of(key) == source]

@@ -1,8 +1,8 @@
 """Safety factors and margins of error bars, each with its reason; sources of error in words; limits on the
 cost of a study.
 
-The safety factors on the sum of an error budget are `impact.runs.variations.SAFETY` and `STRESS_SAFETY`. "Target" is
-the relative accuracy that the scene asks for; a "share" is a fraction of it, or of the named quantity.
+The safety factor on the sum of an error budget is `impact.runs.variations.safety`. "Target" is the relative accuracy
+that the scene asks for; a "share" is a fraction of it, or of the named quantity.
 """
 
 from collections.abc import Mapping
@@ -64,6 +64,8 @@ MESH_ORDER: Final = 1.0  # order of convergence in the element size that is assu
 MOST_ROUNDS: Final = 9  # most rounds of a run by default
 LONGEST: Final = 600.0  # longest expected time [s] of a further round that is begun without --max-time
 MEMORY: Final = 0.8  # fraction of the available memory that workers use, as their need is measured on few scenes
+FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
+"""Errors of packages, factorisations and disk, after which the round before or an estimate serves; others are bugs."""
 LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances tried in turn, if none was stated, where the first one is out of reach
 
 

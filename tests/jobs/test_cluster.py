@@ -107,10 +107,10 @@ def cell_as_here(address: str, log: Path) -> None:
 
 
 def trade_as_here(address: str, scene: Path, journal: Path) -> None:
-    """A point of the trade has the values that it has here; one that waits for it follows."""
-    points = [Point("coarse", "all keys"), Point("fine", "all keys", after="coarse")]
+    """Points of the trade have the values that they have here."""
+    points = [Point("coarse", "all keys"), Point("other", "all keys")]
     found = run_points(scene, points, journal, cluster=address)
-    assert values_of(found["coarse"]) == values_of(found["fine"]) == values_of(carry_out(scene, points[0]))
+    assert values_of(found["coarse"]) == values_of(found["other"]) == values_of(carry_out(scene, points[0]))
     assert len(journal.read_text(encoding="utf-8").splitlines()) == 2
 
 

@@ -14,12 +14,10 @@ from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun, Role
 from seatfem.study.ladders.rules import coarse_method, level_with_waves, lowest_band
 from seatfem.study.method import MODEL, RunMethod
-from seatfem.study.safety import DOUBT, DOUBT_OF_ARCS, DOUBT_OF_COARSE, SHEAR_SHARE
+from seatfem.study.safety import DOUBT, DOUBT_OF_ARCS, DOUBT_OF_COARSE, FAILURES, SHEAR_SHARE
 from seatfem.study.scene import Scene
 
 CHEAP: Final = "harmonics"  # level whose waves are cheap: modes of half sections, of a few hundred unknowns each
-IMPOSSIBLE: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
-"""Errors of a coarse seat that cannot be computed: an estimate of the seat is taken in its place."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +82,7 @@ def _waves(run: ComputedRun) -> tuple[Variation, ...] | None:
     method = coarse_method(scene.seat, run.method.seat, patch, scene.run.filter_width)
     try:
         solved, doubt = solve_body("seat", scene.seat, method, scene.run.duration, mesh_error=False), DOUBT_OF_COARSE
-    except IMPOSSIBLE:
+    except FAILURES:
         solved, doubt = None, DOUBT if run.division.arcs == 1 else DOUBT_OF_ARCS
     waves = estimate if solved is None else solved.greens
     whole = waves.modal

@@ -4,8 +4,7 @@ A key that is declared here is in the error budget, in all rounds and in the mea
 reference; a test fails if a key of how bodies are computed is in no table here.
 """
 
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any
 
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
 from seatfem.study.impacts.validity import ONE_PORT
@@ -54,13 +53,6 @@ DECLARED: list[Ladder] = [
     modes.ModeCount("stopper.n_modes", STOPPER, role="stopper"),
 ]
 """All ladders; those of the seat in the order in which their first values are chosen."""
-SAME_ANSWER: Final = "another way to the same g, to within its tolerance"
-LEFT_OUT: Final[Mapping[str, str]] = {
-    f"{role}.{key}": SAME_ANSWER
-    for role in ("seat", "reed", "stopper")
-    for key in ("greens.method", "greens.max_vectors")
-}
-"""Keys of how a scene is computed that have no ladder, with the reason."""
 
 
 def ladders() -> tuple[Ladder, ...]:

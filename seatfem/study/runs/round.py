@@ -181,10 +181,7 @@ def in_words(done: Round, before: Plan | None = None) -> str:
 
 
 UNKNOWN: Final = "the run ends during this landing, or the runs of the error estimate have no such landing"
-NO_VALUE: Final = (
-    "a landing has no restitution if the reed stays pressed on the seat afterwards or the run ends during it; a seat "
-    "without modes may have no displacement"
-)
+NO_VALUE: Final = "restitution needs a rebound before the end of the run, displacement a seat with modes"
 NARROWER: Final = "a lower seat.greens.bandwidth"
 _STEP: Final = re.compile(r"dt <= (\S+) s\b")
 _NAMES: Final = {

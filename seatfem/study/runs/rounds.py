@@ -28,7 +28,7 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs import converge
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words, missed
-from seatfem.study.safety import LOOSER
+from seatfem.study.safety import FAILURES, LOOSER
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
 
 if TYPE_CHECKING:
@@ -38,8 +38,6 @@ __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
-FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
-"""Errors after which the round before is the answer: of packages, factorisations and disk. Any other is a bug."""
 
 
 def rounds(
@@ -66,8 +64,7 @@ def rounds(
         Each finished round, before the next begins; ``stopped`` of one that is not the last says so.
     """
     deadline = limits.seconds + (time.perf_counter() if start is None else start)
-    progress = within_memory(progress)
-    latest = _measured(_first_round, plan, folder, watch, progress, limits=limits)
+    latest = _measured(_first_round, plan, folder, watch, within_limits(progress), limits=limits)
     before: Plan | None = None
     while True:
         further: Plan | None = None
@@ -89,7 +86,7 @@ def rounds(
             for finer, left_out in converge.attempts(latest, further):
                 attempt = replace(finer, refused={**finer.refused, **dict.fromkeys(left_out, stopped)})
                 try:
-                    listen = _until(deadline, progress)
+                    listen = within_limits(progress, deadline)
                     latest = _measured(_round, attempt, folder, watch, listen, latest, limits=limits)
                     break
                 except FAILURES as problem:
@@ -108,31 +105,23 @@ class OutOfTime(RuntimeError):
     """A further round has exceeded the time allowed."""
 
 
-def _until(deadline: float, progress: Progress) -> Progress:
-    """Return ``progress`` that raises `OutOfTime` at the first report after the deadline."""
-
-    def listen(stage: str, done: float) -> None:
-        if time.perf_counter() > deadline:
-            raise OutOfTime(f"--max-time is over ({stage}); allow more")
-        progress(stage, done)
-
-    return listen
-
-
 LEAST_FREE: Final = 3e8
 """Memory that must remain available while a run goes on [bytes]."""
 EVERY: Final = 0.5  # least time between two looks at the memory [s]
 
 
-def within_memory(progress: Progress) -> Progress:
-    """Return ``progress`` that raises `MemoryError`, in words, at a report with less than `LEAST_FREE` available: the
-    run ends before the system ends it."""
+def within_limits(progress: Progress, deadline: float = math.inf) -> Progress:
+    """Return ``progress`` that raises, in words, `OutOfTime` at a report after the deadline, and `MemoryError` at one
+    with less than `LEAST_FREE` available: the run ends before the system ends it."""
     last = -math.inf
 
     def listen(stage: str, done: float) -> None:
         nonlocal last
-        if time.perf_counter() - last > EVERY:
-            last = time.perf_counter()
+        now = time.perf_counter()
+        if now > deadline:
+            raise OutOfTime(f"--max-time is over ({stage}); allow more")
+        if now - last > EVERY:
+            last = now
             if (free := available_memory()) < LEAST_FREE:
                 raise MemoryError(
                     f"{stage} was stopped at {done:.0%}: {free / 1e9:.2g} GB of memory are left, at least "

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from impact.files import csv_table, safe_files
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
 from seatfem.study.impacts.landings import STATUS
+from seatfem.study.method import MODEL
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.charts import grid_of, size_of
-from seatfem.study.trade.rungs import AS_FILED, MEMORY, OWN_CHOICE, Point
+from seatfem.study.trade.rungs import AS_FILED, MEMORY, OWN_CHOICE
 from seatfem.study.trade.trade import Trade, processor_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+
+COLOURS: Final = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY)
 
 
 def rows_of(trade: Trade) -> list[dict[str, object]]:
@@ -31,7 +35,7 @@ def rows_of(trade: Trade) -> list[dict[str, object]]:
         summary: Mapping[str, Any] = outcome.summary
         row: dict[str, object] = {
             "name": name,
-            "family": point.family,
+            "model": point.values.get(MODEL, ""),
             "varied": point.varied,
             "state": outcome.state,
             STATUS: summary.get(STATUS, ""),
@@ -84,37 +88,22 @@ def in_words(trade: Trade) -> str:
     lines += [out] if (out := trade.left_out_in_words()) else []
     lines.append("Pareto front, processor time and worst relative error:")
     lines += [f"  {trade.cost(n):9.3g} s  {trade.trusted_error(n):8.1e}  {n}" for n in trade.front()]
-    lines += [_place(trade, name) for name in MARKS if name in trade.outcomes]
+    for name in MARKS:
+        if (outcome := trade.outcomes.get(name)) is not None:
+            verdict = "meets" if trade.trusted_error(name) <= trade.target else "misses"
+            words = f"error {trade.trusted_error(name):.1e}, {verdict} the target {trade.target:g}; "
+            words += f"{trade.excess(name):.2f} times the cost of the front"
+            if math.isnan(trade.trusted_error(name)):
+                words = f"no error: {outcome.message or outcome.summary.get(STATUS, 'a measure has no value')}"
+            lines.append(f"{name}: {processor_of(outcome):.3g} s, {words}")
     return "\n".join(lines)
 
 
-def _place(trade: Trade, name: str) -> str:
-    outcome, error = trade.outcomes[name], trade.trusted_error(name)
-    if outcome.state != "done":
-        return f"{name}: {outcome.state}, {outcome.message}"
-    cost = f"{name}: {trade.cost(name):.3g} s"
-    if math.isnan(error):
-        return f"{cost}, no error: {outcome.summary.get(STATUS, 'a measure has no value')}"
-    verdict = "meets" if error <= trade.target else "misses"
-    return (
-        f"{cost}, error {error:.1e}, {verdict} the target {trade.target:g}; "
-        f"{trade.excess(name):.2f} times the cost of the front"
-    )
-
-
-COLOURS: Final = {
-    "spring": GREY,
-    "rod": ORANGE,
-    "axisymmetric": BLUE,
-    "harmonics": BLUE,
-    "sector": GREEN,
-    "3d": PURPLE,
-    "closed form": SKY,
+MARKS: Final[Mapping[str, dict[str, Any]]] = {
+    OWN_CHOICE: {"marker": "*", "markersize": 13, "color": "#F0E442", "markeredgecolor": "black", "zorder": 5},
+    AS_FILED: {"marker": "d", "markersize": 7, "color": "#F0E442", "markeredgecolor": "black", "zorder": 5},
 }
-"""Colour of each level of the seat's model."""
-SYMBOLS: Final = "ov^<>DXPpHh8s"
-"""Markers of what is varied, in the order in which it first appears."""
-MARKS: Final = {OWN_CHOICE: ("*", 13.0), AS_FILED: ("d", 7.0)}
+"""Style of the points of which words tell where they stand."""
 
 
 def draw_trade(trade: Trade, path: Path) -> None:
@@ -127,60 +116,35 @@ def draw_trade(trade: Trade, path: Path) -> None:
     columns, rows = size_of(len(trade.measures))
     with sheet(path, 0.6 + 3.3 * columns, 1.5 + 3.0 * rows) as figure:
         figure.suptitle(f"{trade.title}: speed for accuracy")
-        for axes, measure in zip(grid_of(figure, len(trade.measures), sharex=True), trade.measures, strict=True):
+        panels = grid_of(figure, len(trade.measures), sharex=True)
+        for axes, measure in zip(panels, trade.measures, strict=True):
             _panel(axes, trade, measure)
-        figure.legend(handles=_legend(trade), loc="outside lower center", ncols=2 * columns + 1, columnspacing=1.2,
-                      handletextpad=0.3)  # fmt: skip
-
-
-def _symbols(trade: Trade) -> Mapping[str, str]:
-    """Return the marker of each quantity that is varied."""
-    varied = dict.fromkeys(point.varied for point in _others(trade))
-    return {name: SYMBOLS[number % len(SYMBOLS)] for number, name in enumerate(varied)}
-
-
-def _others(trade: Trade) -> Sequence[Point]:
-    """Return the points that ended and have no mark of their own."""
-    return [point for point in trade.done() if point.name not in MARKS]
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2 * columns)
 
 
 def _panel(axes: Axes, trade: Trade, measure: str) -> None:
-    target, floor, symbols = 100 * trade.target, 100 * trade.floor[measure], _symbols(trade)
-    places = {p.name: (trade.cost(p.name), 100 * trade.trusted_error(p.name, measure)) for p in trade.done()}
-    axes.set(xscale="log", yscale="log", xlabel="processor time [s]", ylabel="error [%]")
-    axes.set_title(measure.replace("_", " ").capitalize())
-    for point in _others(trade):
-        axes.plot(
-            *places[point.name], marker=symbols[point.varied], linestyle="", color=COLOURS[point.family],
-            markersize=5, alpha=0.85, markeredgecolor="white", markeredgewidth=0.4, zorder=3,
-        )  # fmt: skip
-    for name in MARKS.keys() & places.keys():
-        axes.plot(*places[name], **_mark(name), zorder=5)
-    costs, errors = zip(*places.values(), strict=True)
+    target, floor, groups = 100 * trade.target, 100 * trade.floor[measure], dict[str, list[str]]()
+    for point in trade.done():
+        groups.setdefault(point.name if point.name in MARKS else point.varied, []).append(point.name)
+
+    def places(names: Iterable[str]) -> tuple[list[float], list[float]]:
+        return [*map(trade.cost, names)], [100 * trade.trusted_error(name, measure) for name in names]
+
+    for (label, names), marker, colour in zip(groups.items(), cycle("ov^<>DXPpHh8s"), cycle(COLOURS), strict=False):
+        usual = {"marker": marker, "markersize": 5, "color": colour, "markeredgecolor": "white", "zorder": 3}
+        axes.plot(*places(names), linestyle="", markeredgewidth=0.5, label=label, **MARKS.get(label, usual))
+    (costs, errors), (on_front, least) = places([point.name for point in trade.done()]), places(trade.front(measure))
     shown = [*(error for error in errors if math.isfinite(error) and error > 0), target]
     low, high = max(min(shown) / 4, 1e-12), 2.5 * max(shown)  # from below the floor to above the largest error
-    steps = [places[name] for name in trade.front(measure)]
-    steps.append((max(costs), steps[-1][1]))
-    axes.plot(*zip(*steps, strict=True), drawstyle="steps-post", color="black", linewidth=1.0, zorder=2)
-    axes.axhline(target, color="black", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1.6)
-    axes.set_ylim(low, high)
+    axes.step(
+        [*on_front, max(costs)], [*least, least[-1]], "k", where="post", linewidth=1, label="Pareto front", zorder=2
+    )
+    axes.axhline(target, color="black", linewidth=0.8, linestyle=(0, (4, 3)), label="target")
+    axes.axhspan(low, floor, color=GREY, alpha=0.22, linewidth=0, label="the reference's own uncertainty")
+    axes.set(xscale="log", yscale="log", xlabel="processor time [s]", ylabel="error [%]", ylim=(low, high))
+    axes.set_title(measure.replace("_", " ").capitalize())
     _ticks(axes.xaxis, math.log10(max(costs) / min(costs)))
     _ticks(axes.yaxis, math.log10(high / low))
-    axes.axhspan(low, floor, color=GREY, alpha=0.22, linewidth=0, zorder=1.4)
-    axes.annotate(
-        "target", (1.0, target), (-2, 2), xycoords=("axes fraction", "data"),
-        textcoords="offset points", ha="right", va="bottom", fontsize=7.5,
-    )  # fmt: skip
-    axes.annotate(
-        "the reference's own uncertainty", (0.02, low), (0, 3), xycoords=("axes fraction", "data"),
-        textcoords="offset points", ha="left", va="bottom", fontsize=7, color="#555555",
-    )  # fmt: skip
-
-
-def _mark(name: str) -> dict[str, Any]:
-    marker, size = MARKS[name]
-    style = {"markerfacecolor": "#F0E442", "markeredgecolor": "black", "markeredgewidth": 0.9}
-    return {"marker": marker, "markersize": size, "linestyle": "", **style}
 
 
 def _ticks(axis: Axis, decades: float) -> None:
@@ -190,17 +154,3 @@ def _ticks(axis: Axis, decades: float) -> None:
     axis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 2 else (1,), numticks=9))
     axis.set_major_formatter(lambda value, _: f"{value:g}")
     axis.set_minor_formatter(NullFormatter())
-
-
-def _legend(trade: Trade) -> Sequence[Any]:
-    """Return the legend: levels by colour, varied keys by marker, then the lines."""
-    from matplotlib.lines import Line2D  # pictures are optional
-
-    families = dict.fromkeys(point.family for point in _others(trade))
-    handles = [Line2D([], [], color=COLOURS[f], marker="o", linestyle="", markersize=7, label=f) for f in families]
-    handles += [
-        Line2D([], [], color="#333333", marker=marker, linestyle="", markersize=5, label=varied)
-        for varied, marker in _symbols(trade).items()
-    ]
-    handles.append(Line2D([], [], color="black", linewidth=1.0, label="Pareto front"))
-    return handles + [Line2D([], [], label=name, **_mark(name)) for name in MARKS if name in trade.outcomes]

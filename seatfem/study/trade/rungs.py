@@ -35,7 +35,6 @@ ALL_OPEN: Final[Mapping[str, object]] = dict.fromkeys(
 PROCESSOR, MEMORY = "processor_s", "memory_bytes"
 """Keys of the costs: processor time of all threads, mesher included, or the limit if stopped [s]; peak memory of the
 process [B]."""
-REPEATED_BELOW: Final = 4.0  # processor time [s] below which a point is run twice: the first time loads and compiles
 OWN_CHOICE: Final = "the run's own choice"
 AS_FILED: Final = "as the file says"
 FALLING: Final = {key for ladder in ladders() if ladder.falls for key in (ladder.key, *ladder.also)}
@@ -50,20 +49,13 @@ class Point:
         name: name, unique among the points of a trade.
         varied: the key that differs from the converged state, or "all keys".
         values: values of `FIELDS` [SI].
-        after: name of a coarser point that must have ended for this one to be tried.
         settings: keys that are replaced in the scene, or taken out of it (``None``).
     """
 
     name: str
     varied: str
     values: Mapping[str, Any] = field(default_factory=dict)
-    after: str = ""
     settings: Mapping[str, object] = field(default_factory=lambda: ALL_OPEN)
-
-    @property
-    def family(self) -> str:
-        """Return the level of the seat's model."""
-        return str(self.values.get(MODEL, ""))
 
 
 def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
@@ -91,14 +83,6 @@ def _reaches(key: str, value: Any, last: Any) -> bool:
     return value <= last if key in FALLING else value >= last
 
 
-def walk(scene: Scene, start: RunMethod, end: RunMethod) -> Iterator[Point]:
-    """Yield the states before the converged one, each tried only if the coarser one ended."""
-    before = ""
-    for number, method in enumerate(states(scene, start, end)[:-1], 1):
-        yield Point(f"state {number}", "all keys", method.values, after=before)
-        before = f"state {number}"
-
-
 def around(scene: Scene, start: RunMethod, end: RunMethod) -> Iterator[Point]:
     """Yield the converged state with one key at its first value or one rung finer, and with other levels of the seat's
     model."""
@@ -122,17 +106,18 @@ def _varied(key: str, method: RunMethod) -> Point:
     return Point(f"{key} {described(key, method.value(key)) if key in FIELDS else 'finer'}", key, method.values)
 
 
-def carry_out(path: Path, point: Point) -> Outcome:
+def carry_out(path: Path, point: Point, limit: float = math.inf) -> Outcome:
     """Compute seat, contact and measures of a point without error bars, files or pictures; a failure is an `Outcome`.
 
-    The summary has the measures [SI] by name, the status of the landing, unknowns, step and costs.
+    It is computed twice where the ``limit`` of processor time allows [s], as the first time loads and compiles. The
+    summary has the measures [SI] by name, the status of the landing, unknowns, step and costs.
     """
     try:
         scene = load_scene(path, point.settings)
         contact.check_step(scene)
         plan = Plan(scene, stated_method(scene).with_values(scene.geometry, point.values), ())
         wall, processor, summary = _timed(plan)
-        if processor < REPEATED_BELOW:
+        if _processor_time() + processor < limit:
             wall, processor, summary = _timed(plan)
     except FAILURES as error:
         return Outcome.of_failure(error)
@@ -168,7 +153,8 @@ def _processor_time() -> float:
 def reply(text: str) -> str:
     """Return the outcome of one job, within its processor time and in a folder without caches."""
     job: dict[str, Any] = json.loads(text)
+    point = Point(**job["point"], settings=job["changed"])
     processes.limit_process(seconds=math.ceil(job["limit"]))
     with private_folder("point") as folder:
         os.environ[VARIABLE] = str(folder)
-        return json.dumps(asdict(carry_out(Path(job["path"]), Point(**job["point"], settings=job["changed"]))))
+        return json.dumps(asdict(carry_out(Path(job["path"]), point, job["limit"])))

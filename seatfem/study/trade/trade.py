@@ -1,4 +1,4 @@
-"""Measurement of the trade of speed for accuracy: states from coarse to fine, the converged one, and a reference.
+"""Measurement of the trade of speed for accuracy: states from coarse to fine, the run's own choice, and a reference.
 
 Each outcome is appended to the journal at once as a line of JSON, so that a stopped trade can be continued.
 """
@@ -38,13 +38,13 @@ from seatfem.study.trade.rungs import (
     Point,
     around,
     finer_in_all,
-    walk,
+    states,
 )
 from seatfem.units import write_quantity
 
 TIME_LIMIT: Final = 20.0  # processor time for one point, the start of its process included [s]
 PATIENCE: Final = 10.0  # ratio of wall time to that limit after which a point is killed; allows for a busy machine
-LONGER: Final = 4.0  # time limit of the loop, of its converged state and of finer ones, over that of other points
+LONGER: Final = 4.0  # time limit of the loop, of its choice and of finer states, over that of other points
 WORKER: Final = "seatfem.study.trade.rungs:reply"
 
 
@@ -57,38 +57,25 @@ def run_points(
     cluster: str | None = None,
     progress: Progress = silent,
 ) -> dict[str, Outcome]:
-    """Return outcomes by point name. Those in the ``journal`` are not computed again; new ones are appended at once.
+    """Return outcomes by point name; new ones are appended to the ``journal`` at once. Those in it are not computed
+    again, unless they were stopped at a lower time limit [s].
 
     A point that hangs, crashes or fails has an outcome, too. ``cluster``: address of a dask scheduler, whose workers
-    compute independent points in parallel.
+    compute points in parallel.
     """
-    outcomes, on_file, waiting = dict[str, Outcome](), runner.read_journal(journal) if journal else {}, list(points)
-    keys, ended = {point.name: _key(scene, point) for point in points}, 0
-
-    def end(point: Point, outcome: Outcome, *, new: bool = True) -> None:
-        nonlocal ended
-        if new and journal is not None:
-            runner.append(journal, keys[point.name], outcome, point=point.name)
-        outcomes[point.name], ended = outcome, ended + 1
-        progress("trade", ended / len(points))
-
+    keys = {point.name: _key(scene, point) for point in points}
+    on_file = runner.read_journal(journal) if journal else {}
+    kept = {key: one for key, one in on_file.items() if one.state != "stopped" or processor_of(one) >= time_limit}
+    outcomes = {name: kept[key] for name, key in keys.items() if key in kept}
+    pending = [point for point in points if point.name not in outcomes]
     hired = crew(WORKER, renew=1) if cluster is None else cluster_crew(cluster, WORKER, runner.packed_job, renew=1)
     with hired as ask:
-        while waiting:
-            names = {point.name for point in waiting}
-            ready = [point for point in waiting if point.after not in names - {point.name}]
-            waiting = [point for point in waiting if point not in ready]
-            pending = []
-            for point in ready:
-                outcome = on_file.get(keys[point.name])
-                if outcome is not None and not _may_end_now(outcome, time_limit):
-                    end(point, outcome, new=False)
-                elif (obstacle := _obstacle(point, outcomes)) is not None:
-                    end(point, obstacle)
-                else:
-                    pending.append(point)
-            for number, answer in ask((_job(scene, point, time_limit) for point in pending), PATIENCE * time_limit):
-                end(pending[number], _outcome(answer, time_limit))
+        for number, answer in ask((_job(scene, point, time_limit) for point in pending), PATIENCE * time_limit):
+            name = pending[number].name
+            outcomes[name] = _outcome(answer, time_limit)
+            if journal is not None:
+                runner.append(journal, keys[name], outcomes[name], point=name)
+            progress("trade", len(outcomes) / len(points))
     return outcomes
 
 
@@ -98,23 +85,6 @@ def _key(scene: Path, point: Point) -> str:
     return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:20]
 
 
-def _may_end_now(outcome: Outcome, time_limit: float) -> bool:
-    """Return whether a point was stopped at a lower time limit than this one, so that it is tried again."""
-    return outcome.state == "stopped" and not processor_of(outcome) >= time_limit
-
-
-def _obstacle(point: Point, outcomes: Mapping[str, Outcome]) -> Outcome | None:
-    """Return the outcome of a point that is not tried, with the reason; ``None`` if it is to be tried."""
-    before = outcomes.get(point.after)
-    if before is None or before.state == "done":
-        return None
-    return _stopped(f"not tried: {point.after} {before.state}", processor_of(before))
-
-
-def _stopped(message: str, processor: float) -> Outcome:
-    return Outcome("stopped", message, summary={PROCESSOR: processor})
-
-
 def processor_of(outcome: Outcome) -> float:
     """Return the processor time of an outcome [s]; nan if it is not known."""
     return float(outcome.summary.get(PROCESSOR, math.nan) or 0.0)
@@ -122,18 +92,19 @@ def processor_of(outcome: Outcome) -> float:
 
 def _job(scene: Path, point: Point, limit: float) -> str:
     fields = asdict(point)
-    job = {"path": str(scene.resolve()), "changed": fields.pop("settings"), "point": fields, "limit": limit}
-    return json.dumps(job)
+    changed = fields.pop("settings")
+    return json.dumps({"path": str(scene.resolve()), "changed": changed, "point": fields, "limit": limit})
 
 
 def _outcome(answer: str | Lost, limit: float) -> Outcome:
     if isinstance(answer, str):
         return Outcome(**json.loads(answer))
+    why = ""
     if answer.hung:
-        return _stopped(f"no end within {in_time(PATIENCE * limit)}", limit)
-    if answer.code is not None and answer.code == -getattr(signal, "SIGXCPU", 0) < 0:
-        return _stopped(f"no end within {limit:g} processor seconds", limit)
-    return Outcome("failed", answer.in_words())
+        why = f"no end within {in_time(PATIENCE * limit)}"
+    elif answer.code is not None and answer.code == -getattr(signal, "SIGXCPU", 0) < 0:
+        why = f"no end within {limit:g} processor seconds"
+    return Outcome("stopped", why, summary={PROCESSOR: limit}) if why else Outcome("failed", answer.in_words())
 
 
 class TradeError(ValueError):
@@ -237,24 +208,23 @@ def measure_trade(
     begun, limits = time.perf_counter(), Limits(seconds=LONGER * time_limit)
     start, end = begin_plan(scene).method, converge(scene, limits=limits).plan.method
     choosing = time.perf_counter() - begun
-    states = list(walk(scene, start, end))
-    known = [end.values, *(point.values for point in states)]
+    walk = [Point(f"state {n}", "all keys", each.values) for n, each in enumerate(states(scene, start, end)[:-1], 1)]
+    finer = [finer_in_all(scene, end)]
+    finer.append(finer_in_all(scene, finer[0]))
+    names = (OWN_CHOICE, "all keys one rung finer", "all keys two rungs finer")
+    ends = [Point(name, "all keys", each.values) for name, each in zip(names, (end, *finer), strict=True)]
+    known = [end.values, *(point.values for point in walk)]
     others = [] if quick else [point for point in around(scene, start, end) if point.values not in known]
-    ends = [Point(OWN_CHOICE, "all keys", end.values)]
-    for name in ("all keys one rung finer", "all keys two rungs finer"):
-        end = finer_in_all(scene, end)
-        ends.append(Point(name, "all keys", end.values, after=ends[-1].name))
-    names = [point.name for point in (*states, *ends)]
     if any(is_given(filed, key) for key in ALL_OPEN):
         as_filed = converge(filed, limits=limits).plan.method
         ends.append(Point(AS_FILED, "all keys", as_filed.values, settings={}))
     if cluster is None and not journal.exists():  # once, so that compiled code is cached before times are measured
         run_points(path, ends[:1], None, time_limit=LONGER * time_limit)
-    points = [*states, *others]
+    points = [*walk, *others]
     found = run_points(path, points, journal, time_limit=time_limit, cluster=cluster, progress=progress)
     found |= run_points(path, ends, journal, time_limit=LONGER * time_limit, cluster=cluster, progress=progress)
     judged = tuple(scene.accuracy.judged)
-    exact, back = _reference(path, scene, found, names)
+    exact, back = _reference(path, scene, found, [*(point.name for point in walk), *names])
     values, coarser = found[exact].summary, found[back].summary
     floor = {name: _relative(coarser, values, name) / (LEAST - 1) for name in judged}
     title = scene.title or path.stem
