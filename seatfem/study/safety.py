@@ -59,8 +59,6 @@ WITHIN_PARTS: Final = 4e-3
 Weighting the rim of the land differently moved an impulse by 0.2 to 0.5 % (benchmarks/points: pressures at points)."""
 
 # Refinement from one round to the next, and limits on its cost.
-LEAST_FINER: Final = 1.6  # least factor by which an error is reduced in one round: less is not worth a round ...
-MESH_ORDER: Final = 1.0  # order of convergence in the element size that is assumed, low for clamped corners
 MOST_ROUNDS: Final = 9  # most rounds of a run by default
 LONGEST: Final = 600.0  # longest expected time [s] of a further round that is begun without --max-time
 MEMORY: Final = 0.8  # fraction of the available memory that workers use, as their need is measured on few scenes

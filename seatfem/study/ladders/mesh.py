@@ -26,7 +26,7 @@ from seatfem.study.method import (
     TOLERANCE,
     RunMethod,
 )
-from seatfem.study.safety import LEAST_FINER, MESH_ORDER, OF_DRAWS
+from seatfem.study.safety import OF_DRAWS
 from seatfem.study.scene import Run, Scene
 from seatfem.units import write_quantity
 
@@ -78,10 +78,6 @@ class ElementSize(BodyLadder):
         values = (float(f"{max(size, sizes.contact_size):.2g}") for size in (sizes.size, sizes.contact_size))
         return method.replaced(dict(zip(keys, values, strict=True)))
 
-    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
-        """Return a smaller size, for convergence of order `MESH_ORDER`."""
-        return float(f"{value / factor ** (1 / MESH_ORDER):.2g}") if self.role == "seat" else None
-
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run on the coarser mesh or, without one, with g larger by the stated error of the mesh."""
         if self.key == CONTACT_SIZE:  # the coarser mesh has both sizes coarser
@@ -118,9 +114,11 @@ class Bandwidth(ladder.BodyLadder):
         return method.replaced({BAND: rules.next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
-        """Return the method with a wider band, and elements for its shorter waves."""
+        """Return the method with a wider band, of a plate at most the limit of its theory, and elements for its shorter
+        waves."""
         if self.key == REED_BAND and self.key not in method.given and (value := method.value(self.key)):
-            wider = self.finer(value, factor, scene.run, scene.reed) or value
+            plate = scene.reed.thin_plate
+            wider = float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.widest_band)))
             return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else None
         if self.key != BAND or BAND in method.given or not (band := method.seat.bandwidth):
             return None
@@ -134,13 +132,6 @@ class Bandwidth(ladder.BodyLadder):
             smaller = float(f"{method.seat.size * after / before:.2g}")
             values[SIZE] = max(smaller, method.seat.contact_size or 0.0)
         return method.replaced(values)
-
-    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
-        """Return a wider band; for a plate at most the limit of its theory."""
-        if self.role == "reed":
-            plate = reed.thin_plate
-            return float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.widest_band)))
-        return next((edge for edge in rules.BANDS if edge > value * (1 + 1e-9)), float(LEAST_FINER * value))
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run with the body's highest modes moved into its residual flexibility.

@@ -144,10 +144,6 @@ class Arcs(Ladder):
             return None
         return _in_parts(scene, method, 2 * (method.ports or 1), method.seat.rings or 1)
 
-    def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int:
-        """Return twice as many."""
-        return 2 * value
-
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other arcs, each with its own gap, on a coarser mesh of the seat."""
         scene, division, finer = run.scene, run.division, run.seat.in_rings
