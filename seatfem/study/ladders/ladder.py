@@ -15,14 +15,13 @@ from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
 from impact.quantities import percent
 from impact.runs.variations import Terms, Variation, of_g, with_body
-from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Solved
 from seatfem.structures.patch import Patch
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import problem_of, solved_stopper, striker_of
 from seatfem.study.method import FIELDS, RunMethod
-from seatfem.study.scene import Run, Scene
+from seatfem.study.scene import Scene
 
 Role = Literal["seat", "reed", "stopper"]
 
@@ -137,9 +136,8 @@ class Ladder:
         """Return a value in words, with its unit."""
         return str(value)
 
-    def finer(self, value: Any, factor: float, run: Run, reed: Structure) -> Any:
-        """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds do not change the key.
-        ``run``, ``reed``: tables of the scene."""
+    def finer(self, value: Any, factor: float, scene: Scene) -> Any:
+        """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds change no such key."""
         return None
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
@@ -151,7 +149,7 @@ class Ladder:
         the key, or it is at its limit."""
         if self.key not in FIELDS or self.key in method.given or not (value := method.value(self.key)):
             return None
-        finer = self.finer(value, factor, scene.run, scene.reed)
+        finer = self.finer(value, factor, scene)
         return None if finer is None or finer == value else method.replaced({self.key: finer})
 
     def applies(self, run: ComputedRun) -> bool:

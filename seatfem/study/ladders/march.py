@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Values, changes, times
-from seatfem.structures.kinds import Structure
 from seatfem.study.impacts.bodies import stopper_of
 from seatfem.study.impacts.contact import MAX_STEPS, gas_step
 from seatfem.study.impacts.touches import Touches
@@ -16,7 +15,7 @@ from seatfem.study.impacts.window import Excerpt, window_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import STEP, RunMethod
 from seatfem.study.safety import SHORT
-from seatfem.study.scene import Run
+from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -52,9 +51,9 @@ class TimeStep(Ladder):
         step = max(min(run.filter_width / FIRST, gas_step(known.scene.gas)), run.duration / MAX_STEPS)
         return replace(method, time_step=fitted(step, run.duration))
 
-    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float:
+    def finer(self, value: float, factor: float, scene: Scene) -> float:
         """Return a shorter step."""
-        return fitted(value / factor, run.duration)
+        return fitted(value / factor, scene.run.duration)
 
 
 def step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float | None:

@@ -11,7 +11,6 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
-from seatfem.structures.kinds import Structure
 from seatfem.structures.patch import Sizes, mesh_error, sizes_for
 from seatfem.study.impacts import validity
 from seatfem.study.ladders import ladder, modes, rules
@@ -27,7 +26,7 @@ from seatfem.study.method import (
     RunMethod,
 )
 from seatfem.study.safety import OF_DRAWS
-from seatfem.study.scene import Run, Scene
+from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
 FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run begins
@@ -180,9 +179,9 @@ class Tolerance(ladder.BodyLadder):
             return method
         return method.replaced({TOLERANCE: ANY_TOLERANCE if method.seat.in_arcs else FIRST_TOLERANCE})
 
-    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
+    def finer(self, value: float, factor: float, scene: Scene) -> float:
         """Return a stricter tolerance."""
-        return None if self.role == "stopper" else value / factor
+        return value / factor
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""

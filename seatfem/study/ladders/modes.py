@@ -11,13 +11,12 @@ import numpy as np
 
 from impact.bodies.body import Body
 from impact.runs.variations import Terms, Variation, narrower, ringing_on
-from seatfem.structures.kinds import Structure
 from seatfem.structures.rings import Division
 from seatfem.study import safety
 from seatfem.study.impacts.bodies import problem_of, striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
 from seatfem.study.method import MODES, RunMethod
-from seatfem.study.scene import Run
+from seatfem.study.scene import Scene
 
 MOST_MODES: Final = 1000  # most modes of a beam in further rounds
 FEW_MODES: Final = 20  # modes of a beam with which a run begins
@@ -31,10 +30,8 @@ class ModeCount(Ladder):
     rule: str = "few, to begin with"
     role: Role = "seat"
 
-    def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int | None:
+    def finer(self, value: int, factor: float, scene: Scene) -> int:
         """Return more modes."""
-        if self.role == "stopper":
-            return None
         return min(MOST_MODES, math.ceil(value * safety.FEWER ** math.ceil(math.log2(factor))))
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:

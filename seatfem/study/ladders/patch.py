@@ -8,7 +8,6 @@ import impact
 from impact.greens import base, modal
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, with_body
-from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.method import bed
@@ -35,7 +34,7 @@ from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.rules import PER_ARC
 from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, RunMethod
-from seatfem.study.scene import Run, Scene, local
+from seatfem.study.scene import Scene, local
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import SceneError
 
@@ -68,7 +67,7 @@ class Rings(Ladder):
             return None
         return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
-    def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int:
+    def finer(self, value: int, factor: float, scene: Scene) -> int:
         """Return more rings."""
         return next((number for number in RING_NUMBERS if number > value), MOST_RINGS)
 

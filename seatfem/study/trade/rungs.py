@@ -142,12 +142,8 @@ def _timed(plan: Plan) -> tuple[float, float, dict[str, Any]]:
 
 def _processor_time() -> float:
     """Return the processor time of all threads of this process and of those it started (the mesher) [s]."""
-    try:
-        import resource  # absent on Windows
-    except ImportError:
-        return time.process_time()
-    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(u.ru_utime + u.ru_stime for u in used)
+    times = os.times()
+    return time.process_time() + times.children_user + times.children_system
 
 
 def reply(text: str) -> str:
