@@ -12,8 +12,9 @@ from typing import Final
 LEVEL_SHARE: Final = 4  # target over the error that a level of the seat may have at first
 
 # Safety factors on models that stand for better ones.
-DOUBT: Final = 2.0  # factor by which the effect of waves in the seat may exceed that in the estimate
-DOUBT_OF_ARCS: Final = 3.0  # that factor for a lip in arcs: with 2, four of 100 measures were outside their bars
+DOUBT: Final = (
+    3.0  # factor by which waves in the seat may exceed those of the estimate: with 2, 4 % of bars were too small
+)
 DOUBT_OF_COARSE: Final = 1.3  # that factor for a coarsely meshed seat; the estimate had 0.6 to 5 times the truth
 ONE_PORT_BAR: Final = 1.5  # bar that a run states for one port, over the change by arcs on a half-space
 

@@ -1,8 +1,8 @@
 """The ladder of a key: its values from coarse to fine, and the neighbours of a run on it.
 
 A key that has a finer value causes an error, which is estimated from a neighbour: the same scene with another value of
-this one key. The error budget of a run, the next round, the measured trade, and references that must be finer in every
-key, all take these values from the key's ladder in `seatfem.study.ladders.table`.
+this one key. The error budget of a run, the next round, and the measured trade, whose references are finer in
+every key, all take these values from the key's ladder in `seatfem.study.ladders.table`.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun, Role
 from seatfem.study.ladders.rules import coarse_method, level_with_waves, lowest_band
 from seatfem.study.method import MODEL, RunMethod
-from seatfem.study.safety import DOUBT, DOUBT_OF_ARCS, DOUBT_OF_COARSE, FAILURES, SHEAR_SHARE
+from seatfem.study.safety import DOUBT, DOUBT_OF_COARSE, FAILURES, SHEAR_SHARE
 from seatfem.study.scene import Scene
 
 CHEAP: Final = "harmonics"  # level whose waves are cheap: modes of half sections, of a few hundred unknowns each
@@ -83,7 +83,7 @@ def _waves(run: ComputedRun) -> tuple[Variation, ...] | None:
     try:
         solved, doubt = solve_body("seat", scene.seat, method, scene.run.duration, mesh_error=False), DOUBT_OF_COARSE
     except FAILURES:
-        solved, doubt = None, DOUBT if run.division.arcs == 1 else DOUBT_OF_ARCS
+        solved, doubt = None, DOUBT
     waves = estimate if solved is None else solved.greens
     whole = waves.modal
     if run.division.arcs > 1 and lip is not None and whole is not None:
