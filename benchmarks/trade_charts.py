@@ -17,8 +17,8 @@ from table import RESULTS, in_words, machine
 
 from impact.files.safe_files import write_whole
 from seatfem.study.trade.report import draw_trade, summary_of, write_trade
-from seatfem.study.trade.rungs import RATIO
-from seatfem.study.trade.trade import AS_FILED, LONGER, PLANNED, Trade, measure_trade
+from seatfem.study.trade.rungs import AS_FILED, MEMORY, OWN_CHOICE
+from seatfem.study.trade.trade import LONGER, Trade, measure_trade
 
 ROOT: Final = Path(__file__).parents[1]
 DOCUMENT: Final = ROOT / "docs" / "trade.md"
@@ -39,36 +39,31 @@ processor time.
 seatfem trade SCENE [-o FOLDER] [--quick] [--limit SECONDS]
 ```
 
-runs a scene at every fidelity that applies to it and draws time against error. Each point runs in a process of its own,
-on one thread, with an empty store. The same command continues a run that was stopped (`trade.jsonl`).
+runs a scene at many fidelities and draws time against error. Each point runs in a process of its own, on one thread,
+with an empty store. The same command continues a run that was stopped (`trade.jsonl`).
 
-- **The ladder** refines mesh and band together by {RATIO} from rung to rung, for every level of modelling of the seat,
-  within the time limit (`--limit`; here {LIMIT:g} processor seconds for a point, {LIMIT_ON_LIP:g} for the tilted
-  landing). Around its centre each choice is varied alone: mesh, order, band, tolerance of the reduction, its method,
-  reed modes, time step, history engine. The column of material under the contact, as a spring E A/h and as a rod, is a
-  guess without finite elements (hollow square): it has no error bar and counts in the last column of the table alone.
+- **The points** are on the ladders of the [loop](methods.md#the-loop), whatever the file states of them. States lead
+  from the first values of a run to its own choice, each with all keys one rung finer, which halves what each leaves.
+  Around the run's own choice each key is varied alone, to its first value and one rung finer, and so are the models of
+  the seat (`--quick` leaves these points out). Two further states have all keys one and two rungs finer.
 - **Time** is processor time from the scene to its measures, without error bars, files, pictures or start of the
-  program. Peak memory is that of the point's process.
-- **Error** is the relative difference from a reference that is finer than the whole ladder in every choice; the rings
-  of the patch are one, or as the file states. The reference's own uncertainty (shaded floor) is what one notch coarser
-  in every choice changes over {RATIO} - 1 (order 1).
-- **Stopped** points (time limit; {LONGER:g} times as long for the reference and the choice of a run) and failed ones
-  are in the tables, `benchmarks/results/trade_*.csv`, with the reason.
-- **The choice of a run** (star) is what the loop of `seatfem run` ends with if the file leaves all of it open; the
+  program. Peak memory is that of the point's process. The limit (`--limit`) is here {LIMIT:g} processor seconds for a
+  point, {LIMIT_ON_LIP:g} for the tilted landing.
+- **Error** is the relative difference from the finest state that ends, all keys two rungs finer where that ends within
+  {LONGER:g} times the limit; a key at its limit is as in the run. The reference's own uncertainty (shaded floor) is
+  what the state one rung coarser changes.
+- **Stopped** points (time limit) and failed ones are in the tables, `benchmarks/results/trade_*.csv`, with the reason.
+- **The run's own choice** (star) is what the loop of `seatfem run` ends with if the file leaves all of it open; the
   diamond is the file as it is, where it states some. *Excess* is its cost over that of the cheapest point that is at
   least as accurate in the worst of the measures asked for; 1 is on the Pareto front.
 
-| scene | points | target | error of a run's choice | its time | excess over the front | over the cheapest at target | \
-over the front with guesses |
-|---|---|---|---|---|---|---|---|
+| scene | points | target | error of the run's own choice | its time | excess over the front | \
+over the cheapest at target |
+|---|---|---|---|---|---|---|
 """
 WORDS: Final = {
-    "tilted_landing": """A third of the ladder (`--quick`). The file states 96 segments of the lip and the step; a run
-chooses both where they are open. One contact point and a beam stand in place of segments and plate; they have no force
-per length.
-
-""",
-    "mass_on_meshed_seat": """The reference has one ring: what more rings improve counts as their error.
+    "tilted_landing": """States alone (`--quick`). The file states 96 segments of the lip and the step; a run chooses
+both where they are open.
 
 """,
 }
@@ -87,9 +82,9 @@ def line(trade: Trade) -> str:
         f"[{trade.title}](#{anchor(trade)})",
         f"{len(trade.done())} of {len(trade.points)}",
         f"{100 * trade.target:g} %",
-        f"{100 * trade.trusted_error(PLANNED):.2g} %",
-        f"{trade.cost(PLANNED):.2g} s",
-        *(f"{summary[f'planner_excess{kind}']:.2f}" for kind in ("", "_at_target", "_with_guesses")),
+        f"{100 * trade.trusted_error(OWN_CHOICE):.2g} %",
+        f"{trade.cost(OWN_CHOICE):.2g} s",
+        *(f"{summary[f'choice_excess{kind}']:.2f}" for kind in ("", "_at_target")),
     )
     return f"| {' | '.join(cells)} |\n"
 
@@ -99,10 +94,10 @@ def section(name: str, trade: Trade) -> str:
     heads = {measure: measure.replace("_", " ") for measure in trade.measures}
     parts = [f"\n## {trade.title}\n\n", f"`examples/{name}.toml`\n\n", WORDS.get(name, "")]
     parts.append(f"![Time against error](images/trade_{name}.png)\n\n")
-    for choice in (PLANNED, AS_FILED):
+    for choice in (OWN_CHOICE, AS_FILED):
         if choice in trade.outcomes:
             errors = ", ".join(f"{words} {100 * trade.error(choice, each):.2g} %" for each, words in heads.items())
-            memory = trade.outcomes[choice].summary.get("memory_bytes", math.nan) / 1e6
+            memory = trade.outcomes[choice].summary.get(MEMORY, math.nan) / 1e6
             parts.append(f"{choice.capitalize()}: {errors}; {trade.cost(choice):.2g} s, {memory:.0f} MB. ")
     floors = ", ".join(f"{words} {100 * trade.floor[each]:.2g} %" for each, words in heads.items())
     parts.append(f"Uncertainty of the reference: {floors}.\n")

@@ -23,7 +23,6 @@ from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
 SAFETY: Final = 1.5  # safety factor on the sum of the sources, which need not be independent
-STRESS_SAFETY: Final = 2.25  # safety factor for stresses, whose maximum may jump to another time and place
 
 Values = Mapping[str, float]
 """Measures by name [SI]."""
@@ -73,8 +72,9 @@ class Budget:
 
 
 def safety(measure: str) -> float:
-    """Return the safety factor of a measure: its error bar over the sum of the errors by source."""
-    return STRESS_SAFETY if measure.endswith("stress") else SAFETY
+    """Return the safety factor of a measure: its error bar over the sum of the errors by source. It is squared for
+    stresses, whose maximum may jump to another time and place."""
+    return SAFETY**2 if measure.endswith("stress") else SAFETY
 
 
 def is_time(measure: str) -> bool:

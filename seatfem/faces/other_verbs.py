@@ -390,7 +390,7 @@ def identify(
 
 
 def study_ahead(path: Path) -> sweeps.sweep.Ahead | sweeps.sweep.SearchAhead | None:
-    """Return the predicted cost of a study; ``None`` if the file is no study."""
+    """Return the expected cost of a study; ``None`` if the file is no study."""
     if not scene.load.has_table(path, "vary"):
         return None
     study = sweeps.study.load_study(path)

@@ -145,7 +145,7 @@ def trade(
     output:
         Folder for chart, tables and journal [default: the scene's name + "-trade"].
     quick:
-        Only about a third of the points.
+        Without the points in which one key is varied.
     limit:
         Processor time for one point, in seconds or with a unit (1 min); the
         reference and the loop's choice may take four times as many.

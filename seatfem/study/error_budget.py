@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, get_args
 
 import numpy as np
@@ -24,7 +24,7 @@ from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
 from impact.runs import variations
-from impact.runs.variations import SAFETY, Budget, Values, changes, larger, total
+from impact.runs.variations import SAFETY, Values, changes, larger, total
 from seatfem import structures
 from seatfem.machine import compiling, resources
 from seatfem.study import impacts, safety
@@ -56,70 +56,29 @@ CLOCK: Final = "last touch"
 [s].
 """
 
-OPTIONAL: Final = (STRIKER, STOPPER, LIP, RECORD)
-"""Sources of error that not every run has."""
 FAINT: Final = 0.2  # least impulse of a contact that counts, over the largest
 
 
-@dataclass(frozen=True)
-class LastTouch:
-    """The last complete contact of a record or, without any, the one that the end cuts.
-
-    Contacts with less than `FAINT` of the largest impulse are ignored.
-
-    Attributes:
-        impulse: impulse from the start of the run to the middle of this contact [N s]; 0 without contact.
-    """
-
-    impulse: float
-
-    @staticmethod
-    def from_record(record: ContactRecord) -> LastTouch:
-        """Return the last touch of a run."""
-        force, running = _solid_force(record), _impulse(record)
-        touches = closed_steps(force)
-        borne = np.diff(running[touches.astype(np.int64)])[:, 0] if len(touches) else np.zeros(0)
-        touches = touches[borne > FAINT * borne.max(initial=0.0)]
-        whole = touches[touches[:, 1] < len(force)]
-        ends = (whole if len(whole) else touches)[-1:]
-        return LastTouch(float(running[ends].mean()) if len(ends) else 0.0)
-
-    def time(self, record: ContactRecord) -> float:
-        """Return the time [s] at which another run has transferred this impulse; its end, if it never does."""
-        running = _impulse(record)
-        after = int(np.searchsorted(running, self.impulse))
-        if after == 0 or after == len(running):
-            return 0.0 if after == 0 else record.dt * (len(running) - 1)
-        before, next_ = running[after - 1 : after + 1]
-        return record.dt * (after - 1 + float((self.impulse - before) / (next_ - before)))
+def impulse_of_last_touch(record: ContactRecord) -> float:
+    """Return the impulse from the start of a run to the middle of its last complete contact or, without any, of the one
+    that the end cuts [N s]; 0 without contact. Contacts with less than `FAINT` of the largest impulse are ignored."""
+    force, running = _solid_force(record), _impulse(record)
+    touches = closed_steps(force)
+    borne = np.diff(running[touches.astype(np.int64)])[:, 0] if len(touches) else np.zeros(0)
+    touches = touches[borne > FAINT * borne.max(initial=0.0)]
+    whole = touches[touches[:, 1] < len(force)]
+    ends = (whole if len(whole) else touches)[-1:]
+    return float(running[ends].mean()) if len(ends) else 0.0
 
 
-def clock_off(budget: Budget) -> float:
-    """Return the error bar of the time of the last contact, from its changes in the runs of a budget [s]."""
-    return SAFETY * sum(part.get(CLOCK, 0.0) for part in budget.parts.values())
-
-
-def with_end(budget: Budget, beyond: ContactRecord, duration: float, off: float) -> Budget:
-    """Return the budget with the change if the record ended ``off`` [s] earlier or later than ``duration`` [s].
-
-    It is added to the source that shifts the last contact most. ``beyond``: the record of the run, longer by ``off``.
-    """
-    if not any(CLOCK in part for part in budget.parts.values()):
-        return budget
-    at_end = _until(beyond, duration)
-    values, like = values_of(at_end), at_end.landings
-    others = (values_of(_until(beyond, duration + by), like) for by in (-off, off))
-    cut: Values = dict.fromkeys(budget.values, 0.0)
-    for other in others:
-        cut = larger(cut, {**cut, **changes(values, other)})
-    source = max(budget.parts, key=lambda name: budget.parts[name].get(CLOCK, 0.0))
-    return replace(budget, parts={**budget.parts, source: total(budget.parts[source], {**cut, CLOCK: 0.0})})
-
-
-def without_clock(budget: Budget) -> Budget:
-    """Return the budget without `CLOCK`."""
-    parts = {source: _without_clock(part) for source, part in budget.parts.items()}
-    return replace(budget, values=_without_clock(budget.values), parts=parts)
+def time_of_impulse(impulse: float, record: ContactRecord) -> float:
+    """Return the time [s] at which a run has transferred an impulse [N s]; its end, if it never does."""
+    running = _impulse(record)
+    after = int(np.searchsorted(running, impulse))
+    if after == 0 or after == len(running):
+        return 0.0 if after == 0 else record.dt * (len(running) - 1)
+    before, next_ = running[after - 1 : after + 1]
+    return record.dt * (after - 1 + float((impulse - before) / (next_ - before)))
 
 
 def _without_clock(values: Values) -> Mapping[str, float]:
@@ -165,8 +124,6 @@ def _landing_until(record: ContactRecord, landing: Landing, time: float) -> Land
     )
 
 
-KEYS_NEEDING_END: Final = ("impulse_Ns", "duration_s")
-"""Keys of a landing whose values are unknown if the record ends during it."""
 KEYS_OF_MEASURES: Final[Mapping[str, tuple[str, ...]]] = {
     measures.FilteredPeak.name: ("filtered_peak_force_N", "excess_peak_force_N"),
     measures.Impulse.name: ("impulse_Ns",),
@@ -211,11 +168,11 @@ def error_budget(
         since = stress_since(touches, choice)
         coarse = contact.stress_in_run(scene.geometry, striker, touches, coarsely=True, since=since)
         blow = contact_record_of(touches, width, coarse, choice)
-    last, like = LastTouch.from_record(blow), touches.landings
+    last, like = impulse_of_last_touch(blow), touches.landings
     own = RunRecord(blow, like, touches.stopper_force)
 
     def values_with_clock(record: RunRecord) -> variations.Values:
-        return {**values_of_record(record, like), CLOCK: last.time(record.blow)}
+        return {**values_of_record(record, like), CLOCK: time_of_impulse(last, record.blow)}
 
     runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
 
@@ -236,16 +193,16 @@ def error_budget(
     budget = variations.budget_of(
         run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=parallel
     )
-    budget = _with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
+    budget = with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
     if blow is not stated:
         budget = replace(budget, values=values_of_record(RunRecord(stated, like, touches.stopper_force), like))
     varied = {table.source_of(key) for key, each in terms.items() if each}
     floors: dict[str, float] = {source: least for source, least in safety.FLOORS.items() if source in varied}
     if method.seat.level == "spring":
         floors["model"] = safety.FLOOR_OF_SPRING
-    budget = with_floors(replace(budget, sources=(*budget.sources, *unknown)), floors)
-    if scene.reed.thin_plate is not None and computed.division.arcs > 1:
-        budget = with_share(budget, "model", safety.WITHIN_PARTS)  # an error that more arcs do not reduce
+    in_parts = scene.reed.thin_plate is not None and computed.division.arcs > 1
+    shares = {"model": safety.WITHIN_PARTS} if in_parts else {}  # an error that more arcs do not reduce
+    budget = with_floors(replace(budget, sources=(*budget.sources, *unknown)), floors, shares)
     return with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
 
 
@@ -258,7 +215,7 @@ def with_cut_landings(budget: variations.Budget, landings: Landings | None, firs
         landing_name(face, number, key)
         for face in get_args(Face)
         for number, landing in enumerate(landings.on(face))
-        for key in KEYS_NEEDING_END
+        for key in ("impulse_Ns", "duration_s")
         if landing.cut_off
     ]
     for prefix, judged in measures.judged_landings(landings.seat).items():
@@ -275,8 +232,8 @@ def with_cut_landings(budget: variations.Budget, landings: Landings | None, firs
 def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]) -> variations.Budget:
     """Return the budget with errors in the record of a judged landing at least as large as those of its measures.
 
-    The errors of measures include half the time step, jumps and predictions of the plan; the numbers in the record come
-    from the same forces and are no more accurate.
+    The errors of measures include half the time step and jumps; the numbers in the record come from the same forces and
+    are no more accurate.
     """
     pairs = (
         (landing_name("seat", landings.index(landing), key), prefix + measure)
@@ -292,34 +249,37 @@ def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]
     return replace(budget, parts=parts)
 
 
-def with_floors(budget: variations.Budget, floors: Mapping[str, float]) -> variations.Budget:
-    """Return the budget with errors of each source at least its floor in `seatfem.study.safety`, relative to the value;
-    times of landings have no floor."""
+def with_floors(
+    budget: variations.Budget, floors: Mapping[str, float], shares: Mapping[str, float]
+) -> variations.Budget:
+    """Return the budget with errors of each source at least its floor, and larger by its share, both relative to the
+    value; times of landings have neither."""
     raised = {
         source: {
-            name: value if is_time(name) else max(value, floors.get(source, 0.0) * abs(budget.values[name]))
+            name: value
+            if is_time(name)
+            else max(value, floors.get(source, 0.0) * size) + shares.get(source, 0.0) * size
             for name, value in part.items()
+            for size in (abs(budget.values[name]),)
         }
         for source, part in budget.parts.items()
     }
     return replace(budget, parts=raised)
 
 
-def with_share(budget: variations.Budget, source: str, share: float) -> variations.Budget:
-    """Return the budget with a ``share`` of each value, except times of landings, added to the errors of a source."""
-    if source not in budget.parts:
-        return budget
-    more = {name: 0.0 if is_time(name) else share * abs(value) for name, value in budget.values.items()}
-    return replace(budget, parts={**budget.parts, source: variations.total(budget.parts[source], more)})
-
-
-def _with_end(
+def with_end(
     scene: Scene, problem: ContactProblem, budget: variations.Budget, dt: float, like: Landings | None
 ) -> variations.Budget:
-    """Return the budget with the error by the end of the record, from a longer run or, where the Green's function, a
-    load or a base motion is unknown beyond the end, from the run itself."""
+    """Return the budget, without `CLOCK`, with the change if the record ended earlier or later by the error bar of the
+    last contact's time. It is added to the source that shifts this contact most.
+
+    The record is of a longer run or, where the Green's function, a load or a base motion is unknown beyond the end, of
+    the run itself.
+    """
     duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
-    off = min(clock_off(budget), duration / 2)
+    shifts = {source: part.get(CLOCK, 0.0) for source, part in budget.parts.items()}
+    off = min(SAFETY * sum(shifts.values()), duration / 2)
+    parts = {source: _without_clock(part) for source, part in budget.parts.items()}
     if off > 0:
         dt = 2 * dt if 4 * dt <= scene.run.filter_width else dt
         longest = max(duration, min(duration + off, known))
@@ -327,8 +287,13 @@ def _with_end(
             record = contact.record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
         except TimeSeriesError:  # a load or base motion ends before the longer run
             record = contact.record_of(scene, problem, dt, like=like, stresses=False)
-        budget = with_end(budget, record.blow, duration, off)
-    return without_clock(budget)
+        at_end, source = _until(record.blow, duration), max(shifts, key=lambda each: shifts[each])
+        cut: Values = dict.fromkeys(parts[source], 0.0)
+        for by in (-off, off):
+            other = values_of(_until(record.blow, duration + by), at_end.landings)
+            cut = larger(cut, {**cut, **changes(values_of(at_end), other)})
+        parts[source] = total(parts[source], cut)
+    return replace(budget, values=_without_clock(budget.values), parts=parts)
 
 
 def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> variations.Budget:
@@ -375,10 +340,8 @@ def sum_by_source(budget: variations.Budget, terms: Mapping[str, variations.Term
     """Return a budget by key as one by source, with the errors by key beside; a source is unknown if one of its keys
     is."""
     of_step = budget.parts["time_step"]
-    sources: list[str] = [
-        *SOURCES,
-        *(source for source in OPTIONAL if any(table.source_of(key) == source for key in terms)),
-    ]
+    found = {table.source_of(key) for key in terms}
+    sources = [*SOURCES, *(source for source in (STRIKER, STOPPER, LIP, RECORD) if source in found)]
     parts: dict[str, Values] = {}
     for source in sources:
         keys = [key for key in terms if table.source_of(key) == source]

@@ -1,7 +1,7 @@
-"""The `RunMethod` of a scene: how all its bodies and the march are computed; a plan chooses it, a run carries it out.
+"""The `RunMethod` of a scene: how all its bodies and the march are computed; the loop chooses it, round by round.
 
 A method has a value for each of `FIELDS`, the keys of a scene that concern the numerical method and not the problem.
-Values that the file states are never changed; values that it leaves open are chosen by the plan.
+Values that the file states are never changed; values that it leaves open are chosen by the loop.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     REED_SIZE: ("reed", "size"),
     REED_CONTACT_SIZE: ("reed", "contact_size"),
 }
-"""Attribute path in `RunMethod` of each dotted key of a scene that a plan may choose."""
+"""Attribute path in `RunMethod` of each dotted key of a scene that the loop may choose."""
 _UNITS: Final = {
     **dict.fromkeys((SIZE, CONTACT_SIZE, REED_SIZE, REED_CONTACT_SIZE), "m"),
     **dict.fromkeys((BAND, REED_BAND), "Hz"),
@@ -61,7 +61,7 @@ class RunMethod:
     Attributes:
         seat, reed: the struck body and the striker.
         time_step: time step [s]; ``None``: from the highest rates of both bodies and the filter.
-        given: keys of `FIELDS` that the file states, which no plan changes.
+        given: keys of `FIELDS` that the file states, which no round changes.
 
     The lip along which seat and reed touch is part of both of their methods.
     """
@@ -93,6 +93,17 @@ class RunMethod:
             value = getattr(value, name)
         return value
 
+    @property
+    def values(self) -> dict[str, Any]:
+        """Return the values of all `FIELDS`."""
+        return {key: self.value(key) for key in FIELDS}
+
+    def with_values(self, geometry: ContactGeometry, values: Mapping[str, Any]) -> RunMethod:
+        """Return the method with other ``values`` of `FIELDS`, a lip in as many arcs and rings as they say."""
+        arcs, rings = values.get(PORTS, self.ports), values.get(RINGS, self.seat.rings)
+        method = self if arcs is None or rings is None else self.along(geometry, arcs, rings)
+        return method.replaced({key: value for key, value in values.items() if key != PORTS})
+
     def replaced(self, values: Mapping[str, object]) -> RunMethod:
         """Return the method with other ``values`` at dotted keys of `FIELDS`."""
         method = self
@@ -104,7 +115,7 @@ class RunMethod:
 
 
 def stated_method(scene: Scene) -> RunMethod:
-    """Return the method that the file states, with defaults for open values: the method of a run without a plan.
+    """Return the method that the file states, with defaults for open values: the method of a run without the loop.
 
     An open ``seat.model`` becomes the cheapest level whose own error is below target/`LEVEL_SHARE`.
 

@@ -1,8 +1,8 @@
 """Safety factors and margins of error bars, each with its reason; sources of error in words; limits on the
 cost of a study.
 
-The safety factors on the sum of an error budget are `impact.runs.variations.SAFETY` and `STRESS_SAFETY`. "Target" is
-the relative accuracy that the scene asks for; a "share" is a fraction of it, or of the named quantity.
+The safety factor on the sum of an error budget is `impact.runs.variations.safety`. "Target" is the relative accuracy
+that the scene asks for; a "share" is a fraction of it, or of the named quantity.
 """
 
 from collections.abc import Mapping
@@ -12,8 +12,9 @@ from typing import Final
 LEVEL_SHARE: Final = 4  # target over the error that a level of the seat may have at first
 
 # Safety factors on models that stand for better ones.
-DOUBT: Final = 2.0  # factor by which the effect of waves in the seat may exceed that in the estimate
-DOUBT_OF_ARCS: Final = 3.0  # that factor for a lip in arcs: with 2, four of 100 measures were outside their bars
+DOUBT: Final = (
+    3.0  # factor by which waves in the seat may exceed those of the estimate: with 2, 4 % of bars were too small
+)
 DOUBT_OF_COARSE: Final = 1.3  # that factor for a coarsely meshed seat; the estimate had 0.6 to 5 times the truth
 ONE_PORT_BAR: Final = 1.5  # bar that a run states for one port, over the change by arcs on a half-space
 
@@ -59,12 +60,12 @@ WITHIN_PARTS: Final = 4e-3
 Weighting the rim of the land differently moved an impulse by 0.2 to 0.5 % (benchmarks/points: pressures at points)."""
 
 # Refinement from one round to the next, and limits on its cost.
-LEAST_FINER: Final = 1.6  # least factor by which an error is reduced in one round: less is not worth a round ...
-MESH_ORDER: Final = 1.0  # order of convergence in the element size that is assumed, low for clamped corners
 MOST_ROUNDS: Final = 9  # most rounds of a run by default
-LONGEST: Final = 600.0  # longest predicted time [s] of a seat or further round that is chosen automatically
-MEMORY: Final = 0.8  # fraction of the available memory that is used, as predictions are not exact
-LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances tried in turn, if none was stated, where the planned one is out of reach
+LONGEST: Final = 600.0  # longest expected time [s] of a further round that is begun without --max-time
+MEMORY: Final = 0.8  # fraction of the available memory that workers use, as their need is measured on few scenes
+FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
+"""Errors of packages, factorisations and disk, after which the round before or an estimate serves; others are bugs."""
+LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances tried in turn, if none was stated, where the first one is out of reach
 
 
 SOURCES: Final[Mapping[str, str]] = {

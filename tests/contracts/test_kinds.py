@@ -64,8 +64,6 @@ def test_no_shape_is_asked_for_its_family() -> None:
 ASKED = {
     ("faces/verdict.py", "spring"): "a summary, which is text: a spring is its own baseline",
     ("structures/formats/uff.py", "modes"): "what a data set holds, not a kind",
-    ("study/trade/rungs.py", "rod"): "scenes that the trade writes by itself",
-    ("study/trade/rungs.py", "spring"): "scenes that the trade writes by itself",
 }
 
 

@@ -118,7 +118,7 @@ def test_a_toy_reed_strikes(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("toys")
-def test_a_toy_seat_is_planned_meshed_and_struck(tmp_path: Path) -> None:
+def test_a_toy_seat_is_meshed_and_struck(tmp_path: Path) -> None:
     """Its compliance is that of a ring on a disc: stiffer than a column as high, softer than the rim alone."""
     scene = load_scene(written(tmp_path, CUP + BALL + RUN.format("0.2 ms")))
     assert begin_plan(scene).level == "spring"

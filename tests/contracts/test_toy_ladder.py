@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from impact.runs.variations import Budget, Terms
-from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour
+from seatfem.study.ladders.ladder import ComputedRun, Ladder
 from seatfem.study.ladders.table import DECLARED
 from seatfem.study.method import STEP, RunMethod, stated_method
-from seatfem.study.runs.converge import mark, refine_plan
-from seatfem.study.scene import Run, Scene
-from seatfem.study.trade.rungs import Rungs
+from seatfem.study.runs.converge import LEAST, begin_method, mark, refine_plan
+from seatfem.study.scene import Scene
+from seatfem.study.trade.rungs import around
 from tests.gallery import load_text
 from tests.steps import (
     Limits,
@@ -44,9 +44,6 @@ class Toy(Ladder):
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         return ((run.with_greens("seat", run.seat.greens.scaled(SOFTER)),),)
-
-    def beside(self, run: Run, reed: object, centre: RunMethod) -> Iterator[Neighbour]:
-        yield Neighbour("toy", "toys", {STEP: 1e-8})
 
 
 @pytest.fixture
@@ -107,7 +104,12 @@ def test_a_round_refines_it_or_names_it(scene: Scene, toy: Toy, tmp_path: Path, 
         assert why.endswith("of peak force, and it cannot be made smaller")
 
 
-def test_the_trade_has_its_neighbour(scene: Scene, toy: Toy) -> None:
-    (point,) = (point for point in Rungs(scene).points() if point.name == "toy")
-    assert point.varied == "toys"
-    assert "run.time_step" in point.settings
+def test_the_trade_has_its_finer_value(scene: Scene, toy: Toy) -> None:
+    start = begin_method(scene)
+    assert [point for point in around(scene, start, start) if point.varied == "toy.key"] == []
+    DECLARED[DECLARED.index(toy)] = other = RefinedToy("toy.key", "model")
+    try:
+        (point,) = (point for point in around(scene, start, start) if point.varied == "toy.key")
+    finally:
+        DECLARED[DECLARED.index(other)] = toy
+    assert point.values[STEP] == pytest.approx(start.value(STEP) / LEAST)

@@ -67,7 +67,7 @@ def written(folder: Path, kind: str) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("toy")
-def test_a_toy_law_is_planned_and_run(tmp_path: Path) -> None:
+def test_a_toy_law_is_run(tmp_path: Path) -> None:
     """Half the energy is lost: restitution 1/sqrt(2), to what steps of a 500th of the blow leave."""
     scene = load_scene(written(tmp_path, "toy_rubber"))
     assert begin_plan(scene).level == "closed form"

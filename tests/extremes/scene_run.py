@@ -1,4 +1,4 @@
-"""A scene file, planned and run as a user would, and its numbers against what is known of them."""
+"""A scene file, run as a user would, and its numbers against what is known of them."""
 
 import json
 import math

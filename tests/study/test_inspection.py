@@ -1,4 +1,4 @@
-"""Files that scenes name, opened before anything is planned: all that is wrong at once, at its line; read once."""
+"""Files that scenes name, opened before anything is computed: all that is wrong at once, at its line; read once."""
 
 import re
 from pathlib import Path

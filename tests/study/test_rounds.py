@@ -355,7 +355,7 @@ def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFi
 def test_a_run_ends_in_words_before_its_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """The stage, how far it came, what is left and what is needed, and keys that need less."""
     heard: list[tuple[str, float]] = []
-    progress = rounds.within_memory(lambda stage, done: heard.append((stage, done)))
+    progress = rounds.within_limits(lambda stage, done: heard.append((stage, done)))
     progress("stepping", 0.1)
     monkeypatch.setattr(rounds, "EVERY", 0.0)
     monkeypatch.setattr(rounds, "available_memory", lambda: 0.9 * rounds.LEAST_FREE)

@@ -44,11 +44,11 @@ def test_masses_thrown_on_a_spring(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     jobs = answer_here(monkeypatch)
     path, out = study_file(tmp_path, THROWN), tmp_path / "out"
     table = run_study(load_study(path), out, file=path)
-    predicted = study_ahead(path)
+    expected = study_ahead(path)
     others, speed = sampled(table), -table.numbers("reed.velocity [m/s]")
     assert 10 < others.sum() < 30
-    assert isinstance(predicted, Ahead)
-    assert (predicted.scenes, predicted.beside) == (48 - others.sum(), others.sum())
+    assert isinstance(expected, Ahead)
+    assert (expected.scenes, expected.beside) == (48 - others.sum(), others.sum())
     assert set(table.columns["status"]) == {"done"}
     for name, exact in (
         ("landing_impulse_Ns", 2e-3 * speed),

@@ -10,8 +10,9 @@ import impact
 from impact import measures
 from seatfem.study.impacts.validity import simpler_models
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Division, Lip, Scene, bed, stated_method, striker_of
+from tests.steps import Division, Lip, Scene, bed, load_scene, stated_method, striker_of
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 STIFFNESS, DT, RADIUS, TILT = 2e8, 5e-8, 5.5e-3, math.radians(0.3)
 LANDING = 'release = { velocity = "-1 m/s" }'
 SCENE = (
@@ -82,3 +83,12 @@ def test_none_beside_a_contact_of_one_port(tmp_path: Path) -> None:
     scene = scene_of(tmp_path)
     striker = striker_of(scene, method=stated_method(scene).along(scene.geometry, 1).reed)
     assert simpler_models(scene, striker, bed(Division(1), STIFFNESS), DT) == {}
+
+
+def test_the_column_of_the_annular_seat() -> None:
+    """The flat top of the lip, 0.8 mm wide at a radius of 4.5 mm, over 8.5 mm of steel."""
+    column = load_scene(EXAMPLES / "flapper_on_annular_seat.toml").seat.column()
+    assert column.area == pytest.approx(2 * math.pi * 4.5e-3 * 0.8e-3)
+    assert column.stiffness == pytest.approx(2e11 * column.area / 8.5e-3)
+    arc = load_scene(EXAMPLES / "flapper_on_arc.toml").seat.column()
+    assert arc.area == pytest.approx(column.area / 6)

@@ -186,7 +186,7 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
 
 @pytest.mark.slow
 def test_a_scene_that_cannot_be_looked_at_is_told_when_it_is_run(tmp_path, monkeypatch):
-    """The prediction does without it; but not without any."""
+    """The forecast does without it; but not without any."""
     answer_here(monkeypatch)
     real = sweep.look_at
 

@@ -1,4 +1,4 @@
-"""Scenes to begin with: of every kind, ready to be planned; what stands behind a # is what holds without it."""
+"""Scenes to begin with: of every kind, ready to be run; what stands behind a # is what holds without it."""
 
 import re
 from pathlib import Path

@@ -306,7 +306,7 @@ class Structure(Striking):
 
     @property
     def elastic(self) -> Elastic | None:
-        """Return the body if it is made of finite elements, whose cost can be predicted, else ``None``."""
+        """Return the body if it is made of finite elements, else ``None``."""
         return None
 
     @property

@@ -33,7 +33,7 @@ SHOWN_ARCS: Final = 400
 def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """Return bodies, dimensions, loads and notes of the scene's drawing.
 
-    ``division``: planned division of the lip into arcs; ``None``: as the scene states it.
+    ``division``: a run's division of the lip into arcs; ``None``: as the scene states it.
 
     Raises:
         ModelError, GeometryError: the faces in a file cannot be found.
@@ -85,7 +85,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         springs=np.concatenate([np.zeros((0, 2)), *(places for _, places in springs)]),
         arcs=_arcs(scene.geometry, stated),
         tilts=tuple(_tilts(scene.geometry, seat, stopper_body, reed.views(at).contact)),
-        notes=tuple(_notes(scene.geometry, (seat, placed), stated, planned=division is not None)),
+        notes=tuple(_notes(scene.geometry, (seat, placed), stated, chosen=division is not None)),
     )
 
 
@@ -268,15 +268,15 @@ def _course(
     return Action(f"{words} {size}{more}", low, high, 0, f" ({course.file.name}){detail}")
 
 
-def _notes(geometry: ContactGeometry, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:
+def _notes(geometry: ContactGeometry, bodies: Sequence[Placed], division: Division, *, chosen: bool) -> Iterator[str]:
     """Yield notes on properties that the views do not show."""
     contact, reed, stopper = geometry.contact, geometry.reed, geometry.stopper
     yield from (f"the {body.role} {body.views.note}" for body in bodies if body.views.note)
     if division.count > 1:
         rings = f" x {division.rings} rings" if division.rings > 1 else ""
         yield f"contact in {division.arcs} segments{rings}"
-    elif not planned and geometry.usual_ports > 1:
-        yield "contact along the struck face, in as many segments as the plan chooses"
+    elif not chosen and geometry.usual_ports > 1:
+        yield "contact along the struck face, in as many segments as a run chooses"
     if contact.tilt:
         axis = math.degrees(contact.tilt_axis)
         tilt = math.degrees(contact.tilt)

@@ -1,31 +1,27 @@
 """The ladder of a key: its values from coarse to fine, and the neighbours of a run on it.
 
 A key that has a finer value causes an error, which is estimated from a neighbour: the same scene with another value of
-this one key. The error budget of a run, the next round, the measured trade, and references that must be finer in every
-key, all take these values from the key's ladder in `seatfem.study.ladders.table`.
+this one key. The error budget of a run, the next round, and the measured trade, whose references are finer in
+every key, all take these values from the key's ladder in `seatfem.study.ladders.table`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, Final, Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import impact
 from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
 from impact.quantities import percent
 from impact.runs.variations import Terms, Variation, of_g, with_body
-from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Solved
 from seatfem.structures.patch import Patch
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import problem_of, solved_stopper, striker_of
 from seatfem.study.method import FIELDS, RunMethod
-from seatfem.study.scene import Run, Scene
-
-RATIO: Final = 1.6  # ratio of neighbouring values in a trade
+from seatfem.study.scene import Scene
 
 Role = Literal["seat", "reed", "stopper"]
 
@@ -115,23 +111,6 @@ class Beginning:
 
 
 @dataclass(frozen=True)
-class Neighbour:
-    """A point of the measured trade next to its centre.
-
-    Attributes:
-        name: name, unique in the trade.
-        varied: the varied quantity, in words.
-        values: values of dotted keys [SI].
-        in_place: name of a simpler model in place of the contact along a lip; "" for none.
-    """
-
-    name: str
-    varied: str
-    values: Mapping[str, object] = field(default_factory=dict)
-    in_place: str = ""
-
-
-@dataclass(frozen=True)
 class Ladder:
     """A key with values from coarse to fine; subclasses override the methods that apply to them.
 
@@ -141,7 +120,6 @@ class Ladder:
         part: part of the error of a source that is a whole body; it names errors that are unknown.
         also: further keys whose error the same neighbour estimates.
         falls: whether finer values are smaller.
-        of_seat: whether the key belongs to the seat, or to the time integration.
         effort: power of the error, inverted, with which the work grows: work exponent over order of convergence.
         rule: the rule of the first value, in words.
     """
@@ -151,7 +129,6 @@ class Ladder:
     part: str = ""
     also: tuple[str, ...] = ()
     falls: bool = False
-    of_seat: bool = True
     effort: float = 1.0
     rule: str = ""
 
@@ -159,9 +136,8 @@ class Ladder:
         """Return a value in words, with its unit."""
         return str(value)
 
-    def finer(self, value: Any, factor: float, run: Run, reed: Structure) -> Any:
-        """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds do not change the key,
-        as for models, which are planned anew. ``run``, ``reed``: tables of the scene."""
+    def finer(self, value: Any, factor: float, scene: Scene) -> Any:
+        """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds change no such key."""
         return None
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
@@ -173,7 +149,7 @@ class Ladder:
         the key, or it is at its limit."""
         if self.key not in FIELDS or self.key in method.given or not (value := method.value(self.key)):
             return None
-        finer = self.finer(value, factor, scene.run, scene.reed)
+        finer = self.finer(value, factor, scene)
         return None if finer is None or finer == value else method.replaced({self.key: finer})
 
     def applies(self, run: ComputedRun) -> bool:
@@ -184,10 +160,6 @@ class Ladder:
         """Return the varied runs that estimate the errors by the key's value: terms add up, and within a term the
         largest change counts; ``None`` if they are unknown."""
         return ()
-
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield points of the measured trade with other values of the key than its ``centre``."""
-        return iter(())
 
 
 @dataclass(frozen=True)

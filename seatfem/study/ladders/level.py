@@ -14,12 +14,10 @@ from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun, Role
 from seatfem.study.ladders.rules import coarse_method, level_with_waves, lowest_band
 from seatfem.study.method import MODEL, RunMethod
-from seatfem.study.safety import DOUBT, DOUBT_OF_ARCS, DOUBT_OF_COARSE, SHEAR_SHARE
+from seatfem.study.safety import DOUBT, DOUBT_OF_COARSE, FAILURES, SHEAR_SHARE
 from seatfem.study.scene import Scene
 
 CHEAP: Final = "harmonics"  # level whose waves are cheap: modes of half sections, of a few hundred unknowns each
-IMPOSSIBLE: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
-"""Errors of a coarse seat that cannot be computed: an estimate of the seat is taken in its place."""
 
 
 @dataclass(frozen=True)
@@ -73,11 +71,18 @@ def _shear(run: ComputedRun) -> Terms:
 
 
 def _better(run: ComputedRun) -> Terms:
-    """Return the run on a better level of the seat, if there is a cheap one."""
-    drawn, method = run.scene.seat.drawn, run.method
-    better = with_start(run.seat.greens) or waves_beside(run.scene.seat, run.scene.run.duration, method.seat)
-    if better is None and drawn is not None:
-        better = drawn.beyond(method.seat.level)
+    """Return the run on a better level of the seat, if there is a cheap one.
+
+    A static seat loses the momentum that waves return, in one scene 4.3 % of the impulse, and an estimate has neither
+    the seat's section nor its harmonics.
+    """
+    seat, method = run.scene.seat, run.method.seat
+    better = with_start(run.seat.greens)
+    if better is None and (dynamic := method_beside(seat, method)) is not None:
+        solved = solve_body("seat", seat, dynamic, run.scene.run.duration, mesh_error=False)
+        better = None if solved is None else solved.greens
+    if better is None and seat.drawn is not None:
+        better = seat.drawn.beyond(method.level)
     return () if better is None else ((run.with_greens("seat", better),),)
 
 
@@ -92,8 +97,8 @@ def _waves(run: ComputedRun) -> tuple[Variation, ...] | None:
     method = coarse_method(scene.seat, run.method.seat, patch, scene.run.filter_width)
     try:
         solved, doubt = solve_body("seat", scene.seat, method, scene.run.duration, mesh_error=False), DOUBT_OF_COARSE
-    except IMPOSSIBLE:
-        solved, doubt = None, DOUBT if run.division.arcs == 1 else DOUBT_OF_ARCS
+    except FAILURES:
+        solved, doubt = None, DOUBT
     waves = estimate if solved is None else solved.greens
     whole = waves.modal
     if run.division.arcs > 1 and lip is not None and whole is not None:
@@ -121,14 +126,3 @@ def method_beside(seat: Structure, method: Method) -> Method | None:
     spec, band = body.mesh_spec(method), min(method.bandwidth, lowest_band(patch))
     level = body.level(0.0).level
     return replace(method, level=level, bandwidth=band, size=spec.size, contact_size=spec.patch_size)
-
-
-def waves_beside(seat: Structure, duration: float, method: Method) -> GreensFunction | None:
-    """Return the static seat with its waves, by `method_beside`, or ``None``.
-
-    A static seat loses the momentum that waves return, in one scene 4.3 % of the impulse, and an estimate has neither
-    the seat's section nor its harmonics.
-    """
-    dynamic = method_beside(seat, method)
-    solved = None if dynamic is None else solve_body("seat", seat, dynamic, duration, mesh_error=False)
-    return None if solved is None else solved.greens

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Values, changes, times
-from seatfem.structures.kinds import Structure
 from seatfem.study.impacts.bodies import stopper_of
 from seatfem.study.impacts.contact import MAX_STEPS, gas_step
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.window import Excerpt, window_of
-from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import STEP, RunMethod
 from seatfem.study.safety import SHORT
-from seatfem.study.scene import Run
+from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -26,7 +24,6 @@ if TYPE_CHECKING:
 STEPS_A_TRANSIT: Final = 16  # steps in the time that a wave takes through a rod, of the run that resolves it
 MOST_STEPS: Final = 1_000_000  # most steps of that run
 FIRST: Final = 32  # steps in the width of the filter with which a run begins: coarser ones hide each other's error
-PER_FILTER: Final = (2, 8, 32)  # steps in the width of the filter, in a trade
 
 
 def fitted(dt: float, duration: float) -> float:
@@ -41,7 +38,6 @@ class TimeStep(Ladder):
     effort: float = 1.0
     rule: str = f"{FIRST} steps in the width of the filter"
     falls: bool = True
-    of_seat: bool = False
 
     def describe(self, value: float) -> str:
         """Return a step with its unit."""
@@ -55,16 +51,9 @@ class TimeStep(Ladder):
         step = max(min(run.filter_width / FIRST, gas_step(known.scene.gas)), run.duration / MAX_STEPS)
         return replace(method, time_step=fitted(step, run.duration))
 
-    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float:
+    def finer(self, value: float, factor: float, scene: Scene) -> float:
         """Return a shorter step."""
-        return fitted(value / factor, run.duration)
-
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield fractions of the filter's width that are at most an eighth of the run."""
-        for number in PER_FILTER:
-            step = run.filter_width / number
-            if step <= run.duration / 8:
-                yield Neighbour(f"{number} steps per filter", "time step", {STEP: step})
+        return fitted(value / factor, scene.run.duration)
 
 
 def step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float | None:

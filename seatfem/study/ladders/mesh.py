@@ -1,7 +1,6 @@
 """Ladders of mesh and reduction: element sizes and order, bands, tolerances, and the record of a measured seat."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -12,15 +11,13 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
-from seatfem.structures.kinds import Structure
 from seatfem.structures.patch import Sizes, mesh_error, sizes_for
 from seatfem.study.impacts import validity
 from seatfem.study.ladders import ladder, modes, rules
-from seatfem.study.ladders.ladder import RATIO, Beginning, BodyLadder, ComputedRun, Ladder, Neighbour
+from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
-    ORDER,
     REED_BAND,
     REED_CONTACT_SIZE,
     REED_SIZE,
@@ -28,8 +25,8 @@ from seatfem.study.method import (
     TOLERANCE,
     RunMethod,
 )
-from seatfem.study.safety import LEAST_FINER, MESH_ORDER, OF_DRAWS
-from seatfem.study.scene import Run, Scene
+from seatfem.study.safety import OF_DRAWS
+from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
 FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run begins
@@ -39,7 +36,6 @@ FIRST_TOLERANCE: Final = 0.01  # tolerance with which a run begins: looser ones 
 REFINED_ORDER: Final = 1.5  # order of convergence for which elements are refined: 1 at sharp edges, 2 elsewhere
 BAND_ORDER: Final = 3.0  # order of convergence for which bands are widened: 2 far above the filter, more below
 LEAST_WIDER: Final = 1.1  # least factor by which a band is widened
-COARSER: Final = (-2, -1)  # powers of `RATIO` by which meshes of a trade are finer
 
 
 @dataclass(frozen=True)
@@ -81,10 +77,6 @@ class ElementSize(BodyLadder):
         values = (float(f"{max(size, sizes.contact_size):.2g}") for size in (sizes.size, sizes.contact_size))
         return method.replaced(dict(zip(keys, values, strict=True)))
 
-    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
-        """Return a smaller size, for convergence of order `MESH_ORDER`."""
-        return float(f"{value / factor ** (1 / MESH_ORDER):.2g}") if self.role == "seat" else None
-
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run on the coarser mesh or, without one, with g larger by the stated error of the mesh."""
         if self.key == CONTACT_SIZE:  # the coarser mesh has both sizes coarser
@@ -94,27 +86,6 @@ class ElementSize(BodyLadder):
         if solved.coarser is None:
             return run.with_larger_g(self.role, solved.greens.error_estimate.mesh)
         return ((run.with_greens(self.role, solved.coarser, 1 / (solved.refinement - 1)),),)
-
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield coarser meshes."""
-        if self.key == SIZE and self.role == "seat" and centre.seat.size is not None:
-            for k in COARSER:
-                values = {key: value / RATIO**k for key in (SIZE, CONTACT_SIZE) if (value := centre.value(key))}
-                yield Neighbour(f"mesh / {RATIO**k:.2f}", "mesh", values)
-
-
-@dataclass(frozen=True)
-class ElementOrder(Ladder):
-    """The order of the seat's elements, which has no error besides that of the mesh."""
-
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield linear elements."""
-        if centre.seat.size is not None:
-            yield Neighbour("order 1", "order", {ORDER: 1})
-
-
-LOOSER_AND_STRICTER: Final = (0.1, 0.003)  # tolerances in a trade
-OF_A_BEAM: Final = 20e3  # bandwidth of the plate from which the initial state of its equivalent beam follows [Hz]
 
 
 def measured_draws(run: ladder.ComputedRun) -> tuple[GreensFunction, ...]:
@@ -142,9 +113,11 @@ class Bandwidth(ladder.BodyLadder):
         return method.replaced({BAND: rules.next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
-        """Return the method with a wider band, and elements for its shorter waves."""
+        """Return the method with a wider band, of a plate at most the limit of its theory, and elements for its shorter
+        waves."""
         if self.key == REED_BAND and self.key not in method.given and (value := method.value(self.key)):
-            wider = self.finer(value, factor, scene.run, scene.reed) or value
+            plate = scene.reed.thin_plate
+            wider = float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.widest_band)))
             return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else None
         if self.key != BAND or BAND in method.given or not (band := method.seat.bandwidth):
             return None
@@ -158,13 +131,6 @@ class Bandwidth(ladder.BodyLadder):
             smaller = float(f"{method.seat.size * after / before:.2g}")
             values[SIZE] = max(smaller, method.seat.contact_size or 0.0)
         return method.replaced(values)
-
-    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
-        """Return a wider band; for a plate at most the limit of its theory."""
-        if self.role == "reed":
-            plate = reed.thin_plate
-            return float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.widest_band)))
-        return next((edge for edge in rules.BANDS if edge > value * (1 + 1e-9)), float(LEAST_FINER * value))
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run with the body's highest modes moved into its residual flexibility.
@@ -194,16 +160,6 @@ class Bandwidth(ladder.BodyLadder):
         others = tuple(run.with_body(self.role, other, share) for other, share in varied)
         return (others,) if others or self.role == "stopper" else None
 
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
-        """Yield narrower and wider bands, and for a plate its equivalent beam."""
-        name, value = ("band", centre.seat.bandwidth) if self.role == "seat" else ("reed band", centre.reed.bandwidth)
-        if value is None or (self.role != "seat" and centre.ports is None) or self.role == "stopper":
-            return
-        if self.role == "reed":
-            yield ladder.Neighbour("beam", "beam", {self.key: min(OF_A_BEAM, value)}, in_place=validity.BEAM)
-        for k in (-1, 1):
-            yield ladder.Neighbour(f"{name} x {ladder.RATIO**k:.2f}", name, {self.key: value * ladder.RATIO**k})
-
 
 @dataclass(frozen=True)
 class Tolerance(ladder.BodyLadder):
@@ -223,9 +179,9 @@ class Tolerance(ladder.BodyLadder):
             return method
         return method.replaced({TOLERANCE: ANY_TOLERANCE if method.seat.in_arcs else FIRST_TOLERANCE})
 
-    def finer(self, value: float, factor: float, run: Run, reed: Structure) -> float | None:
+    def finer(self, value: float, factor: float, scene: Scene) -> float:
         """Return a stricter tolerance."""
-        return None if self.role == "stopper" else value / factor
+        return value / factor
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""
@@ -235,12 +191,6 @@ class Tolerance(ladder.BodyLadder):
         if self.role == "seat" and (measured_draws(run) or (run.method.seat.in_arcs and error is not None)):
             return ()  # along a lip, reduced to modes, the error is that of the band
         return run.with_larger_g(self.role, error)
-
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[ladder.Neighbour]:
-        """Yield a looser and a stricter tolerance; none for a lip in arcs, which is reduced to modes."""
-        if self.role == "seat" and centre.seat.bandwidth is not None and (centre.ports or 1) == 1:
-            for tolerance in LOOSER_AND_STRICTER:
-                yield ladder.Neighbour(f"tolerance {tolerance:g}", "tolerance", {TOLERANCE: tolerance})
 
 
 @dataclass(frozen=True)

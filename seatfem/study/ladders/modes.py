@@ -11,17 +11,15 @@ import numpy as np
 
 from impact.bodies.body import Body
 from impact.runs.variations import Terms, Variation, narrower, ringing_on
-from seatfem.structures.kinds import Structure
 from seatfem.structures.rings import Division
 from seatfem.study import safety
 from seatfem.study.impacts.bodies import problem_of, striker_of
-from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour, Role
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
 from seatfem.study.method import MODES, RunMethod
-from seatfem.study.scene import Run
+from seatfem.study.scene import Scene
 
 MOST_MODES: Final = 1000  # most modes of a beam in further rounds
 FEW_MODES: Final = 20  # modes of a beam with which a run begins
-IN_A_TRADE: Final = (10, 20, 80)  # reed modes in a trade
 
 
 @dataclass(frozen=True)
@@ -32,10 +30,8 @@ class ModeCount(Ladder):
     rule: str = "few, to begin with"
     role: Role = "seat"
 
-    def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int | None:
+    def finer(self, value: int, factor: float, scene: Scene) -> int:
         """Return more modes."""
-        if self.role == "stopper":
-            return None
         return min(MOST_MODES, math.ceil(value * safety.FEWER ** math.ceil(math.log2(factor))))
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
@@ -68,12 +64,6 @@ class ModeCount(Ladder):
             return Variation(problem_of(scene, striker, run.problem.target, run.body("stopper")), weight)
         kind = scene.seat if self.role == "seat" or scene.stopper is None else scene.stopper.body
         return run.with_greens(self.role, kind.body(None, number).greens, weight)
-
-    def beside(self, run: Run, reed: Structure, centre: RunMethod) -> Iterator[Neighbour]:
-        """Yield other numbers of modes of a reed that is a beam."""
-        if self.role == "reed" and reed.slender is not None:
-            for number in IN_A_TRADE:
-                yield Neighbour(f"reed modes {number}", "reed modes", {MODES: number})
 
 
 def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, float]]:

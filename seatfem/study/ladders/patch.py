@@ -1,7 +1,6 @@
 """Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -9,7 +8,6 @@ import impact
 from impact.greens import base, modal
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, with_body
-from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.method import bed
@@ -31,18 +29,16 @@ from seatfem.structures.rings import (
     parts_joined,
     with_fewer_rings,
 )
-from seatfem.study import method, safety
+from seatfem.study import safety
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
-from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Neighbour
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.rules import PER_ARC
 from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, RunMethod
-from seatfem.study.scene import Run, Scene, local
+from seatfem.study.scene import Scene, local
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import SceneError
 
 RING_NUMBERS: Final = (1, 4, 8)  # numbers of rings of a contact face to choose from
-PORTS_IN_A_TRADE: Final[tuple[int, ...]] = (16, 64)  # numbers of arcs of a lip in a trade, besides its centre's
 
 
 @dataclass(frozen=True)
@@ -71,7 +67,7 @@ class Rings(Ladder):
             return None
         return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
-    def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int:
+    def finer(self, value: int, factor: float, scene: Scene) -> int:
         """Return more rings."""
         return next((number for number in RING_NUMBERS if number > value), MOST_RINGS)
 
@@ -93,12 +89,6 @@ class Rings(Ladder):
             return () if seat.plane else None
         varied, same = (run.with_greens("seat", g).problem for g in (divided, with_fewer_rings(divided, rings)))
         return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
-
-    def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
-        """Yield the rings that a plan has chosen, where the centre has one."""
-        rings = centre.seat.rings or 1
-        if rings > 1:
-            yield Neighbour(f"{rings} rings", "rings", {method.RINGS: rings})
 
 
 def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod | None:
@@ -153,10 +143,6 @@ class Arcs(Ladder):
             return None
         return _in_parts(scene, method, 2 * (method.ports or 1), method.seat.rings or 1)
 
-    def finer(self, value: int, factor: float, run: Run, reed: Structure) -> int:
-        """Return twice as many."""
-        return 2 * value
-
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other arcs, each with its own gap, on a coarser mesh of the seat."""
         scene, division, finer = run.scene, run.division, run.seat.in_rings
@@ -174,13 +160,6 @@ class Arcs(Ladder):
         as_before = problem_of(scene, run.problem.striker, same, stopper)
         varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
         return ((Variation(varied, weight, as_before),),)
-
-    def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
-        """Yield other numbers of arcs of a lip that a plate lands on."""
-        if centre.ports is not None and centre.reed.bandwidth is not None:
-            for ports in PORTS_IN_A_TRADE:
-                if ports != centre.ports:
-                    yield Neighbour(f"{ports} ports", "ports", {method.PORTS: ports})
 
 
 def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
@@ -238,11 +217,6 @@ class OnePort(Ladder):
         striker = striker_of(scene, greens=_greens_along(run, lip))
         varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))
         return ((Variation(varied, safety.ONE_PORT_BAR, as_before), Variation(varied, safety.ONE_PORT_BAR)),)
-
-    def beside(self, run: Run, reed: Structure, centre: method.RunMethod) -> Iterator[Neighbour]:
-        """Yield one contact point in place of several."""
-        if centre.reed.bandwidth is not None and (centre.ports or 1) > 1:
-            yield Neighbour("one port", "one port", in_place=ONE_PORT)
 
 
 def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens | None:

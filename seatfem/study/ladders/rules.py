@@ -12,7 +12,7 @@ from seatfem.structures.patch import ERRORS, Patch, Sizes, sizes_for
 
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Bandwidths to choose from [Hz]: five a decade, so that scenes with different contacts can share a cached seat."""
-BAND_PER_FILTER: Final = 0.5  # bandwidth of the coarse seat times the filter's width; also the centre of a trade
+BAND_PER_FILTER: Final = 0.5  # bandwidth of the coarse seat times the filter's width
 COARSE_TOLERANCE: Final = 0.02  # tolerance of the coarse seat's reduction: larger ones save no time
 PER_ARC: Final = 0.8  # largest element size over the length of an arc: meshes are a little coarser than requested
 

@@ -68,7 +68,7 @@ def plan_from_json(scene: Scene, data: Mapping[str, Any]) -> Plan | None:
 def plan_to_json(plan: Plan) -> dict[str, Any]:
     """Return a plan without its scene and its errors, as JSON-compatible values."""
     return {
-        "values": {key: plan.method.value(key) for key in FIELDS},
+        "values": plan.method.values,
         "choices": [asdict(replace(choice, leaves="")) for choice in plan.choices],
     }
 
@@ -84,14 +84,14 @@ def _method(stated: RunMethod, geometry: ContactGeometry, values: Mapping[str, o
     """Return the stated method with ``values`` of `FIELDS` in it; raises `ValueError` for values that no plan has."""
     if values[MODEL] not in get_args(AnyLevel) or values[REDUCTION] != stated.value(REDUCTION):
         raise ValueError(f"{values[MODEL]}, {values[REDUCTION]} must be the stated ones")
-    numbers = {key: values[key] for key in FIELDS if key not in (MODEL, REDUCTION)}
-    for value in numbers.values():
+    for key in FIELDS.keys() - {MODEL, REDUCTION}:
+        value = values[key]
         number = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
         if value is not None and not number:
             raise ValueError(f"{value!r} must be a positive number")
-    ports, rings = numbers.pop(PORTS), numbers[RINGS]
-    along = stated.along(geometry, ports, rings) if isinstance(ports, int) and isinstance(rings, int) else stated
-    return along.replaced({MODEL: values[MODEL], **numbers})
+    if not all(isinstance(values[key], int | None) for key in (PORTS, RINGS)):
+        raise ValueError("parts must be whole numbers")
+    return stated.with_values(geometry, values)
 
 
 def _plan_file(scene: Scene) -> Path:
@@ -143,7 +143,7 @@ def _number_file(done: Round, touches: Touches, what: str) -> Path:
         {
             "what": what,
             "scene": by_content(done.plan.scene),
-            "method": {key: done.plan.method.value(key) for key in FIELDS},
+            "method": done.plan.method.values,
             "forces": [touches.seat.force, parts, touches.stopper_force],
             "gap": touches.seat.rows.gap,
             "ends": None if touches.seat.rows.is_uniform else touches.seat.rows.ends,

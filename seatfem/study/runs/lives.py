@@ -260,7 +260,7 @@ def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) ->
     Args:
         done, stressed: round and stress fields of the run.
         price: time of one contact and its life in the run [s].
-        tell: receives the predicted time, then a line for each value.
+        tell: receives the expected time, then a line for each value.
     """
     life = done.plan.scene.life
     if life is None or life.curves is None:

@@ -95,7 +95,7 @@ def run_scene(
         RunError: the time step cannot resolve the measures asked for, or nothing can stop the striker.
         Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
-    start, watch, is_planned = time.perf_counter(), Stopwatch(), plan is None
+    start, watch, is_begun_here = time.perf_counter(), Stopwatch(), plan is None
     safe_files.check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
         plan = plan or cached_plan(scene)
@@ -121,7 +121,7 @@ def run_scene(
             write_landings(folder / LANDINGS_FILE, summary["landings"])
         if latest.is_followed:
             baseline = None  # its histories would lie beside those of the next round
-    if is_planned or latest.number > 1:
+    if is_begun_here or latest.number > 1:
         save_plan(latest)
     assert baseline is not None
 

@@ -22,7 +22,8 @@ from seatfem.study import impacts, runs, safety
 from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches
-from seatfem.study.method import MODEL, MODES, PORTS, RINGS, SEAT_MODES, STEP, RunMethod
+from seatfem.study.ladders.table import source_of
+from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP, RunMethod
 from seatfem.study.plan import Plan
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
@@ -35,7 +36,10 @@ REMEDIES: Final[Mapping[str, str]] = {
     "model": "take a more complete seat.model",
     STRIKER: "refine reed.mesh, raise reed.greens.bandwidth, or take a more complete reed.model",
     STOPPER: "refine stopper.mesh, raise stopper.greens.bandwidth, or keep more stopper.n_modes",
-    "patch": "divide the contact face by contact.rings = 4, or more",
+    "patch": f"divide the contact face by {RINGS} = 4, or more",
+    PORTS: f"divide the lip by more {PORTS}",
+    MODES: f"keep more {MODES}",
+    SEAT_MODES: f"keep more {SEAT_MODES}",
     LIP: "divide the lip by contact.ports",
     RECORD: "average over more hammer blows, or measure to higher frequencies than 1/run.filter_width",
 }
@@ -136,16 +140,11 @@ def missed(done: Round) -> tuple[str, ...]:
             sentences.append(f"{spoken(name)} has no known uncertainty: {UNKNOWN}")
         elif bar > target:
             source = done.left.dominant(name)
-            remedy = REMEDIES.get(source, "")
-            if source == "patch" and plan.method.ports is not None:
-                errors = {key: done.left.by_key.get(key, {}).get(name, 0.0) for key in (PORTS, RINGS)}
-                remedy = f"divide the lip by more {max(errors, key=errors.__getitem__)}"
+            errors = {key: part.get(name, 0.0) for key, part in done.left.by_key.items() if source_of(key) == source}
+            worst = max(errors, key=lambda key: errors[key], default="")
+            remedy = REMEDIES.get(worst) or REMEDIES.get(source, "")
             if source == LIP and (plate := plan.scene.reed.thin_plate) is not None and plate.states_contact:
                 remedy = "remove reed.contact_radius: the reed then meets the struck face in segments"
-            if source == "model":
-                errors = {key: done.left.by_key.get(key, {}).get(name, 0.0) for key in (MODEL, SEAT_MODES, MODES)}
-                worst = max(errors, key=errors.__getitem__)
-                remedy = remedy if worst == MODEL else f"keep more {worst}"
             sentences.append(
                 f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
                 f"largest part: {safety.source_in_words(source)}; {remedy}"
@@ -181,10 +180,7 @@ def in_words(done: Round, before: Plan | None = None) -> str:
 
 
 UNKNOWN: Final = "the run ends during this landing, or the runs of the error estimate have no such landing"
-NO_VALUE: Final = (
-    "a landing has no restitution if the reed stays pressed on the seat afterwards or the run ends during it; a seat "
-    "without modes may have no displacement"
-)
+NO_VALUE: Final = "restitution needs a rebound before the end of the run, displacement a seat with modes"
 NARROWER: Final = "a lower seat.greens.bandwidth"
 _STEP: Final = re.compile(r"dt <= (\S+) s\b")
 _NAMES: Final = {
@@ -214,7 +210,7 @@ def remarks(done: Round) -> tuple[str, ...]:
 
 
 def _advice(done: Round) -> tuple[str, ...]:
-    """Return advice in terms of the scene's keys; none on a time step that the plan chose if the target is met."""
+    """Return advice in terms of the scene's keys; none on a time step that the loop chose if the target is met."""
     measured = done.met is True and not done.plan.is_given(STEP)
     narrower, sentences = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
     narrower_reed = "a lower reed.greens.bandwidth" if done.plan.scene.reed.slender is None else f"fewer {MODES}"

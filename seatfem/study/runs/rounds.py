@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from impact.notices import Progress, Tell, ignore
+from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
 from impact.runs.variations import Budget, total
 from seatfem import structures
@@ -28,7 +28,7 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs import converge
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words, missed
-from seatfem.study.safety import LOOSER
+from seatfem.study.safety import FAILURES, LOOSER
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
 
 if TYPE_CHECKING:
@@ -38,8 +38,6 @@ __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
-FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
-"""Errors after which the round before is the answer: of packages, factorisations and disk. Any other is a bug."""
 
 
 def rounds(
@@ -66,8 +64,7 @@ def rounds(
         Each finished round, before the next begins; ``stopped`` of one that is not the last says so.
     """
     deadline = limits.seconds + (time.perf_counter() if start is None else start)
-    progress = within_memory(progress)
-    latest = _measured(_first_round, plan, folder, watch, progress, limits=limits)
+    latest = _measured(_first_round, plan, folder, watch, within_limits(progress), limits=limits)
     before: Plan | None = None
     while True:
         further: Plan | None = None
@@ -89,7 +86,7 @@ def rounds(
             for finer, left_out in converge.attempts(latest, further):
                 attempt = replace(finer, refused={**finer.refused, **dict.fromkeys(left_out, stopped)})
                 try:
-                    listen = _until(deadline, progress)
+                    listen = within_limits(progress, deadline)
                     latest = _measured(_round, attempt, folder, watch, listen, latest, limits=limits)
                     break
                 except FAILURES as problem:
@@ -108,31 +105,23 @@ class OutOfTime(RuntimeError):
     """A further round has exceeded the time allowed."""
 
 
-def _until(deadline: float, progress: Progress) -> Progress:
-    """Return ``progress`` that raises `OutOfTime` at the first report after the deadline."""
-
-    def listen(stage: str, done: float) -> None:
-        if time.perf_counter() > deadline:
-            raise OutOfTime(f"--max-time is over ({stage}); allow more")
-        progress(stage, done)
-
-    return listen
-
-
 LEAST_FREE: Final = 3e8
 """Memory that must remain available while a run goes on [bytes]."""
 EVERY: Final = 0.5  # least time between two looks at the memory [s]
 
 
-def within_memory(progress: Progress) -> Progress:
-    """Return ``progress`` that raises `MemoryError`, in words, at a report with less than `LEAST_FREE` available: the
-    run ends before the system ends it."""
+def within_limits(progress: Progress, deadline: float = math.inf) -> Progress:
+    """Return ``progress`` that raises, in words, `OutOfTime` at a report after the deadline, and `MemoryError` at one
+    with less than `LEAST_FREE` available: the run ends before the system ends it."""
     last = -math.inf
 
     def listen(stage: str, done: float) -> None:
         nonlocal last
-        if time.perf_counter() - last > EVERY:
-            last = time.perf_counter()
+        now = time.perf_counter()
+        if now > deadline:
+            raise OutOfTime(f"--max-time is over ({stage}); allow more")
+        if now - last > EVERY:
+            last = now
             if (free := available_memory()) < LEAST_FREE:
                 raise MemoryError(
                     f"{stage} was stopped at {done:.0%}: {free / 1e9:.2g} GB of memory are left, at least "
@@ -189,7 +178,7 @@ def _seat_key(plan: Plan) -> str:
 
 
 def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *, limits: Limits) -> Round:
-    """Run the first round; if no Krylov space reaches the planned tolerance, at looser ones unless it is stated."""
+    """Run the first round; if no Krylov space reaches the first tolerance, at looser ones unless it is stated."""
     for tolerance in LOOSER if plan.is_open(TOLERANCE) else ():
         try:
             return _round(plan, folder, watch, progress, limits=limits)
@@ -198,20 +187,34 @@ def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress,
     return _round(plan, folder, watch, progress, limits=limits)
 
 
-def _round(
-    plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
+def solve(
+    plan: Plan,
+    watch: Stopwatch,
+    progress: Progress = silent,
+    *,
+    before: Round | None = None,
+    cache: Cache | None = None,
+    stress: bool = False,
+    mesh_error: bool = True,
 ) -> Round:
-    """Run a round; ``before``: the round before, whose seat and reed are reused if their methods are unchanged."""
+    """Return a plan's results without their errors.
+
+    Args:
+        before: a round whose seat and reed are reused if their methods are unchanged.
+        cache: cache of the seat; ``None``: it is computed.
+        stress: whether the reed's largest stresses are computed although the scene does not ask for them.
+        mesh_error: whether bodies are also solved on coarser meshes, for the error estimate.
+    """
     scene, method = plan.scene, plan.method
     reed = None if before is None or before.plan.method.reed != method.reed else before.reed
     if reed is None and scene.reed.traits.is_solved:
         with watch(STRIKER):
-            reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, progress)
+            reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, progress, mesh_error=mesh_error)
     if before is not None and _seat_key(before.plan) == _seat_key(plan):
         seat = before.seat
     else:
-        cache = Cache(folder / SEAT_FILE)
-        seat = build(scene.seat, method.seat, scene.run.duration, cache, watch=watch, progress=progress)
+        arguments = (scene.seat, method.seat, scene.run.duration, cache)
+        seat = build(*arguments, watch=watch, progress=progress, mesh_error=mesh_error)
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     bodies = [striker.greens, seat.greens]
     if scene.stopper is not None:
@@ -222,21 +225,30 @@ def _round(
     with watch("contact"):
         flights = contact.Flights(striker, scene.run.duration, scene.contact.preload)
         touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)
-    stress = None
-    if limits.stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
+    found, since = None, stress_since(touches, scene.accuracy.landing)
+    if stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
         with watch("reed stress"):
-            since = stress_since(touches, scene.accuracy.landing)
-            stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
-    computed = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed, flights=flights)
+            found = contact.stress_in_run(scene.geometry, striker, touches, since=since)
+    computed = Round(plan, seat, striker, touches, found, Budget({}, {}, ()), reed, flights=flights)
     if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene.reed, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
-            plate = runs.stresses.plate_reed_stress(computed, stress_since(touches, scene.accuracy.landing))
+            plate = runs.stresses.plate_reed_stress(computed, since)
         computed = replace(computed, plate=plate, stress=None if plate is None else plate.found)
+    return computed
+
+
+def _round(
+    plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
+) -> Round:
+    """Return a round with its errors; ``before``: the round before."""
+    scene, cache = plan.scene, Cache(folder / SEAT_FILE)
+    computed = solve(plan, watch, progress, before=before, cache=cache, stress=limits.stress)
+    seat, touches, reed = computed.seat, computed.touches, computed.reed
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None
-        looks = (wanted_stress, reed, computed.look, progress, flights)
-        compute = partial(error_budget, scene, method, seat, striker, touches, *looks)
+        looks = (wanted_stress, reed, computed.look, progress, computed.flights)
+        compute = partial(error_budget, scene, plan.method, seat, computed.striker, touches, *looks)
         if limits.steady:  # scenes of a study are kept by its journal
             budget = compute()
         else:

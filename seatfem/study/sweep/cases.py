@@ -129,7 +129,7 @@ class Case:
         key: hash of all on which its results depend: keys, contents of files, code.
         leads: whether later scenes may start with its plan: it is among the first with its seat.
         guides: keys of the scenes with one of whose plans it starts; the first is the first with the same seat.
-        way: "planned" and refined; "sample": run in full with its start, in one round; "beside": integrated in parallel
+        way: "refined" by the loop; "sample": run in full with its start, in one round; "beside": integrated in parallel
             with others by that plan.
         needs: histories that "beside" needs in addition to the force.
         stress: whether to compute the reed's largest stresses if the scene does not need them.
@@ -140,7 +140,7 @@ class Case:
     key: str
     leads: bool = False
     guides: tuple[str, ...] = ()
-    way: Literal["planned", "sample", "beside"] = "planned"
+    way: Literal["refined", "sample", "beside"] = "refined"
     needs: tuple[str, ...] = ()
     stress: bool = True
 

@@ -93,7 +93,7 @@ def carry_out(
     Args:
         path, changed, rounds: the scene, its changed keys, and the largest number of refinement rounds.
         start: initial settings from another scene, or empty; if the scene fails or misses its target with them, it is
-            planned and run again without them.
+            run again without them.
         leads: whether the outcome is to contain a ``start`` for other scenes.
         once: whether to run once with the settings of ``start``, without refinement.
         stress: whether to compute the reed's largest stresses if the scene does not need them.
@@ -299,11 +299,10 @@ def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[
 
 
 def packed_job(text: str) -> tuple[str, dict[str, Path]]:
-    """Return a job with all files of its scene, without the time when it was ``begun`` by this computer's clock."""
+    """Return a job with all files of its scene."""
     job = json.loads(text)
     place, changed, files = packed(Path(job["path"]), job["changed"])
-    clock = {"begun": math.nan} if "begun" in job else {}
-    return json.dumps(job | {"path": place, "changed": changed} | clock), files
+    return json.dumps(job | {"path": place, "changed": changed}), files
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:

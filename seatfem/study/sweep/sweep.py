@@ -1,4 +1,4 @@
-"""Runs of a study with prediction, checks and a table of results, and optimisation over its scenes.
+"""Runs of a study with a forecast, checks and a table of results, and optimisation over its scenes.
 
 An optimisation searches at a loose accuracy, and confirms the best points at the scene's own.
 """
@@ -85,13 +85,13 @@ def run_optimum(
     """
     workers, rounds = check_effort(effort), effort.rounds
     goal = goal_of(study)
-    predicted = ahead_of(study, rounds, file)
+    expected = ahead_of(study, rounds, file)
     scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
     if any(body.traits.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
-    workers = workers or predicted.workers()
+    workers = workers or expected.workers()
     with folder_of_ours(folder) as journal, crew_of(workers, effort.cluster) as ask:
-        tell(predicted.in_words(workers))
+        tell(expected.in_words(workers))
 
         def heard(outcome: Outcome) -> None:
             table.check_measures(goal.measures, outcome, "optimise")
@@ -163,7 +163,7 @@ def optimise(
 
 @dataclass(frozen=True)
 class SearchAhead:
-    """Predicted time of the search and of the confirmation of an optimisation."""
+    """Expected time of the search and of the confirmation of an optimisation."""
 
     search: Ahead
     target: Ahead
@@ -178,20 +178,20 @@ class SearchAhead:
         return json.dumps({**parts, "time_s": self.search.seconds() + self.target.seconds()}, indent=1)
 
     def in_words(self, workers: int) -> str:
-        """Return the prediction in one line."""
+        """Return the forecast in one line."""
         return f"search: at most {self.search.in_words(1)}; then at the target: {self.target.in_words(1)}"
 
 
 def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> SearchAhead:
-    """Return the prediction for a study with [optimise], by looks at its lowest, middle and highest values. Raises
+    """Return the forecast for a study with [optimise], by looks at its lowest, middle and highest values. Raises
     `SceneError`."""
     goal = goal_of(study)
     points = [(share,) * len(study.vary) for share in (0.0, 0.5, 1.0)]
 
     def price(accuracy: Changes, scenes: int) -> Ahead:
         cases = cases_of(study, rounds, file, [{**changes_at(study, point), **accuracy} for point in points])
-        prediction = ahead(study.scene, cases)
-        return replace(prediction, scenes=scenes, seats=scenes if prediction.seats > 1 else prediction.seats)
+        forecast = ahead(study.scene, cases)
+        return replace(forecast, scenes=scenes, seats=scenes if forecast.seats > 1 else forecast.seats)
 
     target = price({}, CONFIRMED)  # first, as its messages are about the scene itself
     finest = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
@@ -206,7 +206,7 @@ def _coarse(study: Study) -> Changes:
     return {"accuracy": {"target": goal_of(study).coarse, "measures": list(scene.accuracy.measures)}}
 
 
-LOOKED_AT: Final = 1000  # number of scenes of a larger study that are checked before its time is predicted
+LOOKED_AT: Final = 1000  # number of scenes of a larger study that are checked before its time is foretold
 SAMPLED: Final = 3  # number of scenes that are looked at: the first, the last and the middle
 LOOK: Final = 1.0  # wall time of a look at one of them [s]
 START: Final = 2.0  # start of the program, from the command to the first stage [s]
@@ -247,12 +247,12 @@ class Ahead:
         return max(1, min(resources.cores(), int(MEMORY * resources.available_memory() / self.memory)))
 
     def as_json(self) -> str:
-        """Return the prediction as JSON, with the number of workers and the wall time."""
+        """Return the forecast as JSON, with the number of workers and the wall time."""
         workers = self.workers()
         return json.dumps({**asdict(self), "workers": workers, "time_s": self.seconds(workers)}, indent=1)
 
     def in_words(self, workers: int) -> str:
-        """Return the prediction in one line."""
+        """Return the forecast in one line."""
         seats = f" with {self.seats} seat{'s'[: self.seats > 1]} to compute" if self.seats else ""
         a_seat = f" {in_time(self.seat)} a seat," if self.seats else ""
         beside = f" and {self.beside} in batches" if self.beside else ""
@@ -265,7 +265,7 @@ class Ahead:
 
 
 def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
-    """Return the prediction for a study of more than `LOOKED_AT` scenes, from a random sample of that size.
+    """Return the forecast for a study of more than `LOOKED_AT` scenes, from a random sample of that size.
 
     Raises `SceneError` for errors of the sampled scenes, and the errors of `ahead`.
     """
@@ -278,7 +278,7 @@ def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
 
 
 def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
-    """Return the prediction for these cases of the scene at a path. If none of the sampled scenes can be run,
+    """Return the forecast for these cases of the scene at a path. If none of the sampled scenes can be run,
     raises the error of the first; errors of single scenes are reported in the table."""
     start, last = time.perf_counter(), len(cases) - 1
     looks: list[Look] = []
@@ -324,7 +324,7 @@ def run_study(
     Args:
         effort: number of workers, and limits of each scene.
         file: study file, for messages.
-        tell: function that receives the number of scenes and the prediction as text.
+        tell: function that receives the number of scenes and the forecast as text.
 
     Raises:
         SceneError: errors of the scenes, before anything runs.
@@ -339,17 +339,17 @@ def run_study(
         words = "this study asks for one best scene; run it by seatfem optimise, or remove the table"
         raise StudyError(f"optimise: {words}")
     if study.number_of_scenes > LOOKED_AT and study.error_bars == "every":
-        predicted = ahead_of_many(study, file)
-        tell(predicted.in_words(workers or predicted.workers()))
+        expected = ahead_of_many(study, file)
+        tell(expected.in_words(workers or expected.workers()))
     cases, scene, measures = scenes_of(study, effort.rounds, file, progress)
     if any(body.traits.needs_gmsh for body in scene.bodies.values()):
         libraries.require_gmsh_libraries()
     with folder_of_ours(folder) as journal:
         runner = Runner(study, journal, effort, partial(check_measures, measures))
         if pending := runner.pending(cases):
-            predicted = ahead(study.scene, pending)
-            workers = workers or predicted.workers()
-            tell(predicted.in_words(workers))
+            expected = ahead(study.scene, pending)
+            workers = workers or expected.workers()
+            tell(expected.in_words(workers))
         if any(case.key in runner.known for case in cases):
             tell(f"{len(cases) - len(pending)} of {len(cases)} scenes are in {journal} already")
         with crew_of(workers or 1, effort.cluster) as ask:

@@ -1,4 +1,4 @@
-"""Measurement of the trade of speed for accuracy: points from coarse to fine, the planner's choice, and a reference.
+"""Measurement of the trade of speed for accuracy: states from coarse to fine, the run's own choice, and a reference.
 
 Each outcome is appended to the journal at once as a line of JSON, so that a stopped trade can be continued.
 """
@@ -10,7 +10,7 @@ import math
 import signal
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final
@@ -22,21 +22,29 @@ from seatfem.jobs.cluster import cluster_crew
 from seatfem.jobs.crew import Lost, crew
 from seatfem.machine.code import code_version
 from seatfem.study.impacts.landings import LANDED, STATUS, has_landed, left_out_in_words
-from seatfem.study.ladders.ladder import RATIO
-from seatfem.study.method import FIELDS, is_given
-from seatfem.study.plan import Plan
+from seatfem.study.method import is_given
+from seatfem.study.runs.converge import LEAST, begin_plan
 from seatfem.study.runs.forecast import converge
 from seatfem.study.runs.next_round import Limits
-from seatfem.study.scene import load_scene
+from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.sweep import effects, runner
 from seatfem.study.sweep.runner import Outcome
-from seatfem.study.trade.rungs import ALL_OPEN, BY_HAND, PROCESSOR, Point, Rungs, stated_choices
+from seatfem.study.trade.rungs import (
+    ALL_OPEN,
+    AS_FILED,
+    OWN_CHOICE,
+    PROCESSOR,
+    Point,
+    around,
+    finer_in_all,
+    states,
+)
 from seatfem.units import write_quantity
 
 TIME_LIMIT: Final = 20.0  # processor time for one point, the start of its process included [s]
 PATIENCE: Final = 10.0  # ratio of wall time to that limit after which a point is killed; allows for a busy machine
-TOO_LONG: Final = 2.0  # ratio of predicted time to the limit above which a point is not tried; predictions are rough
+LONGER: Final = 4.0  # time limit of the loop, of its choice and of finer states, over that of other points
 WORKER: Final = "seatfem.study.trade.rungs:reply"
 
 
@@ -46,42 +54,28 @@ def run_points(
     journal: Path | None,
     *,
     time_limit: float = TIME_LIMIT,
-    known: Mapping[str, Outcome] | None = None,
     cluster: str | None = None,
     progress: Progress = silent,
 ) -> dict[str, Outcome]:
-    """Return outcomes by point name. Those in the ``journal`` are not computed again; new ones are appended at once.
+    """Return outcomes by point name; new ones are appended to the ``journal`` at once. Those in it are not computed
+    again, unless they were stopped at a lower time limit [s].
 
-    A point that hangs, crashes or fails has an outcome, too. ``known``: outcomes of other points, for `Point.after`.
-    ``cluster``: address of a dask scheduler, whose workers compute independent points in parallel.
+    A point that hangs, crashes or fails has an outcome, too. ``cluster``: address of a dask scheduler, whose workers
+    compute points in parallel.
     """
-    outcomes, on_file, waiting = dict(known or {}), runner.read_journal(journal) if journal else {}, list(points)
-    keys, ended = {point.name: _key(scene, point) for point in points}, 0
-
-    def end(point: Point, outcome: Outcome, *, new: bool = True) -> None:
-        nonlocal ended
-        if new and journal is not None:
-            runner.append(journal, keys[point.name], outcome, point=point.name)
-        outcomes[point.name], ended = outcome, ended + 1
-        progress("fidelity ladder", ended / len(points))
-
+    keys = {point.name: _key(scene, point) for point in points}
+    on_file = runner.read_journal(journal) if journal else {}
+    kept = {key: one for key, one in on_file.items() if one.state != "stopped" or processor_of(one) >= time_limit}
+    outcomes = {name: kept[key] for name, key in keys.items() if key in kept}
+    pending = [point for point in points if point.name not in outcomes]
     hired = crew(WORKER, renew=1) if cluster is None else cluster_crew(cluster, WORKER, runner.packed_job, renew=1)
     with hired as ask:
-        while waiting:
-            names = {point.name for point in waiting}
-            ready = [point for point in waiting if point.after not in names - {point.name}]
-            waiting = [point for point in waiting if point not in ready]
-            pending = []
-            for point in ready:
-                outcome = on_file.get(keys[point.name])
-                if outcome is not None and not _may_end_now(outcome, time_limit):
-                    end(point, outcome, new=False)
-                elif (obstacle := _obstacle(point, outcomes, time_limit)) is not None:
-                    end(point, obstacle)
-                else:
-                    pending.append(point)
-            for number, answer in ask((_job(scene, point, time_limit) for point in pending), PATIENCE * time_limit):
-                end(pending[number], _outcome(answer, time_limit))
+        for number, answer in ask((_job(scene, point, time_limit) for point in pending), PATIENCE * time_limit):
+            name = pending[number].name
+            outcomes[name] = _outcome(answer, time_limit)
+            if journal is not None:
+                runner.append(journal, keys[name], outcomes[name], point=name)
+            progress("trade", len(outcomes) / len(points))
     return outcomes
 
 
@@ -91,25 +85,6 @@ def _key(scene: Path, point: Point) -> str:
     return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:20]
 
 
-def _may_end_now(outcome: Outcome, time_limit: float) -> bool:
-    """Return whether a point was stopped at a lower time limit than this one, so that it is tried again."""
-    return outcome.state == "stopped" and not processor_of(outcome) >= time_limit
-
-
-def _obstacle(point: Point, outcomes: Mapping[str, Outcome], time_limit: float) -> Outcome | None:
-    """Return the outcome of a point that is not tried, with the reason; ``None`` if it is to be tried."""
-    if point.predicted > TOO_LONG * time_limit:
-        return _stopped(f"not tried: {in_time(point.predicted)} predicted", time_limit)
-    before = outcomes.get(point.after)
-    if before is None or before.state == "done":
-        return None
-    return _stopped(f"not tried: {point.after} {before.state}", processor_of(before))
-
-
-def _stopped(message: str, processor: float) -> Outcome:
-    return Outcome("stopped", message, summary={PROCESSOR: processor})
-
-
 def processor_of(outcome: Outcome) -> float:
     """Return the processor time of an outcome [s]; nan if it is not known."""
     return float(outcome.summary.get(PROCESSOR, math.nan) or 0.0)
@@ -117,25 +92,19 @@ def processor_of(outcome: Outcome) -> float:
 
 def _job(scene: Path, point: Point, limit: float) -> str:
     fields = asdict(point)
-    job = {"path": str(scene.resolve()), "changed": fields.pop("settings"), "point": fields}
-    return json.dumps(job | {"begun": time.time(), "limit": limit})
+    changed = fields.pop("settings")
+    return json.dumps({"path": str(scene.resolve()), "changed": changed, "point": fields, "limit": limit})
 
 
 def _outcome(answer: str | Lost, limit: float) -> Outcome:
     if isinstance(answer, str):
         return Outcome(**json.loads(answer))
+    why = ""
     if answer.hung:
-        return _stopped(f"no end within {in_time(PATIENCE * limit)}", limit)
-    if answer.code is not None and answer.code == -getattr(signal, "SIGXCPU", 0) < 0:
-        return _stopped(f"no end within {limit:g} processor seconds", limit)
-    return Outcome("failed", answer.in_words())
-
-
-PLANNED: Final = "planner's choice"
-AS_FILED: Final = "as the file says"
-LONGER: Final = 4.0  # time limit of the reference and the planner's choice, over that of other points
-FINEST: Final = 3  # most refinements of mesh and band together beyond the centre
-GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # factor on the time by one refinement; true: in three dimensions
+        why = f"no end within {in_time(PATIENCE * limit)}"
+    elif answer.code is not None and answer.code == -getattr(signal, "SIGXCPU", 0) < 0:
+        why = f"no end within {limit:g} processor seconds"
+    return Outcome("stopped", why, summary={PROCESSOR: limit}) if why else Outcome("failed", answer.in_words())
 
 
 class TradeError(ValueError):
@@ -150,11 +119,11 @@ class Trade:
         title: title of the scene.
         measures: names of the scene's measures.
         target: required relative error.
-        points: all points, the planner's choice included.
-        outcomes: outcomes by name of the point, the reference included.
+        points: all points, the run's own choice and the reference included.
+        outcomes: outcomes by name of the point.
         reference: name of the point relative to which errors are computed.
         floor: relative uncertainty of the reference by measure; smaller errors are not significant.
-        planning: time of the planner [s].
+        choosing: wall time of the loop that ends with it [s].
     """
 
     title: str
@@ -164,7 +133,7 @@ class Trade:
     outcomes: Mapping[str, Outcome]
     reference: str
     floor: Mapping[str, float]
-    planning: float = math.nan
+    choosing: float = math.nan
 
     __repr__ = brief
 
@@ -199,32 +168,19 @@ class Trade:
         error = self.error(name, measure)
         return error if math.isnan(error) else max(error, self.floor[measure])
 
-    def contenders(self, *, guesses: bool = False) -> tuple[str, ...]:
-        """Return the names of the points with error bars; ``guesses``: also those by hand.
-
-        The error of a stiffness estimated by hand is known only after the reference has run.
-        """
-        return tuple(point.name for point in self.points if guesses or point.varied != BY_HAND)
-
     def front(self, measure: str | None = None) -> tuple[str, ...]:
-        """Return the Pareto front of the contenders, cheapest first; by default by the largest error."""
-        names, (costs, errors) = self.contenders(), self._places(self.contenders(), measure)
-        return tuple(names[i] for i in effects.pareto_front(costs, errors))
+        """Return the names on the Pareto front, cheapest first; by default by the largest error."""
+        names = [point.name for point in self.done()]
+        costs, errors = map(self.cost, names), (self.trusted_error(name, measure) for name in names)
+        return tuple(names[i] for i in effects.pareto_front(list(costs), list(errors)))
 
-    def excess(self, name: str, measure: str | None = None, *, guesses: bool = False) -> float:
-        """Return a point's cost over the least cost for an equal or smaller error; by default of the largest error."""
-        others = self._places(self.contenders(guesses=guesses), measure)
-        return cost_excess(self.cost(name), self.trusted_error(name, measure), *others)
-
-    def _places(self, names: Sequence[str], measure: str | None) -> tuple[list[float], list[float]]:
-        return [self.cost(name) for name in names], [self.trusted_error(name, measure) for name in names]
-
-    def excess_at_target(self, name: str) -> float:
-        """Return a point's cost over the least cost that meets the target in all measures; nan if it misses it."""
-        if not self.trusted_error(name) <= self.target:
-            return math.nan
-        meeting = [self.cost(n) for n in self.contenders() if self.trusted_error(n) <= self.target]
-        return self.cost(name) / min(meeting, default=self.cost(name))
+    def excess(self, name: str, measure: str | None = None, error: float | None = None) -> float:
+        """Return a point's cost over the least cost for an ``error`` that it meets, by default its own; nan if it
+        misses it. Without a ``measure`` the largest error over all measures counts."""
+        own = self.trusted_error(name, measure)
+        error = own if error is None else error
+        as_good = [self.cost(each.name) for each in self.done() if self.trusted_error(each.name, measure) <= error]
+        return self.cost(name) / min(as_good) if own <= error else math.nan
 
 
 def measure_trade(
@@ -238,108 +194,57 @@ def measure_trade(
 ) -> Trade:
     """Run the scene at ``path`` at every fidelity; outcomes are stored in ``journal`` and reused from there.
 
-    ``cluster``: address of a dask scheduler (docs/cluster.md); times are then those of its computers, which should be
-    equal. ``time_limit``: processor time of each point [s].
+    ``quick``: without the points in which one key is varied. ``cluster``: address of a dask scheduler
+    (docs/cluster.md); times are then those of its computers, which should be equal. ``time_limit``: processor time of
+    each point [s].
 
     Raises:
         SceneError: an error of the scene.
         ClusterError: an error of the cluster.
         TradeError: no reference ended within the time allowed.
     """
-    scene = load_scene(path)
+    filed, scene = load_scene(path), load_scene(path, ALL_OPEN)
     check_writable(journal)
-    begun = time.perf_counter()
-    limits = Limits(seconds=LONGER * time_limit)
-    planned = [_planned(PLANNED, converge(load_scene(path, ALL_OPEN), limits=limits).plan)]
-    if any(is_given(scene, key) for key in FIELDS):
-        planned.append(_planned(AS_FILED, converge(scene, limits=limits).plan))
-    planning = time.perf_counter() - begun
-    rings = max(int(str(point.settings.get("contact.rings") or 1)) for point in planned)
-    rungs = Rungs(scene, rings)
-    points, runs = rungs.points(quick=quick), _Runs(path, rungs, journal, time_limit, cluster)
-    if cluster is None and not journal.exists():
-        # one run of each family first, so that compiled code is cached before times are measured
-        first = {point.family: replace(point, after="") for point in reversed(points) if point.varied == "diagonal"}
-        run_points(path, tuple(first.values()), None, time_limit=LONGER * time_limit)
-    runs.carry_out(points, progress=progress)
-    runs.check_landed([point.name for point in points])
-    runs.carry_out(planned, LONGER)
-    finer = runs.finer(1 if quick else FINEST)
-    exact, back = runs.reference(len(finer), lambda _, done: progress("reference", done))
-    judged, values, others = tuple(scene.accuracy.judged), runs.found[exact].summary, runs.found[back].summary
-    floor = {name: _relative(others, values, name) / (RATIO - 1) for name in judged}
+    begun, limits = time.perf_counter(), Limits(seconds=LONGER * time_limit)
+    start, end = begin_plan(scene).method, converge(scene, limits=limits).plan.method
+    choosing = time.perf_counter() - begun
+    walk = [Point(f"state {n}", "all keys", each.values) for n, each in enumerate(states(scene, start, end)[:-1], 1)]
+    finer = [finer_in_all(scene, end)]
+    finer.append(finer_in_all(scene, finer[0]))
+    names = (OWN_CHOICE, "all keys one rung finer", "all keys two rungs finer")
+    ends = [Point(name, "all keys", each.values) for name, each in zip(names, (end, *finer), strict=True)]
+    known = [end.values, *(point.values for point in walk)]
+    others = [] if quick else [point for point in around(scene, start, end) if point.values not in known]
+    if any(is_given(filed, key) for key in ALL_OPEN):
+        as_filed = converge(filed, limits=limits).plan.method
+        ends.append(Point(AS_FILED, "all keys", as_filed.values, settings={}))
+    if cluster is None and not journal.exists():  # once, so that compiled code is cached before times are measured
+        run_points(path, ends[:1], None, time_limit=LONGER * time_limit)
+    points = [*walk, *others]
+    found = run_points(path, points, journal, time_limit=time_limit, cluster=cluster, progress=progress)
+    found |= run_points(path, ends, journal, time_limit=LONGER * time_limit, cluster=cluster, progress=progress)
+    judged = tuple(scene.accuracy.judged)
+    exact, back = _reference(path, scene, found, [*(point.name for point in walk), *names])
+    values, coarser = found[exact].summary, found[back].summary
+    floor = {name: _relative(coarser, values, name) / (LEAST - 1) for name in judged}
     title = scene.title or path.stem
-    return Trade(title, judged, scene.accuracy.target, (*points, *finer, *planned), runs.found, exact, floor, planning)
+    return Trade(title, judged, scene.accuracy.target, (*points, *ends), found, exact, floor, choosing)
 
 
-@dataclass
-class _Runs:
-    """Runs of the points of one scene; ``found``: their outcomes by name."""
+def _reference(path: Path, scene: Scene, found: Mapping[str, Outcome], names: Sequence[str]) -> tuple[str, str]:
+    """Return the names of the finest point that ended and of the one a rung coarser, of ``names`` from coarse to fine.
 
-    path: Path
-    rungs: Rungs
-    journal: Path
-    limit: float
-    cluster: str | None = None
-    found: dict[str, Outcome] = field(default_factory=dict)
-
-    def carry_out(self, points: Sequence[Point], longer: float = 1.0, progress: Progress = silent) -> None:
-        """Compute further points, each within ``longer`` times the time limit."""
-        limit = longer * self.limit
-        self.found = run_points(
-            self.path, points, self.journal, time_limit=limit, known=self.found, cluster=self.cluster, progress=progress
-        )
-
-    def check_landed(self, names: Sequence[str]) -> None:
-        """Raise `TradeError` if the measures need a landing, and none of these points that ended has one."""
-        ended = [each for name in names if (each := self.found.get(name)) is not None and each.state == "done"]
-        scene = self.rungs.scene
-        if ended and not any(_answers(each, scene.accuracy.judged) for each in ended):
-            why = left_out_in_words((each.summary[STATUS] for each in ended), "points")
-            remedy = f"lengthen run.duration = {write_quantity(scene.run.duration, 'time')}, or ask for the whole run"
-            raise TradeError(f'{self.path}: no landing to compare: {why}; {remedy} by accuracy.landing = "run"')
-
-    def seconds(self, top: int, notches: int) -> float:
-        """Return the predicted time [s] of a mesh refined ``notches`` times from the rung ``top``; inf if unknown."""
-        last = self.found.get(self.rungs.finer(top).name) if self.rungs.drawn else None
-        if last is None or last.state != "done":
-            return math.inf
-        return processor_of(last) * GROWTH[self.rungs.is_solid] ** notches
-
-    def finer(self, most: int) -> list[Point]:
-        """Run and return points finer than the centre in all keys, while predicted to end in half the time limit."""
-        added: list[Point] = []
-        while len(added) < most and self.seconds(len(added), 1) <= self.limit / 2:
-            added.append(self.rungs.finer(len(added) + 1))
-            self.carry_out(added[-1:])
-        return added
-
-    def reference(self, top: int, progress: Progress) -> tuple[str, str]:
-        """Return the names of the finest point that ends in time, and of one coarser by one step in all keys.
-
-        The finest is finer than the rung ``top``. Refinements by 3 and 2 are tried only where predicted to take at most
-        half of `LONGER` time limits.
-        """
-        notches = [n for n in (3, 2) if self.seconds(top, n) <= LONGER * self.limit / 2]
-        tried = []
-        for fineness in [top + n for n in (*notches, 1.0, 0.5)] if self.rungs.drawn else [float(FINEST)]:
-            pair = [self.rungs.reference(fineness, coarser=coarser) for coarser in (False, True)]
-            self.carry_out(pair, LONGER, progress)
-            exact, back = (point.name for point in pair)
-            if failed := [name for name in (exact, back) if self.found[name].state != "done"]:
-                tried += [f"{name}: {self.found[name].message}" for name in failed]
-                continue
-            self.check_landed([exact])
-            self.check_landed([back])
-            return exact, back
-        raise TradeError(f"{self.path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
-
-
-def _planned(name: str, plan: Plan) -> Point:
-    """Return the point with the choices of the loop for a scene."""
-    settings = {**ALL_OPEN, **stated_choices(plan)}
-    family = "as given" if plan.level == "closed form" else plan.level
-    return Point(name, family, "planned", settings)
+    Raises `TradeError` if there are no two, or if the measures need a landing that they do not have.
+    """
+    ended = [name for name in names if found[name].state == "done"]
+    if len(ended) < 2:
+        missing = "; ".join(f"{name}: {found[name].message}" for name in names if name not in ended)
+        raise TradeError(f"{path}: no reference ended ({missing}); give each point more time (--limit)")
+    if not all(_answers(found[name], scene.accuracy.judged) for name in ended[-2:]):
+        why = left_out_in_words((found[name].summary[STATUS] for name in ended), "points")
+        remedy = f"lengthen run.duration = {write_quantity(scene.run.duration, 'time')}, or ask for the whole run"
+        raise TradeError(f'{path}: no landing to compare: {why}; {remedy} by accuracy.landing = "run"')
+    return ended[-1], ended[-2]
 
 
 def _answers(outcome: Outcome, measures: Sequence[str]) -> bool:
@@ -351,14 +256,3 @@ def _relative(values: Mapping[str, Any], exact: Mapping[str, Any], name: str) ->
     """Return the relative difference of a value from the exact one."""
     difference = abs(values[name] - exact[name])
     return float(difference / abs(exact[name])) if exact[name] else math.inf if difference else 0.0
-
-
-def cost_excess(cost: float, error: float, costs: Sequence[float], errors: Sequence[float]) -> float:
-    """Return ``cost`` over the least cost among the points with errors up to ``error``; 1 on the front or before it.
-
-    It is nan if the cost or error is not finite.
-    """
-    as_good = [c for c, e in zip(costs, errors, strict=True) if math.isfinite(c) and e <= error]
-    if not math.isfinite(cost) or not math.isfinite(error):
-        return math.nan
-    return max(1.0, cost / min(as_good)) if as_good else 1.0
