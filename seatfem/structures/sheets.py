@@ -310,6 +310,13 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
     return PlateModes(asked, mesh, modes, coarser, *fresh)
 
 
+def in_wider_band(plate: PlateModes, ratio: float) -> PlateModes:
+    """Return the plate with the modes of a band ``ratio`` times as wide, on elements of the same size; raises as
+    `solved_sheet`."""
+    wider = replace(plate.sheet, bandwidth=ratio * plate.sheet.bandwidth)
+    return plate_modes(wider, plate.coarser * plate.sheet.element_size / wider.element_size)
+
+
 def model_of(asked: Sheet, lips: Sequence[AnyLip]) -> SecondOrderModel:
     """Return the plate's matrices, with a port for each part of the lips. Raises as `solved_sheet`."""
     return _model(asked, _mesh(asked), patches_of(asked, lips))
