@@ -24,7 +24,6 @@ from impact.march.rows import Marched
 from impact.notices import Progress, silent
 from impact.runs.variations import Values, budget_of, changes, times
 from seatfem.structures import method, rings, sheets
-from seatfem.structures.errors import ModelError
 from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.recovery import LargestStress, StressField, largest
 from seatfem.structures.fields.sites import near, peak_mesh_error
@@ -209,10 +208,6 @@ def _by_name(judged: Array) -> dict[str, float]:
     return dict(zip(names, map(float, judged), strict=True))
 
 
-BEYOND: Final = (2.5, 1.6, 1.25)
-"""Band of the comparison that gives the truncation error, over the plate's, the first that plate theory and the number
-of modes allow. Of 16 drawn flappers 2.5 showed 0.9 to 1.3 times what four times the band changed where that was more
-than 1 %; leaving out modes showed a tenth of it for two of them, and ten times as much for others."""
 BESIDE: Final = 3.0  # distance from the contact within which a point is "beside the contact", in plate thicknesses
 RIM: Final = "rim of an averaged patch"  # part of a plate beside one contact with the mean motion of a disc or ring
 
@@ -258,9 +253,9 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
 
     It is ``None`` for strikers that are no plates, and for a plate too narrow to have points of known stress: plate
     theory gives none within one thickness of sharp corners, of the ends of the clamp and of the contact. The error bar
-    is the sum of the mesh error, extrapolated from a coarser mesh, and of the truncation error, from modes `BEYOND` the
-    band in a run of their own, of second order; other errors of the contact force are not included. ``since``: start of
-    the judged landing [s], from which on the stress is reported separately, too.
+    is the sum of the mesh error, extrapolated from a coarser mesh, and of the truncation error, from modes beyond the
+    band (`sheets.BEYOND`) in a run of their own, of second order; other errors of the contact force are not included.
+    ``since``: start of the judged landing [s], from which on the stress is reported separately, too.
     """
     scene, reed = done.plan.scene, done.plan.scene.reed.thin_plate
     if (
@@ -285,14 +280,10 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     )
     peak = _value(peak_stress)
     truncation = math.nan
-    for ratio in BEYOND:
-        try:
-            wider = sheets.in_wider_band(plate, ratio).greens(lips, reed.damping_ratio)
-        except ModelError:  # no plate's waves, or too many modes
-            continue
-        beyond = _stress_of(done, reed, striker_of(scene, greens=wider))
-        truncation = abs(beyond - peak) / (1 - ratio**-2)
-        break
+    if (beyond := sheets.in_wider_band(plate)) is not None:
+        wider, ratio = beyond
+        striker = striker_of(scene, greens=wider.greens(lips, reed.damping_ratio))
+        truncation = abs(_stress_of(done, reed, striker) - peak) / (1 - ratio**-2)
     return PlateReedStress(stresses, mesh_error + truncation + LITTLE * peak, worst, peaks)
 
 
