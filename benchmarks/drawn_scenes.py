@@ -119,7 +119,8 @@ def _contact(seat: Seat, striker: Striker, extras: Mapping[str, str], rng: np.ra
     if "tilted" in extras:
         lines.append(extras["tilted"])
     if "film" in extras:
-        size = "" if seat.radius else 'width = "1 mm"\nlength = "15 mm"\n'
+        width, length = (seat.width, 2 * np.pi * seat.radius) if seat.radius else (1.0, 15.0)
+        size = "" if seat.kind == LIPPED else f'width = "{width:.4f} mm"\nlength = "{length:.4f} mm"\n'
         inline = ", ".join(['viscosity = "18 uPa s"', f'floor = "{rng.uniform(0.3, 2):.3f} um"', *size.splitlines()])
         lines.append(f"film = {{ {inline} }}\n")
     if preload:
