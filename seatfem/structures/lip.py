@@ -32,6 +32,12 @@ def tilted(points: Array, tilt: float, axis: float) -> Array:
     return np.asarray(math.tan(tilt) * (points[..., 1] * math.cos(axis) - points[..., 0] * math.sin(axis)))
 
 
+def turned_over(points: Array) -> Array:
+    """Return points (..., 2) of a face that looks down, in its own axes, in those of what lies below, or the reverse: y
+    changes its sign."""
+    return points * (1.0, -1.0)
+
+
 @dataclass(frozen=True)
 class Patch:
     """A part of a surface by a quadrature rule: points (q, 2) [m] and weights (q,) that sum to its area [m^2]."""
@@ -49,7 +55,7 @@ class AnyLip(ABC):
         arcs: of equal areas.
         rings: across each arc.
         offset: of its centre from the body's own point of contact [m].
-        side: what the names of its ports begin with; "" of the seat's.
+        side: what the names of its ports begin with; "" of the seat's. Others are above the plate, turned over.
         is_part: whether the faces have more beside it, where no reed lies over them.
     """
 
@@ -192,6 +198,7 @@ class AnyLip(ABC):
         ``offset`` [m]."""
         x, gauss = np.polynomial.legendre.leggauss(ACROSS)
         each = max(OF_AN_ARC, math.ceil(AROUND / self.arcs))
+        way = turned_over if self.side else np.asarray
         left_ends, cut, widening = self._slices(self.arcs * each)
         borders, patches = ring_borders(self.rings), {}
         for arc, name in enumerate(self.division.arc_names):
@@ -200,7 +207,8 @@ class AnyLip(ABC):
             for k, port in enumerate(ring_names(name, self.rings)):
                 low, high = at[k : k + 2]
                 shares = (low + high) / 2 + (high - low) / 2 * x[:, None]
-                points = np.asarray(centre) + self.offset + (left_ends[of] + shares[..., None] * cut[of]).reshape(-1, 2)
+                own = (left_ends[of] + shares[..., None] * cut[of]).reshape(-1, 2)
+                points = np.asarray(centre) + self.offset + way(own)
                 density = 1 + widening[of] * (2 * shares - 1)
                 weights = gauss[:, None] * (high - low) / 2 * density * self.area / (self.arcs * each)
                 patches[self.side + port] = Patch(points, weights.ravel())

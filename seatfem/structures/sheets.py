@@ -310,6 +310,24 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
     return PlateModes(asked, mesh, modes, coarser, *fresh)
 
 
+BEYOND: Final = (2.5, 1.6, 1.25)
+"""Band of the comparison that tells what a plate's modes beyond its own leave, over that one, the first that plate
+theory and the number of modes allow. Of 16 drawn flappers 2.5 showed 0.9 to 1.3 times what four times the band changed
+of stress where that was more than 1 %."""
+
+
+def in_wider_band(plate: PlateModes) -> tuple[PlateModes, float] | None:
+    """Return the plate with the modes of a wider band, on elements of the same size, and its ratio to the plate's own
+    band; ``None`` where plate theory or the number of modes allows none."""
+    for ratio in BEYOND:
+        wider = replace(plate.sheet, bandwidth=ratio * plate.sheet.bandwidth)
+        try:
+            return plate_modes(wider, plate.coarser * plate.sheet.element_size / wider.element_size), ratio
+        except ModelError:
+            continue
+    return None
+
+
 def model_of(asked: Sheet, lips: Sequence[AnyLip]) -> SecondOrderModel:
     """Return the plate's matrices, with a port for each part of the lips. Raises as `solved_sheet`."""
     return _model(asked, _mesh(asked), patches_of(asked, lips))

@@ -13,7 +13,7 @@ from impact import measures
 from meshes.valve_plate_assembly import Bodies, write
 from seatfem.structures.lip import Lip
 from seatfem.structures.patch import on_its_patch
-from seatfem.structures.rings import as_a_whole
+from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.layout import layout_of
@@ -269,3 +269,48 @@ def test_too_little_under_the_reed_is_refused(tmp_path: Path, seat: str, reed: s
     seat = block(tmp_path, 20) if seat == "strip" else seat
     with pytest.raises(SceneError, match=told):
         check_files(scene_of(tmp_path, seat, reed, f"[contact]\n{more}" if more else ""))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arcs", [1, 6])
+def test_a_stopper_that_is_drawn_above_the_reed_is_met_where_it_is_drawn(tmp_path: Path, arcs: int) -> None:
+    """A strip at 30 degrees to the reed: its ports move each mode, torsion among them, by its mean over the drawn
+    strip, and a tilt opens the parts at y > 0."""
+    turn = math.radians(30)
+
+    def part(occ: Any) -> Bodies:
+        body, strip = occ.addBox(-8, -8, 0, 16, 16, 6), occ.addRectangle(-5, -0.5, 0, 10, 1)
+        occ.rotate([(2, strip)], 0, 0, 0, 0, 0, 1, turn)
+        return [each for each in occ.fragment([(3, body)], [(2, strip)])[0] if each[0] == 3]
+
+    write(tmp_path / "guard.step", part)
+    stopper = (
+        f'[stopper]\ngap = "1 mm"\ntilt = "{0.1 if arcs > 1 else 0} deg"\narcs = {arcs}\nkind = "cad"\n'
+        f'file = "{tmp_path}/guard.step"\ncontact = {{ point = ["0 mm", "0 mm", "0 mm"] }}\n'
+        f'fixed = {{ normal = [0, 0, 1], offset = "6 mm" }}\n{STEEL}{COARSE}'
+    )
+    reed = BAND.replace('"-6 mm"', '"-7 mm"').replace('"6 mm"', '"7 mm"').replace('["17 mm"', '["14 mm"')
+    scene = scene_of(tmp_path, block(tmp_path, 12), reed, stopper)
+    check_files(scene)
+    greens = striker_of(scene).greens
+    plate, along = scene.reed.thin_plate.plate(greens), np.array([math.cos(turn), math.sin(turn)])
+    borders, gaps = np.linspace(-5e-3, 5e-3, arcs + 1), scene.geometry.stopper_gaps()
+    for k, name in enumerate(Division(arcs).names):
+        places = borders[k] + (borders[k + 1] - borders[k]) * (np.arange(40) + 0.5) / 40
+        points = np.array([14e-3, 0.0]) + places[:, None] * along
+        means = [float(plate.shape_at(mode, points).mean()) for mode in np.eye(len(greens.modal.omega))[:6]]
+        found = greens.modal.shapes[:6, greens.port_index("stopper_" + name)]
+        np.testing.assert_allclose(found, means, atol=0.01 * np.abs(means).max())  # the strip is 1 mm wide
+        opening = math.tan(math.radians(0.1)) * places.mean() * math.sin(turn) if arcs > 1 else 0.0
+        assert gaps[k] - gaps.mean() == pytest.approx(opening, abs=1e-9)
+
+
+def test_a_round_stopper_that_reaches_off_the_reed_is_refused(tmp_path: Path) -> None:
+    """Whether or not it is met in arcs; with the reed's own face, stated, it is not."""
+    seat = 'kind = "spring"\nstiffness = "20 N/um"\n'
+    wide = f'[stopper]\ngap = "1 mm"\n{STOPPER}'.replace('"2 mm"', '"7 mm"')
+    for more in (wide, wide + "arcs = 8\n"):
+        with pytest.raises(SceneError, match=r"stopper: in plan .* 8\d % .*limit: all of it.*reed\.contact_radius"):
+            check_files(scene_of(tmp_path, seat, more=more))
+    for reed, more in ((FLAPPER + RING + IN_MODE, wide), (FLAPPER + IN_MODE, wide.replace('"7 mm"', '"6 mm"'))):
+        check_files(scene_of(tmp_path, seat, reed, more))

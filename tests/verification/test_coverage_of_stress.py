@@ -20,7 +20,7 @@ def test_the_true_error_is_inside_the_bar(index: int) -> None:
     rows = coverage_of_stress.judge(index)
     assert {row.outcome for row in rows} == {"judged"}
     assert [row.measure for row in rows if not is_inside(row)] == []
-    on_file = {row.measure: row for row in ROWS if row.index == index}
+    on_file = {row.measure: row for row in ROWS if (row.seed, row.index) == (coverage_of_stress.SEED, index)}
     assert {row.measure for row in rows} == {*on_file}
     [stress] = [row for row in rows if row.measure == "stress"]
     assert (stress.seat, stress.reed) == (on_file["stress"].seat, on_file["stress"].reed)
@@ -29,15 +29,16 @@ def test_the_true_error_is_inside_the_bar(index: int) -> None:
 
 def test_true_errors_are_inside_the_bars() -> None:
     known = [row for row in ROWS if row.bar == row.bar]
-    assert len({row.index for row in ROWS}) >= 15
+    assert len({(row.seed, row.index) for row in ROWS}) >= 44
     assert share(known, is_inside) >= 0.97
 
 
 def test_bars_of_the_seat_decide_where_the_target_is_met() -> None:
-    """Below a quarter of the stress in three of four scenes that reached their target."""
-    met = [row for row in ROWS if row.measure == "seat_stress" and row.met == "True"]
-    assert len(met) >= 8
-    assert share(met, lambda row: row.bar < 0.25 * row.value) >= 0.75
+    """Below a quarter of the stress in nine of ten scenes that reached their target, and leave the seat's mesh open."""
+    met = [row for row in ROWS if row.measure == "seat_stress" and row.met == "True" and not row.stated]
+    known = [row for row in met if row.bar == row.bar]
+    assert len(known) >= 14
+    assert share(known, lambda row: row.bar < 0.25 * row.value) >= 0.9
 
 
 def test_the_table_is_of_the_scenes_drawn_today() -> None:

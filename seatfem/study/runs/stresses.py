@@ -27,6 +27,7 @@ from seatfem.structures import method, rings, sheets
 from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.recovery import LargestStress, StressField, largest
 from seatfem.structures.fields.sites import near, peak_mesh_error
+from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.rings import Division
 from seatfem.study.error_budget import terms_by_key
 from seatfem.study.impacts import gas, plate_stress
@@ -34,8 +35,8 @@ from seatfem.study.impacts.bodies import problem_of, striker_of
 from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.plate_stress import (
     Forces,
+    PlateLook,
     has_plate_stress,
-    in_some_modes,
     lips_of_plate,
     struck_by,
 )
@@ -207,8 +208,6 @@ def _by_name(judged: Array) -> dict[str, float]:
     return dict(zip(names, map(float, judged), strict=True))
 
 
-FEWER: Final = 0.75  # fraction of the modes in the comparison that gives the truncation error
-OF_FEWER: Final = FEWER / (1 - FEWER)  # truncation error over that change, if the error falls like 1/modes
 BESIDE: Final = 3.0  # distance from the contact within which a point is "beside the contact", in plate thicknesses
 RIM: Final = "rim of an averaged patch"  # part of a plate beside one contact with the mean motion of a disc or ring
 
@@ -254,9 +253,9 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
 
     It is ``None`` for strikers that are no plates, and for a plate too narrow to have points of known stress: plate
     theory gives none within one thickness of sharp corners, of the ends of the clamp and of the contact. The error bar
-    is the sum of the mesh error, extrapolated from a coarser mesh, and of the truncation error, from `FEWER` of the
-    modes; errors of the contact force are not included. ``since``: start of the judged landing [s], from which on the
-    stress is reported separately, too.
+    is the sum of the mesh error, extrapolated from a coarser mesh, and of the truncation error, from modes beyond the
+    band (`sheets.BEYOND`) in a run of their own, of second order; other errors of the contact force are not included.
+    ``since``: start of the judged landing [s], from which on the stress is reported separately, too.
     """
     scene, reed = done.plan.scene, done.plan.scene.reed.thin_plate
     if (
@@ -271,10 +270,6 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     if stresses.after_contact is None:
         return PlateReedStress(stresses, math.nan, field, peaks)
     worst = field.at(np.array([int(peak_stress.after_contact.von_mises.argmax())]))
-    modes = worst.modal.shape[2]
-    lowest = np.arange(modes) < max(1, round(FEWER * modes))
-    lowest_field = StressField(worst.points, worst.static, worst.modal[..., lowest], in_some_modes(worst.body, lowest))
-    fewer = largest(lowest_field, force, dt)
     coarser = sheets.plate_modes(plate.sheet, method.COARSENING)
     lips = lips_of_plate(scene.geometry, _division(done))
     on_coarser_mesh = plate_field(done, striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
@@ -284,8 +279,21 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
         field.points, peak_stress.after_contact.von_mises, on_coarser_mesh.points, on_coarser, weight
     )
     peak = _value(peak_stress)
-    bar = mesh_error + OF_FEWER * abs(_value(fewer) - peak) + LITTLE * peak
-    return PlateReedStress(stresses, bar, worst, peaks)
+    truncation = math.nan
+    if (beyond := sheets.in_wider_band(plate)) is not None:
+        wider, ratio = beyond
+        striker = striker_of(scene, greens=wider.greens(lips, reed.damping_ratio))
+        truncation = abs(_stress_of(done, reed, striker) - peak) / (1 - ratio**-2)
+    return PlateReedStress(stresses, mesh_error + truncation + LITTLE * peak, worst, peaks)
+
+
+def _stress_of(done: Round, reed: ThinPlate, striker: Body) -> float:
+    """Return the largest stress after the first touch in a run of a round with another model of its plate [Pa]."""
+    scene, division = done.plan.scene, _division(done)
+    look = PlateLook(reed, plate_stress.plate_field(scene.geometry, striker, division), division)
+    problem = problem_of(scene, striker, impact.Body(done.seat.greens))
+    found = look(marched(problem, done.result.dt, scene.run.duration), None)
+    return math.nan if found is None or found.after_contact is None else found.after_contact.value
 
 
 def plate_field(done: Round, striker: Body | None = None) -> StressField:

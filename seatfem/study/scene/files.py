@@ -10,6 +10,7 @@ import numpy as np
 
 from impact.quantities import in_digits, percent
 from seatfem.structures import errors, inspection, lands, outlines, rings
+from seatfem.structures.lip import Lip
 from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.loops import distances
 from seatfem.study.scene import lips, load, models
@@ -100,9 +101,25 @@ def check_files(scene: models.Scene) -> None:
     if not findings:
         findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
     if not findings:
-        scene.geometry.region(), scene.geometry.behind_the_reed()  # refuse faces that a plate cannot meet
+        scene.geometry.region()  # refuse faces that a plate cannot meet
+        findings += _beyond_the_reed(scene.geometry)
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
+
+
+def _beyond_the_reed(geometry: lips.ContactGeometry) -> Iterator[Finding]:
+    """Yield a problem if the ring or disc of a stopper of revolution, which is met all round, reaches off a plate."""
+    if geometry.stopper is None or not isinstance(geometry.behind_the_reed(), Lip):
+        return
+    over, face = geometry.reed.views(geometry.own_place, coarse=True), geometry.stopper.body.views(coarse=True)
+    share = outlines.covered_share(face, over, (0.0, 0.0))
+    if share is not None and share < PLATE:
+        yield (
+            ("stopper",),
+            f"in plan its struck face has {percent(share)} of its area behind the reed (limit: all of it, of a body of "
+            "revolution): take a smaller stopper, or a part of kind cad, whose rings and strips are met as far as the "
+            "reed reaches; or state the reed's own face, reed.contact_radius",
+        )
 
 
 def _not_flat(stopper: Structure) -> Iterator[Finding]:

@@ -17,7 +17,7 @@ from seatfem.fields import KeyProblem
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.lands import FaceLip, under
-from seatfem.structures.lip import AnyLip, tilted
+from seatfem.structures.lip import AnyLip, tilted, turned_over
 from seatfem.structures.outlines import covered_share
 from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
 from seatfem.study.scene.measures import Line
@@ -125,9 +125,9 @@ class ContactGeometry:
         region = struck.region()
         if self.reed.thin_plate is None or not isinstance(region, FaceLip):
             return region
-        offset, seals = (self.contact.offset, True) if struck is self.seat else ((0.0, 0.0), False)
-        loops = self.reed.views(self.own_place, coarse=True).turned_over().plan
-        part = under(region.face, tuple((loop - offset).tobytes() for loop in loops), seals=seals)
+        loops, seals = self.reed.views(self.own_place, coarse=True).turned_over().plan, struck is self.seat
+        seen = [loop - self.contact.offset if seals else turned_over(loop) for loop in loops]
+        part = under(region.face, tuple(loop.tobytes() for loop in seen), seals=seals)
         return FaceLip(part, is_part=part != region.face)
 
     def struck(self, arcs: int = 1, rings: int = 1, body: Structure | None = None) -> AnyLip | None:
@@ -216,7 +216,8 @@ class ContactGeometry:
             return np.array([self.stopper_gap])
 
         def heights(points: Array) -> Array:
-            return tilted(points, stopper.tilt, stopper.tilt_axis) - self._of_the_reed(points, (0.0, 0.0))
+            below = turned_over(points)
+            return tilted(below, stopper.tilt, stopper.tilt_axis) - self._of_the_reed(below, (0.0, 0.0))
 
         return _openings(self.stopper_gap, lip, self._lines_sought, heights)
 
