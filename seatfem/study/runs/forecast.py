@@ -17,7 +17,15 @@ from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import AIM, MOST, begin_plan, work_ratio
 from seatfem.study.runs.kept import first_plan, save_plan
-from seatfem.study.runs.next_round import OF_THE_CONTACT, OF_THE_SEAT, Limits, expect_time, next_plan, sum_stages
+from seatfem.study.runs.next_round import (
+    OF_THE_CONTACT,
+    OF_THE_SEAT,
+    Limits,
+    expect_memory,
+    expect_time,
+    next_plan,
+    sum_stages,
+)
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.safety import MOST_ROUNDS
@@ -34,6 +42,7 @@ class Forecast:
         rounds: number of further rounds.
         seconds: their wall time [s].
         seat, contact: wall time of seat and of contact in the last of them [s].
+        memory: peak memory after them [bytes].
         error: relative error bar of each judged measure after them.
         changes: what the next of them refines, in words.
         why: why the target will not be met, in words; "" if it will.
@@ -43,6 +52,7 @@ class Forecast:
     seconds: float
     seat: float
     contact: float
+    memory: float
     error: Mapping[str, float]
     changes: str = ""
     why: str = ""
@@ -122,11 +132,11 @@ def forecast(done: Round) -> Forecast:
     """Return what is left of a run, if every further round reduces the largest error by `converge.MOST`."""
     bars = {name: done.left.relative(name) for name in done.judged}
     seat, contact = (sum_stages(done.price, stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
-    if done.met is not False:
-        return Forecast(0, 0.0, seat, contact, bars, why="" if done.met else "there is no landing to judge")
-    further, why = next_plan(done, Limits(), math.inf)
+    further, why = None, "" if done.met else "there is no landing to judge"
+    if done.met is False:
+        further, why = next_plan(done, Limits(), math.inf)
     if further is None:
-        return Forecast(0, 0.0, seat, contact, bars, why=why)
+        return Forecast(0, 0.0, seat, contact, done.memory, bars, why=why)
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     worst = max(bars.values())
     count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(MOST)))
@@ -136,4 +146,5 @@ def forecast(done: Round) -> Forecast:
     error = {name: bar if bar <= target else max(AIM * target, bar / MOST**count) for name, bar in bars.items()}
     grown = growth ** (count - 1)
     changes = further.changes_since(done.plan)
-    return Forecast(count, whole, seat * of_seat * grown, contact * of_contact * grown, error, changes)
+    work = seat * of_seat * grown, contact * of_contact * grown
+    return Forecast(count, whole, *work, expect_memory(done, further, count), error, changes)
