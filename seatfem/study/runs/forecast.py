@@ -31,6 +31,7 @@ from seatfem.study.runs.rounds import rounds
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
 
+USUAL: Final = 2.5  # factor by which a round usually reduces the largest error bar, by which memory is foretold
 PURSE: Final = {False: 3.0, True: 6.0}  # wall time of a look [s], at a scene without and with files of geometry
 
 
@@ -136,7 +137,7 @@ def forecast(done: Round) -> Forecast:
     if done.met is False:
         further, why = next_plan(done, Limits(), math.inf)
     if further is None:
-        return Forecast(0, 0.0, seat, contact, done.memory, bars, why=why)
+        return Forecast(0, 0.0, seat, contact, expect_memory(done, None), bars, why=why)
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     worst = max(bars.values())
     count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(MOST)))
@@ -147,4 +148,5 @@ def forecast(done: Round) -> Forecast:
     grown = growth ** (count - 1)
     changes = further.changes_since(done.plan)
     work = seat * of_seat * grown, contact * of_contact * grown
-    return Forecast(count, whole, *work, expect_memory(done, further, count), error, changes)
+    rounds_to_grow = math.ceil(math.log(max(min(worst, 1.0) / target, USUAL)) / math.log(USUAL))
+    return Forecast(count, whole, *work, expect_memory(done, further, rounds_to_grow), error, changes)

@@ -18,7 +18,9 @@ from seatfem.units import write_quantity
 OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error", "patch error", "pole fit")
 OF_THE_CONTACT: Final = ("contact", "reed stress", "error budget", "spring baseline", "files")
 """Stages of a round by the work that they grow with."""
-PROGRAM: Final = 2.4e8  # memory of the program and its packages [bytes]
+PROGRAM: Final = 2.5e8  # memory of the program, its packages and a first coarse mesh [bytes]
+AFTERWARDS: Final = 8e7  # memory of what follows the last round: files, horizon, pictures [bytes]
+LEAST_GROWTH: Final = 1.5  # of meshes and modes from one round to the next
 HISTORIES: Final = 10  # histories in the peak memory of a round: forces, gaps, motions, averages, those before
 FIXED: Final = 0.5  # wall time of seat, reed or contact that does not grow: start of gmsh, loading of compiled code [s]
 TELLING: Final = 1.5  # growth of the work between two rounds from which on their times tell its power
@@ -79,22 +81,25 @@ def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
     return fixed + (seconds - fixed) * ratio
 
 
-def expect_memory(done: Round, plan: Plan, count: int = 1) -> float:
-    """Return the expected peak memory [bytes] after ``count`` further rounds that grow like the next.
+def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
+    """Return the expected peak memory [bytes] of a run after ``count`` further rounds that grow like that of the
+    ``plan``; ``None``: it ends with the round that is done.
 
     The program's own does not grow; histories of the whole contact do with fine steps, those of all contacts with the
     steps that are taken, which are long where the motion is smooth, and all the rest with the work of seat or reed.
     nan if the peak so far is not known.
     """
+    if plan is None:
+        return done.memory + AFTERWARDS
     before, after, rows = done.plan.method, plan.method, done.result.rows
     contacts, finer = before.seat.division.count, converge.ratio_of(before.time_step, after.time_step)
     of_rows = (finer if rows.is_uniform else finer**0.5) * after.seat.division.count / contacts
     of_seat, _ = converge.work_ratio(before, after, done.plan.scene)
-    of_bodies = max(of_seat, converge.ratio_of(after.reed.bandwidth, before.reed.bandwidth))
+    of_bodies = max(of_seat, converge.ratio_of(after.reed.bandwidth, before.reed.bandwidth), LEAST_GROWTH)
     whole, each = (HISTORIES * 8.0 * values for values in (int(rows.ends[-1]), len(rows.ends) * contacts))
     bodies = max(done.memory - PROGRAM - whole - each, 0.0)
     grown = PROGRAM + bodies * of_bodies**count + whole * finer**count + each * of_rows**count
-    return float(max(done.memory, grown))
+    return float(max(done.memory, grown)) + AFTERWARDS
 
 
 def sum_stages(price: Mapping[str, float], stages: tuple[str, ...]) -> float:
