@@ -298,21 +298,25 @@ def test_the_time_of_a_round_is_that_of_the_last_one_and_its_further_work(tmp_pa
 
 @pytest.mark.slow
 def test_the_memory_of_a_round_is_that_of_the_last_one_with_what_grows(tmp_path: Path) -> None:
-    """Histories in proportion to equal steps; the reed with its band; never less than what was taken already."""
+    """Histories in proportion to equal steps, bodies by their least; never less than what was taken already."""
     done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
     assert done.result.rows.is_uniform
-    step, program = done.plan.method.time_step, next_round.PROGRAM
+    step, after = done.plan.method.time_step, next_round.AFTERWARDS
     histories = next_round.HISTORIES * 8 * (len(done.result.rows.ends) + int(done.result.rows.ends[-1]))
-    done = replace(done, memory=program + 5e8 + histories)
+    done = replace(done, memory=next_round.PROGRAM + 5e8 + histories)
 
-    def expect(count: int = 1, **values: object) -> float:
-        method = done.plan.method.replaced({"run.time_step": step, **values})
+    def expect(finer: float, count: int = 1) -> float:
+        method = done.plan.method.replaced({"run.time_step": step / finer})
         return next_round.expect_memory(done, replace(done.plan, method=method), count)
 
-    assert expect() == pytest.approx(done.memory)
-    assert expect(**{"run.time_step": step / 10}) == pytest.approx(done.memory + 9 * histories)
-    assert expect(2, **{"run.time_step": step / 10}) == pytest.approx(done.memory + 99 * histories)
-    assert expect(**{"run.time_step": 10 * step}) == done.memory
+    least = next_round.LEAST_GROWTH
+    for finer, count in ((1, 1), (10, 1), (10, 2)):
+        more = 5e8 * (least**count - 1) + histories * (finer**count - 1)
+        assert expect(finer, count) == pytest.approx(done.memory + more + after)
+    assert next_round.expect_memory(done, None) == done.memory + after
+    small = replace(done, memory=next_round.PROGRAM + histories)
+    method = done.plan.method.replaced({"run.time_step": 10 * step})
+    assert next_round.expect_memory(small, replace(done.plan, method=method)) == small.memory + after
 
 
 @pytest.mark.slow
