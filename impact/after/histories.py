@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
+from impact.march.grid import blocks
 
 Window = Literal["moving average", "hann"]
 MOVING_AVERAGE: Window = "moving average"
@@ -46,13 +47,22 @@ def largest_average(force: Array, steps: float | Array, width: float) -> float:
     return float(largest_averages(force[:, None], steps, width)[0])
 
 
-def largest_averages(force: Array, steps: float | Array, width: float) -> Array:
-    """Return the (N,) `largest_average` of each column of ``force`` (n, N)."""
+def largest_averages(force: Array, steps: float | Array, width: float, weights: Array | None = None) -> Array:
+    """Return the (N,) `largest_average` of each column of ``force`` (n, N), or of its (N, k) weighted sums."""
     edges = edges_of(steps, len(force))
-    integral = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force * np.diff(edges)[:, None], axis=0)])
-    begins = _interpolate(edges + width, edges, integral) - integral
-    ends = integral - _interpolate(edges - width, edges, integral)
-    return np.asarray(np.maximum(begins.max(axis=0), ends.max(axis=0)) / width)
+    spans, later, earlier = np.diff(edges)[:, None], _places(edges + width, edges), _places(edges - width, edges)
+
+    def find(part: slice) -> Array:
+        values = force[:, part] if weights is None else force @ weights[:, part]
+        integral = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values * spans, axis=0)])
+        begins, ends = _between(integral, *later) - integral, integral - _between(integral, *earlier)
+        return np.asarray(np.maximum(begins.max(axis=0), ends.max(axis=0)) / width)
+
+    columns = force.shape[1] if weights is None else weights.shape[1]
+    return np.concatenate([find(part) for part in blocks(columns, max(1, TOGETHER // len(edges)))])
+
+
+TOGETHER: Final = 2**16  # values of force that are averaged at once: of a long run a few columns, which fit in a cache
 
 
 def edges_of(steps: float | Array, number: int) -> Array:
@@ -60,12 +70,17 @@ def edges_of(steps: float | Array, number: int) -> Array:
     return np.asarray(steps * np.arange(number + 1) if np.ndim(steps) == 0 else steps, dtype=np.float64)
 
 
-def _interpolate(at: Array, time: Array, values: Array) -> Array:
-    """Return ``values`` (n + 1, N) at the times ``at`` on the lines between them, constant beyond; for all columns."""
+def _places(at: Array, time: Array) -> tuple[NDArray[np.intp], Array]:
+    """Return the index of the time that follows each of the times ``at``, and its share on the line to it from the one
+    before; the first and the last one beyond."""
     if len(time) < 2:
-        return values
+        return np.zeros(len(at), dtype=np.intp), np.ones((len(at), 1))
     after = np.clip(np.searchsorted(time, at, side="right"), 1, len(time) - 1)
-    share = np.clip((at - time[after - 1]) / (time[after] - time[after - 1]), 0.0, 1.0)[:, None]
+    return after, np.clip((at - time[after - 1]) / (time[after] - time[after - 1]), 0.0, 1.0)[:, None]
+
+
+def _between(values: Array, after: NDArray[np.intp], share: Array) -> Array:
+    """Return ``values`` (n + 1, N) at `_places`, for all columns."""
     return np.asarray((1 - share) * values[after - 1] + share * values[after])
 
 
@@ -237,8 +252,8 @@ def line_force_peak(
     """
     lengths, when = lengths_of(length, force.shape[1]), np.flatnonzero(np.any(force, axis=1))
     part = slice(when[0], when[-1] + 1) if when.size else slice(0, 1)  # there is no force before and after
-    means = over_arcs(force[part], share, lengths, pieces)
-    each = largest_averages(means, edges_of(steps, len(force))[part.start : part.stop + 1], width)
+    weights, edges = over_arcs(np.eye(len(lengths)), share, lengths, pieces), edges_of(steps, len(force))
+    each = largest_averages(force[part], edges[part.start : part.stop + 1], width, weights)
     return float(each.max()), float(_middles(lengths, share, pieces)[int(np.argmax(each))])
 
 

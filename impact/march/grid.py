@@ -69,6 +69,13 @@ class TimeGrid:
         rows = int(np.searchsorted(self.ends, step))
         return TimeGrid(self.dt, np.append(self.ends[:rows], step))
 
+    def cut(self, start: int, stop: int) -> tuple[slice, Array]:
+        """Return the rows of the steps that lie between two fine steps, in whole or in part, and the (m + 1,) times [s]
+        at which these parts begin and end."""
+        first, last = int(np.searchsorted(self.ends, start, side="right")), int(np.searchsorted(self.ends, stop))
+        edges = np.clip(self.ends[first - 1 : last + 1], start, stop)
+        return slice(first, last + 1), np.asarray(self.dt * edges, dtype=np.float64)
+
     def merge_ends(self, other: TimeGrid) -> NDArray[np.int64]:
         """Return the ends of the steps of this grid and of another one, each once."""
         return np.union1d(self.ends, other.ends)

@@ -31,7 +31,7 @@ SHARE: Final = 3e-5
 BEND: Final = 1e-3
 """Largest deviation of an open gap from the line between the ends of a step, over the widest gap on its side so far."""
 WORTHWHILE: Final = 1.0  # predicted time of equal steps [s] from which on the loop for long ones repays its compilation
-LARGE: Final = 8e6  # steps x contacts of equal steps, of 64 MB a history, from which on it repays it whatever the time
+LARGE: Final = 1e6  # steps x contacts of equal steps, of 8 MB a history, from which on it repays it whatever the time
 HIGHEST: Final = 6  # longest step: RISE^6 = 4096 fine ones
 FEWEST: Final = 16  # fewest steps of a length that fit into a run
 CHUNK: Final = loop.RISE**HIGHEST * 16  # fine steps whose loads are known at once

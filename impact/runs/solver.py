@@ -27,7 +27,7 @@ from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
 from impact.march.grid import blocks
 from impact.march.history import Engine
-from impact.march.ladder import LARGE, begin_march, finish_march, march
+from impact.march.ladder import begin_march, finish_march, march
 from impact.march.motion import Discrete, Motion
 from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
@@ -150,6 +150,7 @@ def growth_of_difference(first: Rows, second: Rows, starts: Sequence[int], shift
     return np.array(growth, dtype=np.float64)
 
 
+LARGE: Final = 8e6  # values of a history, of 64 MB, above which displacements of contacts are replayed, not kept
 RESOLUTION_LIMIT = 0.5  # largest w_max h without advice: above, numerical damping affects the highest mode
 
 

@@ -215,7 +215,8 @@ def _left_in_words(look: Look) -> str:
         rounds.bar_in_words(name, bar) for name, bar in left.error.items() if bar != look.done.left.relative(name)
     )
     expected = f"; expected after {'it' if left.rounds == 1 else 'them'}: {bars}" if bars else ""
-    return f"{left.rounds} round{'s'[: left.rounds > 1]}, about {in_time(left.seconds)}, first {left.changes}{expected}"
+    cost = f"about {in_time(left.seconds)}" + ("" if math.isnan(left.memory) else f", {left.memory / 1e9:.2g} GB")
+    return f"{left.rounds} round{'s'[: left.rounds > 1]}, {cost}, first {left.changes}{expected}"
 
 
 def judged_line(plan: Plan) -> str:
@@ -240,7 +241,7 @@ def plan_json(plan: Plan, look: Look | None = None) -> str:
             "meets_target": bool(look.done.met),
             "time_s": look.seconds,
             "stages_s": dict(look.stages),
-            "memory_bytes": look.done.memory,
+            "memory_bytes": look.left.memory,
             "left": asdict(look.left),
             "notes": list(rounds.remarks(look.done)),
         }

@@ -58,6 +58,13 @@ def available_memory(root: Path = ROOT) -> float:
     return max(0.0, min(_of_the_machine(), _of_the_address_space(), *_of_control_groups(root)))
 
 
+def own_memory() -> float:
+    """Return the resident memory of this process [bytes]; nan if it is not known."""
+    with suppress(OSError, RuntimeError, ValueError, LookupError):
+        return float(psutil.Process().memory_info().rss)
+    return math.nan
+
+
 def peak_memory() -> float:
     """Return the largest resident memory of this process so far [bytes]; on Linux from /proc, of this program only."""
     try:

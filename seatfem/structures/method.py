@@ -265,6 +265,11 @@ class Solved:
     reused: bool = False
     coarser_mesh: SeatMesh | MeridianMesh | None = None
 
+    @property
+    def functions(self) -> Solved:
+        """Return the Green's functions alone: meshes, matrices and modes are large."""
+        return replace(self, mesh=None, model=None, modes=None, coarser_mesh=None)
+
 
 START: Final = "initial_value"
 """Key of a spring's provenance that holds g(0+) of the whole patch [m/(N s)], which a spring cannot have."""

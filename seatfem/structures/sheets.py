@@ -250,7 +250,7 @@ def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
     return {name: patch for lip in lips for name, patch in lip.patches(sheet.shape.centre).items()}
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=4)
 def solved_sheet(
     asked: Sheet, lips: tuple[AnyLip, ...], damping_ratio: float, *, mesh_error: bool = True
 ) -> SolvedSheet:
@@ -282,7 +282,7 @@ def refinement(fine: PlateModes, coarse: PlateModes) -> float:
     return float(np.clip(math.sqrt(len(fine.mesh.cells) / len(coarse.mesh.cells)), 1.1, COARSENING))
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=4)
 def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
     """Return the plate on its mesh, or one of elements ``coarser`` times as large; found once in a process, and kept on
     file.

@@ -1,8 +1,11 @@
 """Forces along a closed line: means over a part of it and a time, and where they are largest."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
+from impact.after import histories
 from impact.after.histories import line_force_peak, line_impulse_peak, over_arcs, per_length
 
 LENGTH, DT = 0.03, 1e-7
@@ -49,6 +52,18 @@ def test_where_it_is_largest() -> None:
     impulse, where = line_impulse_peak(force, DT, LENGTH, 0.25)
     assert impulse == pytest.approx(expected * 10 * DT, rel=1e-3)
     assert where == pytest.approx(40 / 64, abs=1e-12)
+
+
+def test_a_long_run_is_averaged_in_blocks_and_its_memory_stays_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Besides the force of 24 arcs, a few columns: at once they are ten times that."""
+    rng = np.random.default_rng(3)
+    force, edges = rng.uniform(0, 1, (50_000, 24)), np.cumsum(rng.uniform(0.5, 2, 50_001)) * DT
+    tracemalloc.start()
+    found = line_force_peak(force, edges, 300 * DT, LENGTH, 0.1)
+    assert tracemalloc.get_traced_memory()[1] < force.nbytes
+    tracemalloc.stop()
+    monkeypatch.setattr(histories, "TOGETHER", 10**9)
+    assert line_force_peak(force, edges, 300 * DT, LENGTH, 0.1) == pytest.approx(found, rel=1e-13)
 
 
 def test_uneven_arcs_are_weighed_by_their_lengths() -> None:

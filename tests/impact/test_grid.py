@@ -36,6 +36,24 @@ def test_a_grid_is_cut_at_a_step(step: int, ends: list[int]) -> None:
     assert STEPS.until(step).ends.tolist() == ends
 
 
+@pytest.mark.parametrize(
+    ("start", "stop", "rows", "times"),
+    [
+        (0, 22, [1, 2, 3, 4], [0, 1, 2, 6, 22]),
+        (1, 6, [2, 3], [1, 2, 6]),
+        (3, 5, [3], [3, 5]),
+        (3, 7, [3, 4], [3, 6, 7]),
+        (6, 7, [4], [6, 7]),
+    ],
+)
+def test_rows_of_a_window_with_the_times_of_their_parts(
+    start: int, stop: int, rows: list[int], times: list[float]
+) -> None:
+    found, edges = STEPS.cut(start, stop)
+    assert np.arange(5)[found].tolist() == rows
+    np.testing.assert_allclose(edges, 1e-3 * np.array(times))
+
+
 def test_a_history_that_would_not_fit_is_refused_and_its_windows_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(grid, "MOST_BYTES", 8.0 * 10)
     with pytest.raises(ContactError, match=r"0 to 22 .*window"):

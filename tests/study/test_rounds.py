@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from impact import measures
@@ -293,6 +294,71 @@ def test_the_time_of_a_round_is_that_of_the_last_one_and_its_further_work(tmp_pa
     earlier = done.plan.method.replaced({"run.time_step": 2 * step})
     slow = replace(done, before=(earlier, {"contact": 20.0 / 2**0.5}))  # the last two rounds show the power of the work
     assert next_round.expect_time(slow, finer(step=step / 2)) == pytest.approx(2**0.5 * 20.0)
+
+
+@pytest.mark.slow
+def test_the_memory_of_a_round_is_that_of_the_last_one_with_what_grows(tmp_path: Path) -> None:
+    """Histories in proportion to equal steps, bodies by their least; never less than what was taken already."""
+    done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
+    assert done.result.rows.is_uniform
+    step, after = done.plan.method.time_step, next_round.AFTERWARDS
+    histories = next_round.HISTORIES * 8 * (len(done.result.rows.ends) + int(done.result.rows.ends[-1]))
+    done = replace(done, memory=next_round.PROGRAM + 5e8 + histories)
+
+    def expect(finer: float, count: int = 1) -> float:
+        method = done.plan.method.replaced({"run.time_step": step / finer})
+        return next_round.expect_memory(done, replace(done.plan, method=method), count)
+
+    least = next_round.LEAST_GROWTH
+    for finer, count in ((1, 1), (10, 1), (10, 2)):
+        more = 5e8 * (least**count - 1) + histories * (finer**count - 1)
+        assert expect(finer, count) == pytest.approx(done.memory + more + after)
+    assert next_round.expect_memory(done, None) == done.memory + after
+    small = replace(done, memory=next_round.PROGRAM + histories)
+    method = done.plan.method.replaced({"run.time_step": 10 * step})
+    assert next_round.expect_memory(small, replace(done.plan, method=method)) == small.memory + after
+
+
+@pytest.mark.slow
+def test_no_round_that_is_expected_to_outgrow_the_memory_is_begun(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
+    monkeypatch.setattr(next_round, "own_memory", lambda: 1e8)
+    monkeypatch.setattr(next_round, "available_memory", lambda: 2e7)
+    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    assert (done.number, done.met) == (1, False)
+    assert re.fullmatch(r"the next round would need about \S+ GB of memory, 0\.12 GB are available", done.stopped)
+
+
+@pytest.mark.slow
+def test_a_run_that_nears_the_end_of_memory_ends_with_the_last_round_on_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Memory goes while round 2 is under way, and smaller ones fail, too: the answer is that of a run of one round."""
+    scene = plan_of(SCENE + 'target = "2 %"\n', tmp_path).scene
+    plan, run_contacts = with_step(begin_plan(scene), 2e-6), rounds.run_contacts
+    one = pipeline.run_scene(scene, tmp_path / "one", plan=plan, limits=Limits(1), pictures=False)
+    calls: list[object] = []
+
+    def counted(*given, **more):
+        calls.append(given)
+        return run_contacts(*given, **more)
+
+    monkeypatch.setattr(rounds, "EVERY", 0.0)
+    monkeypatch.setattr(rounds, "run_contacts", counted)
+    monkeypatch.setattr(rounds, "available_memory", lambda: 1e8 if len(calls) >= 2 else 1e10)
+    two = pipeline.run_scene(scene, tmp_path / "two", plan=plan, pictures=False)
+    assert len(calls) >= 2
+    assert (two.met, two.summary["accuracy_rounds"]) == (False, 1)
+    words = r"a finer round is not possible: .* was stopped at \S+: 0\.1 GB of memory are left, at least 0\.3 GB"
+    assert re.match(words, str(two.summary["accuracy_stopped_because"]))
+    assert any("0.1 GB of memory are left" in note for note in two.messages)
+    found = json.loads((tmp_path / "two" / "summary.json").read_text(encoding="utf-8"))
+    for key in ("impulse_Ns", "filtered_peak_force_N", "error_bar_impulse_Ns"):
+        assert found[key] == one.summary[key]
+    alone, kept = (load_results(tmp_path / name / "result.h5")["wave"] for name in ("one", "two"))
+    np.testing.assert_array_equal(alone.rows.force, kept.rows.force)
 
 
 @pytest.mark.parametrize(("number", "seconds"), [(0, 1.0), (1, 0.0), (1, float("nan"))])

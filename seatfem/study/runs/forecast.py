@@ -17,12 +17,21 @@ from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import AIM, MOST, begin_plan, work_ratio
 from seatfem.study.runs.kept import first_plan, save_plan
-from seatfem.study.runs.next_round import OF_THE_CONTACT, OF_THE_SEAT, Limits, expect_time, next_plan, sum_stages
+from seatfem.study.runs.next_round import (
+    OF_THE_CONTACT,
+    OF_THE_SEAT,
+    Limits,
+    expect_memory,
+    expect_time,
+    next_plan,
+    sum_stages,
+)
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
 
+USUAL: Final = 2.5  # factor by which a round usually reduces the largest error bar, by which memory is foretold
 PURSE: Final = {False: 3.0, True: 6.0}  # wall time of a look [s], at a scene without and with files of geometry
 
 
@@ -34,6 +43,7 @@ class Forecast:
         rounds: number of further rounds.
         seconds: their wall time [s].
         seat, contact: wall time of seat and of contact in the last of them [s].
+        memory: peak memory after them [bytes].
         error: relative error bar of each judged measure after them.
         changes: what the next of them refines, in words.
         why: why the target will not be met, in words; "" if it will.
@@ -43,6 +53,7 @@ class Forecast:
     seconds: float
     seat: float
     contact: float
+    memory: float
     error: Mapping[str, float]
     changes: str = ""
     why: str = ""
@@ -122,11 +133,11 @@ def forecast(done: Round) -> Forecast:
     """Return what is left of a run, if every further round reduces the largest error by `converge.MOST`."""
     bars = {name: done.left.relative(name) for name in done.judged}
     seat, contact = (sum_stages(done.price, stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
-    if done.met is not False:
-        return Forecast(0, 0.0, seat, contact, bars, why="" if done.met else "there is no landing to judge")
-    further, why = next_plan(done, Limits(), math.inf)
+    further, why = None, "" if done.met else "there is no landing to judge"
+    if done.met is False:
+        further, why = next_plan(done, Limits(), math.inf)
     if further is None:
-        return Forecast(0, 0.0, seat, contact, bars, why=why)
+        return Forecast(0, 0.0, seat, contact, expect_memory(done, None), bars, why=why)
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     worst = max(bars.values())
     count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(MOST)))
@@ -135,4 +146,6 @@ def forecast(done: Round) -> Forecast:
     error = {name: bar if bar <= target else max(AIM * target, bar / MOST**count) for name, bar in bars.items()}
     grown = work.largest ** (count - 1)
     changes = further.changes_since(done.plan)
-    return Forecast(count, whole, seat * work.seat * grown, contact * work.contact * grown, error, changes)
+    last = seat * work.seat * grown, contact * work.contact * grown
+    rounds_to_grow = math.ceil(math.log(max(min(worst, 1.0) / target, USUAL)) / math.log(USUAL))
+    return Forecast(count, whole, *last, expect_memory(done, further, rounds_to_grow), error, changes)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from impact.quantities import in_time
+from seatfem.machine.resources import available_memory, own_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
 from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.plan import Plan
@@ -18,6 +19,10 @@ OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error", "patch erro
 OF_THE_REED: Final = (STRIKER,)
 OF_THE_CONTACT: Final = ("contact", "reed stress", "error budget", "spring baseline", "files")
 """Stages of a round by the work that they grow with."""
+PROGRAM: Final = 2.5e8  # memory of the program, its packages and a first coarse mesh [bytes]
+AFTERWARDS: Final = 8e7  # memory of what follows the last round: files, horizon, pictures [bytes]
+LEAST_GROWTH: Final = 1.5  # of meshes and modes from one round to the next
+HISTORIES: Final = 10  # histories in the peak memory of a round: forces, gaps, motions, averages, those before
 FIXED: Final = 0.5  # wall time of seat, reed or contact that does not grow: start of gmsh, loading of compiled code [s]
 TELLING: Final = 1.5  # growth of the work between two rounds from which on their times tell its power
 CUT_OFF: Final = "the run ends during the judged landing; a longer run.duration includes all of it"
@@ -77,6 +82,27 @@ def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
     return fixed + (seconds - fixed) * ratio
 
 
+def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
+    """Return the expected peak memory [bytes] of a run after ``count`` further rounds that grow like that of the
+    ``plan``; ``None``: it ends with the round that is done.
+
+    The program's own does not grow; histories of the whole contact do with fine steps, those of all contacts with the
+    steps that are taken, which are long where the motion is smooth, and all the rest with the work of seat or reed.
+    nan if the peak so far is not known.
+    """
+    if plan is None:
+        return done.memory + AFTERWARDS
+    before, after, rows = done.plan.method, plan.method, done.result.rows
+    contacts, finer = before.seat.division.count, converge.ratio_of(before.time_step, after.time_step)
+    of_rows = (finer if rows.is_uniform else finer**0.5) * after.seat.division.count / contacts
+    work = converge.work_ratio(before, after, done.plan.scene)
+    of_bodies = max(work.seat, work.reed, LEAST_GROWTH)
+    whole, each = (HISTORIES * 8.0 * values for values in (int(rows.ends[-1]), len(rows.ends) * contacts))
+    bodies = max(done.memory - PROGRAM - whole - each, 0.0)
+    grown = PROGRAM + bodies * of_bodies**count + whole * finer**count + each * of_rows**count
+    return float(max(done.memory, grown)) + AFTERWARDS
+
+
 def sum_stages(price: Mapping[str, float], stages: tuple[str, ...]) -> float:
     """Return the wall time of some stages together [s]."""
     return sum(price.get(stage, 0.0) for stage in stages)
@@ -104,6 +130,9 @@ def _exceeded_limit(done: Round, plan: Plan, time_left: float) -> str:
         )
     if math.isinf(time_left) and seconds > LONGEST:
         return f"the next round would take about {in_time(seconds)}; --max-time, or a finer seat.mesh or step, insists"
+    need, room = expect_memory(done, plan), available_memory() + own_memory()
+    if need > room:
+        return f"the next round would need about {need / 1e9:.2g} GB of memory, {room / 1e9:.2g} GB are available"
     dt = plan.method.time_step
     if dt is not None and plan.scene.run.duration / dt > MAX_STEPS:
         return f"the next round would take {plan.scene.run.duration / dt:.2g} steps, at most {MAX_STEPS:.0e} are stored"

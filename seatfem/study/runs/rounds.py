@@ -81,6 +81,8 @@ def rounds(
             return
         tell(f"{line}; the next about {in_time(expect_time(latest, further))}")
         number, before, stopped = latest.number + 1, latest.plan, ""
+        if _seat_key(further) != _seat_key(latest.plan):
+            latest = replace(latest, seat=latest.seat.functions)
         yield replace(latest, stopped=f"round {number} {UNFINISHED}")
         try:
             for finer, left_out in converge.attempts(latest, further):

@@ -21,7 +21,7 @@ from impact.files.safe_files import whole_file
 from impact.greens.base import GreensFunction
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget
-from seatfem.machine.resources import Stopwatch
+from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures import method, rings
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import OF_A_LANDING, Touches, is_of_a_landing, landing_name, measured, stopper_values
@@ -321,7 +321,6 @@ def accuracy_keys(done: Round) -> dict[str, object]:
         "accuracy_met": done.met,
         "accuracy_rounds": done.number,
         "accuracy_round_time_s": sum(done.spent.values()),
-        "peak_memory_bytes": finite_or_none(done.memory),
         "accuracy_stopped_because": done.stopped,
     }
 
@@ -337,8 +336,9 @@ def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
 
 
 def timing_keys(watch: Stopwatch, start: float) -> dict[str, object]:
-    """Return the time [s] since ``start`` (`time.perf_counter`), and that of each stage so far."""
+    """Return the time [s] since ``start`` (`time.perf_counter`), that of each stage, and the peak memory so far."""
     return {
+        "peak_memory_bytes": finite_or_none(peak_memory()),
         "wall_time_s": time.perf_counter() - start,
         "stages_s": {stage: round(spent, 3) for stage, spent in watch.stages.items()},
     }

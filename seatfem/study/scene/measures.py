@@ -315,8 +315,8 @@ class _AlongLip:
         if line is None:
             return None
         within, n = blow.steps_of(landing), len(blow.force) - 1
-        force = line.grid.spread_forces(line.force, within.start + 1, min(within.stop, n))
-        return self._peak(blow, line, force, blow.dt)
+        rows, edges = line.grid.cut(within.start, min(within.stop, n))
+        return self._peak(blow, line, line.force[rows], edges)
 
     def _peak(self, blow: ContactRecord, line: Line, force: Array, steps: float | Array) -> float:
         raise NotImplementedError
