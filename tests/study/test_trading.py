@@ -329,7 +329,7 @@ def in_this_process(scene: Path, point: Point, limit: float) -> Outcome:
 
 @pytest.mark.slow
 def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    """A rod: the spring is far off, every step converges, tables and picture agree, and a second call runs nothing."""
+    """A rod: the step converges, tables and picture agree, and a second call runs nothing."""
     carry_out_by(monkeypatch, in_this_process)
     monkeypatch.setattr(trade, "code_version", lambda: "this")
     folder = small.parent / "out"
