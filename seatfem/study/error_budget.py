@@ -188,10 +188,11 @@ def error_budget(
     if shorter := march.step_of_waves(problem, result.dt, scene.run.duration):
         change = variations.changes(values_of_record(own, like), run(problem, shorter))
         finer = {name: max(value, finer.get(name, 0.0)) for name, value in change.items()}
-    parallel = _parallel_runs(len(result.rows.ends) * len(problem.contacts))
+    histories = contact.STEP_BYTES * len(result.rows.ends) * len(problem.contacts)  # of a run [bytes]
+    threads = max(1, int(min(compiling.threads(), resources.available_memory() / histories)))
     values = values_with_clock(own)
     budget = variations.budget_of(
-        run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=parallel
+        run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=threads
     )
     budget = with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
     if blow is not stated:
@@ -312,12 +313,6 @@ def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> varia
         if (name := landing_name("seat", number, "duration_s")) in jumps:
             jumps[name] = duration.jump_of_landing(blow, landing, share)
     return replace(budget, parts={**budget.parts, source: variations.total(budget.parts[source], jumps)})
-
-
-def _parallel_runs(steps: int) -> int:
-    """Return how many runs of so many ``steps`` run in parallel: one a core, if memory holds their histories."""
-    room = resources.available_memory() / (contact.STEP_BYTES * steps)
-    return max(1, int(min(compiling.threads(), room)))
 
 
 def terms_by_key(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], tuple[str, ...]]:

@@ -272,7 +272,6 @@ def test_errors_below_the_floor_do_not_count():
     assert found.front("filtered_peak") == ("0", "1", OWN_CHOICE)
     assert found.front() == ("0", "1", OWN_CHOICE)
     assert found.excess(OWN_CHOICE) == 1.0
-    assert found.excess(OWN_CHOICE, "impulse") == pytest.approx(1.5)
     assert found.excess("2") == pytest.approx(4 / 3)
     assert found.excess("2", error=0.02) == pytest.approx(4 / 3)
     assert math.isnan(found.excess("1", error=0.02))
@@ -330,7 +329,7 @@ def in_this_process(scene: Path, point: Point, limit: float) -> Outcome:
 
 @pytest.mark.slow
 def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    """A rod: the spring is far off, every step converges, tables and picture agree, and a second call runs nothing."""
+    """A rod: the step converges, tables and picture agree, and a second call runs nothing."""
     carry_out_by(monkeypatch, in_this_process)
     monkeypatch.setattr(trade, "code_version", lambda: "this")
     folder = small.parent / "out"

@@ -22,6 +22,7 @@ from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import problem_of, solved_stopper, striker_of
 from seatfem.study.method import FIELDS, RunMethod
 from seatfem.study.scene import Scene
+from seatfem.units import write_quantity
 
 Role = Literal["seat", "reed", "stopper"]
 
@@ -122,6 +123,7 @@ class Ladder:
         falls: whether finer values are smaller.
         effort: power of the error, inverted, with which the work grows: work exponent over order of convergence.
         rule: the rule of the first value, in words.
+        dimension: dimension of the value; "" without one.
     """
 
     key: str
@@ -131,10 +133,11 @@ class Ladder:
     falls: bool = False
     effort: float = 1.0
     rule: str = ""
+    dimension: str = ""
 
     def describe(self, value: Any) -> str:
         """Return a value in words, with its unit."""
-        return str(value)
+        return write_quantity(value, self.dimension, 3) if self.dimension else str(value)
 
     def finer(self, value: Any, factor: float, scene: Scene) -> Any:
         """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds change no such key."""

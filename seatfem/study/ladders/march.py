@@ -16,7 +16,6 @@ from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import STEP, RunMethod
 from seatfem.study.safety import SHORT
 from seatfem.study.scene import Scene
-from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from seatfem.study.impacts.plate_stress import PlateLook
@@ -38,10 +37,7 @@ class TimeStep(Ladder):
     effort: float = 1.0
     rule: str = f"{FIRST} steps in the width of the filter"
     falls: bool = True
-
-    def describe(self, value: float) -> str:
-        """Return a step with its unit."""
-        return write_quantity(value, "time", 3)
+    dimension: str = "time"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with `FIRST` steps in the width of the filter, or as many as a gas needs."""

@@ -27,7 +27,6 @@ from seatfem.study.method import (
 )
 from seatfem.study.safety import OF_DRAWS
 from seatfem.study.scene import Scene
-from seatfem.units import write_quantity
 
 FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run begins
 FIRST_BAND: Final = 0.25  # band of the seat over the filter's width with which a run begins
@@ -45,10 +44,7 @@ class ElementSize(BodyLadder):
     effort: float = 1.5
     rule: str = f"expected error of g about {percent(FIRST_ERROR)}, by wavelength and contact face"
     falls: bool = True
-
-    def describe(self, value: float) -> str:
-        """Return a size with its unit."""
-        return write_quantity(value, "length", 3)
+    dimension: str = "length"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with sizes for a relative error `FIRST_ERROR` of g, by wavelength and patch, and an element
@@ -100,10 +96,7 @@ class Bandwidth(ladder.BodyLadder):
 
     effort: float = 0.5
     rule: str = "covers the first resonance and what the filter passes"
-
-    def describe(self, value: float) -> str:
-        """Return a frequency with its unit."""
-        return write_quantity(value, "frequency", 3)
+    dimension: str = "frequency"
 
     def begin(self, known: ladder.Beginning, method: RunMethod) -> RunMethod:
         """Return the method with a band of a seat up to its first resonance, and `FIRST_BAND` over the filter."""

@@ -27,9 +27,7 @@ COLOURS: Final = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY)
 
 def rows_of(trade: Trade) -> list[dict[str, object]]:
     """Return one row per point, with units in the keys; NaN for a point that did not end."""
-    fronts = {name: trade.front(name) for name in trade.measures}
-    together = trade.front()
-    rows = []
+    front, rows = trade.front(), []
     for point in trade.points:
         outcome, name = trade.outcomes[point.name], point.name
         summary: Mapping[str, Any] = outcome.summary
@@ -47,8 +45,7 @@ def rows_of(trade: Trade) -> list[dict[str, object]]:
         }
         row |= {key_of(m): summary.get(m, math.nan) for m in trade.measures}
         row |= {f"error_{m}": trade.error(name, m) for m in trade.measures}
-        row |= {f"front_{m}": name in fronts[m] for m in trade.measures}
-        row |= {"front": name in together, "reason": " ".join(outcome.message.split())}
+        row |= {"front": name in front, "reason": " ".join(outcome.message.split())}
         rows.append(row)
     return rows
 
@@ -65,7 +62,6 @@ def summary_of(trade: Trade) -> dict[str, object]:
         "choice_s": trade.choosing,
         "choice_error": {m: trade.error(OWN_CHOICE, m) for m in trade.measures},
         "choice_excess": trade.excess(OWN_CHOICE),
-        "choice_excess_of_measure": {m: trade.excess(OWN_CHOICE, m) for m in trade.measures},
         "choice_excess_at_target": trade.excess(OWN_CHOICE, error=trade.target),
     }
 

@@ -174,12 +174,12 @@ class Trade:
         costs, errors = map(self.cost, names), (self.trusted_error(name, measure) for name in names)
         return tuple(names[i] for i in effects.pareto_front(list(costs), list(errors)))
 
-    def excess(self, name: str, measure: str | None = None, error: float | None = None) -> float:
-        """Return a point's cost over the least cost for an ``error`` that it meets, by default its own; nan if it
-        misses it. Without a ``measure`` the largest error over all measures counts."""
-        own = self.trusted_error(name, measure)
+    def excess(self, name: str, error: float | None = None) -> float:
+        """Return a point's cost over the least cost for an ``error`` that it meets in all measures, by default its own;
+        nan if it misses it."""
+        own = self.trusted_error(name)
         error = own if error is None else error
-        as_good = [self.cost(each.name) for each in self.done() if self.trusted_error(each.name, measure) <= error]
+        as_good = [self.cost(each.name) for each in self.done() if self.trusted_error(each.name) <= error]
         return self.cost(name) / min(as_good) if own <= error else math.nan
 
 
