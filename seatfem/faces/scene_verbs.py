@@ -75,6 +75,7 @@ def plan(
     *,
     json: Annotated[bool, Parameter(negative="")] = False,
     drawing: Path | None = None,
+    max_time: Seconds | None = None,
     changes: Changes = (),
     common: Common = COMMON,
 ) -> int:
@@ -88,6 +89,9 @@ def plan(
         Print one JSON object instead: all of it, and the scene in SI units with every open key filled.
     drawing:
         File for a drawing of the scene, in section and plan (.png, .svg or .pdf).
+    max_time:
+        Time of the look, in seconds or with a unit (1 min), after which it is stopped even in its first round [default:
+        no round is begun after 3 s, 6 s with files; the first is stopped after 60 s].
     """
     if (ahead := other_verbs.study_ahead(scene)) is not None:
         if json:
@@ -97,7 +101,8 @@ def plan(
         return DONE
     checked = load(scene, changes)
     with progress_of(common) as progress:
-        look = study.runs.forecast.look_at(checked, progress=progress)
+        longest = study.runs.forecast.HANGING if max_time is None else max_time
+        look = study.runs.forecast.look_at(checked, max_time, progress, longest=longest)
     if drawing is not None:
         impacts.layout.draw_scene(checked, drawing, look.plan.method.seat.division)
     if json and not common.quiet:

@@ -1,10 +1,12 @@
 """Several meshes by one gmsh process."""
 
+import signal
 import subprocess
 
 import numpy as np
 import pytest
 
+from seatfem.structures.mesh import gmsh_process
 from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
@@ -72,3 +74,22 @@ def test_a_session_goes_on_after_a_failure(monkeypatch) -> None:
             gmsh({"task": "no_such_task"})
         assert make_meridian(AnnularSeat(), COARSE, gmsh=gmsh).quality.elements > 0
     assert [process.poll() is None for process in processes] == [False, False]
+
+
+@pytest.mark.slow
+def test_a_silent_step_of_gmsh_can_be_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Progress is reported again and again while gmsh is within one step; whoever listens ends the job and its
+    process, and the session goes on."""
+    monkeypatch.setattr(gmsh_process, "EVERY", 1e-3)
+    processes, reports = started(monkeypatch), list[float]()
+
+    def listen(_: str, done: float) -> None:
+        reports.append(done)
+        if reports.count(done) > 20:
+            raise TimeoutError
+
+    with GmshSession() as gmsh:
+        with pytest.raises(TimeoutError):
+            make_mesh(Stopper(), MeshSpec(size=5e-4), gmsh=gmsh, progress=listen)
+        assert [process.poll() for process in processes] == [-signal.SIGKILL]
+        assert make_mesh(Stopper(), COARSE, gmsh=gmsh).mesh.t.shape[1] > 0

@@ -1,5 +1,6 @@
 """The loop begins coarse, measures the error of each key by a neighbour, and refines what the target needs."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
@@ -146,7 +147,14 @@ def test_keys_that_hide_each_other_are_refined_together() -> None:
     assert set(mark(round_of({SIZE: 0.2}, refined={SIZE: (Refinement(0.5, 4.0),)})).factors) == {SIZE}
 
 
-def test_an_error_that_does_not_converge_is_given_up() -> None:
+@pytest.mark.parametrize("error", [0.2, math.inf])
+def test_an_error_that_does_not_converge_is_given_up(error: float) -> None:
+    """An unknown error counts as the value itself, and is given up likewise."""
+    done = round_of({SIZE: error}, refined={SIZE: (Refinement(1.05 * error, 2.0),) * TRIES})
+    assert refine_plan(done)[0] is None
+
+
+def test_what_is_given_up_is_told_with_what_it_leaves() -> None:
     done = round_of({SIZE: 0.2}, refined={SIZE: (Refinement(0.21, 2.0),) * TRIES})
     plan, why = refine_plan(done)
     assert plan is None

@@ -14,6 +14,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Thread
 from typing import Any, Final, Protocol
 
 import numpy as np
@@ -28,6 +30,7 @@ Arrays = dict[str, NDArray[Any]]
 
 STAGE = "meshing"
 WRITTEN: Final = ("msh", "step", "picture")  # keys of a job that name files which it writes
+EVERY: Final = 0.5  # time between two reports of progress while gmsh says nothing [s]
 MESHES: Final = 8  # most results that a session remembers
 LARGE: Final = 64e6  # size of a result after which a process is ended, as it holds several times this memory [bytes]
 REMEDY = "try another element size, above all a smaller contact_size; or check and heal the CAD"
@@ -146,15 +149,33 @@ def _states_of_files(job: Mapping[str, Any]) -> list[tuple[int, int, int]]:
 def _last_message(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:
     """Send the job, report progress until it is finished or the process ends, and return the last message."""
     last: dict[str, Any] = {"stage": "starting gmsh"}
-    assert process.stdout is not None
+    done, lines = 0.0, SimpleQueue[str | None]()
     tell_worker(process, job)
-    for line in process.stdout:
+    Thread(target=_pass_on, args=(process, lines), daemon=True).start()
+    while True:
+        try:
+            line = lines.get(timeout=EVERY)
+        except Empty:
+            progress(STAGE, done)  # gmsh says nothing within a step: whoever listens may stop it
+            continue
+        if line is None:
+            return last
         last = json.loads(line)
         if "stage" in last:
-            progress(STAGE, last["done"])
+            done = last["done"]
+            progress(STAGE, done)
         if "finished" in last:
-            break
-    return last
+            return last
+
+
+def _pass_on(process: subprocess.Popen[str], lines: SimpleQueue[str | None]) -> None:
+    """Put the messages of a job into ``lines`` up to its last one; ``None`` after them where the process ends."""
+    assert process.stdout is not None
+    for line in process.stdout:
+        lines.put(line)
+        if "finished" in json.loads(line):
+            return
+    lines.put(None)
 
 
 def _check(code: int, last: Mapping[str, Any], log: str) -> None:

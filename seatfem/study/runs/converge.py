@@ -219,7 +219,7 @@ def _is_stalled(done: Round, key: str) -> bool:
     """Return whether a key's error has fallen by less than half of what its order says in `TRIES` refinements."""
     past = done.plan.refined.get(key, ())[-TRIES:]
     factor = math.prod(each.factor for each in past)
-    return len(past) == TRIES and _worst(done, key) > past[0].error / factor**0.5
+    return len(past) == TRIES and not _worst(done, key) < past[0].error / factor**0.5  # infinite: unknown
 
 
 def attempts(done: Round, further: Plan) -> Iterator[tuple[Plan, frozenset[str]]]:

@@ -11,9 +11,11 @@ from dataclasses import dataclass
 from typing import Final
 
 from impact.notices import Progress, Tell, ignore, silent
+from impact.quantities import in_time
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.mesh.gmsh_process import gmsh_session
+from seatfem.study.impacts.contact import RunError
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import AIM, MOST, begin_plan, work_ratio
 from seatfem.study.runs.kept import first_plan, save_plan
@@ -27,11 +29,12 @@ from seatfem.study.runs.next_round import (
     sum_stages,
 )
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.rounds import rounds
+from seatfem.study.runs.rounds import OutOfTime, rounds
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
 
 USUAL: Final = 2.5  # factor by which a round usually reduces the largest error bar, by which memory is foretold
+HANGING: Final = 60.0  # wall time after which the first round of a look is stopped [s]: kernels may be compiled in it
 PURSE: Final = {False: 3.0, True: 6.0}  # wall time of a look [s], at a scene without and with files of geometry
 
 
@@ -84,15 +87,23 @@ def look_at(
     progress: Progress = silent,
     tell: Tell = ignore,
     most: int = MOST_ROUNDS,
+    longest: float = math.inf,
 ) -> Look:
     """Return a look at a scene, after which no round is begun that is expected to end later than ``seconds``, by
-    default `PURSE`; the first round always ends.
+    default `PURSE`.
 
-    Raises what `seatfem.study.runs.rounds.rounds` and `seatfem.study.runs.converge.begin_plan` raise.
+    Raises `RunError` where the first round does not end within ``longest`` [s], and what
+    `seatfem.study.runs.rounds.rounds` and `seatfem.study.runs.converge.begin_plan` raise.
     """
     purse = PURSE[bool(scene.seat.files())] if seconds is None else seconds
     watch = Stopwatch()
-    done = _last_round(first_plan(scene), watch, Limits(most, purse), progress, tell)
+    try:
+        done = _last_round(first_plan(scene), watch, Limits(most, purse, longest), progress, tell)
+    except OutOfTime as problem:
+        raise RunError(
+            f"no first round within {in_time(longest)}: {problem}, or state a larger seat.mesh.size, a narrower "
+            "seat.greens.bandwidth, a longer run.filter_width or fewer contact.ports; a run waits for its first round"
+        ) from problem
     save_plan(done)
     return Look(done, watch.stages, forecast(done))
 

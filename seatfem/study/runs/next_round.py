@@ -35,7 +35,8 @@ class Limits:
     Attributes:
         rounds: largest number of rounds.
         seconds: wall time of the whole run [s]. A round expected to exceed it is not begun; one that exceeds it is
-            stopped, and the round before is the answer. The first round always ends. Infinite: `LONGEST` each round.
+            stopped, and the round before is the answer. Infinite: `LONGEST` each round.
+        first: wall time after which the first round is stopped, with `OutOfTime` and no answer [s].
         steady: whether only an exceeded ``seconds`` stops the rounds, so that results do not depend on expected times.
         stress: whether the reed's largest stresses are computed although the scene does not ask for them.
 
@@ -45,6 +46,7 @@ class Limits:
 
     rounds: int = MOST_ROUNDS
     seconds: float = math.inf
+    first: float = math.inf
     steady: bool = False
     stress: bool = True
 

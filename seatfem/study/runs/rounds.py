@@ -63,8 +63,9 @@ def rounds(
     Yields:
         Each finished round, before the next begins; ``stopped`` of one that is not the last says so.
     """
-    deadline = limits.seconds + (time.perf_counter() if start is None else start)
-    latest = _measured(_first_round, plan, folder, watch, within_limits(progress), limits=limits)
+    begun = time.perf_counter() if start is None else start
+    deadline = begun + limits.seconds
+    latest = _measured(_first_round, plan, folder, watch, within_limits(progress, begun + limits.first), limits=limits)
     before: Plan | None = None
     while True:
         further: Plan | None = None
@@ -104,7 +105,7 @@ def rounds(
 
 
 class OutOfTime(RuntimeError):
-    """A further round has exceeded the time allowed."""
+    """A round has exceeded the time allowed; the message names its stage."""
 
 
 LEAST_FREE: Final = 3e8
@@ -121,7 +122,7 @@ def within_limits(progress: Progress, deadline: float = math.inf) -> Progress:
         nonlocal last
         now = time.perf_counter()
         if now > deadline:
-            raise OutOfTime(f"--max-time is over ({stage}); allow more")
+            raise OutOfTime(f"--max-time is over ({stage}, {done:.0%}); allow more")
         if now - last > EVERY:
             last = now
             if (free := available_memory()) < LEAST_FREE:
