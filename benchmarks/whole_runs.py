@@ -44,8 +44,13 @@ NOTES: Final = (
     f"Whole runs with all their files and pictures, over those of commit {BEFORE}, which marches and keeps equal steps",
     "(the tilted valve is killed there, at 24 GB): the least of two turns, processor time of all threads; memory of",
     "the program itself, before without files and pictures. *Forecast*: what `seatfem plan` says, over time and memory",
-    "of a run. Scenes after an interrupt are left out.",
+    "of a run. Scenes after an interrupt (Ctrl-C) are left out.",
 )
+
+COLUMNS: Final = (
+    "scene", "processor time [s]", "over before", "time over before", "memory [GB]", "over before",
+    "result.h5 [MB]", "over before", "forecast of time", "forecast of memory",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -122,8 +127,4 @@ def whole_runs_table() -> Table:
                 )
             )  # fmt: skip
             print(*rows[-1], sep=" | ", flush=True)  # noqa: T201
-    columns = (
-        "scene", "processor time [s]", "over before", "time over before", "memory [GB]", "over before",
-        "result.h5 [MB]", "over before", "forecast of time", "forecast of memory",
-    )  # fmt: skip
-    return Table("Whole runs", NOTES, columns, tuple(rows))
+    return Table("Whole runs", NOTES, COLUMNS, tuple(rows))

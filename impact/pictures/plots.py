@@ -144,7 +144,7 @@ def plot_energy(
     ``targets``: name of the struck bodies, whose energies are one term. Returns the figure, written to a ``path`` if
     one is given. Raises `PictureError` without matplotlib.
     """
-    energy = result.energy
+    energy, grid = result.rows.energy, result.rows
     received = ["work on " if name in energy.by_work else "" for name in ("striker", "target")]
     terms = {
         f"{received[0]}reed": (energy.striker, BLUE),
@@ -157,22 +157,24 @@ def plot_energy(
     imbalance = np.abs(energy.input - energy.stored - energy.dissipated)
     largest = float(np.max(energy.input))
     factor, unit = scaled(largest, "J")
-    rate, time_unit = scaled(float(result.time[-1]), "s")
-    stride = max(len(result.time) // 6000, 1)
-    time = rate * result.time[::stride]
+    rate, time_unit = scaled(float(grid.time[-1]), "s")
+    shown = np.arange(0, grid.ends[-1] + 1, max(int(grid.ends[-1] + 1) // 6000, 1))
+    time = rate * grid.dt * shown
     with sheet(path, 7.2, 6.2) as figure:
         figure.suptitle(title)
         stack, log = figure.subplots(2, 1, sharex=True)
-        layers = [factor * np.maximum(values[::stride], 0.0) for values, _ in terms.values()]
+        layers = [factor * np.maximum(grid.find_motions(values, shown), 0.0) for values, _ in terms.values()]
         colours = [colour for _, colour in terms.values()]
         stack.stackplot(time, layers, colors=colours, labels=list(terms), linewidth=0, alpha=0.85)
-        stack.plot(time, factor * energy.input[::stride], color="black", linewidth=1.0, label="energy input")
+        stack.plot(
+            time, factor * grid.find_motions(energy.input, shown), color="black", linewidth=1.0, label="energy input"
+        )
         stack.set(ylabel=f"energy [{unit}]", ylim=(0.0, 1.08 * factor * largest))
         stack.set_title("Stacked terms")
         stack.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         for name, (values, colour) in {**terms, "balance error": (imbalance, GREY)}.items():
-            shown, thick = values[::stride], 0.7 if name == "balance error" else 0.9
-            log.plot(time, np.where(shown > 0, shown, np.nan), color=colour, linewidth=thick, label=name)
+            at, thick = grid.find_motions(values, shown), 0.7 if name == "balance error" else 0.9
+            log.plot(time, np.where(at > 0, at, np.nan), color=colour, linewidth=thick, label=name)
         lowest = min(1e-9 * largest, max(0.1 * float(imbalance.max()), 1e-18 * largest))
         log.set(yscale="log", ylim=(lowest, 3 * largest), xlim=(0.0, time[-1]))
         log.set(xlabel=f"time [{time_unit}]", ylabel="energy [J]")
@@ -276,7 +278,9 @@ def _curves(axes: Axes, curves: Sequence[_Curve], window: tuple[float, float], q
     factor, unit = scaled(np.concatenate([curve[1][part] for curve, part in zip(curves, parts, strict=True)]), "m")
     rate = time_axis(axes, window)
     for (run, values, name, colour, style), part in zip(curves, parts, strict=True):
-        axes.plot(rate * run.time[part], factor * values[part], color=colour, linestyle=style, label=name)
+        ends, last = run.rows.ends, min(part.stop, len(values)) - 1
+        at = np.unique([part.start, *ends[(ends > part.start) & (ends < last)], last])  # lines between ends of steps
+        axes.plot(rate * run.dt * at, factor * values[at], color=colour, linestyle=style, label=name)
     zero_line(axes)
     axes.set_ylabel(f"{quantity} [{unit}]")
 

@@ -221,7 +221,13 @@ def draw_all(
 
 
 def _by_name(draw: Callable[..., object]) -> Callable[[Path], object]:
-    return lambda path: draw(path=path)
+    """Return the function of a path alone, which frees the curves of a figure: these are large, and in rings."""
+
+    def draw_at(path: Path) -> None:
+        if clear := getattr(draw(path=path), "clear", None):
+            clear()
+
+    return draw_at
 
 
 SHOWN = 12  # most modes that are drawn or kept
