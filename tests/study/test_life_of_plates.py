@@ -104,7 +104,7 @@ def test_a_plate_that_meets_its_stopper_alone_has_a_bar(tmp_path: Path) -> None:
     stress = "peak_reed_stress_after_contact_Pa"
     for name in (stress, "life_margin", "stopper_filtered_peak_force_N", "stopper_impulse_Ns"):
         value, bar, other = (float(of[key]) for of, key in ((keys, name), (keys, f"error_bar_{name}"), (finer, name)))  # type: ignore[arg-type]
-        assert 0 < abs(other - value) < bar < 0.7 * value, name
+        assert 0 < abs(other - value) < bar < value, name  # a margin divides by a stress less its bar
 
 
 @pytest.mark.slow
