@@ -26,7 +26,17 @@ from seatfem.study.method import (
 )
 from seatfem.study.plan import Refinement
 from seatfem.study.runs import converge
-from seatfem.study.runs.converge import MOST, MOST_WORK, TRIES, begin_method, begin_plan, mark, refine_plan, work_ratio
+from seatfem.study.runs.converge import (
+    LEAST,
+    MOST,
+    MOST_WORK,
+    TRIES,
+    begin_method,
+    begin_plan,
+    mark,
+    refine_plan,
+    work_ratio,
+)
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from tests.steps import Stopwatch, silent
 from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, STEEL, scene_of
@@ -141,9 +151,10 @@ def test_what_misses_the_target_is_marked_and_no_more() -> None:
 
 
 def test_keys_that_hide_each_other_are_refined_together() -> None:
-    """The error of the mesh has hardly fallen by its last refinement: the tolerance is refined, too."""
+    """The error of the mesh has hardly fallen by its last refinement: the tolerance is refined, too, by the least."""
     done = round_of({SIZE: 0.2}, refined={SIZE: (Refinement(0.25, 4.0),)})
     assert set(mark(done).factors) == {SIZE, TOLERANCE}
+    assert mark(done).factors[TOLERANCE] == LEAST < mark(done).factors[SIZE]
     assert set(mark(round_of({SIZE: 0.2}, refined={SIZE: (Refinement(0.5, 4.0),)})).factors) == {SIZE}
 
 

@@ -172,8 +172,9 @@ def mark(done: Round) -> Marks:
             room = BESIDE * fixed  # what can be reduced still is, until it hardly counts
         for key, share in _shares({key: errors[key] for key in open_keys}, room).items():
             wanted.add(key)
-            for each in (key, *_hiding(done, key)):
-                factors[each] = max(factors.get(each, 1.0), errors[key] / share)
+            factors[key] = max(factors.get(key, 1.0), errors[key] / share)
+            for other in _hiding(done, key):
+                factors[other] = max(factors.get(other, 1.0), LEAST)
     return Marks({key: min(max(factor, LEAST), MOST) for key, factor in factors.items()}, frozenset(wanted), stuck)
 
 
