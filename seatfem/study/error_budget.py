@@ -335,8 +335,8 @@ def sum_by_source(budget: variations.Budget, terms: Mapping[str, variations.Term
     """Return a budget by key as one by source, with the errors by key beside; a source is unknown if one of its keys
     is."""
     of_step = budget.parts["time_step"]
-    found = {table.source_of(key) for key in terms}
-    sources = [*SOURCES, *(source for source in (STRIKER, STOPPER, LIP, RECORD) if source in found)]
+    asked = {table.source_of(key) for key in terms}
+    sources = [*SOURCES, *(source for source in (STRIKER, STOPPER, LIP, RECORD) if source in asked)]
     parts: dict[str, Values] = {}
     for source in sources:
         keys = [key for key in terms if table.source_of(key) == source]

@@ -228,11 +228,11 @@ def solve(
     with watch("contact"):
         flights = contact.Flights(striker, scene.run.duration, scene.contact.preload)
         touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)
-    found, since = None, stress_since(touches, scene.accuracy.landing)
+    reed_stress, since = None, stress_since(touches, scene.accuracy.landing)
     if stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
         with watch("reed stress"):
-            found = contact.stress_in_run(scene.geometry, striker, touches, since=since)
-    computed = Round(plan, seat, striker, touches, found, Budget({}, {}, ()), reed, flights=flights)
+            reed_stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
+    computed = Round(plan, seat, striker, touches, reed_stress, Budget({}, {}, ()), reed, flights=flights)
     if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene.reed, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):

@@ -292,8 +292,8 @@ def _stress_of(done: Round, reed: ThinPlate, striker: Body) -> float:
     scene, division = done.plan.scene, _division(done)
     look = PlateLook(reed, plate_stress.plate_field(scene.geometry, striker, division), division)
     problem = problem_of(scene, striker, impact.Body(done.seat.greens))
-    found = look(marched(problem, done.result.dt, scene.run.duration), None)
-    return math.nan if found is None or found.after_contact is None else found.after_contact.value
+    largest = look(marched(problem, done.result.dt, scene.run.duration), None)
+    return math.nan if largest is None or largest.after_contact is None else largest.after_contact.value
 
 
 def plate_field(done: Round, striker: Body | None = None) -> StressField:

@@ -68,12 +68,12 @@ def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
 
 def states(scene: Scene, start: RunMethod, end: RunMethod) -> list[RunMethod]:
     """Return methods from a first one to an ``end``: of each, the keys are a rung finer, as far as those of the end."""
-    found = [start]
-    while found[-1].values != end.values:
-        finer = finer_in_all(scene, found[-1]).values
+    ascending = [start]
+    while ascending[-1].values != end.values:
+        finer = finer_in_all(scene, ascending[-1]).values
         values = {key: last if _reaches(key, finer[key], last) else finer[key] for key, last in end.values.items()}
-        found.append(end if values == found[-1].values else end.with_values(scene.geometry, values))
-    return found
+        ascending.append(end if values == ascending[-1].values else end.with_values(scene.geometry, values))
+    return ascending
 
 
 def _reaches(key: str, value: Any, last: Any) -> bool:

@@ -65,8 +65,8 @@ def run_points(
     """
     keys = {point.name: _key(scene, point) for point in points}
     on_file = runner.read_journal(journal) if journal else {}
-    kept = {key: one for key, one in on_file.items() if one.state != "stopped" or processor_of(one) >= time_limit}
-    outcomes = {name: kept[key] for name, key in keys.items() if key in kept}
+    ended = {key: one for key, one in on_file.items() if one.state != "stopped" or processor_of(one) >= time_limit}
+    outcomes = {name: ended[key] for name, key in keys.items() if key in ended}
     pending = [point for point in points if point.name not in outcomes]
     hired = crew(WORKER, renew=1) if cluster is None else cluster_crew(cluster, WORKER, runner.packed_job, renew=1)
     with hired as ask:
@@ -221,27 +221,27 @@ def measure_trade(
     if cluster is None and not journal.exists():  # once, so that compiled code is cached before times are measured
         run_points(path, ends[:1], None, time_limit=LONGER * time_limit)
     points = [*walk, *others]
-    found = run_points(path, points, journal, time_limit=time_limit, cluster=cluster, progress=progress)
-    found |= run_points(path, ends, journal, time_limit=LONGER * time_limit, cluster=cluster, progress=progress)
+    outcomes = run_points(path, points, journal, time_limit=time_limit, cluster=cluster, progress=progress)
+    outcomes |= run_points(path, ends, journal, time_limit=LONGER * time_limit, cluster=cluster, progress=progress)
     judged = tuple(scene.accuracy.judged)
-    exact, back = _reference(path, scene, found, [*(point.name for point in walk), *names])
-    values, coarser = found[exact].summary, found[back].summary
+    exact, back = _reference(path, scene, outcomes, [*(point.name for point in walk), *names])
+    values, coarser = outcomes[exact].summary, outcomes[back].summary
     floor = {name: _relative(coarser, values, name) / (LEAST - 1) for name in judged}
     title = scene.title or path.stem
-    return Trade(title, judged, scene.accuracy.target, (*points, *ends), found, exact, floor, choosing)
+    return Trade(title, judged, scene.accuracy.target, (*points, *ends), outcomes, exact, floor, choosing)
 
 
-def _reference(path: Path, scene: Scene, found: Mapping[str, Outcome], names: Sequence[str]) -> tuple[str, str]:
+def _reference(path: Path, scene: Scene, outcomes: Mapping[str, Outcome], names: Sequence[str]) -> tuple[str, str]:
     """Return the names of the finest point that ended and of the one a rung coarser, of ``names`` from coarse to fine.
 
     Raises `TradeError` if there are no two, or if the measures need a landing that they do not have.
     """
-    ended = [name for name in names if found[name].state == "done"]
+    ended = [name for name in names if outcomes[name].state == "done"]
     if len(ended) < 2:
-        missing = "; ".join(f"{name}: {found[name].message}" for name in names if name not in ended)
+        missing = "; ".join(f"{name}: {outcomes[name].message}" for name in names if name not in ended)
         raise TradeError(f"{path}: no reference ended ({missing}); give each point more time (--limit)")
-    if not all(_answers(found[name], scene.accuracy.judged) for name in ended[-2:]):
-        why = left_out_in_words((found[name].summary[STATUS] for name in ended), "points")
+    if not all(_answers(outcomes[name], scene.accuracy.judged) for name in ended[-2:]):
+        why = left_out_in_words((outcomes[name].summary[STATUS] for name in ended), "points")
         remedy = f"lengthen run.duration = {write_quantity(scene.run.duration, 'time')}, or ask for the whole run"
         raise TradeError(f'{path}: no landing to compare: {why}; {remedy} by accuracy.landing = "run"')
     return ended[-1], ended[-2]
