@@ -66,7 +66,7 @@ def own_memory() -> float:
 
 
 def peak_memory() -> float:
-    """Return the largest resident memory of this process so far [bytes]; on Linux from /proc, of this program only."""
+    """Return the largest resident memory of this process so far, on Linux since `forget_peak` [bytes]."""
     try:
         status = Path("/proc/self/status").read_text(encoding="ascii")
         return 1024.0 * int(status.partition("VmHWM:")[2].split()[0])
@@ -75,6 +75,13 @@ def peak_memory() -> float:
     if sys.platform == "win32":
         return math.nan
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
+
+
+def forget_peak() -> float:
+    """Let `peak_memory` begin anew, where Linux allows it, and return the memory that the process holds [bytes]."""
+    with suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+    return own_memory()
 
 
 def _of_the_machine() -> float:

@@ -5,12 +5,12 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from impact.notices import Progress
 from seatfem.jobs.folders import private_folder
+from seatfem.machine.resources import forget_peak
 from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.runs.rounds import Limits
 from seatfem.study.scene import load_scene
@@ -107,7 +107,7 @@ def run_text(
                 content(folder / name)
         path = folder / "scene.toml"
         path.write_text(text, encoding="utf-8")
-        forget_peak_memory()
+        forget_peak()
         start = processor_seconds()
         try:
             listen = until(time.perf_counter() + most_seconds)
@@ -161,9 +161,3 @@ def same(
 def processor_seconds() -> float:
     """Return the processor time of this process and of those that it has waited for [s]."""
     return sum(os.times()[:4])
-
-
-def forget_peak_memory() -> None:
-    """Let the system count the peak of this process' memory anew; Linux alone can."""
-    with suppress(OSError):
-        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")

@@ -27,7 +27,7 @@ from impact.bodies.time_series import read_time_series
 from impact.measured.frf import read_frf
 from impact.measured.reading import read_impulse_response
 from impact.storage.hdf5 import load_greens, load_results, save_greens
-from seatfem.machine.resources import peak_memory
+from seatfem.machine.resources import forget_peak, peak_memory
 from seatfem.pictures.moving import load_moving
 from seatfem.structures.formats.dxf import read_outline
 from seatfem.structures.formats.matrices import read_matrices
@@ -209,7 +209,7 @@ def _read_once(growth: Growth, path: Path) -> tuple[float, int, str]:
     child = os.fork()
     if child == 0:
         os.close(out)
-        ended, before = "", _fresh_peak()
+        ended, before = "", int(forget_peak())
         resource.setrlimit(resource.RLIMIT_CPU, (int(LONG), int(LONG) + 1))
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         try:
@@ -229,12 +229,6 @@ def _read_once(growth: Growth, path: Path) -> tuple[float, int, str]:
     _, status, used = os.wait4(child, 0)
     memory, ended = json.loads(said) if said else (0, f"!ended by {os.waitstatus_to_exitcode(status)}")
     return used.ru_utime + used.ru_stime, memory, ended
-
-
-def _fresh_peak() -> int:
-    """Return the resident memory of this process [bytes], from which its peak is counted anew."""
-    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-    return int(peak_memory())
 
 
 LENGTHS: Final = {"x": "length", "y": "length"}

@@ -303,7 +303,7 @@ def test_the_memory_of_a_round_is_that_of_the_last_one_with_what_grows(tmp_path:
     assert done.result.rows.is_uniform
     step, after = done.plan.method.time_step, next_round.AFTERWARDS
     histories = next_round.HISTORIES * 8 * (len(done.result.rows.ends) + int(done.result.rows.ends[-1]))
-    done = replace(done, memory=next_round.PROGRAM + 5e8 + histories)
+    done = replace(done, memory=next_round.PROGRAM + 5e8 + histories, held=0.0)
 
     def expect(finer: float, count: int = 1) -> float:
         method = done.plan.method.replaced({"run.time_step": step / finer})
@@ -317,6 +317,17 @@ def test_the_memory_of_a_round_is_that_of_the_last_one_with_what_grows(tmp_path:
     small = replace(done, memory=next_round.PROGRAM + histories)
     method = done.plan.method.replaced({"run.time_step": 10 * step})
     assert next_round.expect_memory(small, replace(done.plan, method=method)) == small.memory + after
+
+
+@pytest.mark.slow
+def test_what_a_process_did_before_does_not_count_as_memory_of_its_run(tmp_path: Path) -> None:
+    """Half a gigabyte is used and freed, and as much held: neither is expected to grow with the rounds."""
+    used = np.ones(2**26)
+    held = np.ones(2**26)
+    del used
+    done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
+    assert held.nbytes < done.held <= done.memory < done.held + 4e8
+    assert next_round.expect_memory(done, done.plan, count=8) < 2.5 * held.nbytes
 
 
 @pytest.mark.slow

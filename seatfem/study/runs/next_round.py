@@ -88,8 +88,9 @@ def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
     """Return the expected peak memory [bytes] of a run after ``count`` further rounds that grow like that of the
     ``plan``; ``None``: it ends with the round that is done.
 
-    The program's own does not grow; histories of the whole contact do with fine steps, those of all contacts with the
-    steps that are taken, which are long where the motion is smooth, and all the rest with the work of seat or reed.
+    What the process held before, and the program's own, do not grow; histories of the whole contact do with fine steps,
+    those of all contacts with the steps that are taken, which are long where the motion is smooth, and all the rest
+    with the work of seat or reed.
     nan if the peak so far is not known.
     """
     if plan is None:
@@ -100,8 +101,9 @@ def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
     work = converge.work_ratio(before, after, done.plan.scene)
     of_bodies = max(work.seat, work.reed, LEAST_GROWTH)
     whole, each = (HISTORIES * 8.0 * values for values in (int(rows.ends[-1]), len(rows.ends) * contacts))
-    bodies = max(done.memory - PROGRAM - whole - each, 0.0)
-    grown = PROGRAM + bodies * of_bodies**count + whole * finer**count + each * of_rows**count
+    program = max(PROGRAM, done.held)
+    bodies = max(done.memory - program - whole - each, 0.0)
+    grown = program + bodies * of_bodies**count + whole * finer**count + each * of_rows**count
     return float(max(done.memory, grown)) + AFTERWARDS
 
 

@@ -64,6 +64,7 @@ class Round:
         spent: wall time of this round by stage [s].
         price: the same, with what was reused at the time that it took when it was computed.
         memory: peak memory of the process up to the end of the round [bytes].
+        held: memory of the process before the run [bytes].
         before: method and price of the round before.
         plate: stress of a striking plate, if stress is a measure asked for.
         flights: the striker's motion without contact, shared by further runs of the round.
@@ -81,6 +82,7 @@ class Round:
     spent: Mapping[str, float] = field(default_factory=dict)
     price: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
+    held: float = 0.0
     before: tuple[RunMethod, Mapping[str, float]] | None = None
     plate: runs.stresses.PlateReedStress | None = None
     flights: Flights | None = field(default=None, repr=False)

@@ -15,7 +15,7 @@ from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
 from impact.runs.variations import Budget, total
 from seatfem import structures
-from seatfem.machine.resources import Stopwatch, available_memory, peak_memory
+from seatfem.machine.resources import Stopwatch, available_memory, forget_peak, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.study import impacts, runs
 from seatfem.study.error_budget import error_budget, with_bars_of_measures
@@ -65,7 +65,9 @@ def rounds(
     """
     begun = time.perf_counter() if start is None else start
     deadline = begun + limits.seconds
-    latest = _measured(_first_round, plan, folder, watch, within_limits(progress, begun + limits.first), limits=limits)
+    held = forget_peak()
+    listen = within_limits(progress, begun + limits.first)
+    latest = replace(_measured(_first_round, plan, folder, watch, listen, limits=limits), held=held)
     before: Plan | None = None
     while True:
         further: Plan | None = None
@@ -154,7 +156,8 @@ def _measured(
         price = runs.kept.cached_numbers(result, result.touches, "price", lambda: price)
     number = previous[0].number + 1 if previous else 1
     earlier = (previous[0].plan.method, previous[0].price) if previous else None
-    return replace(result, number=number, spent=spent, price=price, memory=peak_memory(), before=earlier)
+    held = previous[0].held if previous else 0.0
+    return replace(result, number=number, spent=spent, price=price, memory=peak_memory(), held=held, before=earlier)
 
 
 def _failure_words(problem: Exception) -> str:
