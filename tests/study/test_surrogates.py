@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import impact
 from impact.greens.base import GreensFunction
+from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.structures.method import AUTO
 from seatfem.structures.patch import Sizes, mesh_error, sizes_for
 from seatfem.structures.rings import face_compliance
@@ -16,12 +18,14 @@ from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of
 from seatfem.study.ladders import level
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.ladders.rules import coarse_method
-from seatfem.study.method import stated_method
+from seatfem.study.ladders.rules import coarse_method, level_with_waves
+from seatfem.study.ladders.table import ladder_of
+from seatfem.study.method import MODEL, PORTS, stated_method
+from seatfem.study.runs.converge import begin_method
 from seatfem.study.safety import DOUBT, DOUBT_OF_COARSE
 from seatfem.study.scene import Scene
 from tests.as_stated import seat_of, striker_of
-from tests.steps import ModelError, Solved, values_of_record
+from tests.steps import Limits, ModelError, Solved, Stopwatch, begin_plan, rounds, silent, values_of_record
 from tests.study.small_scenes import ANNULAR, REED, scene_of
 
 CONE = """
@@ -105,3 +109,46 @@ def test_the_surrogate_stands_for_a_coarse_seat_that_cannot_be_made(monkeypatch:
     (variation,) = level._waves(ComputedRun(scene, method, Solved(spring), problem))
     assert variation.weight == DOUBT
     np.testing.assert_array_equal(variation.problem.target.greens.modal.omega, known.omega)
+
+
+THIN = """
+reed = { kind = "flapper", root_width = "9 mm", taper_length = "3 mm", neck_width = "7 mm", neck_length = "20 mm", \
+    paddle_diameter = "13 mm", thickness = "0.25 mm", material = "steel", damping_ratio = 0.02, \
+    release = { mode = 1, velocity = "-2 m/s" } }
+seat = { kind = "plate", ports = 2, layout = "row", struck = 1, port_radius = "4 mm", pitch = "12 mm", \
+    margin = "6 mm", thickness = "1.5 mm", land_width = "1 mm", clamp_width = "2 mm", material = "steel", \
+    damping_ratio = 0.02 }
+contact = { tilt = "0.2 deg" }
+run = { duration = "1 ms", filter_width = "10 us" }
+accuracy = { target = "10 %" }
+"""
+
+
+@pytest.mark.slow
+def test_what_a_coarse_seat_struck_as_a_whole_tells_of_a_tilted_landing_is_enough(tmp_path: Path) -> None:
+    """A thin plate rocks under a paddle that lands on one side: the spring is told to be off by at least what the waves
+    of the same mesh, in the same segments, change."""
+    scene = scene_of(THIN)
+    plan = begin_plan(scene)
+    waves = plan.method.replaced({MODEL: level_with_waves(scene.seat, plan.method.seat).level})
+    with gmsh_session():
+        (still,), (moved,) = (
+            rounds(replace(plan, method=method), tmp_path, Stopwatch(), silent, limits=Limits(1))
+            for method in (plan.method, waves)
+        )
+    assert still.plan.method.seat.lip.arcs == moved.plan.method.seat.lip.arcs == 16
+    changes = {name: abs(moved.left.values[name] - still.left.values[name]) for name in ("impulse", "filtered_peak")}
+    assert changes["impulse"] > 0.01 * moved.left.values["impulse"]
+    for name, change in changes.items():
+        assert still.left.by_key[MODEL][name] > change, name
+
+
+def test_segments_of_a_seat_that_is_meshed_in_space_have_an_element_each() -> None:
+    """Twice as many arcs want elements half as long, which the scene leaves open; stated ones are kept."""
+    for stated in ({}, {"seat__mesh": {"contact_size": "1.3 mm"}}):
+        scene = scene_of(THIN, **stated)
+        method = begin_method(scene)
+        finer = ladder_of(PORTS).refine(scene, method, 2.0)
+        arc = finer.seat.lip.length / finer.seat.lip.arcs
+        assert finer.seat.lip.arcs == 2 * method.seat.lip.arcs
+        assert (finer.seat.contact_size < arc < method.seat.contact_size) is not bool(stated)

@@ -88,21 +88,22 @@ def _better(run: ComputedRun) -> Terms:
 
 def _waves(run: ComputedRun) -> tuple[Variation, ...] | None:
     """Return the run on a seat with waves against the same without them: the seat is solved on a coarse mesh and struck
-    as a whole, along a lip with a half-space under its parts; where that is impossible, it is estimated. ``None``
-    where its struck face is not known."""
+    as a whole, along a lip with a half-space under its parts, which leaves out what a tilted landing excites besides,
+    so that it counts `DOUBT` times; where that is impossible, it is estimated. ``None`` where its struck face is not
+    known."""
     scene, lip = run.scene, run.method.seat.lip
     patch, estimate = scene.seat.patch(), scene.seat.estimate()
     if patch is None or estimate is None:
         return None
     method = coarse_method(scene.seat, run.method.seat, patch, scene.run.filter_width)
     try:
-        solved, doubt = solve_body("seat", scene.seat, method, scene.run.duration, mesh_error=False), DOUBT_OF_COARSE
+        solved = solve_body("seat", scene.seat, method, scene.run.duration, mesh_error=False)
     except FAILURES:
-        solved, doubt = None, DOUBT
-    waves = estimate if solved is None else solved.greens
+        solved = None
+    waves, doubt = (estimate, DOUBT) if solved is None else (solved.greens, DOUBT_OF_COARSE)
     whole = waves.modal
     if run.division.arcs > 1 and lip is not None and whole is not None:
-        waves = on_its_patch(whole, lip, patch)
+        waves, doubt = on_its_patch(whole, lip, patch), DOUBT
         static: GreensFunction = at_once(waves)
     else:
         static = impact.spring(stiffness=1 / face_compliance(waves))

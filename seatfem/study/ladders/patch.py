@@ -93,7 +93,16 @@ class Rings(Ladder):
 
 def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod | None:
     """Return the method with the lip in these parts; ``None`` if they are more than the program chooses itself."""
-    return method.along(scene.geometry, arcs, rings) if arcs * rings <= MOST_CHOSEN else None
+    return _meshed_for_arcs(scene, method.along(scene.geometry, arcs, rings)) if arcs * rings <= MOST_CHOSEN else None
+
+
+def _meshed_for_arcs(scene: Scene, method: RunMethod) -> RunMethod:
+    """Return the method with an element in each arc of a lip that is meshed in space, unless the size is stated."""
+    body, lip, size = scene.seat.elastic, method.seat.lip, method.seat.contact_size
+    if size is None or body is None or lip is None or CONTACT_SIZE in method.given:
+        return method
+    in_space = method.seat.in_arcs and body.elements_of(method.seat) == "3d"
+    return method.replaced({CONTACT_SIZE: min(size, PER_ARC * lip.length / lip.arcs)}) if in_space else method
 
 
 def of_rings_across(run: ComputedRun) -> Terms | None:
@@ -194,11 +203,7 @@ class OnePort(Ladder):
         """Return the method with the lip in segments, and an element in each."""
         if PORTS in method.given or method.ports != 1 or (finer := in_fewest_arcs(scene, method)) is None:
             return None
-        body, lip, size = scene.seat.elastic, finer.seat.lip, method.seat.contact_size
-        if size is None or body is None or lip is None or CONTACT_SIZE in method.given:
-            return finer
-        in_space = body.elements_of(finer.seat) == "3d"
-        return finer.replaced({CONTACT_SIZE: min(size, PER_ARC * lip.length / lip.arcs)}) if in_space else finer
+        return _meshed_for_arcs(scene, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a plate meets a lip with one contact."""
