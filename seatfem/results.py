@@ -194,6 +194,7 @@ OF_LANDINGS: Final[Mapping[str, str]] = {
 }
 """Keys of the records of landings, and the heads of their columns."""
 _BY_KEY: Final = {result.key: result for result in RESULTS}
+RESULT_KEYS: Final = frozenset(_BY_KEY)
 
 
 class ResultSource:

@@ -21,7 +21,7 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.march import history, laws, motion, replay
 from impact.march import history as engines
 from impact.march.loop.several import active_set
-from impact.march.problem import ContactError, ContactProblem
+from impact.march.problem import ContactError, ContactProblem, RigidContactError
 from impact.quantities import brief
 
 BLOCK = 512  # steps of free flight that are computed at once
@@ -352,7 +352,7 @@ def step_count(dt: float, duration: float) -> int:
 
 
 def _refuse_ill_posed(problem: ContactProblem) -> None:
-    """Raise `ContactError` for a rigid law between bodies with g(0+) = 0: its force would grow like 1/dt."""
+    """Raise `RigidContactError` for a rigid law between bodies with g(0+) = 0: its force would grow like 1/dt."""
     modes = [body for body in problem.bodies if body.greens.modal is not None]
     at_once = {id(body): np.diag(body.greens.initial_value()) for body in modes}
     for number, contact in enumerate(problem.contacts):
@@ -360,7 +360,7 @@ def _refuse_ill_posed(problem: ContactProblem) -> None:
             continue
         pair = ((problem.striker, contact.striker_port), (contact.target, contact.port))
         if all(id(body) in at_once and at_once[id(body)][body.greens.port_index(port)] == 0.0 for body, port in pair):
-            raise ContactError(
+            raise RigidContactError(
                 f"contact {number}: neither body yields at once (no residual flexibility, g(0+) = 0) and the law is "
                 "rigid: the force would grow like 1/dt; add a residual (impact.Residual) or use a compliant law"
             )

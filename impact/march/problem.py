@@ -21,6 +21,10 @@ class ContactError(ValueError):
     """A contact problem that cannot be solved as posed; the message says what to change."""
 
 
+class RigidContactError(ContactError):
+    """A rigid law between bodies of which neither yields at once."""
+
+
 @dataclass(frozen=True)
 class Contact:
     """One place where the striker may touch a target.

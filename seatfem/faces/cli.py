@@ -71,15 +71,15 @@ def placed(error: Exception, arguments: Sequence[str]) -> str:
 
 
 def _with_line(text: str, key: str, scene: Path) -> str:
-    """Return the text with the line of the key, or of its table, with which a message of one line begins; unchanged if
-    the file has neither."""
+    """Return the text with the file, and the line of the key, or of its table, with which a message of one line
+    begins, if the file has either."""
     try:
         error = study.scene.located(
             study.scene.SceneError((study.scene.problems.Problem(None, 0, "", text, tuple(key.split("."))),)), scene
         )
     except study.scene.SceneError:  # an error of the scene file itself
         return text
-    return str(error) if error.problems[0].line and "\n" not in text else text
+    return text if "\n" in text else str(error) if error.problems[0].line else f"{scene}: {text}"
 
 
 def clipped(text: str) -> str:

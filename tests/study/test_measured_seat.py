@@ -1,5 +1,6 @@
 """A seat of a noisy record in a scene: its columns, bars of seat and baseline, lines that do not fit."""
 
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from impact.notices import Advice
 from seatfem.faces.tables import result_table
 from seatfem.study.impacts.validity import fit_of, validity_advice
 from tests.gallery import load_text
-from tests.steps import GreensFunction, Scene, SceneError, load_scene, run_scene
+from tests.steps import GreensFunction, RunError, Scene, SceneError, load_scene, run_scene
 
 F = np.arange(40.0, 12e3, 20.0)
 S = 2j * np.pi * F
@@ -35,8 +36,8 @@ def advice_of(scene: Scene, *bodies: GreensFunction) -> tuple[Advice, ...]:
     return validity_advice(scene.geometry, scene.run.filter_width, *bodies)
 
 
-def scene(folder: Path, noise: float, seat: str = SEAT, odd: float = 1.0) -> Scene:
-    exact = BODY.transfer(S)[:, 0, 0] * S**2 * np.where((F > 8.4e3) & (F < 8.6e3), odd, 1.0)
+def scene(folder: Path, noise: float, seat: str = SEAT, odd: float = 1.0, body: impact.ModalGreens = BODY) -> Scene:
+    exact = body.transfer(S)[:, 0, 0] * S**2 * np.where((F > 8.4e3) & (F < 8.6e3), odd, 1.0)
     rng = np.random.default_rng(4)
     size = noise * np.sqrt(np.mean(np.abs(exact) ** 2) / 2)
     h = exact + size * (rng.normal(size=len(F)) + 1j * rng.normal(size=len(F)))
@@ -121,3 +122,15 @@ def test_courses_of_any_header(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(text.replace('file = "p.csv"', 'value = "1 bar"'), encoding="utf-8")
     with pytest.raises(SceneError, match=r"columns:.*remove"):
         load_scene(tmp_path / "scene.toml")
+
+
+@pytest.mark.slow
+def test_a_rigid_contact_that_a_record_cannot_tell_is_refused_in_words_of_a_scene(tmp_path: Path) -> None:
+    """Neither a mass nor modes yield at once."""
+    scene(tmp_path, 0.02, body=replace(BODY, residual=impact.Residual.spring(0.0)))
+    path = tmp_path / "scene.toml"
+    rigid = path.read_text(encoding="utf-8").replace('law = { kind = "spring", stiffness = "5e7 N/m" }', "")
+    path.write_text(rigid, encoding="utf-8")
+    with pytest.raises(RunError, match=r"contact\.law .* rigid.*run\.time_step") as refused:
+        run_scene(path, tmp_path / "out", pictures=False)
+    assert "impact." not in str(refused.value)

@@ -4,7 +4,8 @@ springs."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -24,6 +25,7 @@ from impact.march import history, motion
 from impact.march.grid import TimeGrid
 from impact.march.ladder import march
 from impact.march.prepared import step_count
+from impact.march.problem import RigidContactError
 from impact.march.rows import Marched
 from impact.march.stepper import FOLLOW, with_recorded_loads
 from impact.notices import Progress, silent
@@ -121,8 +123,24 @@ StressLook = Callable[[Marched, float | None], ReedStress | None]
 """Function that returns a reed's largest stresses in a run, also before and after the start of a landing [s]."""
 
 
+RIGID: Final = (
+    "contact.law is rigid, and neither the reed nor what it touches yields at once, or a measured record cannot tell: "
+    "the force would grow without limit as run.time_step is shortened; state a compliant contact.law, as { kind = "
+    '"hertz", stiffness = "1 GN/m^1.5" }, or a reed that yields where it is struck'
+)
+
+
 class RunError(ValueError):
     """A scene that is well formed but cannot be run as asked; the message names key, limit and remedy."""
+
+
+@contextmanager
+def in_words_of_a_scene() -> Iterator[None]:
+    """Raise `RunError` with the keys of a scene in place of what impact says of a rigid law."""
+    try:
+        yield
+    except RigidContactError:
+        raise RunError(RIGID) from None
 
 
 def stress_of(
@@ -214,7 +232,10 @@ def run_contacts(
     if flights is not None:
         flight = flights(striker, dt)
         bodies = (flight, *(motion.Discrete.from_body(body, dt, flight.loads.shape[1]) for body in problem.targets))
-    result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, bodies=bodies, progress=progress)
+    with in_words_of_a_scene():
+        result = impact.solve(
+            problem, dt=dt, duration=scene.run.duration, engine=engine, bodies=bodies, progress=progress
+        )
     local.check_patches(scene.geometry, [each.law for each in problem.contacts], result.rows.force)
     run = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
@@ -242,7 +263,8 @@ def marched(
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
     discrete = (flight or Flights(striker, duration, problem.preload))(striker, dt)
     targets = (motion.Discrete.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
-    return march(problem, dt, duration, bodies=(discrete, *targets), like=like)
+    with in_words_of_a_scene():
+        return march(problem, dt, duration, bodies=(discrete, *targets), like=like)
 
 
 def record_of(

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from seatfem.pictures.rendering import Painter
     from seatfem.study.runs.lives import MarginCurve
 
-__all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
+__all__ = ["RunError", "RunOutcome", "compute_greens", "first_numbers", "run_scene", "write_modes"]
 
 
 SUMMARY_FILE: Final = "summary.json"
@@ -64,8 +64,8 @@ GAS_FILE: Final = "gas.csv"
 
 @gmsh_session()
 def run_scene(
-    scene: Scene,
-    folder: Path,
+    scene: Scene | Path | str,
+    folder: Path | str,
     progress: Progress = silent,
     *,
     tell: Tell = ignore,
@@ -83,6 +83,8 @@ def run_scene(
     the first picture; a picture that cannot be drawn is reported, and named in summary.json.
 
     Args:
+        scene: the scene, or the path of its file.
+        folder: where all files are written; it is made.
         tell: receives a line on each round: what was refined, errors, time, memory, and the time that the next takes.
         limits: limits on the number of rounds and on time.
         pictures: whether to draw.
@@ -91,11 +93,13 @@ def run_scene(
         painter: process that draws bodies while the run goes on; ``None``: one is started at the end.
 
     Raises:
+        SceneError: the file of the scene.
         OutputError: ``folder`` cannot be written to.
         RunError: the time step cannot resolve the measures asked for, or nothing can stop the striker.
         Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
     start, watch, is_begun_here = time.perf_counter(), Stopwatch(), plan is None
+    scene, folder = scene if isinstance(scene, Scene) else load_scene(Path(scene)), Path(folder)
     safe_files.check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
         plan = plan or cached_plan(scene)
@@ -175,6 +179,13 @@ def _results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
         "spring_stopper": baseline.touches.stopper,
     }
     return {name: result for name, result in every.items() if result is not None}
+
+
+def first_numbers(done: Round) -> dict[str, Any]:
+    """Return the keys of summary.json that a round has by itself, before stress, life and gauges."""
+    scene, watch = done.plan.scene, Stopwatch({"contact": 0.0, "plan": 0.0})
+    gas_run = None if scene.gas is None else GasRun.from_run(scene.gas, done.touches)
+    return _summary(done, baseline_of(done, watch), gas_run, watch)
 
 
 def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Stopwatch) -> dict[str, Any]:

@@ -24,8 +24,11 @@ from impact.quantities import in_time
 from seatfem.jobs.folders import private_folder
 from seatfem.machine import libraries, resources
 from seatfem.machine.libraries import require_gmsh_libraries
+from seatfem.results import RESULT_KEYS
 from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
 from seatfem.study.runs.forecast import Look, look_at
+from seatfem.study.runs.pipeline import first_numbers
+from seatfem.study.runs.round import Round
 from seatfem.study.safety import MEMORY, MOST_ROUNDS, USUAL, Effort
 from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain, scene_error
@@ -48,6 +51,7 @@ from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 from seatfem.study.sweep.table import (
     StudyTable,
     as_frame,
+    check_keys,
     check_measures,
     check_sampled,
     divided,
@@ -190,7 +194,7 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
 
     def price(accuracy: Changes, scenes: int) -> Ahead:
         cases = cases_of(study, rounds, file, [{**changes_at(study, point), **accuracy} for point in points])
-        forecast = ahead(study.scene, cases)
+        forecast = ahead(study.scene, cases, study.outputs.asked())
         return replace(forecast, scenes=scenes, seats=scenes if forecast.seats > 1 else forecast.seats)
 
     target = price({}, CONFIRMED)  # first, as its messages are about the scene itself
@@ -272,14 +276,15 @@ def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
     count = study.number_of_scenes
     drawn = np.random.default_rng(study.seed).choice(count, LOOKED_AT, replace=False) + 1
     cases = cases_of(study, file=file, numbers=frozenset(drawn.tolist()))
-    sample = ahead(study.scene, cases)
+    sample = ahead(study.scene, cases, study.outputs.asked())
     times = count / len(cases) if 2 * sample.seats > len(cases) else 1.0  # if few, all seats are in the sample
     return replace(sample, scenes=count, seats=round(times * sample.seats), looked_at=len(cases))
 
 
-def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
+def ahead(scene: Path, cases: Sequence[Case], asked: Sequence[str] = ()) -> Ahead:
     """Return the forecast for these cases of the scene at a path. If none of the sampled scenes can be run,
-    raises the error of the first; errors of single scenes are reported in the table."""
+    raises the error of the first; errors of single scenes are reported in the table. Raises `StudyError` for a key that
+    is ``asked`` for and that summary.json will not have."""
     start, last = time.perf_counter(), len(cases) - 1
     looks: list[Look] = []
     problems: list[Exception] = []
@@ -294,12 +299,21 @@ def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
             problems.append(error)
     if not looks:
         raise problems[0]
+    _check_asked(asked, looks[0].done)
     seat = max(look.left.seat for look in looks)
     each = sum(look.left.contact for look in looks) / len(looks)
     different = sum(not case.guides for case in cases) if seat > 0 else 0
     alone = sum(case.way != "beside" for case in cases)
     memory = max(look.done.memory for look in looks)
     return Ahead(alone, different, START, each, seat, memory, len(cases) - alone, LANE * each)
+
+
+def _check_asked(asked: Sequence[str], done: Round) -> None:
+    """Raise `StudyError` for keys that no result has and the summary of this round neither; where stress, life or
+    gauges add keys after the last round, nothing is known."""
+    unknown = [name for name in asked if name not in RESULT_KEYS]
+    if unknown and not any((done.plan.scene.life, done.plan.scene.stress, done.plan.scene.gauge)):
+        check_keys(unknown, first_numbers(done))
 
 
 TABLE: Final = "study.csv"
@@ -347,7 +361,7 @@ def run_study(
     with folder_of_ours(folder) as journal:
         runner = Runner(study, journal, effort, partial(check_measures, measures))
         if pending := runner.pending(cases):
-            expected = ahead(study.scene, pending)
+            expected = ahead(study.scene, pending, study.outputs.asked())
             workers = workers or expected.workers()
             tell(expected.in_words(workers))
         if any(case.key in runner.known for case in cases):

@@ -154,11 +154,17 @@ def check_measures(measures: Sequence[str], outcome: Outcome, table: str = "outp
 
     A scene that did not land is not checked, as it may lack some.
     """
-    if not outcome.has_numbers or not has_landed(outcome.summary):
+    if outcome.has_numbers:
+        check_keys(measures, outcome.summary, table)
+
+
+def check_keys(measures: Sequence[str], summary: Mapping[str, object], table: str = "outputs") -> None:
+    """Raise `StudyError` for keys that a ``summary`` does not have, unless nothing landed."""
+    if not has_landed(summary):
         return
     for name in measures:
-        if name not in outcome.summary:
-            close = get_close_matches(name, outcome.summary, n=3)
+        if name not in summary:
+            close = get_close_matches(name, summary, n=3)
             remedy = f"did you mean {' or '.join(map(repr, close))}?" if close else "see summary.json of a run"
             raise StudyError(f"{table}: summary.json of these scenes has no single value {name!r}; {remedy}")
 
