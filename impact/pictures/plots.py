@@ -259,7 +259,7 @@ def _table(
             first = [text(groups[0, 0], "s"), text(groups[0, 1] - groups[0, 0], "s")] if len(groups) else ["none", "–"]
         of_all = [text(float(mean.max()), "N"), text(measures.peak_force(run), "N"), text(measures.impulse(run), "N s")]
         rows.append([name, *first, *of_all, f"{len(groups)} ({len(measures.contact_intervals(run))})"])
-    widths = [0.28, *([0.23 / len(begin)] * len(begin)), 0.11, 0.11, 0.11, 0.16]
+    widths = [0.25, *([0.23 / len(begin)] * len(begin)), 0.11, 0.11, 0.11, 0.19]
     table = axes.table(rows, colLabels=heads, colWidths=widths, loc="center", edges="horizontal", cellLoc="right")
     table.auto_set_font_size(False)
     table.set_fontsize(8.0)
