@@ -209,14 +209,15 @@ def _left_in_words(look: Look) -> str:
     left = look.left
     if left.why:
         return f"nothing more: {left.why}"
+    files = f"files and pictures, about {in_time(left.after)}"
     if not left.rounds:
-        return "nothing more; a run repeats the contact and writes all files"
+        return f"nothing more; a run repeats the contact and writes all {files}"
     bars = ", ".join(
         rounds.bar_in_words(name, bar) for name, bar in left.error.items() if bar != look.done.left.relative(name)
     )
     expected = f"; expected after {'it' if left.rounds == 1 else 'them'}: {bars}" if bars else ""
     cost = f"about {in_time(left.seconds)}" + ("" if math.isnan(left.memory) else f", {left.memory / 1e9:.2g} GB")
-    return f"{left.rounds} round{'s'[: left.rounds > 1]}, {cost}, first {left.changes}{expected}"
+    return f"{left.rounds} round{'s'[: left.rounds > 1]}, {cost}, first {left.changes}{expected}; then {files}"
 
 
 def judged_line(plan: Plan) -> str:

@@ -35,6 +35,8 @@ from seatfem.study.scene import Scene
 
 USUAL: Final = 2.5  # factor by which a round usually reduces the largest error bar, by which memory is foretold
 HANGING: Final = 60.0  # wall time after which the first round of a look is stopped [s]: kernels may be compiled in it
+PICTURES: Final = 2.5  # wall time of the pictures of a run [s]
+FOLLOWING: Final = 0.25  # wall time of files, stress and horizon after the last round over that of its contact
 PURSE: Final = {False: 3.0, True: 6.0}  # wall time of a look [s], at a scene without and with files of geometry
 
 
@@ -45,6 +47,7 @@ class Forecast:
     Attributes:
         rounds: number of further rounds.
         seconds: their wall time [s].
+        after: wall time of files and pictures after them [s].
         seat, contact: wall time of seat and of contact in the last of them [s].
         memory: peak memory after them [bytes].
         error: relative error bar of each judged measure after them.
@@ -56,6 +59,7 @@ class Forecast:
     seconds: float
     seat: float
     contact: float
+    after: float
     memory: float
     error: Mapping[str, float]
     changes: str = ""
@@ -78,7 +82,7 @@ class Look:
     @property
     def seconds(self) -> float:
         """Return the expected wall time of a run that does all of it [s]."""
-        return sum(self.stages.values()) + self.left.seconds
+        return sum(self.stages.values()) + self.left.seconds + self.left.after
 
 
 def look_at(
@@ -148,7 +152,7 @@ def forecast(done: Round) -> Forecast:
     if done.met is False:
         further, why = next_plan(done, Limits(), math.inf)
     if further is None:
-        return Forecast(0, 0.0, seat, contact, expect_memory(done, None), bars, why=why)
+        return Forecast(0, 0.0, seat, contact, _after(contact), expect_memory(done, None), bars, why=why)
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     worst = max(bars.values())
     count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(MOST)))
@@ -157,6 +161,11 @@ def forecast(done: Round) -> Forecast:
     error = {name: bar if bar <= target else max(AIM * target, bar / MOST**count) for name, bar in bars.items()}
     grown = work.largest ** (count - 1)
     changes = further.changes_since(done.plan)
-    last = seat * work.seat * grown, contact * work.contact * grown
+    last = seat * work.seat * grown, contact * work.contact * grown, _after(contact * work.contact * grown)
     rounds_to_grow = math.ceil(math.log(max(min(worst, 1.0) / target, USUAL)) / math.log(USUAL))
     return Forecast(count, whole, *last, expect_memory(done, further, rounds_to_grow), error, changes)
+
+
+def _after(contact: float) -> float:
+    """Return the wall time [s] of what follows the last round, from that of its contact."""
+    return PICTURES + FOLLOWING * contact
