@@ -235,18 +235,6 @@ def test_a_lip_in_more_arcs_has_no_more_modes() -> None:
     assert (work.seat, work.reed, work.contact) == (1, 1, 2)
 
 
-@pytest.mark.parametrize(("steps", "marked"), [(2, {STEP}), (3, {SIZE, STEP})])
-def test_a_change_of_two_steps_in_a_duration_is_the_steps(steps: int, marked: set[str]) -> None:
-    """Neighbours run at the doubled step: a finer mesh cannot mend what they cannot resolve."""
-    done = round_of({SIZE: 0.0, STEP: 0.0})
-    dt = done.plan.method.time_step
-    assert dt is not None
-    by_key = {SIZE: {"contact_duration": steps * dt}, STEP: {"contact_duration": dt}}
-    left = Budget({"contact_duration": 10 * dt}, {"mesh": by_key[SIZE], "time_step": by_key[STEP]}, (), by_key)
-    done = cast(Round, SimpleNamespace(plan=done.plan, left=left, judged=("contact_duration",), number=1, spent={}))
-    assert set(mark(done).factors) == marked
-
-
 @pytest.mark.slow
 def test_the_command_line_runs_the_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = tmp_path / "scene.toml"

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from impact.quantities import percent
-from impact.runs.variations import is_time, safety
+from impact.runs.variations import safety
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method
 from seatfem.study.impacts import contact
@@ -56,7 +56,6 @@ MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that o
 POWERS: Final = (1.0, 0.5, 0.25)  # of a factor of refinement, tried in turn until the work is allowed
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
-UNRESOLVED: Final = 2.0  # steps by which times of contacts change by accident: neighbours run at the doubled step
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
 HOPES: Final = 2  # rounds of refinement after which a measure whose error bar exceeds its value is given up
 SEAT_KEYS: Final = (SIZE, BAND, TOLERANCE, RINGS, PORTS)
@@ -161,7 +160,7 @@ def mark(done: Round) -> Marks:
         allowed = scene.accuracy.target * abs(budget.values[measure]) / safety(measure)
         if budget.relative(measure) <= scene.accuracy.target:
             continue
-        errors = _resolved(done, measure, errors_by_key(done, measure))
+        errors = errors_by_key(done, measure)
         tried = frozenset[str]() if _is_hopeless(done, measure) else errors.keys() - done.plan.refused.keys()
         open_keys = {key for key in tried if _refined(scene, method, key, MOST) and not _is_stalled(done, key)}
         fixed = sum(error for key, error in errors.items() if key not in open_keys)
@@ -177,15 +176,6 @@ def mark(done: Round) -> Marks:
             for other in _hiding(done, key):
                 factors[other] = max(factors.get(other, 1.0), LEAST)
     return Marks({key: min(max(factor, LEAST), MOST) for key, factor in factors.items()}, frozenset(wanted), stuck)
-
-
-def _resolved(done: Round, measure: str, errors: Mapping[str, float]) -> Mapping[str, float]:
-    """Return the errors of a time of contact, in which those by keys that the step does not resolve are the step's."""
-    step = done.plan.method.time_step
-    if not is_time(measure) or step is None or _refined(done.plan.scene, done.plan.method, STEP, MOST) is None:
-        return errors
-    hidden = {key: error for key, error in errors.items() if key != STEP and error <= UNRESOLVED * step * (1 + 1e-9)}
-    return {**errors, **dict.fromkeys(hidden, 0.0), STEP: errors.get(STEP, 0.0) + sum(hidden.values())}
 
 
 def _shares(errors: Mapping[str, float], room: float) -> Mapping[str, float]:
