@@ -56,6 +56,7 @@ CLOCK: Final = "last touch"
 [s].
 """
 
+OF_TOUCH: Final = 1e-3  # least error of a touch, in steps: that of a straight flight is round-off of the gap
 FAINT: Final = 0.2  # least impulse of a contact that counts, over the largest
 
 
@@ -224,7 +225,7 @@ def unresolved_steps(landings: Landings | None, blow: ContactRecord) -> Values:
     least |= {prefix + duration: _unresolved(each) for prefix, each in measures.judged_landings(landings.seat).items()}
     for face in get_args(Face):
         for number, each in enumerate(landings.on(face)):
-            least[landing_name(face, number, "time_s")] = 0.0 if each.is_resolved else 1.0
+            least[landing_name(face, number, "time_s")] = OF_TOUCH if each.is_resolved else 1.0
             least[landing_name(face, number, "duration_s")] = _unresolved(each)
     return least
 
