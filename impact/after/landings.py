@@ -5,6 +5,11 @@ preload. It ends when the bodies part for `MERGE`, or when the force averaged ov
 of the quasi-static load for one contact time: the time for which the force around its peak exceeds that load by more.
 The rest of the contact is *pressed on*, as is all contact without an approach.
 
+Touch and opening are known to a part of a step. The gap closes on the line through the last two open steps. It opens on
+the line from the depth at the end of the last closed step, -gap, to the gap after it. Under a rigid law that depth is
+the yield under the step's own force, which is the force at the centre of gravity of g over the step. The error is of
+second order, but where the force jumps to zero: `JUMP` of a step. Under a film times are those of whole steps.
+
 A contact whose averaged force never exceeds the quasi-static load by `BAND` of it is the vibration of a pressed reed
 and no landing. Neither is one below `FAINT` of the record's largest force, which may be an artefact of the time step.
 """
@@ -20,14 +25,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.after import histories, measures
+from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
-from impact.march.problem import ContactProblem
+from impact.march.laws import Signorini
+from impact.march.problem import Contact, ContactProblem
 from impact.quantities import brief
 
 BAND: Final = 0.1  # half width, over the quasi-static load, of the band about it within which a reed is pressed on
 DOUBT: Final = 0.2  # relative change of the band by which the uncertainty of an end is estimated
 NEAR: Final = 0.25  # largest shift of a landing between two runs, over the time to the next landing
+JUMP: Final = 0.125
+"""Largest error of an opening at which the force jumps, in steps: where a rod's wave returns 3/2 - sqrt(2) = 0.09, and
+0.12 with the part of the first step (`tests/impact/test_times_of_contacts.py`)."""
 FAINT: Final = 1e-3  # least averaged force of a landing, over the largest of the record
 
 
@@ -44,6 +54,8 @@ class ContactRecord:
         static: (n + 1,) quasi-static load [N].
         width: width of the filter, at least a step [s].
         closing: (p,) closing speeds at the start, before any contact [m/s].
+        own: (2, p) displacements by a unit force after half a fine step and after a whole one [m/N], zeros under a law
+            that lets the bodies penetrate; ``None``: touches and openings are known to whole steps only.
     """
 
     force: Array
@@ -54,6 +66,7 @@ class ContactRecord:
     static: Array
     width: float
     closing: Array
+    own: Array | None = None
 
     __repr__ = brief
 
@@ -88,7 +101,7 @@ class Landing:
     """Start, end, force and rebound of one landing on one face.
 
     Attributes:
-        start, end: start and end of the landing [s].
+        start, end: start and end of the landing in whole steps [s].
         peak_time: time at which the averaged force exceeds the quasi-static load most [s].
         part: number of the part that touches first.
         closing_speed: closing speed of that part over the step before [m/s].
@@ -100,6 +113,8 @@ class Landing:
         cut_off: whether the record ends during the landing.
         end_doubt: change of the end if the band is `DOUBT` wider or narrower [s]; 0 if the bodies part.
         restitution: coefficient of restitution (`restitutions`); ``None`` if unknown, or if the bodies do not part.
+        to_touch, to_opening: time from ``start`` to the touch, and from ``end`` to the opening [s].
+        is_resolved: whether touch and opening of this one unbroken contact are known to a part of a step.
     """
 
     start: float
@@ -115,11 +130,19 @@ class Landing:
     cut_off: bool
     end_doubt: float = 0.0
     restitution: float | None = None
+    to_touch: float = 0.0
+    to_opening: float = 0.0
+    is_resolved: bool = False
+
+    @property
+    def touch(self) -> float:
+        """Return the time of the first touch [s]."""
+        return self.start + self.to_touch
 
     @property
     def duration(self) -> float:
-        """Return the time from the first touch to the end [s]."""
-        return self.end - self.start
+        """Return the time from the first touch to the opening, or to the end of a landing that stays closed [s]."""
+        return self.end + self.to_opening - self.touch
 
 
 def find_landings(record: ContactRecord) -> tuple[Landing, ...]:
@@ -174,6 +197,19 @@ def closing_speeds(problem: ContactProblem, dt: float) -> Array:
     return -opening
 
 
+def own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Array | None:
+    """Return `ContactRecord.own` (2, p) of some contacts of a striker for steps of ``dt`` [s]; ``None`` with a film."""
+    if any(contact.film is not None for contact in contacts):
+        return None
+    own = np.zeros((2, len(contacts)))
+    for column, contact in enumerate(contacts):
+        for body, port in ((striker, contact.striker_port), (contact.target, contact.port)):
+            if isinstance(contact.law, Signorini):
+                number = body.greens.port_index(port)
+                own[:, column] += body.greens.step_response(np.array([dt / 2, dt]), number, number)
+    return own
+
+
 def _groups(record: ContactRecord) -> NDArray[np.int64]:
     """Return the (k, 2) first steps and steps after the last of the contact groups that begin with an approach."""
     steps = measures.closed_steps(record.closed[1:])
@@ -197,6 +233,29 @@ def _first_touch(record: ContactRecord, first: int) -> tuple[int, float]:
     return int(touching[fastest]), float(speeds[fastest])
 
 
+def _touch(record: ContactRecord, row: int, part: int) -> float:
+    """Return the time at which the gap of a part closes in its first closed step, the number ``row`` [s]."""
+    time = record.dt * record.grid.ends[max(row - 2, 0) : row + 1]
+    gap = record.gap[max(row - 2, 0) : row, part]
+    speed = record.closing[part] if row == 1 else (gap[0] - gap[1]) / (time[1] - time[0])
+    return float(time[-2] + (min(max(gap[-1], 0.0) / speed, time[-1] - time[-2]) if speed > 0 else 0.0))
+
+
+def _opening(record: ContactRecord, row: int, part: int) -> float:
+    """Return the time at which a part opens after its last closed step, the number ``row`` [s]; nan where it is known
+    to whole steps only."""
+    half, whole = (0.0, 0.0) if record.own is None else record.own[:, part]
+    if not whole and record.gap[row, part] > 0:  # the step ends beyond the opening
+        row -= 1
+    if record.own is None or row + 2 > len(record.gap):
+        return math.nan
+    (start, end), (now, after) = record.dt * record.grid.ends[row : row + 2], record.gap[row : row + 2, part]
+    depth, span = whole * record.solid[row, part] - now, end - start
+    if not depth > 0 <= after or (whole and span > record.dt * (1 + 1e-9)):
+        return math.nan
+    return float(start - (span * (1 - half / whole) if whole else 0.0) + span * depth / (depth + after))
+
+
 def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last: int) -> Landing | None:
     """Return the landing of one contact from step ``first`` to before ``last``; means over the filter (n + 1,) [N]."""
     dt, reach = record.dt, max(1, round(record.width / (2 * record.dt)))
@@ -212,6 +271,13 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
     steps = [last - first if end is None else end for end in ends]
     end = first + steps[0]
     part, speed = _first_touch(record, first)
+    rows = np.searchsorted(record.grid.ends, [first + 1, last])
+    touching, leaving = (np.flatnonzero(record.solid[row] > 0) for row in rows)
+    touch, opening = dt * first, math.nan
+    if record.own is not None:
+        touch = min(_touch(record, int(rows[0]), int(each)) for each in touching)
+    if not presses:
+        opening = max(_opening(record, int(rows[1]), int(each)) for each in leaving)
     if presses:  # contact after the end belongs to the static load
         largest = float(mean[first : end + 1].max())
     else:
@@ -230,6 +296,9 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
         pressed_on=presses,
         cut_off=not presses and last >= len(record.force) - 1,
         end_doubt=dt * max(abs(step - steps[0]) for step in steps) if presses else 0.0,
+        to_touch=touch - dt * first,
+        to_opening=0.0 if math.isnan(opening) else opening - dt * end,
+        is_resolved=not math.isnan(opening) and bool(np.all(record.closed[first + 1 : last + 1])),
     )
 
 

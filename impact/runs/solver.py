@@ -332,7 +332,8 @@ def error_budget(
     that source, and the bar is 1.5 times their sum (`impact.Budget`). This includes chattering contacts, for which a
     bound on the error of g does not bound the measures. The sources:
 
-    - "time_step": two and four times the step, and half of it (`impact.runs.variations.left_by_step`);
+    - "time_step": two and four times the step, and half of it (`impact.runs.variations.left_by_step`); of a duration
+      at least the step, as these measures count whole steps;
     - "striker reduction", "target reduction": g larger by its ``error_estimate.reduction``, and the highest modes of a
       `ModalGreens`, those above 1/1.6 and 1/2.5 of the highest frequency, moved into its residual (a filter shorter
       than the period of the highest mode is not resolved by the model). A modal body without truncated modes (a lumped
@@ -374,6 +375,7 @@ def error_budget(
     sources |= {name: ((Variation(other),),) for name, other in others.items()}
     values = values_of(result)
     finer = times(2.0, changes(values, run(problem, step / 2)))
+    finer = {name: max(each, step) if "duration" in name and values[name] else each for name, each in finer.items()}
     return budget_of(run, problem, values, step, sources, filter_width=filter_width, finer=finer)
 
 

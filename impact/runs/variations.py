@@ -77,11 +77,6 @@ def safety(measure: str) -> float:
     return SAFETY**2 if measure.endswith("stress") else SAFETY
 
 
-def is_time(measure: str) -> bool:
-    """Return whether a measure is a time of a contact or landing, which a run resolves to whole steps only."""
-    return "duration" in measure or measure.endswith("time_s")
-
-
 def changes(one: Values, other: Values) -> Values:
     """Return |one - other|, measure by measure; infinite where either has no such value, or no finite one."""
     apart = {name: abs(value - other.get(name, math.inf)) for name, value in one.items()}
@@ -142,10 +137,10 @@ def budget_of(
     """Return the errors by the time step and by the ``sources`` in ``values``, the measures of ``problem`` at the step
     ``dt`` [s].
 
-    The error by the step is `left_by_step`, or ``finer`` if that is larger; that of times of contacts is at least a
-    step. The sources are compared at the doubled step, if it resolves the filter of ``filter_width`` [s]; an unknown
-    source is ``None``. ``run`` returns the same measures of a problem; a missing measure counts as an infinite error.
-    ``threads``: parallel runs; the compiled time loop holds no interpreter lock.
+    The error by the step is `left_by_step`, or ``finer`` if that is larger. The sources are compared at the doubled
+    step, if it resolves the filter of ``filter_width`` [s]; an unknown source is ``None``. ``run`` returns the same
+    measures of a problem; a missing measure counts as an infinite error. ``threads``: parallel runs; the compiled time
+    loop holds no interpreter lock.
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
     variations = [one for terms in sources.values() for term in terms or () for one in term]
@@ -167,9 +162,6 @@ def budget_of(
 
     of_step = left_by_step(dt, filter_width, between)
     of_step = {name: max(value, (finer or {}).get(name, 0.0)) for name, value in of_step.items()}
-    for name in of_step:
-        if is_time(name) and (values[name] > 0 or name.endswith("time_s")):  # a landing may begin at t = 0
-            of_step[name] = max(of_step[name], dt)
     parts: dict[str, Values] = {}
     for source, terms in sources.items():
         if terms is None:

@@ -16,7 +16,7 @@ import numpy as np
 
 import impact
 from impact.after.histories import largest_average
-from impact.after.landings import Landing
+from impact.after.landings import JUMP, Landing
 from impact.after.measures import closed_steps, first_is_cut
 from impact.after.stresses import ReedStress
 from impact.bodies.time_series import TimeSeriesError
@@ -56,6 +56,7 @@ CLOCK: Final = "last touch"
 [s].
 """
 
+OF_TOUCH: Final = 1e-3  # least error of a touch, in steps: that of a straight flight is round-off of the gap
 FAINT: Final = 0.2  # least impulse of a contact that counts, over the largest
 
 
@@ -120,7 +121,13 @@ def _landing_until(record: ContactRecord, landing: Landing, time: float) -> Land
     if landing.peak_time > time:
         peak = largest_average(record.force[first + 1 : last + 1], record.dt, record.filter_width)
     return replace(
-        landing, end=time, impulse=landing.impulse - later, filtered_peak=peak, pressed_on=False, cut_off=True
+        landing,
+        end=time,
+        to_opening=0.0,
+        impulse=landing.impulse - later,
+        filtered_peak=peak,
+        pressed_on=False,
+        cut_off=True,
     )
 
 
@@ -150,7 +157,7 @@ def error_budget(
     twice and four times as long, and `impact.runs.variations.budget_of` compares. In addition:
 
     - time_step: half the step through the judged impact and, where waves cross a rod within one step, a step that
-      resolves them, as all longer ones agree with each other;
+      resolves them, as all longer ones agree with each other; a step for times that are known to whole steps only;
     - a floor of each source, and `WITHIN_PARTS` for a plate on a lip in arcs;
     - errors by the end of the record, and jumps of measures while the impulse varies within its error bar.
 
@@ -188,6 +195,8 @@ def error_budget(
     if shorter := march.step_of_waves(problem, result.dt, scene.run.duration):
         change = variations.changes(values_of_record(own, like), run(problem, shorter))
         finer = {name: max(value, finer.get(name, 0.0)) for name, value in change.items()}
+    least = unresolved_steps(touches.landings, blow)
+    finer = {**finer, **{name: max(finer.get(name, 0.0), result.dt * steps) for name, steps in least.items()}}
     histories = contact.STEP_BYTES * len(result.rows.ends) * len(problem.contacts)  # of a run [bytes]
     threads = max(1, int(min(compiling.threads(), resources.available_memory() / histories)))
     values = values_with_clock(own)
@@ -205,6 +214,24 @@ def error_budget(
     shares = {"model": safety.WITHIN_PARTS} if in_parts else {}  # an error that more arcs do not reduce
     budget = with_floors(replace(budget, sources=(*budget.sources, *unknown)), floors, shares)
     return with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
+
+
+def unresolved_steps(landings: Landings | None, blow: ContactRecord) -> Values:
+    """Return the least errors of the times of contacts, in steps: one where a time is known to whole steps only."""
+    first, duration = measures.ContactDuration.landing_of(blow), measures.ContactDuration.name
+    least = {} if not np.any(_solid_force(blow)) else {duration: 1.0 if first is None else _unresolved(first)}
+    if landings is None:
+        return least
+    least |= {prefix + duration: _unresolved(each) for prefix, each in measures.judged_landings(landings.seat).items()}
+    for face in get_args(Face):
+        for number, each in enumerate(landings.on(face)):
+            least[landing_name(face, number, "time_s")] = OF_TOUCH if each.is_resolved else 1.0
+            least[landing_name(face, number, "duration_s")] = _unresolved(each)
+    return least
+
+
+def _unresolved(landing: Landing) -> float:
+    return JUMP if landing.is_resolved else 1.0
 
 
 def with_cut_landings(budget: variations.Budget, landings: Landings | None, first_cut: bool) -> variations.Budget:

@@ -164,10 +164,10 @@ def test_runs_in_threads_leave_what_they_leave_one_after_the_other() -> None:
     assert alone.parts["modes"]["filtered_peak"] > 0
 
 
-def test_times_are_known_to_a_step_at_best() -> None:
-    """Of contacts and of landings alike, even where no other step changes them."""
+def test_durations_of_whole_steps_err_by_a_step() -> None:
+    """Even where no other step changes them."""
     problem, dt = blow(EXACT, 1.0, impact.Signorini()), TRANSIT / 50
-    times = dict.fromkeys(("contact_duration", "contact_duration 1", "landing_contact_duration", "seat 0 time_s"), 1e-4)
-    values = {**times, "landing_restitution": 0.5, "seat 0 impulse_Ns": 1.0}
-    left = budget_of(lambda varied, step: values, problem, values, dt, {})
-    assert left.parts["time_step"] == {name: dt if name in times else 0.0 for name in values}
+    constant = {"contact_duration": 1e-4, "contact_duration 1": 0.0, "impulse": 1.0}
+    quantities = {name: lambda result, value=value: value for name, value in constant.items()}
+    left = impact.error_budget(problem, dt=dt, duration=TRANSIT, measures=quantities)
+    assert left.parts["time_step"] == {"contact_duration": pytest.approx(dt), "contact_duration 1": 0.0, "impulse": 0.0}

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import impact
+from impact.after.landings import JUMP, Landing
 from impact.runs.variations import SAFETY, Budget, narrowed
-from seatfem.study.error_budget import _until, error_budget, with_jumps
+from seatfem.study.error_budget import _until, error_budget, unresolved_steps, with_jumps
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
@@ -135,3 +136,17 @@ def test_a_jump_is_in_the_bar_of_the_duration_alone() -> None:
     assert after.bar("impulse") == before.bar("impulse")
     assert after.dominant("contact_duration") == "mesh"
     assert with_jumps(Budget(values, {}, ("mesh",)), blow).parts == {}
+
+
+def test_times_known_to_whole_steps_err_by_a_step() -> None:
+    """Of a landing that is the whole first contact, of one that is not, and of a contact without a landing."""
+    force = np.zeros(100)
+    force[21:31] = 1.0
+    whole = Landing(20e-6, 30e-6, 25e-6, 0, 1.0, 1.0, 0.0, 1.0, 1e-5, pressed_on=False, cut_off=False)
+    part = replace(whole, to_touch=0.4e-6, to_opening=-0.7e-6, is_resolved=True)
+    duration = ContactDuration()
+    for landing, value, error in ((whole, 10e-6, 1.0), (part, 8.9e-6, JUMP), (replace(part, end=29e-6), 10e-6, 1.0)):
+        record = ContactRecord(force, 1e-6, 4e-6, landings=(landing,))
+        assert duration.evaluate(record) == pytest.approx(value)
+        assert unresolved_steps(None, record) == {"contact_duration": error}
+    assert unresolved_steps(None, ContactRecord(np.zeros(100), 1e-6, 4e-6)) == {}

@@ -120,8 +120,9 @@ def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: 
         groups, raw = measures.contact_groups(result, merge=30e-6), measures.contact_intervals(result)
         assert found[prefix + "contact_count"] == len(groups)
         assert found[prefix + "contact_count_raw"] == len(raw) >= len(groups)
-        assert found[prefix + "first_contact_s"] == groups[0, 0] == raw[0, 0]
-        assert found[prefix + "contact_duration_s"] == groups[0, 1] - groups[0, 0]
+        assert 0 <= found[prefix + "first_contact_s"] - groups[0, 0] <= result.dt
+        assert groups[0, 0] == raw[0, 0]
+        assert abs(found[prefix + "contact_duration_s"] - (groups[0, 1] - groups[0, 0])) <= 2 * result.dt
         number, (start, end) = measures.hardest_group(result)
         assert found[prefix + "hardest_blow"] == number + 1
         assert found[prefix + "hardest_blow_duration_s"] == end - start

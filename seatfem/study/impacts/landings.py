@@ -22,6 +22,7 @@ from impact.after.landings import (
     closing_speeds,
     find_landings,
     hardest,
+    own_yield,
     pressed_on,
     restitutions,
 )
@@ -191,6 +192,7 @@ class _March:
             static=load.course(time, stopper=stopper),
             width=max(self.width, dt),
             closing=closing_speeds(self.problem, dt)[face],
+            own=own_yield(self.problem.contacts[face], self.problem.striker, dt),
         )
 
 

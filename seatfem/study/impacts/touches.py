@@ -195,7 +195,7 @@ def stress_since(touches: Touches, asked: LandingChoice) -> float | None:
 
 
 OF_A_LANDING: Final[Mapping[str, str]] = {
-    "start": "time_s",
+    "touch": "time_s",
     "closing_speed": "closing_speed_m_per_s",
     "filtered_peak": "filtered_peak_force_N",
     "excess_peak": "excess_peak_force_N",
@@ -218,7 +218,7 @@ def is_of_a_landing(name: str) -> bool:
 
 def is_time(name: str) -> bool:
     """Return whether the name of a value is that of the start of a landing."""
-    return is_of_a_landing(name) and name.endswith(f" {OF_A_LANDING['start']}")
+    return is_of_a_landing(name) and name.endswith(f" {OF_A_LANDING['touch']}")
 
 
 def values_of_landings(landings: Landings, like: Landings | None = None) -> dict[str, float]:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from impact.quantities import percent
-from impact.runs.variations import is_time, safety
+from impact.runs.variations import safety
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method
 from seatfem.study.impacts import contact
@@ -56,8 +56,8 @@ MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that o
 POWERS: Final = (1.0, 0.5, 0.25)  # of a factor of refinement, tried in turn until the work is allowed
 LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
-UNRESOLVED: Final = 2.0  # steps by which times of contacts change by accident: neighbours run at the doubled step
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
+HOPES: Final = 2  # rounds of refinement after which a measure whose error bar exceeds its value is given up
 SEAT_KEYS: Final = (SIZE, BAND, TOLERANCE, RINGS, PORTS)
 """Keys whose finer values may be out of reach of meshing, reduction or memory."""
 HIDDEN_BY: Final[Mapping[str, str]] = {
@@ -74,12 +74,13 @@ class Marks:
     Attributes:
         factors: factor by which the error of each key is to be reduced.
         wanted: keys whose errors are too large; `factors` may be of others, which hide their convergence.
-        stuck: sources of error, by measure, that exceed the target and cannot be reduced.
+        stuck: errors that cannot be reduced [SI] by source, the largest first, of each measure that they keep from the
+            target.
     """
 
     factors: Mapping[str, float]
     wanted: frozenset[str] = frozenset()
-    stuck: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    stuck: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 def begin_method(scene: Scene) -> RunMethod:
@@ -154,21 +155,20 @@ def errors_by_key(done: Round, measure: str) -> Mapping[str, float]:
 def mark(done: Round) -> Marks:
     """Return the keys whose errors are to be reduced, and by how much, for the measures that miss the target."""
     scene, method, budget = done.plan.scene, done.plan.method, done.left
-    factors, wanted, stuck = dict[str, float](), set[str](), dict[str, tuple[str, ...]]()
+    factors, wanted, stuck = dict[str, float](), set[str](), dict[str, Mapping[str, float]]()
     for measure in done.judged:
         allowed = scene.accuracy.target * abs(budget.values[measure]) / safety(measure)
         if budget.relative(measure) <= scene.accuracy.target:
             continue
-        errors = _resolved(done, measure, errors_by_key(done, measure))
-        open_keys = {
-            key
-            for key in errors.keys() - done.plan.refused.keys()
-            if _refined(scene, method, key, MOST) and not _is_stalled(done, key)
-        }
+        errors = errors_by_key(done, measure)
+        tried = frozenset[str]() if _is_hopeless(done, measure) else errors.keys() - done.plan.refused.keys()
+        open_keys = {key for key in tried if _refined(scene, method, key, MOST) and not _is_stalled(done, key)}
         fixed = sum(error for key, error in errors.items() if key not in open_keys)
         room = max(AIM * allowed - fixed, (allowed - fixed) / 2)
         if room <= 0:
-            stuck[measure] = tuple(sorted(errors.keys() - open_keys, key=lambda key: -errors[key]))
+            stuck[measure] = {
+                key: errors[key] for key in sorted(errors.keys() - open_keys, key=lambda key: -errors[key])
+            }
             room = BESIDE * fixed  # what can be reduced still is, until it hardly counts
         for key, share in _shares({key: errors[key] for key in open_keys}, room).items():
             wanted.add(key)
@@ -176,15 +176,6 @@ def mark(done: Round) -> Marks:
             for other in _hiding(done, key):
                 factors[other] = max(factors.get(other, 1.0), LEAST)
     return Marks({key: min(max(factor, LEAST), MOST) for key, factor in factors.items()}, frozenset(wanted), stuck)
-
-
-def _resolved(done: Round, measure: str, errors: Mapping[str, float]) -> Mapping[str, float]:
-    """Return the errors of a time of contact, in which those by keys that the step does not resolve are the step's."""
-    step = done.plan.method.time_step
-    if not is_time(measure) or step is None or _refined(done.plan.scene, done.plan.method, STEP, MOST) is None:
-        return errors
-    hidden = {key: error for key, error in errors.items() if key != STEP and error <= UNRESOLVED * step * (1 + 1e-9)}
-    return {**errors, **dict.fromkeys(hidden, 0.0), STEP: errors.get(STEP, 0.0) + sum(hidden.values())}
 
 
 def _shares(errors: Mapping[str, float], room: float) -> Mapping[str, float]:
@@ -223,6 +214,13 @@ def _is_stalled(done: Round, key: str) -> bool:
     return len(past) == TRIES and not _worst(done, key) < past[0].error / factor**0.5  # infinite: unknown
 
 
+def _is_hopeless(done: Round, measure: str) -> bool:
+    """Return whether a measure's error bar exceeds its value after `HOPES` rounds of refinement for it."""
+    past = [bars.get(measure, 0.0) for bars in done.plan.errors[-HOPES:]]
+    missed = len(past) == HOPES and min(past) > done.plan.scene.accuracy.target
+    return missed and 1 < done.left.relative(measure) < math.inf  # an infinite one is unknown
+
+
 def attempts(done: Round, further: Plan) -> Iterator[tuple[Plan, frozenset[str]]]:
     """Yield the plan of the next round and what is tried where that one fails: keys that are refined half as far, and
     then those of the march and of the reed alone; no method twice. Beside each are the keys that it leaves out."""
@@ -254,7 +252,8 @@ def refine_plan(done: Round, power: float = 1.0, without: tuple[str, ...] = ()) 
         for choice in plan.choices
         if choice.key in FIELDS
     )
-    return replace(plan, method=method, choices=choices, refined={**past, **refined}), ""
+    errors = (*plan.errors, {name: done.left.relative(name) for name in done.judged})
+    return replace(plan, method=method, choices=choices, errors=errors, refined={**past, **refined}), ""
 
 
 def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, Mapping[str, float]]:
@@ -310,11 +309,14 @@ def _why(done: Round, key: str, marks: Marks) -> str:
 
 def _stuck_words(done: Round, marks: Marks) -> str:
     """Return in words why no key can be refined: what leaves most of the measure that misses the target most."""
-    stuck = [measure for measure, keys in marks.stuck.items() if keys]
+    stuck = [measure for measure, errors in marks.stuck.items() if errors]
     if stuck:
         measure = max(stuck, key=done.left.relative)
-        key = marks.stuck[measure][0]
-        share = percent(safety(measure) * errors_by_key(done, measure)[key] / abs(done.left.values[measure]))
+        key, error = next(iter(marks.stuck[measure].items()))
+        if _is_hopeless(done, measure):
+            bar, words = percent(done.left.relative(measure)), short_words(measure)
+            return f"the error bar of {words} is {bar} of its value after {HOPES} refinements: it is given up"
+        share = percent(safety(measure) * error / abs(done.left.values[measure]))
         why = done.plan.refused.get(key) or "it cannot be made smaller"
         why = "the file states it" if done.plan.is_given(key) else why
         words = source_in_words(source_of(key) if ladder_of(key) else key)

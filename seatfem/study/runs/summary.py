@@ -18,7 +18,7 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import PeakStress, ReedStress
 from impact.bodies.body import Body
 from impact.files.safe_files import whole_file
-from impact.greens.base import GreensFunction
+from impact.greens.base import Array, GreensFunction
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget
 from seatfem.machine.resources import Stopwatch, peak_memory
@@ -78,8 +78,8 @@ def summarise(
             "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
             "filter_width_s": filter_width,
             "impulse_Ns": measures.impulse(result),
-            "first_contact_s": float(groups[0, 0]) if touched else None,
-            "contact_duration_s": float(groups[0, 1] - groups[0, 0]) if touched else None,
+            "first_contact_s": _first_contact(touches, groups),
+            "contact_duration_s": values["contact_duration"] if touched else None,
             **({"contact_cut_off": True} if measures.first_is_cut(result) else {}),
             "contact_count": len(groups),
             "contact_count_raw": len(raw),
@@ -101,6 +101,15 @@ def summarise(
             **_line_keys(touches.line, filter_width),
         }
     )
+
+
+def _first_contact(touches: Touches, groups: Array) -> float | None:
+    """Return the time of the first contact [s], that of a landing to a part of a step; ``None`` without contact."""
+    if not len(groups):
+        return None
+    start = float(groups[0, 0])
+    landings = () if touches.landings is None else touches.landings.seat
+    return next((each.touch for each in landings if abs(each.start - start) < touches.seat.dt / 2), start)
 
 
 def landing_keys(landings: Landings | None, values: Mapping[str, float]) -> dict[str, object]:

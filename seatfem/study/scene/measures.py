@@ -174,7 +174,15 @@ class ContactDuration(Measure):
     landing_key = "landing_duration_s"
 
     def evaluate(self, blow: ContactRecord) -> float:
-        return _first(blow.dt * measures.closed_steps(_solid(blow)[1:]))
+        landing = self.landing_of(blow)
+        return _first(blow.dt * measures.closed_steps(_solid(blow)[1:])) if landing is None else landing.duration
+
+    @staticmethod
+    def landing_of(blow: ContactRecord) -> Landing | None:
+        """Return the landing that is the whole first group of contacts, if there is one."""
+        groups = measures.merged(blow.dt * measures.closed_steps(_solid(blow)[1:]))[:1]
+        ends = [(each.start, each.end) for each in blow.landings[: len(groups)]]
+        return blow.landings[0] if ends and np.allclose(groups, ends, rtol=0, atol=blow.dt / 2) else None
 
     def of_landing(self, blow: ContactRecord, landing: Landing) -> float:
         return landing.duration
