@@ -26,6 +26,7 @@ from seatfem.study.ladders.table import described, ladder_of, ladders, source_of
 from seatfem.study.method import (
     BAND,
     FIELDS,
+    MODEL,
     MODES,
     PORTS,
     REED_BAND,
@@ -244,6 +245,8 @@ def refine_plan(done: Round, power: float = 1.0, without: tuple[str, ...] = ()) 
     if method == plan.method:
         return None, _stuck_words(done, marks)
     past, wanted = plan.refined, marks.wanted & taken.keys()
+    if method.value(MODEL) != plan.method.value(MODEL):  # errors measured on a spring say nothing of waves
+        past, wanted = {}, wanted & {MODEL}
     refined = {key: (*past.get(key, ()), Refinement(_worst(done, key), taken[key])) for key in wanted}
     choices = tuple(
         replace(choice, value=described(choice.key, method.value(choice.key)), reason=_why(done, choice.key, marks))
