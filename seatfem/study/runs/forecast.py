@@ -17,11 +17,12 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.plan import Plan
-from seatfem.study.runs.converge import AIM, MOST, begin_plan, work_ratio
+from seatfem.study.runs.converge import AIM, begin_plan
 from seatfem.study.runs.kept import first_plan, save_plan
 from seatfem.study.runs.next_round import (
     OF_THE_CONTACT,
     OF_THE_SEAT,
+    POWER,
     Limits,
     expect_memory,
     expect_time,
@@ -33,7 +34,7 @@ from seatfem.study.runs.rounds import OutOfTime, rounds
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
 
-USUAL: Final = 2.5  # factor by which a round usually reduces the largest error bar, by which memory is foretold
+USUAL: Final = 3.0  # factor by which a round usually reduces the largest error bar
 HANGING: Final = 60.0  # wall time after which the first round of a look is stopped [s]: kernels may be compiled in it
 PICTURES: Final = 2.5  # wall time of the pictures of a run [s]
 FOLLOWING: Final = 0.25  # wall time of files, stress and horizon after the last round over that of its contact
@@ -145,7 +146,7 @@ def _last_round(plan: Plan, watch: Stopwatch, limits: Limits, progress: Progress
 
 
 def forecast(done: Round) -> Forecast:
-    """Return what is left of a run, if every further round reduces the largest error by `converge.MOST`."""
+    """Return what is left of a run, if every further round reduces the largest error by `USUAL`."""
     bars = {name: done.left.relative(name) for name in done.judged}
     seat, contact = (sum_stages(done.price, stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
     further, why = None, "" if done.met else "there is no landing to judge"
@@ -155,13 +156,13 @@ def forecast(done: Round) -> Forecast:
         return Forecast(0, 0.0, seat, contact, _after(contact), expect_memory(done, None), bars, why=why)
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     worst = max(bars.values())
-    count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(MOST)))
-    work, seconds = work_ratio(done.plan.method, further.method, done.plan.scene), expect_time(done, further)
-    whole = sum(seconds * max(seconds / spent, 1.0) ** k for k in range(count))
-    error = {name: bar if bar <= target else max(AIM * target, bar / MOST**count) for name, bar in bars.items()}
-    grown = work.largest ** (count - 1)
+    count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(USUAL)))
+    seconds = expect_time(done, further)
+    growth = max(seconds / spent, 1.0)
+    whole, grown = sum(seconds * growth ** (POWER * k) for k in range(count)), growth ** (1 + POWER * (count - 1))
+    error = {name: bar if bar <= target else max(AIM * target, bar / USUAL**count) for name, bar in bars.items()}
     changes = further.changes_since(done.plan)
-    last = seat * work.seat * grown, contact * work.contact * grown, _after(contact * work.contact * grown)
+    last = seat * grown, contact * grown, _after(contact * grown)
     rounds_to_grow = math.ceil(math.log(max(min(worst, 1.0) / target, USUAL)) / math.log(USUAL))
     return Forecast(count, whole, *last, expect_memory(done, further, rounds_to_grow), error, changes)
 

@@ -24,6 +24,7 @@ AFTERWARDS: Final = 8e7  # memory of what follows the last round: files, horizon
 LEAST_GROWTH: Final = 1.5  # of meshes and modes from one round to the next
 HISTORIES: Final = 10  # histories in the peak memory of a round: forces, gaps, motions, averages, those before
 FIXED: Final = 0.5  # wall time of seat, reed or contact that does not grow: start of gmsh, loading of compiled code [s]
+POWER: Final = 0.5  # of the growth of the work, to which time grows while the last two rounds do not show it
 TELLING: Final = 1.5  # growth of the work between two rounds from which on their times tell its power
 CUT_OFF: Final = "the run ends during the judged landing; a longer run.duration includes all of it"
 
@@ -71,8 +72,8 @@ def expect_time(done: Round, plan: Plan) -> float:
 
 
 def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
-    """Return the expected wall time [s] of some stages whose work grows by a ratio: without its fixed part in
-    proportion to the work, or to the power of it that the last two rounds showed."""
+    """Return the expected wall time [s] of some stages whose work grows by a ratio: by the power of it that the last
+    two rounds showed, else, without its fixed part, by `POWER`."""
     seconds = sum_stages(done.price, stages)
     if done.before is not None and seconds > 0 and (earlier := sum_stages(done.before[1], stages)) > 0:
         of_all = converge.work_ratio(done.before[0], done.plan.method, done.plan.scene)
@@ -81,7 +82,7 @@ def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
             power = math.log(seconds / earlier) / math.log(work)
             return float(seconds * ratio ** min(max(power, 0.0), 1.0))
     fixed = min(seconds, FIXED)
-    return fixed + (seconds - fixed) * ratio
+    return fixed + (seconds - fixed) * float(ratio**POWER)
 
 
 def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
