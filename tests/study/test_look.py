@@ -180,7 +180,7 @@ def test_what_is_left_is_priced_alike_where_all_was_reused(tmp_path: Path) -> No
 
 @pytest.mark.slow
 def test_a_forecast_grows_with_the_rounds_that_the_error_needs(tmp_path: Path) -> None:
-    """Each round is expected to reduce the largest error by three: 5.6 % of the peak, targets of 2 %, 1 % and 0.04 %."""
+    """Each round is expected to reduce the largest error by three: 5.6 % of the peak for 2 %, 1 % and 0.04 %."""
     done = look_at(beam_scene(tmp_path, "2 %"), NO_TIME).done
     worst = max(done.left.relative(name) for name in done.judged)
     counts = []
