@@ -149,7 +149,9 @@ class Bandwidth(ladder.BodyLadder):
         struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
         if struck is None:
             return ()
-        varied = modes.with_other_modes(body, run.method.reed.bandwidth or 0.0 if self.role == "reed" else 0.0)
+        varied = tuple(modes.in_wider_band(run)) if self.role == "reed" else ()
+        band = run.method.reed.bandwidth or 0.0 if self.role == "reed" else 0.0
+        varied = varied or tuple(modes.with_other_modes(body, band))
         others = tuple(run.with_body(self.role, other, share) for other, share in varied)
         return (others,) if others or self.role == "stopper" else None
 

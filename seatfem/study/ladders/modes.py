@@ -12,14 +12,17 @@ import numpy as np
 from impact.bodies.body import Body
 from impact.runs.variations import Terms, Variation, narrower, ringing_on
 from seatfem.structures.rings import Division
+from seatfem.structures.sheets import in_wider_band as in_wider_band_of
 from seatfem.study import safety
 from seatfem.study.impacts.bodies import problem_of, striker_of
+from seatfem.study.impacts.plate_stress import lips_of_plate
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
 from seatfem.study.method import MODES, RunMethod
 from seatfem.study.scene import Scene
 
 MOST_MODES: Final = 1000  # most modes of a beam in further rounds
 FEW_MODES: Final = 20  # modes of a beam with which a run begins
+WITHIN: Final = 1.6  # band over a plate's own up to which modes are added alone, as one change may be small by chance
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,20 @@ class ModeCount(Ladder):
             return Variation(problem_of(scene, striker, run.problem.target, run.body("stopper")), weight)
         kind = scene.seat if self.role == "seat" or scene.stopper is None else scene.stopper.body
         return run.with_greens(self.role, kind.body(None, number).greens, weight)
+
+
+def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
+    """Yield a plate that strikes with its modes in a wider band, all of them and those in `WITHIN` times its own, and
+    the factor from each change to the truncation error, of second order; nothing where plate theory allows none."""
+    plate = run.scene.reed.thin_plate
+    if plate is None or (beyond := in_wider_band_of(plate.plate(run.problem.striker.greens))) is None:
+        return
+    wider, ratio = beyond
+    lips = lips_of_plate(run.scene.geometry, run.division)
+    body = striker_of(run.scene, greens=wider.greens(lips, plate.damping_ratio))
+    yield body, 1 / (1 - ratio**-2)
+    if ratio > WITHIN and (less := narrower(body, ratio / WITHIN)) is not None:
+        yield less, 1 / (1 - WITHIN**-2)
 
 
 def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, float]]:
