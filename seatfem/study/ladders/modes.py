@@ -12,10 +12,8 @@ import numpy as np
 from impact.bodies.body import Body
 from impact.runs.variations import Terms, Variation, narrower, ringing_on
 from seatfem.structures.rings import Division
-from seatfem.structures.sheets import in_wider_band as in_wider_band_of
 from seatfem.study import safety
 from seatfem.study.impacts.bodies import problem_of, striker_of
-from seatfem.study.impacts.plate_stress import lips_of_plate
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
 from seatfem.study.method import MODES, RunMethod
 from seatfem.study.scene import Scene
@@ -72,12 +70,15 @@ class ModeCount(Ladder):
 def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     """Yield a plate that strikes with its modes in a wider band, all of them and those in `WITHIN` times its own, and
     the factor from each change to the truncation error, of second order; nothing where plate theory allows none."""
-    plate = run.scene.reed.thin_plate
-    if plate is None or (beyond := in_wider_band_of(plate.plate(run.problem.striker.greens))) is None:
+    plate, geometry, division = run.scene.reed.thin_plate, run.scene.geometry, run.division
+    if plate is None:
+        return
+    seat = geometry.on_the_reed(geometry.lip(division.arcs, division.rings))
+    beyond = plate.in_wider_band(run.problem.striker.greens, plate.lips(seat, geometry.behind_the_reed()))
+    if beyond is None:
         return
     wider, ratio = beyond
-    lips = lips_of_plate(run.scene.geometry, run.division)
-    body = striker_of(run.scene, greens=wider.greens(lips, plate.damping_ratio))
+    body = striker_of(run.scene, greens=wider)
     yield body, 1 / (1 - ratio**-2)
     if ratio > WITHIN and (less := narrower(body, ratio / WITHIN)) is not None:
         yield less, 1 / (1 - WITHIN**-2)

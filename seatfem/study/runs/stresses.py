@@ -280,10 +280,9 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     )
     peak = _value(peak_stress)
     truncation = math.nan
-    if (beyond := sheets.in_wider_band(plate)) is not None:
+    if (beyond := reed.in_wider_band(done.striker.greens, lips)) is not None:
         wider, ratio = beyond
-        striker = striker_of(scene, greens=wider.greens(lips, reed.damping_ratio))
-        truncation = abs(_stress_of(done, reed, striker) - peak) / (1 - ratio**-2)
+        truncation = abs(_stress_of(done, reed, striker_of(scene, greens=wider)) - peak) / (1 - ratio**-2)
     return PlateReedStress(stresses, mesh_error + truncation + LITTLE * peak, worst, peaks)
 
 
