@@ -174,9 +174,9 @@ class Tolerance(ladder.BodyLadder):
             return method
         return method.replaced({TOLERANCE: ANY_TOLERANCE if method.seat.in_arcs else FIRST_TOLERANCE})
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float:
-        """Return a stricter tolerance."""
-        return value / factor
+    def finer(self, value: float, factor: float, scene: Scene) -> float | None:
+        """Return a stricter tolerance; a plate has all modes of its band, at any tolerance."""
+        return None if self.role == "reed" and scene.reed.thin_plate is not None else value / factor
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""

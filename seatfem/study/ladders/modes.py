@@ -70,12 +70,9 @@ class ModeCount(Ladder):
 def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     """Yield a plate that strikes with its modes in a wider band, all of them and those in `WITHIN` times its own, and
     the factor from each change to the truncation error, of second order; nothing where plate theory allows none."""
-    plate, geometry, division = run.scene.reed.thin_plate, run.scene.geometry, run.division
-    if plate is None:
-        return
-    seat = geometry.on_the_reed(geometry.lip(division.arcs, division.rings))
-    beyond = plate.in_wider_band(run.problem.striker.greens, plate.lips(seat, geometry.behind_the_reed()))
-    if beyond is None:
+    plate, reed = run.scene.reed.thin_plate, run.method.reed
+    beyond = plate and plate.in_wider_band(run.problem.striker.greens, plate.lips(reed.lip, reed.behind))
+    if not beyond:
         return
     wider, ratio = beyond
     body = striker_of(run.scene, greens=wider)
