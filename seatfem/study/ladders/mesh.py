@@ -159,7 +159,9 @@ class Bandwidth(ladder.BodyLadder):
         struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
         if struck is None:
             return ()
-        varied = modes.with_other_modes(body, run.method.reed.bandwidth or 0.0 if self.role == "reed" else 0.0)
+        varied = tuple(modes.in_wider_band(run)) if self.role == "reed" else ()
+        band = run.method.reed.bandwidth or 0.0 if self.role == "reed" else 0.0
+        varied = varied or tuple(modes.with_other_modes(body, band))
         others = tuple(run.with_body(self.role, other, share) for other, share in varied)
         return (others,) if others or self.role == "stopper" else None
 
@@ -182,9 +184,9 @@ class Tolerance(ladder.BodyLadder):
             return method
         return method.replaced({TOLERANCE: ANY_TOLERANCE if method.seat.in_arcs else FIRST_TOLERANCE})
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float:
-        """Return a stricter tolerance."""
-        return value / factor
+    def finer(self, value: float, factor: float, scene: Scene) -> float | None:
+        """Return a stricter tolerance; a plate has all modes of its band, at any tolerance."""
+        return None if self.role == "reed" and scene.reed.thin_plate is not None else value / factor
 
     def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
         """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""

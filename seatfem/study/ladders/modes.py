@@ -20,6 +20,7 @@ from seatfem.study.scene import Scene
 
 MOST_MODES: Final = 1000  # most modes of a beam in further rounds
 FEW_MODES: Final = 20  # modes of a beam with which a run begins
+WITHIN: Final = 1.6  # band over a plate's own up to which modes are added alone, as one change may be small by chance
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,20 @@ class ModeCount(Ladder):
             return Variation(problem_of(scene, striker, run.problem.target, run.body("stopper")), weight)
         kind = scene.seat if self.role == "seat" or scene.stopper is None else scene.stopper.body
         return run.with_greens(self.role, kind.body(None, number).greens, weight)
+
+
+def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
+    """Yield a plate that strikes with its modes in a wider band, all of them and those in `WITHIN` times its own, and
+    the factor from each change to the truncation error, of second order; nothing where plate theory allows none."""
+    plate, reed = run.scene.reed.thin_plate, run.method.reed
+    beyond = plate and plate.in_wider_band(run.problem.striker.greens, plate.lips(reed.lip, reed.behind))
+    if not beyond:
+        return
+    wider, ratio = beyond
+    body = striker_of(run.scene, greens=wider)
+    yield body, 1 / (1 - ratio**-2)
+    if ratio > WITHIN and (less := narrower(body, ratio / WITHIN)) is not None:
+        yield less, 1 / (1 - WITHIN**-2)
 
 
 def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, float]]:

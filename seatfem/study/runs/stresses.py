@@ -37,7 +37,6 @@ from seatfem.study.impacts.plate_stress import (
     Forces,
     PlateLook,
     has_plate_stress,
-    lips_of_plate,
     struck_by,
 )
 from seatfem.study.impacts.touches import Touches, force_of, on_the_ports, stress_since
@@ -271,7 +270,7 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
         return PlateReedStress(stresses, math.nan, field, peaks)
     worst = field.at(np.array([int(peak_stress.after_contact.von_mises.argmax())]))
     coarser = sheets.plate_modes(plate.sheet, method.COARSENING)
-    lips = lips_of_plate(scene.geometry, _division(done))
+    lips = reed.lips(done.plan.method.reed.lip, done.plan.method.reed.behind)
     on_coarser_mesh = plate_field(done, striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
     on_coarser = largest(on_coarser_mesh, force, dt).after_contact.von_mises
     weight = 1 / (sheets.refinement(plate, coarser) ** sheets.ORDER - 1)
@@ -280,10 +279,9 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     )
     peak = _value(peak_stress)
     truncation = math.nan
-    if (beyond := sheets.in_wider_band(plate)) is not None:
+    if (beyond := reed.in_wider_band(done.striker.greens, lips)) is not None:
         wider, ratio = beyond
-        striker = striker_of(scene, greens=wider.greens(lips, reed.damping_ratio))
-        truncation = abs(_stress_of(done, reed, striker) - peak) / (1 - ratio**-2)
+        truncation = abs(_stress_of(done, reed, striker_of(scene, greens=wider)) - peak) / (1 - ratio**-2)
     return PlateReedStress(stresses, mesh_error + truncation + LITTLE * peak, worst, peaks)
 
 
