@@ -22,6 +22,7 @@ from seatfem.study.impacts.contact import record_of, run_contacts, stress_of
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import values_of_record
+from seatfem.study.ladders.patch import meshed_for_arcs
 from seatfem.study.method import RunMethod, as_stated
 from seatfem.study.runs.rounds import Round
 from seatfem.study.runs.seat_stress import seat_stress
@@ -105,7 +106,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     scene = scene.model_copy(update=changed)
     reed = replace(method.reed, n_modes=scene.reed.slender and scene.reed.slender.n_modes, **_band_and_size(scene.reed))
     seat = replace(seat, rings=rings) if divided else seat
-    finer = RunMethod(seat, reed, step).along(scene.geometry, arcs)
+    finer = meshed_for_arcs(scene, RunMethod(seat, reed, step).along(scene.geometry, arcs))
     return as_stated(scene, finer), finer
 
 

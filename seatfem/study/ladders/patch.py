@@ -93,10 +93,10 @@ class Rings(Ladder):
 
 def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod | None:
     """Return the method with the lip in these parts; ``None`` if they are more than the program chooses itself."""
-    return _meshed_for_arcs(scene, method.along(scene.geometry, arcs, rings)) if arcs * rings <= MOST_CHOSEN else None
+    return meshed_for_arcs(scene, method.along(scene.geometry, arcs, rings)) if arcs * rings <= MOST_CHOSEN else None
 
 
-def _meshed_for_arcs(scene: Scene, method: RunMethod) -> RunMethod:
+def meshed_for_arcs(scene: Scene, method: RunMethod) -> RunMethod:
     """Return the method with an element in each arc of a lip that is meshed in space, unless the size is stated."""
     body, lip, size = scene.seat.elastic, method.seat.lip, method.seat.contact_size
     if size is None or body is None or lip is None or CONTACT_SIZE in method.given:
@@ -203,7 +203,7 @@ class OnePort(Ladder):
         """Return the method with the lip in segments, and an element in each."""
         if PORTS in method.given or method.ports != 1 or (finer := in_fewest_arcs(scene, method)) is None:
             return None
-        return _meshed_for_arcs(scene, finer)
+        return meshed_for_arcs(scene, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a plate meets a lip with one contact."""
