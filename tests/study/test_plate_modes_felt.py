@@ -1,5 +1,6 @@
 """A plate whose contact feels few of its modes: the bar knows what may lie above the last."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,12 @@ from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.modes import in_wider_band, with_other_modes
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS
+from seatfem.study.runs.rounds import solve as solve_plan
+from seatfem.study.runs.stresses import plate_reed_stress
 from seatfem.study.safety import OF_MODES
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text
-from tests.steps import ModalGreens, Residual, Scene, stated_method
+from tests.steps import ModalGreens, Residual, Scene, Stopwatch, begin_plan, stated_method
 
 HIGHEST = 2e6  # rad/s, of a mode that the contact does not feel, as one with waves around a ring
 REST = 3e-11  # m/N above
@@ -110,6 +113,9 @@ def test_a_plate_in_a_wider_band_has_the_ports_of_its_run(tmp_path: Path) -> Non
     run = ComputedRun(scene, method, solved, problem_of(scene, striker, Body(solved.greens)))
     assert run.division.rings == 4
     assert {tuple(body.greens.ports) for body, _ in in_wider_band(run)} == {tuple(striker.greens.ports)}
+    stress = plate_reed_stress(solve_plan(replace(begin_plan(scene), method=method), Stopwatch()))
+    assert stress is not None
+    assert 0 < stress.bar < np.inf
 
 
 def scene_of_a_disc(folder: Path, band: float, diameter: str) -> Scene:
