@@ -30,15 +30,16 @@ ONE_FELT, MANY_FELT = 2.0, 4.0
 """Limits of `modes_felt`, the effective number of modes above 1/2.56 of the highest in a contact: below the first
 (middle of a disc, ring all around: 1.0 to 1.6) one mode dominates; from the second on (tip of a strip 6.5, lip in arcs
 13 to 28) the highest modes predict the effect of the truncated ones. A flapper's paddle has 2.3."""
-BEYOND: Final = ((1.0, 0, MANY_FELT), (2.0, 0, MANY_FELT), (4.0, 0, ONE_FELT), (1.0, 4, MANY_FELT))
-"""Modes added to a plate: (their frequency over the highest, octaves they span or 0 for one mode, `modes_felt` below
-which this is tried). Of 180 measures of free discs on springs from softer to a hundred times stiffer than they, bands
-of 40 to 400 kHz, leaving out the highest modes gave too small a bar for 36, with one added mode for 3, with octaves for
-1; a mode two octaves above shows the error where the filter hides nearer ones (6 mm, 40 kHz, 3 us: 14 % off)."""
+BEYOND: Final = ((1.0, 0), (2.0, 0), (1.0, 4))
+"""Modes in place of all that yields beyond the highest: (their frequency over its, octaves they span or 0 for one). One
+alone may be hidden by the filter."""
 HIDDEN: Final = 1.5
 """Factor on the change by the modes of `BEYOND` where one mode dominates, as the time step damps higher ones: with 1, 8
-of 186 bars of these discs were too narrow, by 1.45 at most."""
+of 186 bars of discs, whose highest modes alone were known, were too narrow, by 1.45 at most."""
 ALONE: Final = 2.0  # that factor where no mode can be left out, so that `BEYOND` is the only comparison
+HARDLY: Final = 0.7
+"""Share of what yields beyond a plate's band below which the modes of a wider band are little of it, so that `BEYOND`
+counts, too: a small disc may feel its next mode beyond that band (tests/study/test_plate_modes_felt.py)."""
 OPENING: Final = 0.1
 """Largest relative error assumed for the opening time that separates two groups of contacts, and ..."""
 OF_IMPULSE: Final = 10.0  # ... that error over the relative error of the impulse

@@ -45,7 +45,7 @@ def test_the_bar_reaches_what_four_times_the_band_changes(band: float, tmp_path:
     run = ComputedRun(scene, stated_method(scene), seat, problem_of(scene, striker, impact.Body(seat.greens)))
     here, there = landing_of(scene, striker), landing_of(wide, striker_of(wide))
     others = [(share, landing_of(scene, body)) for body, share in in_wider_band(run)]
-    assert len(others) == 2
+    assert len(others) >= 2
     told = [max(share * abs(values[k] - here[k]) / here[k] for share, values in others) for k in range(2)]
     left = [abs(there[k] - here[k]) / here[k] for k in range(2)]
     most = max(range(2), key=lambda k: left[k])

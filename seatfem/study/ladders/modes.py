@@ -69,9 +69,13 @@ class ModeCount(Ladder):
 
 def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     """Yield a plate that strikes with its modes in a wider band, all of them and those in `WITHIN` times its own, and
-    the factor from each change to the truncation error, of second order; nothing where plate theory allows none."""
-    plate, reed = run.scene.reed.thin_plate, run.method.reed
-    beyond = plate and plate.in_wider_band(run.problem.striker.greens, plate.lips(reed.lip, reed.behind))
+    the factor from each change to the truncation error, of second order; nothing where plate theory allows none.
+
+    Where these modes are little of what yields beyond the band (`HARDLY`), as few are felt in the middle of a disc or
+    all around a ring, what is left beyond vibrates, too (`BEYOND`).
+    """
+    plate, reed, own = run.scene.reed.thin_plate, run.method.reed, run.problem.striker
+    beyond = plate and plate.in_wider_band(own.greens, plate.lips(reed.lip, reed.behind))
     if not beyond:
         return
     wider, ratio = beyond
@@ -79,6 +83,15 @@ def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     yield body, 1 / (1 - ratio**-2)
     if ratio > WITHIN and (less := narrower(body, ratio / WITHIN)) is not None:
         yield less, 1 / (1 - WITHIN**-2)
+    if _residual(body) > (1 - safety.HARDLY) * _residual(own):
+        for above, octaves in safety.BEYOND:
+            if (ringing := ringing_on(body, above, ratio * (reed.bandwidth or 0.0), octaves)) is not None:
+                yield ringing, 1.0
+
+
+def _residual(body: Body) -> float:
+    """Return what yields beyond a body's modes, summed over its contacts [m/N]."""
+    return 0.0 if body.greens.modal is None else float(np.trace(body.greens.modal.residual.static()))
 
 
 def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, float]]:
@@ -93,8 +106,8 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
         if (fewer := narrower(body, ratio)) is not None:
             share_beyond = safety.HIDDEN if felt < safety.ONE_FELT else 1.0
             yield fewer, share
-    for ratio, octaves, most in safety.BEYOND:
-        if felt < most and (ringing := ringing_on(body, ratio, band, octaves)) is not None:
+    for above, octaves in safety.BEYOND if felt < safety.MANY_FELT else ():
+        if (ringing := ringing_on(body, above, band, octaves)) is not None:
             yield ringing, share_beyond
 
 
