@@ -34,6 +34,7 @@ AUTO: Final = "auto"
 CHEAPEST_FIRST: Final[tuple[Level, ...]] = ("rod", "axisymmetric", "harmonics", "sector", "3d")
 DISCRETE: Final[tuple[Level, ...]] = ("axisymmetric", "harmonics", "sector", "3d")
 BEYOND: Final = 3.0  # highest frequency of the pairs of a lip's harmonics that are kept, over the band
+ARC_ERROR: Final = 0.002  # largest error of an arc's compliance by harmonics that are extrapolated
 MOST_MODES: Final = 3000  # most modes of a body in space that is struck in arcs: minutes
 QUARTERS: Final = 4  # sectors of a body of revolution, a bar, a block: wide enough to be meshed well
 COARSENING: Final = 1.6  # element size of the mesh that gives the mesh error, over the run's

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from impact.after.landings import JUMP
 from impact.runs.variations import SAFETY
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.method import MODES, SIZE, STEP, as_stated, is_given, stated_method
@@ -127,8 +128,8 @@ def test_a_mesh_made_elsewhere_is_not_reduced_over_all_its_band() -> None:
 
 
 @pytest.mark.slow
-def test_a_duration_is_known_to_a_step_at_best(tmp_path: Path) -> None:
+def test_a_duration_is_known_to_an_eighth_of_a_step_at_best(tmp_path: Path) -> None:
     wanted = {"target": "50 %", "measures": ["contact_duration"]}
     scene = scene_of(SPRING, MASS, accuracy=wanted, run__time_step="2 us")
     *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent, limits=Limits(1))
-    assert done.left.bar("contact_duration") >= 0.99 * SAFETY * 2e-6
+    assert 0.99 * SAFETY * JUMP * 2e-6 <= done.left.bar("contact_duration") < 2e-6

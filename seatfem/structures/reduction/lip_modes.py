@@ -25,7 +25,7 @@ from impact.greens import base, oscillator
 from impact.greens.modal import ModalGreens
 from impact.notices import Progress, silent
 from seatfem.structures.errors import ModelError
-from seatfem.structures.method import BEYOND, MOST_MODES, Aims
+from seatfem.structures.method import ARC_ERROR, BEYOND, MOST_MODES, Aims
 from seatfem.structures.model import Array, SecondOrderModel
 from seatfem.structures.reduction import eigen_search, harmonics, modal
 from seatfem.structures.reduction.factorization import factorize
@@ -35,7 +35,6 @@ from seatfem.units import write_quantity
 
 FEWEST: Final = 4  # fewest harmonics whose modes are computed: the lowest frequency first falls, then rises with n
 MOST: Final = 1000  # most harmonics of the static compliance
-DOUBT: Final = 0.002  # largest error of an arc's compliance by harmonics that are extrapolated
 
 
 def lip_greens(
@@ -116,7 +115,7 @@ def _statics(
     places = [first.port_names.index(patch.boundary) for patch in patches.values()]
     whole = (of_rings + of_rings.T)[np.ix_(places, places)] / 2
     tail, largest = harmonics.Tail(patches, rings, 0), 0.0
-    while (doubt := tail.doubt()) > DOUBT * largest:
+    while (doubt := tail.doubt()) > ARC_ERROR * largest:
         if tail.last >= MOST:
             raise ConvergenceError(
                 f"{tail.last} harmonics cannot represent the compliance of the lip segments: take fewer"

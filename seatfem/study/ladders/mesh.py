@@ -11,8 +11,8 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
+from seatfem.structures.method import ARC_ERROR
 from seatfem.structures.patch import Sizes, mesh_error, sizes_for
-from seatfem.structures.reduction import lip_modes
 from seatfem.study.impacts import validity
 from seatfem.study.ladders import ladder, modes, rules
 from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun
@@ -150,7 +150,7 @@ class Bandwidth(ladder.BodyLadder):
             if not run.method.seat.in_arcs:
                 return ((run.with_greens("seat", narrowed(modal, highest / NARROWER)),),)
             ratios = (NARROWER, NARROWER**2)
-            of_statics = run.with_larger_g("seat", min(solved.greens.error_estimate.reduction, lip_modes.DOUBT)) or ()
+            of_statics = run.with_larger_g("seat", min(solved.greens.error_estimate.reduction, ARC_ERROR)) or ()
             return (
                 tuple(run.with_greens("seat", narrowed(modal, highest / r), 1 / (r**LIP_ORDER - 1)) for r in ratios),
                 *of_statics,
