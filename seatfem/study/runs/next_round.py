@@ -104,7 +104,7 @@ def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
     whole, each = (HISTORIES * 8.0 * values for values in (int(rows.ends[-1]), len(rows.ends) * contacts))
     program = max(PROGRAM, done.held)
     bodies = max(done.memory - program - whole - each, 0.0)
-    grown = program + bodies * of_bodies**count + whole * finer**count + each * of_rows**count
+    grown = program + bodies * of_bodies * LEAST_GROWTH ** (count - 1) + whole * finer**count + each * of_rows**count
     return float(max(done.memory, grown)) + AFTERWARDS
 
 
