@@ -51,7 +51,7 @@ class Plan:
         method: method of the run: keys that the file states, and chosen values of the others.
         choices: all keys that matter for cost and error.
         error: measured relative error bar of each judged measure; empty before the first round.
-        errors: relative error bars of the judged measures in each of the rounds before.
+        earlier_errors: relative error bars of the judged measures in each of the rounds before.
         refined: refinements of each key so far, in the order of the rounds.
         refused: keys of which a finer value cannot be computed, with the reason.
     """
@@ -60,7 +60,7 @@ class Plan:
     method: RunMethod
     choices: tuple[Choice, ...]
     error: Mapping[str, float] = field(default_factory=dict)
-    errors: tuple[Mapping[str, float], ...] = ()
+    earlier_errors: tuple[Mapping[str, float], ...] = ()
     refined: Mapping[str, tuple[Refinement, ...]] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
 

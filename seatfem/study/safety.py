@@ -14,7 +14,7 @@ LEVEL_SHARE: Final = 4  # target over the error that a level of the seat may hav
 # Safety factors on models that stand for better ones.
 DOUBT: Final = 3.0
 """Factor by which waves in the seat may exceed those of the estimate (with 2, 4 % of bars were too small), and those of
-a seat struck along a lip those of the same struck as a whole (2.7 on a thin plate)."""
+a seat struck along a lip those of the same struck as a whole (2.6 on a thin plate, tests/study/test_surrogates.py)."""
 DOUBT_OF_COARSE: Final = 1.3  # that factor for a coarsely meshed seat; the estimate had 0.6 to 5 times the truth
 ONE_PORT_BAR: Final = 1.5  # bar that a run states for one port, over the change by arcs on a half-space
 

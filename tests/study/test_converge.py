@@ -178,7 +178,7 @@ def test_a_measure_whose_bar_exceeds_its_value_is_given_up(
     )
 
     def marked(errors: tuple[Mapping[str, float], ...], judged: tuple[str, ...]) -> Round:
-        plan = replace(done.plan, errors=errors)
+        plan = replace(done.plan, earlier_errors=errors)
         return cast(Round, SimpleNamespace(plan=plan, left=left, judged=judged, number=3, spent={}))
 
     both = mark(marked(bars, ("impulse", "contact_duration"))).factors

@@ -119,7 +119,7 @@ seat = { kind = "plate", ports = 2, layout = "row", struck = 1, port_radius = "4
     margin = "6 mm", thickness = "1.5 mm", land_width = "1 mm", clamp_width = "2 mm", material = "steel", \
     damping_ratio = 0.02 }
 contact = { tilt = "0.2 deg" }
-run = { duration = "1 ms", filter_width = "10 us" }
+run = { duration = "1 ms", filter_width = "5 us" }
 accuracy = { target = "10 %" }
 """
 

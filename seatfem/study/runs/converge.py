@@ -217,7 +217,7 @@ def _is_stalled(done: Round, key: str) -> bool:
 
 def _is_hopeless(done: Round, measure: str) -> bool:
     """Return whether a measure's error bar exceeds its value after `HOPES` rounds of refinement for it."""
-    past = [bars.get(measure, 0.0) for bars in done.plan.errors[-HOPES:]]
+    past = [bars.get(measure, 0.0) for bars in done.plan.earlier_errors[-HOPES:]]
     missed = len(past) == HOPES and min(past) > done.plan.scene.accuracy.target
     return missed and 1 < done.left.relative(measure) < math.inf  # an infinite one is unknown
 
@@ -244,10 +244,10 @@ def refine_plan(done: Round, power: float = 1.0, without: tuple[str, ...] = ()) 
     method, taken = _within_work(done, factors)
     if method == plan.method:
         return None, _stuck_words(done, marks)
-    past, wanted = plan.refined, marks.wanted & taken.keys()
+    refined, wanted = plan.refined, marks.wanted & taken.keys()
     if method.value(MODEL) != plan.method.value(MODEL):  # errors measured on a spring say nothing of waves
-        past, wanted = {}, wanted & {MODEL}
-    refined = {key: (*past.get(key, ()), Refinement(_worst(done, key), taken[key])) for key in wanted}
+        refined, wanted = {}, wanted & {MODEL}
+    latest = {key: (*refined.get(key, ()), Refinement(_worst(done, key), taken[key])) for key in wanted}
     choices = tuple(
         replace(choice, value=described(choice.key, method.value(choice.key)), reason=_why(done, choice.key, marks))
         if method.value(choice.key) != plan.method.value(choice.key)
@@ -255,8 +255,8 @@ def refine_plan(done: Round, power: float = 1.0, without: tuple[str, ...] = ()) 
         for choice in plan.choices
         if choice.key in FIELDS
     )
-    errors = (*plan.errors, {name: done.left.relative(name) for name in done.judged})
-    return replace(plan, method=method, choices=choices, errors=errors, refined={**past, **refined}), ""
+    errors = (*plan.earlier_errors, {name: done.left.relative(name) for name in done.judged})
+    return replace(plan, method=method, choices=choices, earlier_errors=errors, refined={**refined, **latest}), ""
 
 
 def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, Mapping[str, float]]:

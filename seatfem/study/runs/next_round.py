@@ -86,12 +86,13 @@ def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
 
 
 def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
-    """Return the expected peak memory [bytes] of a run after ``count`` further rounds that grow like that of the
-    ``plan``; ``None``: it ends with the round that is done.
+    """Return the expected peak memory [bytes] of a run after ``count`` further rounds, the first by the ``plan``;
+    ``None``: it ends with the round that is done.
 
     What the process held before, and the program's own, do not grow; histories of the whole contact do with fine steps,
     those of all contacts with the steps that are taken, which are long where the motion is smooth, and all the rest
-    with the work of seat or reed.
+    with the work of seat or reed, by `LEAST_GROWTH` in rounds after the first.
+
     nan if the peak so far is not known.
     """
     if plan is None:
