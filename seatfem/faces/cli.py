@@ -175,8 +175,9 @@ def run_command(arguments: Sequence[str]) -> int:
             code = app(arguments)
         for message in dict.fromkeys(str(warning.message) for warning in caught):
             errors.print(f"warning: {clipped(message)}")
-    except CycloptsError:
-        return BAD_INPUT  # cyclopts has printed the message
+    except CycloptsError as problem:  # cyclopts has printed what is wrong
+        errors.print(f"seatfem: see {' '.join(('seatfem', *(problem.command_chain or ())))} --help")
+        return BAD_INPUT
     except KeyboardInterrupt as stopped:
         with suppress(OSError):  # the terminal may be gone
             errors.print("seatfem: interrupted; files are written whole or not at all")

@@ -224,6 +224,7 @@ def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> N
         (["rum"], 'Did you mean "run"?'),
         (["run"], "SCENE"),
         (["run", str(SPRING_SCENE), "--fast"], "--fast"),
+        (["run", str(SPRING_SCENE), "out"], "see seatfem run --help"),
         (["run", "absent.toml"], "absent.toml: "),
     ],
 )
