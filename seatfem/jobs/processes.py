@@ -50,14 +50,32 @@ def start_worker(
 def end_worker(process: subprocess.Popen[str]) -> None:
     """Kill a worker, close its pipes and wait for its end."""
     process.kill()
-    with suppress(BrokenPipeError), process:
+    with suppress(BrokenPipeError), without_pipe_signal(), process:
         pass
+
+
+@contextmanager
+def without_pipe_signal() -> Iterator[None]:
+    """Let a write to a process that has ended raise `BrokenPipeError` in this thread, whatever SIGPIPE would do.
+
+    Python ignores that signal; `gmsh.initialize` restores its default action, which ends the program.
+    """
+    if not hasattr(signal, "SIGPIPE"):  # Windows
+        yield
+        return
+    earlier = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
+    try:
+        yield
+    finally:
+        if signal.SIGPIPE in signal.sigpending() and signal.SIGPIPE not in earlier:
+            signal.sigwait({signal.SIGPIPE})
+        signal.pthread_sigmask(signal.SIG_SETMASK, earlier)
 
 
 def tell_worker(process: subprocess.Popen[str], line: str) -> None:
     """Send a line to a worker; if it has ended, the end of its answers tells."""
     assert process.stdin is not None
-    with suppress(BrokenPipeError):
+    with suppress(BrokenPipeError), without_pipe_signal():
         process.stdin.write(line + "\n")
         process.stdin.flush()
 
