@@ -144,7 +144,7 @@ def missed(done: Round) -> tuple[str, ...]:
             source = done.left.dominant(name)
             errors = {key: part.get(name, 0.0) for key, part in done.left.by_key.items() if source_of(key) == source}
             worst = max(errors, key=lambda key: errors[key], default="")
-            remedy = REMEDIES.get(worst) or REMEDIES.get(source, "")
+            remedy = plan.refused.get(worst) or REMEDIES.get(worst) or REMEDIES.get(source, "")
             if source == LIP and (plate := plan.scene.reed.thin_plate) is not None and plate.states_contact:
                 remedy = "remove reed.contact_radius: the reed then meets the struck face in segments"
             sentences.append(

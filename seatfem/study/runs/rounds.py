@@ -23,7 +23,7 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import STRIKER, stress_since
-from seatfem.study.method import TOLERANCE
+from seatfem.study.method import BAND, TOLERANCE
 from seatfem.study.plan import Plan
 from seatfem.study.runs import converge
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
@@ -248,8 +248,15 @@ def _round(
     plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
 ) -> Round:
     """Return a round with its errors; ``before``: the round before."""
-    scene, cache = plan.scene, Cache(folder / SEAT_FILE)
-    computed = solve(plan, watch, progress, before=before, cache=cache, stress=limits.stress)
+    scene = plan.scene
+    compute_round = partial(solve, before=before, cache=Cache(folder / SEAT_FILE), stress=limits.stress)
+    try:
+        computed = compute_round(plan, watch, progress)
+    except structures.reduction.lip_modes.BandError as crowded:
+        if not plan.is_open(BAND):
+            raise
+        plan = converge.in_widest_band(plan, crowded.band)
+        computed = compute_round(plan, watch, progress)
     seat, touches, reed = computed.seat, computed.touches, computed.reed
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None
