@@ -14,7 +14,7 @@ import pytest
 from impact.runs.variations import Budget
 from seatfem.faces.cli import DONE, run_command
 from seatfem.structures.reduction import lip_modes
-from seatfem.study.ladders import rules
+from seatfem.study.ladders import modes, rules
 from seatfem.study.method import (
     BAND,
     FIELDS,
@@ -286,3 +286,9 @@ def test_bands_of_a_plate_end_where_it_has_too_many_modes() -> None:
     done = SimpleNamespace(plan=replace(plan, method=widest), seat=seat)
     assert set(why := converge._out_of_reach(cast(Round, done))) == {REED_BAND}
     assert re.fullmatch(r"above \d+ kHz .* 600 modes .*: state a longer run.filter_width", why[REED_BAND])
+
+
+def test_the_most_of_what_rounds_count_is_named() -> None:
+    done = round_of({MODES: 0.2})
+    done.plan = replace(done.plan, method=done.plan.method.replaced({MODES: modes.MOST_MODES}))  # type: ignore[misc]
+    assert refine_plan(done)[1].endswith(f"and rounds take at most {modes.MOST_MODES}: state {MODES}")

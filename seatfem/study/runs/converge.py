@@ -350,7 +350,10 @@ def _stuck_words(done: Round, marks: Marks) -> str:
             bar, words = percent(done.left.relative(measure)), short_words(measure)
             return f"the error bar of {words} is {bar} of its value after {HOPES} refinements: it is given up"
         share = percent(safety(measure) * error / abs(done.left.values[measure]))
-        why = done.plan.refused.get(key) or "it cannot be made smaller"
+        value = done.plan.method.value(key) if key in FIELDS else None
+        most = isinstance(value, int) and _refined(done.plan.scene, done.plan.method, key, MOST) is None
+        why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
+        why = done.plan.refused.get(key) or why
         why = "the file states it" if done.plan.is_given(key) else why
         words = source_in_words(source_of(key) if ladder_of(key) else key)
         named = f"{words} ({key})" if "." in key else words
