@@ -4,6 +4,8 @@ import json
 import math
 import os
 import re
+import subprocess
+import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -249,3 +251,36 @@ def test_the_plan_of_a_study_refuses_a_measure_that_no_summary_has(
         assert run_command(["plan", str(study)]) == BAD_INPUT
         said = " ".join(capsys.readouterr().err.split())
         assert re.search(rf"{study}:1: {key}: .*'landing_stress'; state 'landing_", said)
+
+
+BLOCK = """
+seat = { kind = "block", width = "12 mm", depth = "10 mm", thickness = "8 mm", patch_width = "4 mm", \
+    patch_depth = "4 mm", damping_ratio = 0.05, model = "3d", mesh = { size = "0.8 mm", contact_size = "0.6 mm" }, \
+    greens = { bandwidth = "200 kHz" }, material = "steel" }
+reed = { kind = "rigid_mass", mass = "5 g", velocity = "-1 m/s" }
+run = { duration = "0.1 ms", filter_width = "4 us" }
+accuracy = { target = "50 %", landing = "run", measures = ["impulse"] }
+"""
+LOOK = """
+import sys
+from pathlib import Path
+from seatfem.study.runs.forecast import look_at
+from seatfem.study.scene import load_scene
+look = look_at(load_scene(Path(sys.argv[1])))
+print(look.done.seat.reused, look.left.memory, look.done.held)
+"""
+
+
+@pytest.mark.slow
+def test_a_second_look_foretells_the_memory_of_a_seat_that_it_reuses(tmp_path: Path) -> None:
+    """The solids take several times as much as the program. Heaps of two processes differ by some MB."""
+    (file := tmp_path / "scene.toml").write_text(BLOCK)
+    command = [sys.executable, "-c", LOOK, str(file)]
+    environment = {**os.environ, "SEATFEM_STORE": str(tmp_path / "store")}
+    first, second = (
+        subprocess.run(command, capture_output=True, text=True, env=environment, check=True).stdout.split()
+        for _ in range(2)
+    )
+    assert (first[0], second[0]) == ("False", "True")
+    assert float(first[1]) > 3 * float(first[2])
+    assert float(second[1]) == pytest.approx(float(first[1]), rel=0.1)

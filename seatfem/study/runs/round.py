@@ -63,7 +63,7 @@ class Round:
         stopped: why no further round follows; "" if the target is met.
         spent: wall time of this round by stage [s].
         price: the same, with what was reused at the time that it took when it was computed.
-        memory: peak memory of the process up to the end of the round [bytes].
+        memory: peak memory of the process up to the end of the round, or when what was reused was computed [bytes].
         held: memory of the process before the run [bytes].
         before: method and price of the round before.
         plate: stress of a striking plate, if stress is a measure asked for.
