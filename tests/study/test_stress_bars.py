@@ -62,7 +62,8 @@ def test_what_makes_most_of_a_large_bar_is_named(by_key: Mapping[str, float], ed
     """Of a bar of 30 % what makes more than half of it; of 20 % nothing."""
     bar, asked = sum(by_key.values()), SimpleNamespace(surface=True, distance=1e-4)
     seat = SimpleNamespace(**{**ALONE, "by_key": by_key}, bar=bar, bars=(bar, 0.1), from_excluded=edge)
-    plan = SimpleNamespace(level="axisymmetric", scene=SimpleNamespace(stress=asked))
+    scene = SimpleNamespace(stress=asked, reed=SimpleNamespace(thin_plate=None))
+    plan = SimpleNamespace(level="axisymmetric", refused={}, scene=scene)
     notes = [note for note in stress_notes(cast("Plan", plan), cast("SeatStress", seat)) if "uncertainty" in note]
     assert len(notes) == (words != "")
     assert all(re.search(words, note) for note in notes)

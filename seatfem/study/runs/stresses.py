@@ -46,7 +46,7 @@ from seatfem.study.ladders.table import ladder_of, source_of
 from seatfem.study.method import MODEL
 from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
-from seatfem.study.runs.round import REMEDIES, Round
+from seatfem.study.runs.round import REMEDIES, Round, remedy_of
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
 from seatfem.study.runs.stress_spots import place_words
 from seatfem.study.safety import source_in_words
@@ -203,7 +203,7 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
     key = max(seat.by_key, key=lambda each: seat.by_key[each], default="")
     if bar > LARGE * seat.judged[0] and seat.by_key.get(key, 0.0) > bar / 2:
         source = source_of(key) if ladder_of(key) else key
-        known = source_in_words(source), REMEDIES.get(key) or REMEDIES.get(source, "")
+        known = source_in_words(source), remedy_of(plan, key, source)
         named, remedy = OF_EDGES if at_limit and key == RECOVERY else OF_PLACES.get(key, known)
         sentences.append(
             f"uncertainty of peak_seat_stress_Pa: {percent(bar / seat.judged[0])}, most of it by the {named}: {remedy}"
