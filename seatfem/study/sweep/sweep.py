@@ -308,7 +308,7 @@ def _check_asked(study: Study, done: Round) -> None:
     """Raise `StudyError` for a measure that no result has and the summary of this round neither; where stress, life or
     gauges add keys after the last round, nothing is known."""
     if study.asked and not any((done.plan.scene.life, done.plan.scene.stress, done.plan.scene.gauge)):
-        check_measures(study, dict.fromkeys(RESULT_KEYS) | first_numbers(done))
+        check_measures(study, first_numbers(done), RESULT_KEYS)
 
 
 TABLE: Final = "study.csv"
