@@ -156,7 +156,7 @@ def check_outcome(study: Study, outcome: Outcome) -> None:
 
 
 def check_measures(study: Study, numbers: Mapping[str, object], later: Collection[str] = ()) -> None:
-    """Raise `StudyError` for a measure of the study that ``numbers`` of a scene do not have, and that is not among those
+    """Raise `StudyError` for a measure of the study that ``numbers`` of a scene do not have, and that is none of those
     that may come ``later``, unless nothing landed."""
     for key, name in study.asked if has_landed(numbers) else ():
         if name not in numbers and name not in later:
