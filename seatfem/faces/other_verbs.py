@@ -398,4 +398,4 @@ def study_ahead(path: Path) -> sweeps.sweep.Ahead | sweeps.sweep.SearchAhead | N
         return sweeps.sweep.ahead_of(study, file=path)
     if study.number_of_scenes > sweeps.sweep.LOOKED_AT and study.error_bars == "every":
         return sweeps.sweep.ahead_of_many(study, file=path)
-    return sweeps.sweep.ahead(study.scene, sweeps.sweep.scenes_of(study, file=path)[0], study.outputs.asked())
+    return sweeps.sweep.ahead(study, sweeps.sweep.scenes_of(study, file=path)[0])

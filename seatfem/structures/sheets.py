@@ -92,9 +92,14 @@ class Sheet:
         """Return the material, so that the plate on a mesh has the drawing's mass: a free one flies by nothing else."""
         return replace(self.material, density=self.material.density * self.shape.area / mesh.area)
 
+    @property
+    def mode_count(self) -> float:
+        """Return the expected number of modes up to `CUTOFF` times the band: A k^2/(4 pi) lie below wave k."""
+        return math.pi * self.shape.area / self.bending_wave(CUTOFF * self.bandwidth) ** 2
+
     def check(self) -> None:
         """Raise `ModelError` of waves in the band that are no plate's, and of what would take too many modes or
-        elements: A k^2/(4 pi) modes lie below wave k."""
+        elements."""
         thickness = self.shape.thickness
         if (relative := thickness / self.bending_wave(self.bandwidth)) > THICKEST:
             raise ModelError(
@@ -106,8 +111,7 @@ class Sheet:
                 f"reed, or a solid one, of kind = "
                 "'cad' or 'mesh'"
             )
-        count = math.pi * self.shape.area / self.bending_wave(CUTOFF * self.bandwidth) ** 2
-        if count > MOST_MODES:
+        if (count := self.mode_count) > MOST_MODES:
             raise ModelError(
                 f"reed.greens.bandwidth = {write_quantity(self.bandwidth, 'frequency', 4)}: the plate has about "
                 f"{count:.3g} modes below "

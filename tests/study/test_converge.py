@@ -1,6 +1,7 @@
 """The loop begins coarse, measures the error of each key by a neighbour, and refines what the target needs."""
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
@@ -12,11 +13,14 @@ import pytest
 
 from impact.runs.variations import Budget
 from seatfem.faces.cli import DONE, run_command
+from seatfem.structures.reduction import lip_modes
+from seatfem.study.ladders import modes, rules
 from seatfem.study.method import (
     BAND,
     FIELDS,
     MODEL,
     MODES,
+    REED_BAND,
     REED_CONTACT_SIZE,
     REED_SIZE,
     SIZE,
@@ -39,7 +43,7 @@ from seatfem.study.runs.converge import (
 )
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from tests.steps import Stopwatch, silent
-from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, STEEL, scene_of
+from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, STEEL, TWO_PORTS, scene_of
 
 pytestmark = pytest.mark.usefixtures("own_store")
 FINER = {**dict.fromkeys((SIZE, STEP, TOLERANCE), -1), **dict.fromkeys((BAND, MODES), 1)}
@@ -244,3 +248,47 @@ def test_the_command_line_runs_the_loop(tmp_path: Path, monkeypatch: pytest.Monk
     plan = (tmp_path / "scene-result" / "plan.json").read_text(encoding="utf-8")
     assert all(key in plan for key in FIELDS if key in (SIZE, STEP))
     assert "% of peak force, measured" in plan
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("most", "first"), [(60, 400e3), (80, 100e3)])
+def test_bands_end_where_a_seat_in_segments_has_too_many_modes(
+    most: int, first: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first band is narrowed to one with at most 60 modes; that of 100 kHz, with 66 of 80, is not widened. No round
+    fails, and the last words name key, value, limit and remedy."""
+    for module in (lip_modes, converge):
+        monkeypatch.setattr(module, "MOST_MODES", most)
+    monkeypatch.setattr(rules, "lowest_band", lambda patch: first)
+    (done,) = loop(scene_of(TWO_PORTS), tmp_path, most=1)
+    assert done.seat.greens.modal is not None
+    assert most / 1.1**3 < len(done.seat.greens.modal.omega) <= most
+    assert done.plan.method.value(BAND) <= min(first, 100e3)
+    errors = {name: 0.2 * value for name, value in done.left.values.items()}
+    left = Budget(done.left.values, {"reduction": errors}, ("reduction",), {BAND: errors})
+    further, why = refine_plan(replace(done, left=left))
+    assert further is None
+    for words in (BAND, "kHz", f"more than {most} modes", "state a longer run.filter_width"):
+        assert words in why
+
+
+def test_bands_of_a_plate_end_where_it_has_too_many_modes() -> None:
+    """The widest one is computed, no wider one is offered, and the words name key, value, limit and remedy."""
+    plan = begin_plan(scene_of(TWO_PORTS, reed__greens={}))
+    ladder, plate = converge.ladder_of(REED_BAND), plan.scene.reed.thin_plate
+    assert ladder is not None
+    assert plate is not None
+    widest = ladder.refine(plan.scene, plan.method, 100.0)
+    assert widest is not None
+    plate.sheet(widest.reed.bandwidth).check()
+    assert ladder.refine(plan.scene, widest, 100.0) is None
+    seat = SimpleNamespace(greens=SimpleNamespace(modal=None))
+    done = SimpleNamespace(plan=replace(plan, method=widest), seat=seat)
+    assert set(why := converge._out_of_reach(cast(Round, done))) == {REED_BAND}
+    assert re.fullmatch(r"above \d+ kHz .* 600 modes .*: state a longer run.filter_width", why[REED_BAND])
+
+
+def test_the_most_of_what_rounds_count_is_named() -> None:
+    done = round_of({MODES: 0.2})
+    done.plan = replace(done.plan, method=done.plan.method.replaced({MODES: modes.MOST_MODES}))  # type: ignore[misc]
+    assert refine_plan(done)[1].endswith(f"and rounds take at most {modes.MOST_MODES}: state {MODES}")

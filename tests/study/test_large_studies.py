@@ -44,7 +44,7 @@ def test_the_price_by_some_is_that_by_all(folder, monkeypatch):
     monkeypatch.setattr(sweep, "LOOKED_AT", 20)
     (folder / "study.toml").write_text(GRID)
     study = load_study(folder / "study.toml")
-    some, every = sweep.ahead_of_many(study), sweep.ahead(study.scene, cases.cases_of(study))
+    some, every = sweep.ahead_of_many(study), sweep.ahead(study, cases.cases_of(study))
     assert (some.scenes, some.seats, some.looked_at) == (every.scenes, every.seats, 20)
     assert some.seconds(2) == pytest.approx(every.seconds(2), rel=0.3)
 

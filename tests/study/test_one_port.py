@@ -12,7 +12,8 @@ from seatfem.structures.rings import Division, divided_less
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.method import PORTS
+from seatfem.study.ladders.table import ladder_of
+from seatfem.study.method import PORTS, RINGS
 from seatfem.study.runs.converge import refine_plan
 from seatfem.study.safety import ONE_PORT_BAR
 from tests.as_stated import solved_striker, striker_of
@@ -105,3 +106,21 @@ def test_rounds_end_where_one_port_leaves_too_much(folder: Path) -> None:
     plan, why = refine_plan(replace(done, left=budget))
     assert plan is None
     assert why == "single contact point instead of the lip leaves 60 % of impulse, and it cannot be made smaller"
+
+
+@pytest.mark.slow
+def test_rings_are_the_same_model_stated_and_refined(folder: Path) -> None:
+    """Of one contact they divide the seat's face, the reed's is rigid: methods, values and errors are equal."""
+    stated, first = plan_of(folder, "ports = 1\nrings = 4"), plan_of(folder, "ports = 1")
+    ladder = ladder_of(RINGS)
+    assert ladder is not None
+    refined = ladder.refine(first.scene, first.method, 2.0)
+    assert refined is not None
+    assert (refined.seat, refined.reed) == (stated.method.seat, stated.method.reed)
+    assert refined.seat.division == Division(1, 4)
+    one, other = (
+        next(rounds(plan, folder / name, Stopwatch(), silent, limits=Limits(rounds=1))).left
+        for name, plan in (("stated", stated), ("refined", replace(first, method=refined)))
+    )
+    assert one.values == other.values
+    assert one.parts == other.parts

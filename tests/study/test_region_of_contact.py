@@ -145,13 +145,13 @@ def test_one_contact_that_is_stated_knows_what_segments_change(tmp_path: Path, g
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("rings", "compared"), [(1, 3), (2, 4)])
-def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int, compared: int) -> None:
-    """The share of one contact is what segments in three parts across, or four, change of the run."""
+@pytest.mark.parametrize("rings", [1, 2])
+def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int) -> None:
+    """The share of one contact is what segments in three parts across change of the run, whatever its rings."""
     seat = ANNULAR + 'model = "spring"\nmesh = { size = "3 mm", contact_size = "0.5 mm" }\n'
     scene = scene_of(tmp_path, seat, FLAPPER + RING + IN_MODE, f"[contact]\nrings = {rings}\n")
     solved, lip = seat_of(scene, mesh_error=False), scene.geometry.segments()
-    assert lip.rings == compared
+    assert lip.rings == 3
     method = replace(stated_method(scene).reed, lip=scene.geometry.on_the_reed(lip))
     along = striker_of(scene, greens=solved_striker(scene, method=method, mesh_error=False).greens)
     many = on_its_patch(as_a_whole(solved.greens).modal, lip, scene.seat.patch())

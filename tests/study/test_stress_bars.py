@@ -1,6 +1,8 @@
 """The contact forces behind a stress, on other parts of a patch than they were found on; notes of what has no bar."""
 
 import math
+import re
+from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -8,9 +10,11 @@ import numpy as np
 import pytest
 
 from seatfem.study.impacts.plate_stress import Forces
+from seatfem.study.impacts.validity import ONE_PORT
+from seatfem.study.method import BAND, SIZE, STEP
 from seatfem.study.plan import Choice
 from seatfem.study.runs.seat_stress import SeatStress
-from seatfem.study.runs.stresses import stress_notes
+from seatfem.study.runs.stresses import RECOVERY, WAVES, stress_notes
 from tests.steps import Division, Plan
 
 
@@ -27,7 +31,9 @@ def test_forces_keep_their_sum_and_their_place_on_the_lip() -> None:
     np.testing.assert_allclose(four.by(Division(4, 3)), across.reshape(3, 12))
 
 
-ALONE: dict[str, Any] = {"peak": SimpleNamespace(von_mises=np.ones(1)), "spots": (0,), "where": 0, "judged": (1.0, 1.0)}
+ALONE: dict[str, Any] = {
+    "peak": SimpleNamespace(von_mises=np.ones(1)), "spots": (0,), "where": 0, "judged": (1.0, 1.0), "by_key": {}
+}  # fmt: skip
 """A stress at one place."""
 
 
@@ -39,6 +45,28 @@ def test_a_stress_without_a_bar_is_told(bars: tuple[float, float], named: int) -
     assert len(notes) == (named > 0)
     assert "".join(notes).count("_Pa") == named
     assert stress_notes(plan, None) == ()
+
+
+@pytest.mark.parametrize(
+    ("by_key", "edge", "words"),
+    [
+        ({RECOVERY: 0.2, STEP: 0.1}, 1.0, r"30 %, most of it by the mesh at its place: state a smaller seat\.mesh"),
+        ({RECOVERY: 0.2, STEP: 0.1}, 1e-4, r"mesh near a sharp edge: draw the edge with a fillet, or state"),
+        ({WAVES: 0.2, STEP: 0.1}, 1.0, r"waves .*: raise seat\.greens\.bandwidth"),
+        ({ONE_PORT: 0.2, STEP: 0.1}, 1.0, r"single contact point instead of the lip: .* contact\.ports"),
+        ({BAND: 0.1, SIZE: 0.1, STEP: 0.1}, 1.0, ""),
+        ({RECOVERY: 0.15, STEP: 0.05}, 1.0, ""),
+    ],
+)  # fmt: skip
+def test_what_makes_most_of_a_large_bar_is_named(by_key: Mapping[str, float], edge: float, words: str) -> None:
+    """Of a bar of 30 % what makes more than half of it; of 20 % nothing."""
+    bar, asked = sum(by_key.values()), SimpleNamespace(surface=True, distance=1e-4)
+    seat = SimpleNamespace(**{**ALONE, "by_key": by_key}, bar=bar, bars=(bar, 0.1), from_excluded=edge)
+    scene = SimpleNamespace(stress=asked, reed=SimpleNamespace(thin_plate=None))
+    plan = SimpleNamespace(level="axisymmetric", refused={}, scene=scene)
+    notes = [note for note in stress_notes(cast("Plan", plan), cast("SeatStress", seat)) if "uncertainty" in note]
+    assert len(notes) == (words != "")
+    assert all(re.search(words, note) for note in notes)
 
 
 def test_stress_behind_a_force_without_waves_says_so() -> None:

@@ -153,10 +153,15 @@ class ThinPlate(motion.Moving):
         return replace(super().stated(error, rings), bandwidth=self.greens.bandwidth, size=self.mesh.size)
 
     @property
-    def widest_band(self) -> float:
-        """Return the highest band whose modes have bending waves of at least six thicknesses [Hz]."""
-        own = self.greens.bandwidth
-        return own * (SHORTEST * self.sheet().bending_wave(own) / self.thickness) ** 2 / structures.sheets.CUTOFF
+    def band_limit(self) -> tuple[float, str]:
+        """Return the widest band [Hz] whose modes have bending waves of at least six thicknesses and are not too many,
+        and in words what lies above it, with a remedy."""
+        own, sheet, most = self.greens.bandwidth, self.sheet(), structures.sheets.MOST_MODES
+        by_theory = own * (SHORTEST * sheet.bending_wave(own) / self.thickness) ** 2 / structures.sheets.CUTOFF
+        by_count = own * (most - 1) / sheet.mode_count
+        too_short = "bending waves are shorter than six thicknesses: take a solid reed, kind = 'cad' or 'mesh'"
+        too_many = f"the reed has more than {most} modes in reach: state a longer run.filter_width"
+        return min((by_theory, too_short), (by_count, too_many))
 
     def sheet(self, band: float | None = None) -> structures.sheets.Sheet:
         """Return the data that determine its modes; ``band``: in place of the key [Hz]."""

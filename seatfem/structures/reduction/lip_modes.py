@@ -132,6 +132,14 @@ def _residual_compliance(compliance: Array, omega: Array, shapes: Array) -> Arra
     return semidefinite(compliance - bent.T @ bent, 1e-3 * float(np.abs(compliance).max()))
 
 
+class BandError(ConvergenceError):
+    """More modes than are computed lie in a band; ``band`` is the widest that has few enough [Hz]."""
+
+    def __init__(self, text: str, band: float) -> None:
+        super().__init__(text)
+        self.band = band
+
+
 PUSHED: Final = 8  # ports around the lip under whose impulses the error is estimated
 
 
@@ -148,7 +156,7 @@ def face_greens(
 
     Raises:
         ModelError: damping couples the modes. FactorizationError: the body is free to move, with ``static``.
-        ConvergenceError: more than `MOST_MODES` modes, or modes that are not found.
+        BandError: more than `MOST_MODES` modes. ConvergenceError: modes that are not found.
     """
     damping = model.damping.plus(damping_ratio)
     if damping.refusal and not static:
@@ -167,7 +175,7 @@ def face_greens(
 
 
 def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
-    """Return all modes up to `BEYOND` times the band; the `ConvergenceError` for too many names a lower band."""
+    """Return all modes up to `BEYOND` times the band; the `BandError` for too many names a lower band."""
     try:
         return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, limit=MOST_MODES, backend=aims.backend)
     except eigen_search.CrowdedError as crowded:
@@ -175,8 +183,9 @@ def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
         while count > MOST_MODES:
             lower *= 0.95 * (MOST_MODES / count) ** (1 / 3)
             count = eigen_search.counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
-        raise ConvergenceError(
+        raise BandError(
             f"contact.ports: the seat has {crowded.count} modes below {BEYOND:g} times seat.greens.bandwidth = "
             f"{write_quantity(aims.bandwidth, 'frequency', 3)} (limit {MOST_MODES}): lower it to "
-            f"{write_quantity(lower, 'frequency', 3)}"
+            f"{write_quantity(lower, 'frequency', 3)}",
+            lower,
         ) from None

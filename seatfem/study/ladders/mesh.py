@@ -108,11 +108,10 @@ class Bandwidth(ladder.BodyLadder):
         return method.replaced({BAND: rules.next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
-        """Return the method with a wider band, of a plate at most the limit of its theory, and elements for its shorter
-        waves."""
+        """Return the method with a wider band, of a plate at most its limit, and elements for its shorter waves."""
         if self.key == REED_BAND and self.key not in method.given and (value := method.value(self.key)):
             plate = scene.reed.thin_plate
-            wider = float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.widest_band)))
+            wider = float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.band_limit[0])))
             return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else None
         if self.key != BAND or BAND in method.given or not (band := method.seat.bandwidth):
             return None

@@ -59,7 +59,8 @@ class Rings(Ladder):
         if RINGS in method.given or not (value := method.seat.rings):
             return None
         if not method.seat.in_arcs:
-            return super().refine(scene, method, factor)
+            finer = super().refine(scene, method, factor)
+            return None if finer is None else finer.with_values(scene.geometry, {})
         rings = next((number for number in ACROSS if number > value), None)
         if rings is None or scene.contact.film is not None or not scene.seat.traits.has_rings:
             return None
@@ -217,7 +218,7 @@ class OnePort(Ladder):
         many = _on_a_half_space(run, lip)
         if lip is None or many is None:
             return None
-        one = impact.Body(divided_less(many, Division(1, scene.contact.rings)))
+        one = impact.Body(as_a_whole(many))
         as_before = problem_of(scene, run.problem.striker, one, run.body("stopper"))
         striker = striker_of(scene, greens=_greens_along(run, lip))
         varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))

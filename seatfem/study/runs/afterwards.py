@@ -168,16 +168,17 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
         return {f"{key} {cycle}": mass for key, each in masses.items() for cycle, mass in enumerate(each)}
 
     bars: dict[str, list[float | None]] = {}
-    for name, bar in runs.stresses.error_bars_of(done, look)[0].items():
-        bars.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(finite_or_none(bar))
+    left, _ = runs.stresses.error_bars_of(done, look)
+    for name in left.values:
+        bars.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(finite_or_none(left.bar(name)))
     return bars
 
 
 def gauge_keys(done: Round) -> dict[str, object]:
     """Return for summary.json the strains at the gauges, the largest and smallest of each with error bars."""
     scene = done.plan.scene
-    bars, _ = runs.stresses.error_bars_of(done, lambda run: contact.gauge_values(strains_of(scene.gauged, run)))
-    of_bars = {f"error_bar_{key}": finite_or_none(bar) for key, bar in bars.items()}
+    left, _ = runs.stresses.error_bars_of(done, lambda run: contact.gauge_values(strains_of(scene.gauged, run)))
+    of_bars = {f"error_bar_{key}": finite_or_none(left.bar(key)) for key in left.values}
     return {**contact.gauge_values(done.touches.strains), **of_bars}
 
 

@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, Final
 from impact.quantities import percent
 from impact.runs.variations import safety
 from seatfem.structures.kinds import Structure
-from seatfem.structures.method import Method
+from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.impacts import contact
 from seatfem.study.ladders.ladder import Beginning
+from seatfem.study.ladders.mesh import LEAST_WIDER
 from seatfem.study.ladders.table import described, ladder_of, ladders, source_of
 from seatfem.study.method import (
     BAND,
@@ -134,8 +135,37 @@ def _rule_of(key: str) -> str:
 
 def with_measured_errors(done: Round) -> Plan:
     """Return the plan of a round with its measured error bars, and what each key left of the judged measures."""
+    refused = {**done.plan.refused, **_out_of_reach(done)}
     choices = tuple(replace(choice, leaves=_leaves(done, choice.key)) for choice in done.plan.choices)
-    return replace(done.plan, choices=choices, error={name: done.left.relative(name) for name in done.judged})
+    error = {name: done.left.relative(name) for name in done.judged}
+    return replace(done.plan, choices=choices, error=error, refused=refused)
+
+
+def _out_of_reach(done: Round) -> Mapping[str, str]:
+    """Return the bands that no round can widen, with limit and remedy in words: the number of modes of a seat in
+    segments grows at most with the cube of its band."""
+    plan, method, plate = done.plan, done.plan.method, done.plan.scene.reed.thin_plate
+    refused, how, modal, body = dict[str, str](), method.seat, done.seat.greens.modal, plan.scene.seat.elastic
+    in_space = body is not None and how.in_arcs and body.elements_of(how) == "3d"
+    if in_space and how.bandwidth and modal is not None and len(modal.omega) * LEAST_WIDER**3 > MOST_MODES:
+        refused[BAND] = too_many_modes(how.bandwidth)
+    if plate is not None and (band := method.reed.bandwidth) and band * LEAST_WIDER > plate.band_limit[0]:
+        refused[REED_BAND] = f"above {described(REED_BAND, band)} {plate.band_limit[1]}"
+    return {key: why for key, why in refused.items() if plan.is_open(key)}
+
+
+def too_many_modes(band: float) -> str:
+    """Return in words that a seat in segments has too many modes above a ``band`` [Hz], with a remedy."""
+    above = f"above {described(BAND, band)} the seat in segments has more than {MOST_MODES} modes in reach"
+    return f"{above}: state a longer run.filter_width, or contact.ports = 1"
+
+
+def in_widest_band(plan: Plan, band: float) -> Plan:
+    """Return the plan with the widest ``band`` of a seat in segments [Hz] that has no more than `MOST_MODES` modes."""
+    method, why = plan.method.replaced({BAND: band}), too_many_modes(band)
+    new = replace(plan.choice(BAND), value=described(BAND, band), reason=why)
+    choices = tuple(new if each.key == BAND else each for each in plan.choices)
+    return replace(plan, method=method, choices=choices, refused={**plan.refused, BAND: why})
 
 
 def errors_by_key(done: Round, measure: str) -> Mapping[str, float]:
@@ -320,7 +350,10 @@ def _stuck_words(done: Round, marks: Marks) -> str:
             bar, words = percent(done.left.relative(measure)), short_words(measure)
             return f"the error bar of {words} is {bar} of its value after {HOPES} refinements: it is given up"
         share = percent(safety(measure) * error / abs(done.left.values[measure]))
-        why = done.plan.refused.get(key) or "it cannot be made smaller"
+        value = done.plan.method.value(key) if key in FIELDS else None
+        most = isinstance(value, int) and _refined(done.plan.scene, done.plan.method, key, MOST) is None
+        why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
+        why = done.plan.refused.get(key) or why
         why = "the file states it" if done.plan.is_given(key) else why
         words = source_in_words(source_of(key) if ladder_of(key) else key)
         named = f"{words} ({key})" if "." in key else words

@@ -63,7 +63,7 @@ class Round:
         stopped: why no further round follows; "" if the target is met.
         spent: wall time of this round by stage [s].
         price: the same, with what was reused at the time that it took when it was computed.
-        memory: peak memory of the process up to the end of the round [bytes].
+        memory: peak memory of the process up to the end of the round, or when what was reused was computed [bytes].
         held: memory of the process before the run [bytes].
         before: method and price of the round before.
         plate: stress of a striking plate, if stress is a measure asked for.
@@ -133,6 +133,13 @@ class Round:
         return all(self.left.relative(name) <= target for name in self.judged) if self.judged else None
 
 
+def remedy_of(plan: Plan, key: str, source: str) -> str:
+    """Return in words how the error by a ``key`` of a ``source`` becomes smaller, or why it cannot."""
+    if source == LIP and (plate := plan.scene.reed.thin_plate) is not None and plate.states_contact:
+        return "remove reed.contact_radius: the reed then meets the struck face in segments"
+    return plan.refused.get(key) or REMEDIES.get(key) or REMEDIES.get(source, "")
+
+
 def missed(done: Round) -> tuple[str, ...]:
     """Return sentences on the error bars that miss the target, their largest sources, and why the run stopped."""
     plan, target = done.plan, done.plan.scene.accuracy.target
@@ -144,12 +151,9 @@ def missed(done: Round) -> tuple[str, ...]:
             source = done.left.dominant(name)
             errors = {key: part.get(name, 0.0) for key, part in done.left.by_key.items() if source_of(key) == source}
             worst = max(errors, key=lambda key: errors[key], default="")
-            remedy = REMEDIES.get(worst) or REMEDIES.get(source, "")
-            if source == LIP and (plate := plan.scene.reed.thin_plate) is not None and plate.states_contact:
-                remedy = "remove reed.contact_radius: the reed then meets the struck face in segments"
             sentences.append(
                 f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
-                f"largest part: {safety.source_in_words(source)}; {remedy}"
+                f"largest part: {safety.source_in_words(source)}; {remedy_of(plan, worst, source)}"
             )
     if sentences and done.stopped:
         sentences.append(

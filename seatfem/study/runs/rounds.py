@@ -23,7 +23,7 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import STRIKER, stress_since
-from seatfem.study.method import TOLERANCE
+from seatfem.study.method import BAND, TOLERANCE
 from seatfem.study.plan import Plan
 from seatfem.study.runs import converge
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
@@ -67,7 +67,7 @@ def rounds(
     deadline = begun + limits.seconds
     held = forget_peak()
     listen = within_limits(progress, begun + limits.first)
-    latest = replace(_measured(_first_round, plan, folder, watch, listen, limits=limits), held=held)
+    latest = _measured(_first_round, plan, folder, watch, listen, limits=limits, held=held)
     before: Plan | None = None
     while True:
         further: Plan | None = None
@@ -92,7 +92,7 @@ def rounds(
                 attempt = replace(finer, refused={**finer.refused, **dict.fromkeys(left_out, stopped)})
                 try:
                     listen = within_limits(progress, deadline)
-                    latest = _measured(_round, attempt, folder, watch, listen, latest, limits=limits)
+                    latest = _measured(_round, attempt, folder, watch, listen, latest, limits=limits, held=held)
                     break
                 except FAILURES as problem:
                     stopped = _failure_words(problem) + _restore_seat(latest, attempt, folder)
@@ -146,18 +146,22 @@ def _measured(
     progress: Progress,
     *previous: Round,
     limits: Limits,
+    held: float,
 ) -> Round:
-    """Compute a round, and return it with its number, time and memory; ``previous``: the round before, if any."""
+    """Compute a round, and return it with its number, time and memory, those of what was reused included. ``previous``:
+    the round before, if any; ``held``: memory before the run [bytes]."""
     before = dict(watch.stages)
     result = compute(plan, folder, watch, progress, *previous, limits=limits)
     spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
     price: Mapping[str, float] = {**previous[0].price, **spent} if previous else spent
+    memory = peak_memory()
     if not limits.steady:
-        price = runs.kept.cached_numbers(result, result.touches, "price", lambda: price)
+        first = {"stages": price, "memory": memory - held}
+        kept = runs.kept.cached_numbers(result, result.touches, "price", lambda: first)
+        price, memory = kept["stages"], max(memory, held + kept["memory"])
     number = previous[0].number + 1 if previous else 1
     earlier = (previous[0].plan.method, previous[0].price) if previous else None
-    held = previous[0].held if previous else 0.0
-    return replace(result, number=number, spent=spent, price=price, memory=peak_memory(), held=held, before=earlier)
+    return replace(result, number=number, spent=spent, price=price, memory=memory, held=held, before=earlier)
 
 
 def _failure_words(problem: Exception) -> str:
@@ -248,8 +252,15 @@ def _round(
     plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
 ) -> Round:
     """Return a round with its errors; ``before``: the round before."""
-    scene, cache = plan.scene, Cache(folder / SEAT_FILE)
-    computed = solve(plan, watch, progress, before=before, cache=cache, stress=limits.stress)
+    scene = plan.scene
+    compute_round = partial(solve, before=before, cache=Cache(folder / SEAT_FILE), stress=limits.stress)
+    try:
+        computed = compute_round(plan, watch, progress)
+    except structures.reduction.lip_modes.BandError as crowded:
+        if not plan.is_open(BAND):
+            raise
+        plan = converge.in_widest_band(plan, crowded.band)
+        computed = compute_round(plan, watch, progress)
     seat, touches, reed = computed.seat, computed.touches, computed.reed
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None

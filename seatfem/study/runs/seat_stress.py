@@ -1,7 +1,8 @@
 """Stress in the seat of a run: the largest on its surface with an error bar, and histories at named points."""
 
+import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final
@@ -48,6 +49,7 @@ class SeatStress:
         peak: largest stress after the first touch at each site.
         judged: (2 + Q,) largest von Mises stress, largest tension, largest von Mises stress at each named point [Pa].
         bars: their error bars at the same places, so far [Pa].
+        by_key: parts of the first bar, by the key or the model that leaves them [Pa]; empty so far.
         time: (n + 1,) [s].
         points: (Q, 3) points that the scene names [m].
         named: (Q + 1, 6, n + 1) stress histories of these points, and of the site of the largest stress [Pa].
@@ -78,6 +80,7 @@ class SeatStress:
     of_points: AnyField
     largest_at: AnyField
     division: Division
+    by_key: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     @property
     def drawn(self) -> seat_fields.SeatMesh:

@@ -7,7 +7,7 @@ The forces of each run of the error budget are applied to the same stress fields
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -22,7 +22,8 @@ from impact.life.places import margin_error
 from impact.march.problem import ContactProblem
 from impact.march.rows import Marched
 from impact.notices import Progress, silent
-from impact.runs.variations import Values, budget_of, changes, times
+from impact.quantities import percent
+from impact.runs.variations import Budget, Values, budget_of, changes, safety, times
 from seatfem.structures import method, rings, sheets
 from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.recovery import LargestStress, StressField, largest
@@ -41,12 +42,14 @@ from seatfem.study.impacts.plate_stress import (
 )
 from seatfem.study.impacts.touches import Touches, force_of, on_the_ports, stress_since
 from seatfem.study.ladders.ladder import ComputedRun
+from seatfem.study.ladders.table import ladder_of, source_of
 from seatfem.study.method import MODEL
 from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
-from seatfem.study.runs.round import Round
+from seatfem.study.runs.round import REMEDIES, Round, remedy_of
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
 from seatfem.study.runs.stress_spots import place_words
+from seatfem.study.safety import source_in_words
 from seatfem.units import write_quantity
 
 STAGE: Final = "runs for the error bar of stress"
@@ -58,12 +61,13 @@ def error_bars_of(
     at_half: Callable[[Marched], Values] | None = None,
     progress: Progress = silent,
     is_judged: Callable[[Values], bool] = lambda half: True,
-) -> tuple[Values, Values]:
-    """Return the error bars of the values that ``look`` returns for a run, as for the measures, but with twice the
-    change by half the time step; and the values at half the step.
+) -> tuple[Budget, Values]:
+    """Return the errors of the values that ``look`` returns for a run, as of the measures, but with twice the change by
+    half the time step; and the values at half the step.
 
     ``at_half``: replaces ``look`` for the run at half the step; ``progress``: receives the progress of the runs;
-    ``is_judged``: whether the values at half the step are worth an error bar: otherwise no further run is made.
+    ``is_judged``: whether the values at half the step are worth an error bar: otherwise no further run is made, and
+    there are no errors.
     """
     scene, dt = done.plan.scene, done.result.dt
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
@@ -79,23 +83,31 @@ def error_bars_of(
 
     half = march_varied(problem, dt / 2, at_half or look)
     if not is_judged(half):
-        return dict.fromkeys(half, math.nan), half
+        return Budget(half), half
     values = march_varied(problem, dt)
-    budget = budget_of(march_varied, problem, values, dt, terms, finer=times(2.0, changes(values, half)))
-    return {name: budget.bar(name) for name in values}, half
+    return budget_of(march_varied, problem, values, dt, terms, finer=times(2.0, changes(values, half))), half
 
 
 def contact_margin_bar(done: Round, margin: float) -> float:
     """Return the error bar of the ``margin`` below a Hertzian contact from that of its largest force F, as the stress
     varies as F^(1/3); ``inf`` where the force's error is as large as the force."""
     errors, _ = error_bars_of(done, lambda run: {"force": float(force_of(run).max())})
-    share = errors["force"] / float(done.result.force.max())
+    share = errors.bar("force") / float(done.result.force.max())
     return margin_error(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)
 
 
 RAW: Final = 0.1  # relative change of stress by half the time step above which no error bar is given
 AT_LIMIT: Final = 1.5  # distance of a hot spot at the limit of where stress is reported, over stress.distance
 REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
+LARGE: Final = 0.25  # relative error bar of the largest stress in a seat from which on its largest source is named
+RECOVERY, WAVES = "recovery", "waves"
+"""Errors of a stress under given forces: by the mesh, and by what a reduction leaves out."""
+OF_PLACES: Final[Mapping[str, tuple[str, str]]] = {
+    RECOVERY: ("mesh at its place", "state a smaller seat.mesh.contact_size, or of a file a smaller seat.mesh.size"),
+    WAVES: ("waves that its mesh and band leave out", REMEDIES["reduction"]),
+}
+OF_EDGES: Final = ("mesh near a sharp edge", "draw the edge with a fillet, or state a larger stress.distance")
+"""Errors at the place of a stress in words, each with what to state."""
 
 
 def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, PlateReedStress | None]:
@@ -148,21 +160,22 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     what = (
         f"errors left at the places in {', '.join(sorted(name for name, each in bodies.items() if each is not None))}"
     )
-    bars_and_half = kept.cached_numbers(
-        done,
-        done.touches,
-        what,
-        lambda: dict(
-            zip(("bars", "half"), error_bars_of(done, look, look_everywhere, progress, is_judged), strict=True)
-        ),
-    )
-    errors, raw = bars_and_half["bars"], is_raw(bars_and_half["half"])
+
+    def compute() -> Mapping[str, Values]:
+        budget, half = error_bars_of(done, look, look_everywhere, progress, is_judged)
+        return {"half": half, **budget.parts}
+
+    parts = dict(kept.cached_numbers(done, done.touches, what, compute))
+    budget = Budget(parts.pop("half"), parts)
+    raw = is_raw(budget.values)
     if of_seat is not None:
-        mesh_error = math.nan if all(raw) else left_by_mesh(of_seat, done)
-        bars = of_seat.bars + mesh_error + [errors[name] for name in run_peaks]
-        seat = replace(of_seat, bars=np.where(raw, math.nan, bars))
+        mesh_error = np.full(len(raw), math.nan) if all(raw) else left_by_mesh(of_seat, done)
+        bars = of_seat.bars + mesh_error + [budget.bar(name) for name in run_peaks]
+        by_key = {key: safety(SEAT) * errors[SEAT] for key, errors in budget.parts.items()}
+        by_key |= {RECOVERY: float(mesh_error[0]), WAVES: of_seat.bar}
+        seat = replace(of_seat, bars=np.where(raw, math.nan, bars), by_key=by_key)
     if of_reed is not None:
-        reed = replace(of_reed, bar=of_reed.bar + errors[REED])
+        reed = replace(of_reed, bar=of_reed.bar + budget.bar(REED))
     return seat, reed
 
 
@@ -186,7 +199,16 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
             f"stress in the seat: another place may have the largest: {place_words(seat.sites[rivals[0]], 'seat')} has "
             f"{write_quantity(float(peak[rivals[0]]), 'pressure')}"
         )
-    if asked is not None and asked.surface and seat.from_excluded < AT_LIMIT * asked.distance:
+    at_limit = asked is not None and asked.surface and seat.from_excluded < AT_LIMIT * asked.distance
+    key = max(seat.by_key, key=lambda each: seat.by_key[each], default="")
+    if bar > LARGE * seat.judged[0] and seat.by_key.get(key, 0.0) > bar / 2:
+        source = source_of(key) if ladder_of(key) else key
+        known = source_in_words(source), remedy_of(plan, key, source)
+        named, remedy = OF_EDGES if at_limit and key == RECOVERY else OF_PLACES.get(key, known)
+        sentences.append(
+            f"uncertainty of peak_seat_stress_Pa: {percent(bar / seat.judged[0])}, most of it by the {named}: {remedy}"
+        )
+    if at_limit:
         sentences.append(
             "stress in the seat: its largest lies at the limit of where it is reported, stress.distance from a sharp "
             "edge or the struck face; nearer to it, it is larger"

@@ -19,7 +19,7 @@ from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.lands import FaceLip, under
 from seatfem.structures.lip import AnyLip, tilted, turned_over
 from seatfem.structures.outlines import covered_share
-from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
+from seatfem.structures.rings import ACROSS, FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import scene_error
 
@@ -32,7 +32,7 @@ NO_ANGLES: Final = (
     "on it; remove the key, or strike one ring that each ray from its centroid crosses once"
 )
 STOPPER: Final = "stopper_"  # prefix of the names of ports that meet a stopper
-ACROSS: Final = 9  # number of lines from rim to rim on which the smallest gap is searched for a curved reed
+LINES: Final = 9  # number of lines from rim to rim on which the smallest gap is searched for a curved reed
 USUAL: Final = 32  # default number of arcs of a lip
 COVERED: Final = 0.999  # share of a lip, by sampled points, that counts as all of it
 
@@ -117,7 +117,8 @@ class ContactGeometry:
         face, over = self.seat.views(coarse=True), self.reed.views(self.own_place, coarse=True).turned_over()
         if not region.is_part and (covered_share(face, over, self.contact.offset) or 0.0) < COVERED:
             return None
-        return replace(region, arcs=region.whole(FEWEST_ARCS), rings=self.rings_compared)  # type: ignore[type-var]
+        across = 1 if self.contact.film is not None else ACROSS[1]
+        return replace(region, arcs=region.whole(FEWEST_ARCS), rings=across)  # type: ignore[type-var]
 
     def overlap(self, struck: Structure) -> AnyLip | None:
         """Return the struck face of seat or stopper, undivided: of flat faces what lies under a plate. Raises
@@ -172,18 +173,14 @@ class ContactGeometry:
             arcs //= 2
         return arcs
 
-    @property
-    def rings_compared(self) -> int:
-        """Return the number of rings with which the stated number is compared; the same number with a film."""
-        rings = self.contact.rings
-        return rings if self.contact.film is not None else max(rings, arc_rings_to_compare(rings)[0])
-
     def on_the_reed(self, lip: AnyLip | None) -> AnyLip | None:
-        """Return the lip, where it is not divided the region, in the coordinates of a plate, with its offset; ``None``
-        for a striker with a face of its own."""
+        """Return the lip, where it is not divided the region, in the coordinates of a plate, with its offset, and in
+        rings only where it is in arcs: those of one contact face a rigid face; ``None`` for a striker with a face of
+        its own."""
         if self.reed.thin_plate is None or (face := lip or self.region()) is None:
             return None
-        return replace(face, offset=self.contact.offset)  # type: ignore[type-var]
+        rings = face.rings if face.arcs > 1 else 1
+        return replace(face, rings=rings, offset=self.contact.offset)  # type: ignore[type-var]
 
     def stopper_lip(self) -> AnyLip | None:
         """Return the stopper's contact face divided into its parts; ``None`` if it is not divided, but all of it.
@@ -268,7 +265,7 @@ class ContactGeometry:
 
     @property
     def _lines_sought(self) -> int:
-        return ACROSS if is_curved(self.reed) else 2
+        return LINES if is_curved(self.reed) else 2
 
     def _heights(self, points: Array, angles: Array | None) -> Array:
         """Return the heights (arcs, lines, n) of the gap [m] at points (arcs, lines, n, 2) from the centre of the lip,

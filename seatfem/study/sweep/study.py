@@ -148,9 +148,13 @@ class Outputs(Table):
         "two measures, of which less is better, as 'max life_margin' more; none where absent"
     )
 
+    def traded(self) -> tuple[str, ...]:
+        """Return the measures of the Pareto front."""
+        return tuple(text.split()[-1] for text in self.pareto or ())
+
     def asked(self) -> tuple[str, ...]:
         """Return all keys in the table, without repetitions."""
-        return tuple(dict.fromkeys((*self.measures, *(text.split()[-1] for text in self.pareto or ()))))
+        return tuple(dict.fromkeys((*self.measures, *self.traded())))
 
 
 class Study(Table):
@@ -195,10 +199,18 @@ class Study(Table):
         return self.number * (len(self.vary) + 2 if self.design == "sobol_indices" else 1)
 
     @property
+    def asked(self) -> tuple[tuple[str, str], ...]:
+        """Return all measures that are asked for, each after the key that names it."""
+        keys = {"outputs.measures": self.outputs.measures, "outputs.pareto": self.outputs.traded()}
+        if (goal := self.optimise) is not None:
+            best = "optimise.minimise" if goal.minimise else "optimise.maximise"
+            keys |= {best: (goal.measure,), "optimise.subject_to": tuple(each.measure for each in goal.subject_to)}
+        return tuple((key, name) for key, names in keys.items() for name in names)
+
+    @property
     def asks_for_stress(self) -> bool:
         """Return whether any output, objective or limit is a stress or a life."""
-        names = (*self.outputs.asked(), *(() if self.optimise is None else self.optimise.measures))
-        return any(word in name for name in names for word in ("stress", "life"))
+        return any(word in name for _, name in self.asked for word in ("stress", "life"))
 
     def contradictions(self) -> Contradictions:
         yield from self._contradictions_of_design() if self.optimise is None else self._contradictions_of_search()

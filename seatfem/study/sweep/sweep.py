@@ -51,8 +51,8 @@ from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 from seatfem.study.sweep.table import (
     StudyTable,
     as_frame,
-    check_keys,
     check_measures,
+    check_outcome,
     check_sampled,
     divided,
     is_usable,
@@ -97,11 +97,7 @@ def run_optimum(
     with folder_of_ours(folder) as journal, crew_of(workers, effort.cluster) as ask:
         tell(expected.in_words(workers))
 
-        def heard(outcome: Outcome) -> None:
-            table.check_measures(goal.measures, outcome, "optimise")
-            table.check_measures(study.outputs.asked(), outcome)
-
-        runner = Runner(study, journal, effort, heard)
+        runner = Runner(study, journal, effort, partial(check_outcome, study))
 
         def carry_out(cases: Sequence[Case]) -> Mapping[str, Outcome]:
             outcomes = runner.carry_out(cases, ask)
@@ -194,7 +190,7 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
 
     def price(accuracy: Changes, scenes: int) -> Ahead:
         cases = cases_of(study, rounds, file, [{**changes_at(study, point), **accuracy} for point in points])
-        forecast = ahead(study.scene, cases, study.outputs.asked())
+        forecast = ahead(study, cases)
         return replace(forecast, scenes=scenes, seats=scenes if forecast.seats > 1 else forecast.seats)
 
     target = price({}, CONFIRMED)  # first, as its messages are about the scene itself
@@ -276,15 +272,15 @@ def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
     count = study.number_of_scenes
     drawn = np.random.default_rng(study.seed).choice(count, LOOKED_AT, replace=False) + 1
     cases = cases_of(study, file=file, numbers=frozenset(drawn.tolist()))
-    sample = ahead(study.scene, cases, study.outputs.asked())
+    sample = ahead(study, cases)
     times = count / len(cases) if 2 * sample.seats > len(cases) else 1.0  # if few, all seats are in the sample
     return replace(sample, scenes=count, seats=round(times * sample.seats), looked_at=len(cases))
 
 
-def ahead(scene: Path, cases: Sequence[Case], asked: Sequence[str] = ()) -> Ahead:
-    """Return the forecast for these cases of the scene at a path. If none of the sampled scenes can be run,
-    raises the error of the first; errors of single scenes are reported in the table. Raises `StudyError` for a key that
-    is ``asked`` for and that summary.json will not have."""
+def ahead(study: Study, cases: Sequence[Case]) -> Ahead:
+    """Return the forecast for these cases of a study. If none of the sampled scenes can be run, raises the error of the
+    first; errors of single scenes are reported in the table. Raises `StudyError` for a measure that summary.json will
+    not have."""
     start, last = time.perf_counter(), len(cases) - 1
     looks: list[Look] = []
     problems: list[Exception] = []
@@ -292,14 +288,14 @@ def ahead(scene: Path, cases: Sequence[Case], asked: Sequence[str] = ()) -> Ahea
         if looks and time.perf_counter() - start > LOOKED_LONG:
             break
         try:
-            looks.append(look_at(load_scene(scene, cases[place].changed), LOOK))
+            looks.append(look_at(load_scene(study.scene, cases[place].changed), LOOK))
         except SceneError as error:
-            problems.append(located(error, scene))
+            problems.append(located(error, study.scene))
         except (ArithmeticError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
             problems.append(error)
     if not looks:
         raise problems[0]
-    _check_asked(asked, looks[0].done)
+    _check_asked(study, looks[0].done)
     seat = max(look.left.seat for look in looks)
     each = sum(look.left.contact for look in looks) / len(looks)
     different = sum(not case.guides for case in cases) if seat > 0 else 0
@@ -308,12 +304,11 @@ def ahead(scene: Path, cases: Sequence[Case], asked: Sequence[str] = ()) -> Ahea
     return Ahead(alone, different, START, each, seat, memory, len(cases) - alone, LANE * each)
 
 
-def _check_asked(asked: Sequence[str], done: Round) -> None:
-    """Raise `StudyError` for keys that no result has and the summary of this round neither; where stress, life or
+def _check_asked(study: Study, done: Round) -> None:
+    """Raise `StudyError` for a measure that no result has and the summary of this round neither; where stress, life or
     gauges add keys after the last round, nothing is known."""
-    unknown = [name for name in asked if name not in RESULT_KEYS]
-    if unknown and not any((done.plan.scene.life, done.plan.scene.stress, done.plan.scene.gauge)):
-        check_keys(unknown, first_numbers(done))
+    if study.asked and not any((done.plan.scene.life, done.plan.scene.stress, done.plan.scene.gauge)):
+        check_measures(study, first_numbers(done), RESULT_KEYS)
 
 
 TABLE: Final = "study.csv"
@@ -359,9 +354,9 @@ def run_study(
     if any(body.traits.needs_gmsh for body in scene.bodies.values()):
         libraries.require_gmsh_libraries()
     with folder_of_ours(folder) as journal:
-        runner = Runner(study, journal, effort, partial(check_measures, measures))
+        runner = Runner(study, journal, effort, partial(check_outcome, study))
         if pending := runner.pending(cases):
-            expected = ahead(study.scene, pending, study.outputs.asked())
+            expected = ahead(study, pending)
             workers = workers or expected.workers()
             tell(expected.in_words(workers))
         if any(case.key in runner.known for case in cases):

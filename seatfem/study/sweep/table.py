@@ -8,7 +8,7 @@ with the probability 1/(n + 1); the factor allows for a sample that is not rando
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
@@ -149,24 +149,20 @@ def measures_of(study: Study, judged: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
 
 
-def check_measures(measures: Sequence[str], outcome: Outcome, table: str = "outputs") -> None:
-    """Raise `StudyError` for keys, named in a ``table`` of the study, that a scene's summary does not have.
-
-    A scene that did not land is not checked, as it may lack some.
-    """
+def check_outcome(study: Study, outcome: Outcome) -> None:
+    """Raise `StudyError` for a measure that a scene's summary does not have; one that did not land may lack some."""
     if outcome.has_numbers:
-        check_keys(measures, outcome.summary, table)
+        check_measures(study, outcome.summary)
 
 
-def check_keys(measures: Sequence[str], summary: Mapping[str, object], table: str = "outputs") -> None:
-    """Raise `StudyError` for keys that a ``summary`` does not have, unless nothing landed."""
-    if not has_landed(summary):
-        return
-    for name in measures:
-        if name not in summary:
-            close = get_close_matches(name, summary, n=3)
-            remedy = f"did you mean {' or '.join(map(repr, close))}?" if close else "see summary.json of a run"
-            raise StudyError(f"{table}: summary.json of these scenes has no single value {name!r}; {remedy}")
+def check_measures(study: Study, numbers: Mapping[str, object], later: Collection[str] = ()) -> None:
+    """Raise `StudyError` for a measure of the study that ``numbers`` of a scene do not have, and that is none of those
+    that may come ``later``, unless nothing landed."""
+    for key, name in study.asked if has_landed(numbers) else ():
+        if name not in numbers and name not in later:
+            close = get_close_matches(name, numbers, n=3)
+            remedy = f"state {' or '.join(map(repr, close))}" if close else "state a key of summary.json of a run"
+            raise StudyError(f"{key}: summary.json of these scenes has no single value {name!r}; {remedy}")
 
 
 def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> StudyTable:
