@@ -38,6 +38,7 @@ NEAR: Final = 0.25  # largest shift of a landing between two runs, over the time
 JUMP: Final = 0.125
 """Largest error of an opening at which the force jumps, in steps: where a rod's wave returns 3/2 - sqrt(2) = 0.09, and
 0.12 with the part of the first step (`tests/impact/test_times_of_contacts.py`)."""
+AT_ONCE: Final = 1e-6  # steps between touches that count as one
 FAINT: Final = 1e-3  # least averaged force of a landing, over the largest of the record
 
 
@@ -221,16 +222,22 @@ def _groups(record: ContactRecord) -> NDArray[np.int64]:
     return groups[approached]
 
 
-def _first_touch(record: ContactRecord, first: int) -> tuple[int, float]:
-    """Return the part that touches first in the step number ``first`` and its closing speed over the step before."""
-    touching = np.flatnonzero(record.grid.spread_forces(record.solid, first + 1, first + 1)[0] > 0)
+def _first_touch(record: ContactRecord, first: int) -> tuple[int, float, float]:
+    """Return the part that touches first in the step number ``first``, its closing speed over the step before, and the
+    time of its touch [s]: of those that touch at once, or with a film within that step, the fastest."""
+    row = int(np.searchsorted(record.grid.ends, first + 1))
+    touching = np.flatnonzero(record.solid[row] > 0)
     if first == 0:
         speeds = record.closing[touching]
     else:
         before, now = record.grid.spread_motions(record.gap, first - 1, first)[:, touching]
         speeds = (before - now) / record.dt
-    fastest = int(np.argmax(speeds))
-    return int(touching[fastest]), float(speeds[fastest])
+    times = np.full(len(touching), record.dt * first)
+    if record.own is not None:
+        times = np.array([_touch(record, row, int(part)) for part in touching])
+    at_once = times <= times.min() + AT_ONCE * record.dt
+    fastest = int(np.argmax(np.where(at_once, speeds, -np.inf)))
+    return int(touching[fastest]), float(speeds[fastest]), float(times.min())
 
 
 def _touch(record: ContactRecord, row: int, part: int) -> float:
@@ -270,14 +277,11 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
     presses = ends[0] is not None
     steps = [last - first if end is None else end for end in ends]
     end = first + steps[0]
-    part, speed = _first_touch(record, first)
-    rows = np.searchsorted(record.grid.ends, [first + 1, last])
-    touching, leaving = (np.flatnonzero(record.solid[row] > 0) for row in rows)
-    touch, opening = dt * first, math.nan
-    if record.own is not None:
-        touch = min(_touch(record, int(rows[0]), int(each)) for each in touching)
+    part, speed, touch = _first_touch(record, first)
+    opening = math.nan
     if not presses:
-        opening = max(_opening(record, int(rows[1]), int(each)) for each in leaving)
+        row = int(np.searchsorted(record.grid.ends, last))
+        opening = max(_opening(record, row, int(each)) for each in np.flatnonzero(record.solid[row] > 0))
     if presses:  # contact after the end belongs to the static load
         largest = float(mean[first : end + 1].max())
     else:

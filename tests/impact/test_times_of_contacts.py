@@ -103,6 +103,22 @@ def test_a_film_and_touches_that_merge_leave_whole_steps() -> None:
     assert landing.end - landing.start == pytest.approx(30e-6)
 
 
+@pytest.mark.parametrize(("gap", "part", "speed", "touch"), [(5.6e-6, 0, 2.0, 1.1e-6), (4.4e-6, 1, 4.0, 1.1e-6)])
+def test_the_part_that_touches_first_within_a_step_closes_with_its_own_speed(
+    gap: float, part: int, speed: float, touch: float
+) -> None:
+    """The other one is twice as fast, and touches in the same step: later, or at once."""
+    steps, closing = np.arange(40.0), np.array([2.0, 4.0])
+    gaps = np.maximum(np.array([2.2e-6, gap]) - 1e-6 * steps[:, None] * closing, 0.0)
+    solid = np.where((gaps == 0) & (steps[:, None] < 20), 1.0, 0.0)
+    force = solid.sum(axis=1)
+    grid = impact.march.grid.TimeGrid.of_equal_steps(1e-6, 39)
+    record = ContactRecord(force, force > 0, grid, solid, gaps, 0 * force, 4e-6, closing, np.zeros((2, 2)))
+    (landing,) = find_landings(record)
+    assert (landing.part, landing.touch) == (part, pytest.approx(touch))
+    assert landing.closing_speed == pytest.approx(speed)
+
+
 def test_steps_of_different_lengths_give_the_same_times() -> None:
     """A touch within a long step: the flight is straight, and the end of the contact is found in its own step."""
     problem, dt = by_spring(), HALF_SWING / 80
