@@ -14,7 +14,6 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.window import Excerpt, window_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import STEP, RunMethod
-from seatfem.study.safety import SHORT
 from seatfem.study.scene import Scene
 
 if TYPE_CHECKING:
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 
 STEPS_A_TRANSIT: Final = 16  # steps in the time that a wave takes through a rod, of the run that resolves it
 MOST_STEPS: Final = 1_000_000  # most steps of that run
+SHORT: Final = 0.3  # largest part of the run that a hard impact lasts and is marched alone for the error of the step
 FIRST: Final = 32  # steps in the width of the filter with which a run begins: coarser ones hide each other's error
 
 

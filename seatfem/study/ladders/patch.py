@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Final
 
 import impact
 from impact.greens import base, modal
@@ -17,7 +16,9 @@ from seatfem.structures.rings import (
     FEWEST_ARCS,
     MOST_CHOSEN,
     MOST_RINGS,
+    OF_ONE,
     OF_TWICE,
+    REFERENCE_RINGS,
     Division,
     arc_rings_to_compare,
     as_a_whole,
@@ -29,16 +30,13 @@ from seatfem.structures.rings import (
     parts_joined,
     with_fewer_rings,
 )
-from seatfem.study import safety
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
-from seatfem.study.ladders.rules import PER_ARC
+from seatfem.study.ladders.mesh import in_each_arc
 from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, RunMethod
 from seatfem.study.scene import Scene, local
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import SceneError
-
-RING_NUMBERS: Final = (1, 4, 8)  # numbers of rings of a contact face to choose from
 
 
 @dataclass(frozen=True)
@@ -68,8 +66,8 @@ class Rings(Ladder):
         return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
     def finer(self, value: int, factor: float, scene: Scene) -> int:
-        """Return more rings."""
-        return next((number for number in RING_NUMBERS if number > value), MOST_RINGS)
+        """Return twice as many rings, at least those that one or two are compared with."""
+        return min(max(2 * value, REFERENCE_RINGS), MOST_RINGS)
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other rings: many in place of one or two, on the coarser mesh; one in place of more.
@@ -98,11 +96,10 @@ def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMeth
 
 def meshed_for_arcs(scene: Scene, method: RunMethod) -> RunMethod:
     """Return the method with an element in each arc of a lip that is meshed in space, unless the size is stated."""
-    body, lip, size = scene.seat.elastic, method.seat.lip, method.seat.contact_size
-    if size is None or body is None or lip is None or CONTACT_SIZE in method.given:
+    size = method.seat.contact_size
+    if size is None or CONTACT_SIZE in method.given:
         return method
-    in_space = method.seat.in_arcs and body.elements_of(method.seat) == "3d"
-    return method.replaced({CONTACT_SIZE: min(size, PER_ARC * lip.length / lip.arcs)}) if in_space else method
+    return method.replaced({CONTACT_SIZE: in_each_arc(scene.seat, method.seat, size)})
 
 
 def of_rings_across(run: ComputedRun) -> Terms | None:
@@ -210,7 +207,7 @@ class OnePort(Ladder):
         return run.division.arcs == 1 and run.scene.geometry.segments() is not None
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the run with the lip in segments, weighted by `ONE_PORT_BAR`, against one contact point on the same
+        """Return the run with the lip in segments, weighted by `OF_ONE`, against one contact point on the same
         half-space, and against the run itself, as one change may be small by accident."""
         scene = run.scene
         lip = scene.geometry.segments()
@@ -221,7 +218,7 @@ class OnePort(Ladder):
         as_before = problem_of(scene, run.problem.striker, one, run.body("stopper"))
         striker = striker_of(scene, greens=_greens_along(run, lip))
         varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))
-        return ((Variation(varied, safety.ONE_PORT_BAR, as_before), Variation(varied, safety.ONE_PORT_BAR)),)
+        return ((Variation(varied, OF_ONE, as_before), Variation(varied, OF_ONE)),)
 
 
 def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens | None:

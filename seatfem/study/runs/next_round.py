@@ -12,13 +12,14 @@ from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.plan import Plan
 from seatfem.study.runs import converge
 from seatfem.study.runs.round import Round
-from seatfem.study.safety import LONGEST, MOST_ROUNDS
+from seatfem.study.safety import MOST_ROUNDS
 from seatfem.units import write_quantity
 
 OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error", "patch error", "pole fit")
 OF_THE_REED: Final = (STRIKER,)
 OF_THE_CONTACT: Final = ("contact", "reed stress", "error budget", "spring baseline", "files")
 """Stages of a round by the work that they grow with."""
+LONGEST: Final = 600.0  # longest expected time [s] of a further round that is begun without --max-time
 PROGRAM: Final = 2.5e8  # memory of the program, its packages and a first coarse mesh [bytes]
 AFTERWARDS: Final = 8e7  # memory of what follows the last round: files, horizon, pictures [bytes]
 LEAST_GROWTH: Final = 1.5  # of meshes and modes from one round to the next

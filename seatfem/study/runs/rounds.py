@@ -23,12 +23,13 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import STRIKER, stress_since
+from seatfem.study.ladders.mesh import TOLERANCES
 from seatfem.study.method import TOLERANCE
 from seatfem.study.plan import Plan
 from seatfem.study.runs import converge
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words, missed
-from seatfem.study.safety import FAILURES, LOOSER
+from seatfem.study.safety import FAILURES
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
 
 if TYPE_CHECKING:
@@ -185,7 +186,7 @@ def _seat_key(plan: Plan) -> str:
 
 def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *, limits: Limits) -> Round:
     """Run the first round; if no Krylov space reaches the first tolerance, at looser ones unless it is stated."""
-    for tolerance in LOOSER if plan.is_open(TOLERANCE) else ():
+    for tolerance in TOLERANCES[1:] if plan.is_open(TOLERANCE) else ():
         try:
             return _round(plan, folder, watch, progress, limits=limits)
         except structures.reduction.modes.ConvergenceError:
