@@ -37,7 +37,9 @@ from seatfem.study.runs.converge import (
     refine_plan,
     work_ratio,
 )
-from seatfem.study.runs.rounds import Limits, Round, rounds
+from seatfem.study.runs.next_round import Limits
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.rounds import rounds
 from tests.steps import Stopwatch, silent
 from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, STEEL, scene_of
 

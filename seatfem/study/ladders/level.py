@@ -11,7 +11,7 @@ from seatfem.structures.method import AUTO, AnyLevel, Method, at_once, with_star
 from seatfem.structures.patch import ERRORS, Patch, on_its_patch
 from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.bodies import solve_body
-from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun, Role
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
 from seatfem.study.ladders.mesh import BANDS, TOLERANCES, element_sizes, lowest_band, next_band
 from seatfem.study.method import MODEL, RunMethod
 from seatfem.study.safety import FAILURES
@@ -26,7 +26,7 @@ a lip, of one struck as a whole (2.6 on a thin plate, tests/study/test_surrogate
 
 
 @dataclass(frozen=True)
-class Level(BodyLadder):
+class Level(Ladder):
     """The level of a body's model; its neighbour is the next better level, if that is cheap."""
 
     def neighbours(self, run: ComputedRun) -> Terms | None:

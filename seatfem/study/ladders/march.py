@@ -34,7 +34,6 @@ def fitted(dt: float, duration: float) -> float:
 class TimeStep(Ladder):
     """The time step, whose neighbours `impact.runs.variations.budget_of` runs in every budget."""
 
-    effort: float = 1.0
     rule: str = f"{FIRST} steps in the width of the filter"
     falls: bool = True
     dimension: str = "time"

@@ -15,7 +15,7 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.method import ARC_ERROR, Method
 from seatfem.structures.patch import Patch, Sizes, mesh_error, sizes_for
 from seatfem.study.impacts.validity import fit_of
-from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun, Ladder, large_percent
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.modes import in_wider_band, with_other_modes
 from seatfem.study.method import (
     BAND,
@@ -72,7 +72,7 @@ def in_each_arc(seat: Structure, how: Method, contact_size: float) -> float:
 
 
 @dataclass(frozen=True)
-class ElementSize(BodyLadder):
+class ElementSize(Ladder):
     """Element sizes of a body; the neighbour is the run on the coarser mesh of the stated mesh error."""
 
     effort: float = 1.5
@@ -126,7 +126,7 @@ def measured_draws(run: ComputedRun) -> tuple[GreensFunction, ...]:
 
 
 @dataclass(frozen=True)
-class Bandwidth(BodyLadder):
+class Bandwidth(Ladder):
     """The bandwidth of a body's reduction. Its error is the change by leaving out the highest modes within it."""
 
     effort: float = 0.5
@@ -192,15 +192,14 @@ class Bandwidth(BodyLadder):
         struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
         if struck is None:
             return ()
-        varied = tuple(in_wider_band(run)) if self.role == "reed" else ()
-        band = run.method.reed.bandwidth or 0.0 if self.role == "reed" else 0.0
-        varied = varied or tuple(with_other_modes(body, band))
+        varied, band = (tuple(in_wider_band(run)), run.method.reed.bandwidth) if self.role == "reed" else ((), None)
+        varied = varied or tuple(with_other_modes(body, band or 0.0))
         others = tuple(run.with_body(self.role, other, share) for other, share in varied)
         return (others,) if others or self.role == "stopper" else None
 
 
 @dataclass(frozen=True)
-class Tolerance(BodyLadder):
+class Tolerance(Ladder):
     """The tolerance of a body's reduction; its neighbour has g larger by the error that the reduction states."""
 
     effort: float = 0.2
@@ -209,7 +208,7 @@ class Tolerance(BodyLadder):
 
     def describe(self, value: float) -> str:
         """Return a tolerance in percent."""
-        return large_percent(value)
+        return percent(value)
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with a loose tolerance of the seat; a lip in arcs is reduced to modes, at any tolerance."""

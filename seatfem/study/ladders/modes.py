@@ -13,7 +13,7 @@ from impact.bodies.body import Body
 from impact.runs.variations import NARROWER, Terms, Variation, narrower, ringing_on
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.bodies import problem_of, striker_of
-from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import MODES, RunMethod
 from seatfem.study.scene import Scene
 
@@ -44,7 +44,6 @@ class ModeCount(Ladder):
 
     effort: float = 0.7
     rule: str = "few, to begin with"
-    role: Role = "seat"
 
     def finer(self, value: int, factor: float, scene: Scene) -> int:
         """Return more modes."""

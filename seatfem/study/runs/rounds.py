@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -26,16 +26,15 @@ from seatfem.study.impacts.touches import STRIKER, stress_since
 from seatfem.study.ladders.mesh import TOLERANCES
 from seatfem.study.method import TOLERANCE
 from seatfem.study.plan import Plan
-from seatfem.study.runs import converge
+from seatfem.study.runs.converge import attempts, with_measured_errors
+from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
-from seatfem.study.runs.round import UNFINISHED, Round, in_words, missed
+from seatfem.study.runs.round import UNFINISHED, Round, in_words
 from seatfem.study.safety import FAILURES
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
 
 if TYPE_CHECKING:
     from seatfem.study.runs.stresses import PlateReedStress
-
-__all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
@@ -68,7 +67,7 @@ def rounds(
     deadline = begun + limits.seconds
     held = forget_peak()
     listen = within_limits(progress, begun + limits.first)
-    latest = replace(_measured(_first_round, plan, folder, watch, listen, limits=limits), held=held)
+    latest = replace(_round(plan, folder, watch, listen, limits), held=held)
     before: Plan | None = None
     while True:
         further: Plan | None = None
@@ -89,11 +88,11 @@ def rounds(
             latest = replace(latest, seat=latest.seat.functions)
         yield replace(latest, stopped=f"round {number} {UNFINISHED}")
         try:
-            for finer, left_out in converge.attempts(latest, further):
+            for finer, left_out in attempts(latest, further):
                 attempt = replace(finer, refused={**finer.refused, **dict.fromkeys(left_out, stopped)})
                 try:
                     listen = within_limits(progress, deadline)
-                    latest = _measured(_round, attempt, folder, watch, listen, latest, limits=limits)
+                    latest = _round(attempt, folder, watch, listen, limits, latest)
                     break
                 except FAILURES as problem:
                     stopped = _failure_words(problem) + _restore_seat(latest, attempt, folder)
@@ -139,28 +138,6 @@ def within_limits(progress: Progress, deadline: float = math.inf) -> Progress:
     return listen
 
 
-def _measured(
-    compute: Callable[..., Round],
-    plan: Plan,
-    folder: Path,
-    watch: Stopwatch,
-    progress: Progress,
-    *previous: Round,
-    limits: Limits,
-) -> Round:
-    """Compute a round, and return it with its number, time and memory; ``previous``: the round before, if any."""
-    before = dict(watch.stages)
-    result = compute(plan, folder, watch, progress, *previous, limits=limits)
-    spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
-    price: Mapping[str, float] = {**previous[0].price, **spent} if previous else spent
-    if not limits.steady:
-        price = runs.kept.cached_numbers(result, result.touches, "price", lambda: price)
-    number = previous[0].number + 1 if previous else 1
-    earlier = (previous[0].plan.method, previous[0].price) if previous else None
-    held = previous[0].held if previous else 0.0
-    return replace(result, number=number, spent=spent, price=price, memory=peak_memory(), held=held, before=earlier)
-
-
 def _failure_words(problem: Exception) -> str:
     if isinstance(problem, OutOfTime):
         return f"the next round was stopped: {problem}"
@@ -182,16 +159,6 @@ def _restore_seat(done: Round, further: Plan, folder: Path) -> str:
 def _seat_key(plan: Plan) -> str:
     """Return the key by which the plan's seat is cached."""
     return key_of(plan.scene.seat, plan.method.seat)
-
-
-def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *, limits: Limits) -> Round:
-    """Run the first round; if no Krylov space reaches the first tolerance, at looser ones unless it is stated."""
-    for tolerance in TOLERANCES[1:] if plan.is_open(TOLERANCE) else ():
-        try:
-            return _round(plan, folder, watch, progress, limits=limits)
-        except structures.reduction.modes.ConvergenceError:
-            plan = replace(plan, method=plan.method.replaced({TOLERANCE: tolerance}))
-    return _round(plan, folder, watch, progress, limits=limits)
 
 
 def solve(
@@ -246,11 +213,20 @@ def solve(
 
 
 def _round(
-    plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
+    plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, limits: Limits, before: Round | None = None
 ) -> Round:
-    """Return a round with its errors; ``before``: the round before."""
-    scene, cache = plan.scene, Cache(folder / SEAT_FILE)
-    computed = solve(plan, watch, progress, before=before, cache=cache, stress=limits.stress)
+    """Return a round with its errors, number, time and memory; ``before``: the round before. If no Krylov space reaches
+    the tolerance of the first one, it has a looser one, unless the file states it."""
+    scene, cache, stages = plan.scene, Cache(folder / SEAT_FILE), dict(watch.stages)
+    while True:
+        try:
+            computed = solve(plan, watch, progress, before=before, cache=cache, stress=limits.stress)
+            break
+        except structures.reduction.modes.ConvergenceError:
+            looser = [each for each in TOLERANCES if each > (plan.method.seat.tolerance or math.inf)]
+            if before is not None or not looser or not plan.is_open(TOLERANCE):
+                raise
+            plan = replace(plan, method=plan.method.replaced({TOLERANCE: looser[0]}))
     seat, touches, reed = computed.seat, computed.touches, computed.reed
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None
@@ -260,12 +236,20 @@ def _round(
             budget = compute()
         else:
             beside = [each is None for each in (seat.coarser, seat.in_rings)]  # which comparisons of the seat there are
-            left = runs.kept.cached_numbers(computed, touches, f"error budget {beside}", lambda: vars(compute()))
+            left = cached_numbers(computed, touches, f"error budget {beside}", lambda: vars(compute()))
             budget = Budget(left["values"], left["parts"], tuple(left["sources"]), left["by_key"])
     landings = () if touches.landings is None else touches.landings.seat
     budget = with_bars_of_measures(budget, landings)
-    computed = replace(computed, left=_with_recovery(budget, computed.plate))
-    return replace(computed, plan=converge.with_measured_errors(computed))
+    computed = replace(computed, left=_with_recovery(budget, computed.plate), memory=peak_memory())
+    spent = {stage: s - stages.get(stage, 0.0) for stage, s in watch.stages.items() if s > stages.get(stage, 0.0)}
+    price: Mapping[str, float] = spent
+    if before is not None:
+        price = {**before.price, **spent}
+        earlier = before.plan.method, before.price
+        computed = replace(computed, number=before.number + 1, held=before.held, before=earlier)
+    if not limits.steady:
+        price = cached_numbers(computed, touches, "price", lambda: price)
+    return replace(computed, plan=with_measured_errors(computed), spent=spent, price=price)
 
 
 def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
