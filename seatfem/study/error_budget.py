@@ -357,7 +357,7 @@ def terms_by_key(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], 
     striker's and stopper's errors that cannot be estimated."""
     terms: dict[str, variations.Terms | None] = {}
     unknown = []
-    for ladder in table.ladders():
+    for ladder in table.LADDERS:
         if ladder.key == STEP or not ladder.applies(run):
             continue
         varied = ladder.neighbours(run)

@@ -91,18 +91,13 @@ class Beginning:
 
     Attributes:
         scene: the scene.
-        stated: method with the keys that the file states, and defaults.
+        is_reduced: whether the seat's matrices are reduced, which needs a band and a tolerance.
         patch: struck patch of a seat of finite elements; ``None`` if it is not known, or there are no elements.
     """
 
     scene: Scene
-    stated: RunMethod
+    is_reduced: bool
     patch: Patch | None = None
-
-    @property
-    def is_reduced(self) -> bool:
-        """Return whether the seat's matrices are reduced, which needs a band and a tolerance."""
-        return self.scene.seat.traits.is_reduced and not self.stated.seat.exact
 
 
 @dataclass(frozen=True)

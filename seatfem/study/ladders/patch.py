@@ -139,7 +139,7 @@ class Arcs(Ladder):
         if PORTS in method.given or (method.ports or 1) == 1 or known.patch is None:
             return method
         scene = known.scene
-        if not several_needed(scene):
+        if is_one_enough(scene):
             return method.along(scene.geometry, 1, scene.contact.rings)
         return in_fewest_arcs(scene, method) or method
 
@@ -171,23 +171,23 @@ class Arcs(Ladder):
 def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
     asked for, with arcs no longer than the part over which it is averaged. ``None`` without a lip."""
-    needs_line = any(all_measures()[name].needs_line for name in scene.accuracy.measures)
-    fewest = max(FEWEST_ARCS, math.ceil(2 * math.pi / scene.contact.line_arc)) if needs_line else FEWEST_ARCS
+    fewest = max(FEWEST_ARCS, math.ceil(2 * math.pi / scene.contact.line_arc)) if needs_line(scene) else FEWEST_ARCS
     lip = scene.geometry.lip(fewest)
     return None if lip is None else method.along(scene.geometry, lip.whole(fewest))
 
 
-def several_needed(scene: Scene) -> str:
-    """Return in words why one contact point cannot replace those along the lip; "" if it can."""
-    names, contact = all_measures(), scene.contact
-    if along := [name for name in scene.accuracy.measures if names[name].needs_line]:
-        return f"{along[0]} needs lip segments"
-    if uneven := contact.uneven or ("curvature" if is_curved(scene.reed) else ""):
-        return f"a single contact point cannot represent {uneven}"
-    if scene.stress is not None or scene.life is not None:
-        return "stress under the lip is asked for"
-    touches = scene.reed.thin_plate is not None and scene.geometry.lip(1) is not None
-    return "" if touches else "this reed cannot touch the lip as a whole"
+def needs_line(scene: Scene) -> bool:
+    """Return whether a force per length of the lip is asked for."""
+    return any(all_measures()[name].needs_line for name in scene.accuracy.measures)
+
+
+def is_one_enough(scene: Scene) -> bool:
+    """Return whether one contact may stand for those along a lip: of a plate that lands flat, where nothing along it
+    and no stress is asked for."""
+    if needs_line(scene) or scene.stress is not None or scene.life is not None:
+        return False
+    is_flat = scene.reed.thin_plate is not None and not scene.contact.uneven and not is_curved(scene.reed)
+    return is_flat and scene.geometry.lip(1) is not None
 
 
 @dataclass(frozen=True)

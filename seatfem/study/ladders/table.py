@@ -25,7 +25,7 @@ from seatfem.study.method import (
     TOLERANCE,
 )
 
-DECLARED: list[Ladder] = [
+LADDERS: list[Ladder] = [
     patch.Arcs(PORTS, "patch"),
     level.Level(MODEL, "model", rule="static stiffness, to begin with"),
     mesh.Bandwidth(BAND, "reduction"),
@@ -55,19 +55,14 @@ DECLARED: list[Ladder] = [
 """All ladders; those of the seat in the order in which their first values are chosen."""
 
 
-def ladders() -> tuple[Ladder, ...]:
-    """Return all declared ladders."""
-    return tuple(DECLARED)
-
-
 def ladder_of(key: str) -> Ladder | None:
     """Return the ladder of a key; ``None`` if it has none."""
-    return next((ladder for ladder in DECLARED if ladder.key == key), None)
+    return next((ladder for ladder in LADDERS if ladder.key == key), None)
 
 
 def source_of(key: str) -> Source:
     """Return the source of error to which a key, or a model, belongs. Raises `KeyError` if it has none."""
-    for ladder in DECLARED:
+    for ladder in LADDERS:
         if key in (ladder.key, *ladder.also):
             return ladder.source
     raise KeyError(key)

@@ -20,7 +20,7 @@ from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.study.impacts import contact, landings
 from seatfem.study.impacts.touches import measured
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders.table import described, ladders
+from seatfem.study.ladders.table import LADDERS, described
 from seatfem.study.method import FIELDS, MODEL, MODES, PORTS, RunMethod, has_key, stated_method
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import LEAST
@@ -37,7 +37,7 @@ PROCESSOR, MEMORY = "processor_s", "memory_bytes"
 process [B]."""
 OWN_CHOICE: Final = "the run's own choice"
 AS_FILED: Final = "as the file says"
-FALLING: Final = {key for ladder in ladders() if ladder.falls for key in (ladder.key, *ladder.also)}
+FALLING: Final = {key for ladder in LADDERS if ladder.falls for key in (ladder.key, *ladder.also)}
 """Keys whose finer values are smaller."""
 
 
@@ -61,7 +61,7 @@ class Point:
 def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
     """Return a method with every key one rung finer, which divides its error by `LEAST`, as far as there are rungs."""
     method = replace(method, given=frozenset())
-    for ladder in ladders():
+    for ladder in LADDERS:
         method = ladder.refine(scene, method, LEAST) or method
     return method
 
@@ -87,8 +87,8 @@ def around(scene: Scene, start: RunMethod, end: RunMethod) -> Iterator[Point]:
     """Yield the converged state with one key at its first value or one rung finer, and with other levels of the seat's
     model."""
     free, first = replace(end, given=frozenset()), start.values
-    together = {key for ladder in ladders() for key in ladder.also}
-    for ladder in ladders():
+    together = {key for ladder in LADDERS for key in ladder.also}
+    for ladder in LADDERS:
         if ladder.key in together or (ladder.key in FIELDS and not has_key(scene, ladder.key)):
             continue
         keys = [key for key in (ladder.key, *ladder.also) if key in FIELDS]
