@@ -23,8 +23,7 @@ from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
-from impact.runs import variations
-from impact.runs.variations import SAFETY, Values, changes, larger, total
+from impact.runs.variations import SAFETY, Budget, Terms, Values, budget_of, changes, larger, times, total
 from seatfem import structures
 from seatfem.machine import compiling, resources
 from seatfem.study import impacts
@@ -160,7 +159,7 @@ def error_budget(
     look: impacts.plate_stress.PlateLook | None = None,
     progress: Progress = silent,
     flights: contact.Flights | None = None,
-) -> variations.Budget:
+) -> Budget:
     """Return the errors of the measures of a run by source: the run is repeated with each key coarser, or finer, alone.
 
     The keys and their values in these runs are those of `seatfem.study.ladders.table`; further runs have time steps
@@ -188,31 +187,27 @@ def error_budget(
     last, like = impulse_of_last_touch(blow), touches.landings
     own = RunRecord(blow, like, touches.stopper_force)
 
-    def values_with_clock(record: RunRecord) -> variations.Values:
+    def values_with_clock(record: RunRecord) -> Values:
         return {**values_of_record(record, like), CLOCK: time_of_impulse(last, record.blow)}
 
     runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
 
-    def run(varied: ContactProblem, dt: float) -> variations.Values:
+    def run(varied: ContactProblem, dt: float) -> Values:
         nonlocal count
         count += 1
         progress("error budget", min(count / runs, 1.0))
         return values_with_clock(contact.record_of(scene, varied, dt, flights, like, look=look))
 
-    finer = march.left_by_half_step(computed, touches, look)
-    if finer is None:
-        finer = variations.times(2.0, variations.changes(values_of_record(own, like), run(problem, result.dt / 2)))
+    known, half = values_of_record(own, like), march.left_by_half_step(computed, touches, look)
+    if half is None:
+        half = times(2.0, changes(known, run(problem, result.dt / 2)))
+    finer = [half, times(result.dt, unresolved_steps(touches.landings, blow))]
     if shorter := march.step_of_waves(problem, result.dt, scene.run.duration):
-        change = variations.changes(values_of_record(own, like), run(problem, shorter))
-        finer = {name: max(value, finer.get(name, 0.0)) for name, value in change.items()}
-    least = unresolved_steps(touches.landings, blow)
-    finer = {**finer, **{name: max(finer.get(name, 0.0), result.dt * steps) for name, steps in least.items()}}
+        finer.append(changes(known, run(problem, shorter)))
     histories = contact.STEP_BYTES * len(result.rows.ends) * len(problem.contacts)  # of a run [bytes]
     threads = max(1, int(min(compiling.threads(), resources.available_memory() / histories)))
     values = values_with_clock(own)
-    budget = variations.budget_of(
-        run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=threads
-    )
+    budget = budget_of(run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=threads)
     budget = with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
     if blow is not stated:
         budget = replace(budget, values=values_of_record(RunRecord(stated, like, touches.stopper_force), like))
@@ -244,10 +239,10 @@ def _unresolved(landing: Landing) -> float:
     return JUMP if landing.is_resolved else 1.0
 
 
-def with_cut_landings(budget: variations.Budget, landings: Landings | None, first_cut: bool) -> variations.Budget:
+def with_cut_landings(budget: Budget, landings: Landings | None, first_cut: bool) -> Budget:
     """Return the budget with infinite errors of what the end of the record cuts: duration and impulse of landings, the
     peak of one cut shortly after it, and the duration of a first contact."""
-    if landings is None or not budget.parts:
+    if landings is None:
         return budget
     cut = [
         landing_name(face, number, key)
@@ -267,7 +262,7 @@ def with_cut_landings(budget: variations.Budget, landings: Landings | None, firs
     return replace(budget, parts={**budget.parts, source: {**budget.parts[source], **unknown}})
 
 
-def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]) -> variations.Budget:
+def with_bars_of_measures(budget: Budget, landings: Sequence[Landing]) -> Budget:
     """Return the budget with errors in the record of a judged landing at least as large as those of its measures.
 
     The errors of measures include half the time step and jumps; the numbers in the record come from the same forces and
@@ -287,9 +282,7 @@ def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]
     return replace(budget, parts=parts)
 
 
-def with_floors(
-    budget: variations.Budget, floors: Mapping[str, float], shares: Mapping[str, float]
-) -> variations.Budget:
+def with_floors(budget: Budget, floors: Mapping[str, float], shares: Mapping[str, float]) -> Budget:
     """Return the budget with errors of each source at least its floor, and larger by its share, both relative to the
     value; times of landings have neither."""
     raised = {
@@ -305,9 +298,7 @@ def with_floors(
     return replace(budget, parts=raised)
 
 
-def with_end(
-    scene: Scene, problem: ContactProblem, budget: variations.Budget, dt: float, like: Landings | None
-) -> variations.Budget:
+def with_end(scene: Scene, problem: ContactProblem, budget: Budget, dt: float, like: Landings | None) -> Budget:
     """Return the budget, without `CLOCK`, with the change if the record ended earlier or later by the error bar of the
     last contact's time. It is added to the source that shifts this contact most.
 
@@ -334,7 +325,7 @@ def with_end(
     return replace(budget, values=_without_clock(budget.values), parts=parts)
 
 
-def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> variations.Budget:
+def with_jumps(budget: Budget, blow: measures.ContactRecord) -> Budget:
     """Return the budget with jumps of measures within the error bar of the impulse, added to its main source."""
     if not budget.parts or not (0 < (share := budget.relative("impulse")) < math.inf):
         return budget
@@ -349,13 +340,13 @@ def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> varia
     for number, landing in enumerate(blow.landings):
         if (name := landing_name("seat", number, "duration_s")) in jumps:
             jumps[name] = duration.jump_of_landing(blow, landing, share)
-    return replace(budget, parts={**budget.parts, source: variations.total(budget.parts[source], jumps)})
+    return replace(budget, parts={**budget.parts, source: total(budget.parts[source], jumps)})
 
 
-def terms_by_key(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], tuple[str, ...]]:
+def terms_by_key(run: ComputedRun) -> tuple[dict[str, Terms | None], tuple[str, ...]]:
     """Return the varied problems for `error_budget` by key, from its coarser and finer values; and the names of the
     striker's and stopper's errors that cannot be estimated."""
-    terms: dict[str, variations.Terms | None] = {}
+    terms: dict[str, Terms | None] = {}
     unknown = []
     for ladder in table.LADDERS:
         if ladder.key == STEP or not ladder.applies(run):
@@ -368,7 +359,7 @@ def terms_by_key(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], 
     return terms, tuple(unknown)
 
 
-def sum_by_source(budget: variations.Budget, terms: Mapping[str, variations.Terms | None]) -> variations.Budget:
+def sum_by_source(budget: Budget, terms: Mapping[str, Terms | None]) -> Budget:
     """Return a budget by key as one by source, with the errors by key beside; a source is unknown if one of its keys
     is."""
     of_step = budget.parts["time_step"]

@@ -109,7 +109,6 @@ class Ladder:
         source: source of the error budget to which its error belongs.
         part: part of the error of a source that is a whole body; it names errors that are unknown.
         also: further keys whose error the same neighbour estimates.
-        falls: whether finer values are smaller.
         effort: power of the error, inverted, with which the work grows: work exponent over order of convergence.
         rule: the rule of the first value, in words.
         dimension: dimension of the value; "" without one.
@@ -120,7 +119,6 @@ class Ladder:
     source: touches.Source
     part: str = ""
     also: tuple[str, ...] = ()
-    falls: bool = False
     effort: float = 1.0
     rule: str = ""
     dimension: str = ""

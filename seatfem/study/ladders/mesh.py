@@ -77,7 +77,6 @@ class ElementSize(Ladder):
 
     effort: float = 1.5
     rule: str = f"expected error of g about {percent(FIRST_ERROR)}, by wavelength and contact face"
-    falls: bool = True
     dimension: str = "length"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
@@ -204,7 +203,6 @@ class Tolerance(Ladder):
 
     effort: float = 0.2
     rule: str = "of no effect: a lip in arcs is reduced to modes"
-    falls: bool = True
 
     def describe(self, value: float) -> str:
         """Return a tolerance in percent."""

@@ -23,16 +23,15 @@ FEWER: Final = 1.4  # ratio of the numbers of a beam's modes whose change equals
 OF_MODES: Final = ((NARROWER, 0.65), (NARROWER**2, 0.3))
 """Ratio r, and the truncation error of a plate's modes over the change without those above 1/r of the highest: second
 order gives 0.64 and 0.18; 0.3, as the first alone was too small for three of 108 measures."""
-ONE_FELT, MANY_FELT = 2.0, 4.0
-"""Limits of `modes_felt`, the effective number of modes above 1/2.56 of the highest in a contact: below the first
-(middle of a disc, ring all around: 1.0 to 1.6) one mode dominates; from the second on (tip of a strip 6.5, lip in arcs
-13 to 28) the highest modes predict the effect of the truncated ones. A flapper's paddle has 2.3."""
+MANY_FELT: Final = 4.0
+"""Limit of `modes_felt`, the effective number of modes above 1/2.56 of the highest in a contact, from which on they
+predict what the truncated ones do: tip of a strip 6.5, lip in arcs 13 to 28; middle of a disc 1.0 to 1.6, paddle 2.3"""
 BEYOND: Final = ((1.0, 0), (2.0, 0), (1.0, 4))
 """Modes in place of all that yields beyond the highest: (their frequency over its, octaves they span or 0 for one). One
 alone may be hidden by the filter."""
 HIDDEN: Final = 1.5
-"""Factor on the change by the modes of `BEYOND` where one mode dominates, as the time step damps higher ones: with 1, 8
-of 186 bars of discs, whose highest modes alone were known, were too narrow, by 1.45 at most."""
+"""Factor on the change by the modes of `BEYOND`, as the time step damps higher ones: with 1, 8 of 186 bars of discs,
+whose highest modes alone were known, were too narrow, by 1.45 at most."""
 HARDLY: Final = 0.7
 """Share of what yields beyond a plate's band below which the modes of a wider band are little of it, so that `BEYOND`
 counts, too: a small disc may feel its next mode beyond that band (tests/study/test_plate_modes_felt.py)."""
@@ -115,13 +114,12 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
     them take part in the contact. In the middle of a disc, or all around a ring, few do: then modes beyond the last are
     added, as one or over octaves (`BEYOND`). A run's time step hides a part of their effect (`HIDDEN`).
     """
-    felt = modes_felt(body)
     for ratio, share in OF_MODES:
         if (fewer := narrower(body, ratio)) is not None:
             yield fewer, share
-    for above, octaves in BEYOND if felt < MANY_FELT else ():
+    for above, octaves in BEYOND if modes_felt(body) < MANY_FELT else ():
         if (ringing := ringing_on(body, above, band, octaves)) is not None:
-            yield ringing, HIDDEN if felt < ONE_FELT else 1.0
+            yield ringing, HIDDEN
 
 
 def modes_felt(body: Body) -> float:

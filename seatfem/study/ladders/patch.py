@@ -151,21 +151,14 @@ class Arcs(Ladder):
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other arcs, each with its own gap, on a coarser mesh of the seat."""
-        scene, division, finer = run.scene, run.division, run.seat.in_rings
+        division, finer = run.division, run.seat.in_rings
         if division.arcs == 1:
             return ()
-        other, weight = division_to_compare(division), OF_TWICE
-        if finer is None or Division.from_greens(finer) != other:
+        other, weight = _beside(division)
+        if finer is None or not _holds(finer, other):
             return None
-        if other == division:
-            other, weight = in_fewer_arcs(division), OF_TWICE - 1
-        striker = run.problem.striker
-        if scene.reed.thin_plate is not None:
-            striker = striker_of(scene, greens=_greens_along(run, scene.geometry.lip(other.arcs, other.rings)))
-        same, stopper = impact.Body(divided_less(finer, division)), run.body("stopper")
-        as_before = problem_of(scene, run.problem.striker, same, stopper)
-        varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
-        return ((Variation(varied, weight, as_before),),)
+        varied = _met_along(run, divided_less(finer, other), run.scene.geometry.lip(other.arcs, other.rings))
+        return ((Variation(varied, weight, run.with_greens("seat", divided_less(finer, division)).problem),),)
 
 
 def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
@@ -209,16 +202,13 @@ class OnePort(Ladder):
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with the lip in segments, weighted by `OF_ONE`, against one contact point on the same
         half-space, and against the run itself, as one change may be small by accident."""
-        scene = run.scene
-        lip = scene.geometry.segments()
+        lip = run.scene.geometry.segments()
         many = _on_a_half_space(run, lip)
-        if lip is None or many is None:
+        if many is None:
             return None
-        one = impact.Body(divided_less(many, Division(1, scene.contact.rings)))
-        as_before = problem_of(scene, run.problem.striker, one, run.body("stopper"))
-        striker = striker_of(scene, greens=_greens_along(run, lip))
-        varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))
-        return ((Variation(varied, OF_ONE, as_before), Variation(varied, OF_ONE)),)
+        one = run.with_greens("seat", divided_less(many, Division(1, run.scene.contact.rings))).problem
+        varied = _met_along(run, many, lip)
+        return ((Variation(varied, OF_ONE, one), Variation(varied, OF_ONE)),)
 
 
 def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens | None:
@@ -228,6 +218,14 @@ def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens 
         return None
     whole = as_a_whole(run.seat.greens).modal or estimate.modal
     return None if whole is None else on_its_patch(whole, lip, patch)
+
+
+def _met_along(run: ComputedRun, seat: base.GreensFunction, lip: AnyLip | None) -> ContactProblem:
+    """Return the run on another seat, which a plate meets with the parts of its lip."""
+    striker = run.problem.striker
+    if run.scene.reed.thin_plate is not None:
+        striker = striker_of(run.scene, greens=_greens_along(run, lip))
+    return problem_of(run.scene, striker, impact.Body(seat), run.body("stopper"))
 
 
 def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction | None:

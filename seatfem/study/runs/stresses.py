@@ -81,7 +81,7 @@ def error_bars_of(
     if not is_judged(half):
         return dict.fromkeys(half, math.nan), half
     values = march_varied(problem, dt)
-    budget = budget_of(march_varied, problem, values, dt, terms, finer=times(2.0, changes(values, half)))
+    budget = budget_of(march_varied, problem, values, dt, terms, finer=[times(2.0, changes(values, half))])
     return {name: budget.bar(name) for name in values}, half
 
 

@@ -37,8 +37,6 @@ PROCESSOR, MEMORY = "processor_s", "memory_bytes"
 process [B]."""
 OWN_CHOICE: Final = "the run's own choice"
 AS_FILED: Final = "as the file says"
-FALLING: Final = {key for ladder in LADDERS if ladder.falls for key in (ladder.key, *ladder.also)}
-"""Keys whose finer values are smaller."""
 
 
 @dataclass(frozen=True)
@@ -68,19 +66,17 @@ def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
 
 def states(scene: Scene, start: RunMethod, end: RunMethod) -> list[RunMethod]:
     """Return methods from a first one to an ``end``: of each, the keys are a rung finer, as far as those of the end."""
+
+    def is_between(first: Any, value: Any, last: Any) -> bool:
+        numbers = all(isinstance(each, int | float) for each in (first, value, last))
+        return numbers and (first < value < last or first > value > last)
+
     ascending = [start]
     while ascending[-1].values != end.values:
-        finer = finer_in_all(scene, ascending[-1]).values
-        values = {key: last if _reaches(key, finer[key], last) else finer[key] for key, last in end.values.items()}
-        ascending.append(end if values == ascending[-1].values else end.with_values(scene.geometry, values))
+        finer, before = finer_in_all(scene, ascending[-1]).values, ascending[-1].values
+        values = {k: finer[k] if is_between(before[k], finer[k], last) else last for k, last in end.values.items()}
+        ascending.append(end if values == before else end.with_values(scene.geometry, values))
     return ascending
-
-
-def _reaches(key: str, value: Any, last: Any) -> bool:
-    """Return whether a value is as fine as another one; always so of a word, or where either is absent."""
-    if not isinstance(value, int | float) or not isinstance(last, int | float):
-        return True
-    return value <= last if key in FALLING else value >= last
 
 
 def around(scene: Scene, start: RunMethod, end: RunMethod) -> Iterator[Point]:
