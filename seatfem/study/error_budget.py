@@ -84,11 +84,7 @@ def impulse_of_last_touch(record: ContactRecord) -> float:
 def time_of_impulse(impulse: float, record: ContactRecord) -> float:
     """Return the time [s] at which a run has transferred an impulse [N s]; its end, if it never does."""
     running = _impulse(record)
-    after = int(np.searchsorted(running, impulse))
-    if after == 0 or after == len(running):
-        return 0.0 if after == 0 else record.dt * (len(running) - 1)
-    before, next_ = running[after - 1 : after + 1]
-    return record.dt * (after - 1 + float((impulse - before) / (next_ - before)))
+    return record.dt * float(np.interp(impulse, running, np.arange(len(running)))) if impulse > 0 else 0.0
 
 
 def _without_clock(values: Values) -> Mapping[str, float]:
@@ -140,12 +136,11 @@ def _landing_until(record: ContactRecord, landing: Landing, time: float) -> Land
     )
 
 
-KEYS_OF_MEASURES: Final[Mapping[str, tuple[str, ...]]] = {
-    measures.FilteredPeak.name: ("filtered_peak_force_N", "excess_peak_force_N"),
-    measures.Impulse.name: ("impulse_Ns",),
-    measures.ContactDuration.name: ("duration_s",),
+MEASURE_OF_KEY: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("filtered_peak_force_N", "excess_peak_force_N"), measures.FilteredPeak.name),
+    **{"impulse_Ns": measures.Impulse.name, "duration_s": measures.ContactDuration.name},
 }
-"""Keys in the record of a landing whose error bar is at least that of the measure."""
+"""Keys in the record of a landing whose error bar is at least that of a measure."""
 
 
 def error_budget(
@@ -218,7 +213,8 @@ def error_budget(
     in_parts = scene.reed.thin_plate is not None and computed.division.arcs > 1
     shares = {"model": WITHIN_PARTS} if in_parts else {}  # an error that more arcs do not reduce
     budget = with_floors(replace(budget, sources=(*budget.sources, *unknown)), floors, shares)
-    return with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
+    budget = with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
+    return budget if like is None else with_bars_of_measures(budget, like.seat)
 
 
 def unresolved_steps(landings: Landings | None, blow: ContactRecord) -> Values:
@@ -268,17 +264,13 @@ def with_bars_of_measures(budget: Budget, landings: Sequence[Landing]) -> Budget
     The errors of measures include half the time step and jumps; the numbers in the record come from the same forces and
     are no more accurate.
     """
-    pairs = (
-        (landing_name("seat", landings.index(landing), key), prefix + measure)
-        for prefix, landing in measures.judged_landings(landings).items()
-        for measure, keys in KEYS_OF_MEASURES.items()
-        for key in keys
-    )
-    measure_of = {name: measure for name, measure in pairs if name in budget.values and measure in budget.values}
-    parts = {
-        source: {**part, **{name: max(part[name], part[measure]) for name, measure in measure_of.items()}}
-        for source, part in budget.parts.items()
-    }
+    parts = {source: dict(part) for source, part in budget.parts.items()}
+    for prefix, landing in measures.judged_landings(landings).items():
+        for key, measure in MEASURE_OF_KEY.items():
+            name = landing_name("seat", landings.index(landing), key)
+            if {name, prefix + measure} <= budget.values.keys():
+                for part in parts.values():
+                    part[name] = max(part[name], part[prefix + measure])
     return replace(budget, parts=parts)
 
 

@@ -159,7 +159,7 @@ def mark(done: Round) -> Marks:
         for key, share in _shares({key: errors[key] for key in open_keys}, room).items():
             wanted.add(key)
             factors[key] = max(factors.get(key, 1.0), errors[key] / share)
-            for other in _hiding(done, key):
+            if other := _hiding(done, key):
                 factors[other] = max(factors.get(other, 1.0), LEAST)
     return Marks({key: min(max(factor, LEAST), MOST) for key, factor in factors.items()}, frozenset(wanted), stuck)
 
@@ -184,13 +184,12 @@ def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMet
     return None if (ladder := ladder_of(key)) is None else ladder.refine(scene, method, factor)
 
 
-def _hiding(done: Round, key: str) -> tuple[str, ...]:
+def _hiding(done: Round, key: str) -> str:
     """Return the key that is refined together with one whose error has hardly fallen by its last refinement: it hides
-    its convergence, as a step that of modes, or a tolerance that of a mesh."""
+    its convergence, as a step that of modes, or a tolerance that of a mesh. "" if there is none."""
     past, other = done.plan.refined.get(key, ()), HIDDEN_BY.get(key, "")
-    if not past or _worst(done, key) <= past[-1].error / past[-1].factor ** 0.5:
-        return ()
-    return (other,) if _refined(done.plan.scene, done.plan.method, other, MOST) is not None else ()
+    has_stayed = past and _worst(done, key) > past[-1].error / past[-1].factor ** 0.5
+    return other if has_stayed and _refined(done.plan.scene, done.plan.method, other, MOST) else ""
 
 
 def _is_stalled(done: Round, key: str) -> bool:

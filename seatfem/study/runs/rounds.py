@@ -18,7 +18,7 @@ from seatfem import structures
 from seatfem.machine.resources import Stopwatch, available_memory, forget_peak, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.study import impacts, runs
-from seatfem.study.error_budget import error_budget, with_bars_of_measures
+from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.contact import run_contacts
@@ -238,8 +238,6 @@ def _round(
             beside = [each is None for each in (seat.coarser, seat.in_rings)]  # which comparisons of the seat there are
             left = cached_numbers(computed, touches, f"error budget {beside}", lambda: vars(compute()))
             budget = Budget(left["values"], left["parts"], tuple(left["sources"]), left["by_key"])
-    landings = () if touches.landings is None else touches.landings.seat
-    budget = with_bars_of_measures(budget, landings)
     computed = replace(computed, left=_with_recovery(budget, computed.plate), memory=peak_memory())
     spent = {stage: s - stages.get(stage, 0.0) for stage, s in watch.stages.items() if s > stages.get(stage, 0.0)}
     price: Mapping[str, float] = spent
