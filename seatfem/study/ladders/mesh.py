@@ -17,16 +17,7 @@ from seatfem.structures.patch import Patch, Sizes, mesh_error, sizes_for
 from seatfem.study.impacts.validity import fit_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.modes import in_wider_band, with_other_modes
-from seatfem.study.method import (
-    BAND,
-    CONTACT_SIZE,
-    REED_BAND,
-    REED_CONTACT_SIZE,
-    REED_SIZE,
-    SIZE,
-    TOLERANCE,
-    RunMethod,
-)
+from seatfem.study.method import BAND, CONTACT_SIZE, REED_BAND, REED_CONTACT_SIZE, REED_SIZE, SIZE, TOLERANCE, RunMethod
 from seatfem.study.scene import Scene
 
 FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run begins

@@ -19,14 +19,7 @@ from seatfem.study.impacts.contact import RunError
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import AIM, begin_plan
 from seatfem.study.runs.kept import first_plan, save_plan
-from seatfem.study.runs.next_round import (
-    POWER,
-    Limits,
-    expect_memory,
-    expect_time,
-    next_plan,
-    time_of,
-)
+from seatfem.study.runs.next_round import POWER, Limits, expect_memory, expect_time, next_plan, time_of
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import OutOfTime, rounds
 from seatfem.study.safety import MOST_ROUNDS

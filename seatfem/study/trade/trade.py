@@ -30,16 +30,7 @@ from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.sweep import effects, runner
 from seatfem.study.sweep.runner import Outcome
-from seatfem.study.trade.rungs import (
-    ALL_OPEN,
-    AS_FILED,
-    OWN_CHOICE,
-    PROCESSOR,
-    Point,
-    around,
-    finer_in_all,
-    states,
-)
+from seatfem.study.trade.rungs import ALL_OPEN, AS_FILED, OWN_CHOICE, PROCESSOR, Point, around, finer_in_all, states
 from seatfem.units import write_quantity
 
 TIME_LIMIT: Final = 20.0  # processor time for one point, the start of its process included [s]
