@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import Final
 
 import numpy as np
@@ -166,12 +167,9 @@ def budget_of(
     for source, terms in sources.items():
         if terms is None:
             continue
-        parts[source] = dict.fromkeys(base, 0.0)
+        parts[source] = nothing = dict.fromkeys(base, 0.0)
         for term in terms:
-            largest: Values = dict.fromkeys(base, 0.0)
-            for variation in term:
-                largest = larger(largest, change(variation))
-            parts[source] = total(parts[source], largest)
+            parts[source] = total(parts[source], reduce(larger, map(change, term), nothing))
     return Budget(values, {**parts, "time_step": of_step}, (*sources, "time_step"))
 
 

@@ -240,19 +240,15 @@ def with_cut_landings(budget: Budget, landings: Landings | None, first_cut: bool
     peak of one cut shortly after it, and the duration of a first contact."""
     if landings is None:
         return budget
-    cut = [
-        landing_name(face, number, key)
-        for face in get_args(Face)
-        for number, landing in enumerate(landings.on(face))
-        for key in ("impulse_Ns", "duration_s")
-        if landing.cut_off
-    ]
+    cut = [measures.ContactDuration.name] if first_cut else []
+    for face in get_args(Face):
+        for number, landing in enumerate(landings.on(face)):
+            cut += [landing_name(face, number, key) for key in ("impulse_Ns", "duration_s") if landing.cut_off]
     for prefix, judged in measures.judged_landings(landings.seat).items():
         if judged.cut_off:
             cut += [prefix + measures.Impulse.name, prefix + measures.ContactDuration.name]
             rises = judged.end - judged.peak_time < judged.duration / 10
             cut += [prefix + measures.FilteredPeak.name] if rises else []
-    cut += [measures.ContactDuration.name] if first_cut else []
     source = budget.dominant("impulse")
     unknown = {name: math.inf for name in cut if name in budget.values}
     return replace(budget, parts={**budget.parts, source: {**budget.parts[source], **unknown}})
@@ -277,17 +273,13 @@ def with_bars_of_measures(budget: Budget, landings: Sequence[Landing]) -> Budget
 def with_floors(budget: Budget, floors: Mapping[str, float], shares: Mapping[str, float]) -> Budget:
     """Return the budget with errors of each source at least its floor, and larger by its share, both relative to the
     value; times of landings have neither."""
-    raised = {
-        source: {
-            name: value
-            if is_time(name)
-            else max(value, floors.get(source, 0.0) * size) + shares.get(source, 0.0) * size
-            for name, value in part.items()
-            for size in (abs(budget.values[name]),)
-        }
-        for source, part in budget.parts.items()
-    }
-    return replace(budget, parts=raised)
+
+    def raised(source: str, name: str, value: float) -> float:
+        size = 0.0 if is_time(name) else abs(budget.values[name])
+        return max(value, floors.get(source, 0.0) * size) + shares.get(source, 0.0) * size
+
+    parts = {key: {name: raised(key, name, each) for name, each in part.items()} for key, part in budget.parts.items()}
+    return replace(budget, parts=parts)
 
 
 def with_end(scene: Scene, problem: ContactProblem, budget: Budget, dt: float, like: Landings | None) -> Budget:

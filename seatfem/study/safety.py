@@ -18,18 +18,15 @@ SOURCES: Final[Mapping[str, str]] = {
     "record": "noise of the measured record",
     "lip": "single contact point instead of the lip",
 }
-OF_A_BODY: Final[Mapping[str, str]] = {"mesh": "mesh error", "reduction": "reduced model"}
 STAGES: Final[Mapping[str, str]] = {"striker": "reed", "patch error": "contact face error"}
 """Displayed names of stages of a run."""
-BODIES: Final[Mapping[str, str]] = {"striker": "reed", "stopper": "stopper", "seat": "seat"}
 
 
 def source_in_words(source: str) -> str:
     """Return a source of error in words; one without an entry in `SOURCES` by its name, underscores as blanks."""
     body, _, its = source.partition("'s ")
-    if its and body in BODIES:
-        return f"{OF_A_BODY.get(its, its.replace('_', ' '))} of the {BODIES[body]}"
-    return SOURCES.get(source, source.replace("_", " "))
+    words = SOURCES.get(its or source, (its or source).replace("_", " "))
+    return f"{words.removesuffix(' of the seat')} of the {STAGES.get(body, body)}" if its else words
 
 
 @dataclass(frozen=True)

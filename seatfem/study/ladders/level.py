@@ -150,9 +150,10 @@ def tells_waves(seat: Structure, method: Method) -> bool:
 def method_beside(seat: Structure, method: Method) -> Method | None:
     """Return the method of a static seat's waves for the error budget: on the same mesh, with a band up to its first
     resonances; ``None`` if the seat is not static, or its waves are expensive."""
-    body, patch = seat.drawn, seat.patch()
-    if not tells_waves(seat, method) or body is None or patch is None or not method.bandwidth:
+    body = seat.drawn
+    if not tells_waves(seat, method) or body is None or (patch := body.patch()) is None:
         return None
+    assert method.bandwidth is not None
     spec, band = body.mesh_spec(method), min(method.bandwidth, lowest_band(patch))
-    level = body.level(0.0).level
+    level = level_with_waves(seat, method)
     return replace(method, level=level, bandwidth=band, size=spec.size, contact_size=spec.patch_size)

@@ -55,15 +55,14 @@ class ModeCount(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the body is a beam; a stopper must also have one contact only."""
-        stopper = run.scene.stopper if self.role == "stopper" else None
-        if stopper is not None and (run.solved("stopper") is not None or stopper.parts != Division()):
-            return False
         return self._number(run) is not None
 
     def _number(self, run: ComputedRun) -> int | None:
         if self.role != "stopper":
             return run.method.seat.n_modes if self.role == "seat" else run.method.reed.n_modes
-        return None if run.scene.stopper is None else run.scene.stopper.body.stated().n_modes
+        stopper = run.scene.stopper
+        is_beam = stopper is not None and run.solved("stopper") is None and stopper.parts == Division()
+        return stopper.body.stated().n_modes if stopper is not None and is_beam else None
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other numbers of modes."""
