@@ -330,8 +330,7 @@ def with_jumps(budget: Budget, blow: measures.ContactRecord) -> Budget:
 def terms_by_key(run: ComputedRun) -> tuple[dict[str, Terms | None], tuple[str, ...]]:
     """Return the varied problems for `error_budget` by key, from its coarser and finer values; and the names of the
     striker's and stopper's errors that cannot be estimated."""
-    terms: dict[str, Terms | None] = {}
-    unknown = []
+    terms, unknown = dict[str, Terms | None](), list[str]()
     for ladder in table.LADDERS:
         if ladder.key == STEP or not ladder.applies(run):
             continue

@@ -78,10 +78,9 @@ class Rings(Ladder):
         if local.holds_patches(run.scene.geometry):
             return ()
         seat, division, divided = run.seat, run.division, run.seat.in_rings
-        rings = division.rings
         if division.arcs > 1:
             return of_rings_across(run)
-        if rings > 2:
+        if (rings := division.rings) > 2:
             return ((run.with_greens("seat", with_fewer_rings(seat.greens, 1), left_by(rings)),),)
         if divided is None:
             return () if seat.plane else None

@@ -10,20 +10,7 @@ from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders import level, march, mesh, modes, patch
 from seatfem.study.ladders.ladder import Ladder
-from seatfem.study.method import (
-    BAND,
-    CONTACT_SIZE,
-    MODEL,
-    MODES,
-    ORDER,
-    PORTS,
-    REED_BAND,
-    RINGS,
-    SEAT_MODES,
-    SIZE,
-    STEP,
-    TOLERANCE,
-)
+from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, PORTS, REED_BAND, RINGS, SIZE, STEP, TOLERANCE
 
 LADDERS: list[Ladder] = [
     patch.Arcs(PORTS, "patch"),
@@ -31,11 +18,11 @@ LADDERS: list[Ladder] = [
     mesh.Bandwidth(BAND, "reduction"),
     mesh.ElementSize(SIZE, "mesh", also=(CONTACT_SIZE,)),
     mesh.ElementSize(CONTACT_SIZE, "mesh"),
-    Ladder(ORDER, "mesh"),  # no error besides that of the mesh
+    Ladder("seat.mesh.order", "mesh"),  # no error besides that of the mesh
     mesh.Tolerance(TOLERANCE, "reduction"),
     patch.OnePort(ONE_PORT, LIP),
     patch.Rings(RINGS, "patch"),
-    modes.ModeCount(SEAT_MODES, "model"),
+    modes.ModeCount("seat.n_modes", "model"),
     mesh.MeasuredRecord("seat.file", RECORD),
     march.TimeStep(STEP, "time_step"),
     modes.ModeCount(MODES, "model", role="reed"),

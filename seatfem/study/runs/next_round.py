@@ -28,7 +28,6 @@ LEAST_GROWTH: Final = 1.5  # of the work from one round to the next; times of le
 HISTORIES: Final = 10  # histories in the peak memory of a round: forces, gaps, motions, averages, those before
 FIXED: Final = 0.5  # wall time of seat, reed or contact that does not grow: start of gmsh, loading of compiled code [s]
 POWER: Final = 0.5  # of the growth of the work, to which time grows while the last two rounds do not show it
-CUT_OFF: Final = "the run ends during the judged landing; a longer run.duration includes all of it"
 
 
 @dataclass(frozen=True)
@@ -117,7 +116,7 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
         return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
     landings = done.touches.landings
     if done.plan.scene.accuracy.landing != "run" and landings is not None and landings.status == "cut off":
-        return None, CUT_OFF
+        return None, "the run ends during the judged landing; a longer run.duration includes all of it"
     further, why = converge.refine_plan(done)
     if further is not None:
         why = _exceeded_limit(done, further, math.nan if limits.steady else time_left)

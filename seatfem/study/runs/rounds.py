@@ -70,13 +70,11 @@ def rounds(
     latest = replace(_round(plan, folder, watch, listen, limits), held=held)
     before: Plan | None = None
     while True:
-        further: Plan | None = None
-        why = ""
+        left = deadline - time.perf_counter()
         try:
-            if latest.met is False:
-                further, why = next_plan(latest, limits, deadline - time.perf_counter())
+            further, why = next_plan(latest, limits, left) if latest.met is False else (None, "")
         except FAILURES as problem:
-            why = _failure_words(problem)
+            further, why = None, _failure_words(problem)
         line = in_words(latest, before)
         if further is None:
             tell(line)
@@ -203,7 +201,7 @@ def solve(
     if stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
         with watch("reed stress"):
             reed_stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
-    computed = Round(plan, seat, striker, touches, reed_stress, Budget({}, {}, ()), reed, flights=flights)
+    computed = Round(plan, seat, striker, touches, reed_stress, Budget({}), reed, flights=flights)
     if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene.reed, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
