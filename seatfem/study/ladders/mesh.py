@@ -13,7 +13,7 @@ from impact.quantities import percent
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import ARC_ERROR, Method
-from seatfem.structures.patch import Patch, Sizes, mesh_error, sizes_for
+from seatfem.structures.patch import PATCH_ORDER, Patch, Sizes, mesh_error, sizes_for
 from seatfem.study.impacts.validity import fit_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.modes import in_wider_band, with_other_modes
@@ -21,14 +21,13 @@ from seatfem.study.method import BAND, CONTACT_SIZE, REED_BAND, REED_CONTACT_SIZ
 from seatfem.study.scene import Scene
 
 FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run begins
-FIRST_BAND: Final = 0.25  # band of the seat over the filter's width with which a run begins
+FIRST_BAND: Final = 0.25  # band over the filter's width of the seat with which a run begins, and of a coarse one
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Bandwidths to choose from [Hz]: five a decade, so that scenes with different contacts can share a cached seat."""
 TOLERANCES: Final = (0.01, 0.02, 0.05, 0.1)
 """Tolerances of a seat's reduction. A run begins with the first, as looser ones hide the error of the mesh, and takes
 the next where a Krylov space does not reach it; a lip in arcs, which is reduced to modes, has the last."""
 PER_ARC: Final = 0.8  # largest element size over the length of an arc: meshes are a little coarser than requested
-REFINED_ORDER: Final = 1.5  # order of convergence for which elements are refined: 1 at sharp edges, 2 elsewhere
 BAND_ORDER: Final = 3.0  # order of convergence for which bands are widened: 2 far above the filter, more below
 LIP_ORDER: Final = 1.3  # order of convergence of landings on a lip with the seat's band: 1.3 to 2.2 from 100 to 630 kHz
 LEAST_WIDER: Final = 1.1  # least factor by which a plate's band is widened
@@ -90,7 +89,7 @@ class ElementSize(Ladder):
         spec, patch = body.mesh_spec(how), body.patch()
         sizes, band = Sizes(spec.size, spec.patch_size), how.bandwidth or 0.0
         if patch is None:
-            finer = factor ** (1 / REFINED_ORDER)
+            finer = factor ** (1 / PATCH_ORDER)
             sizes = Sizes(sizes.size / finer, sizes.contact_size / finer)
         else:  # where the rule expects more of the error, in the bulk or on the face, elements become smaller
             by_rule = sizes_for(patch, band, mesh_error(patch, band, sizes, how.order) / factor, how.order)

@@ -11,13 +11,13 @@ import numpy as np
 
 from impact.bodies.body import Body
 from impact.runs.variations import NARROWER, Terms, Variation, narrower, ringing_on
+from seatfem.structures.kinds.structure import MOST_BEAM_MODES
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.bodies import problem_of, striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import MODES, RunMethod
 from seatfem.study.scene import Scene
 
-MOST_MODES: Final = 1000  # most modes of a beam in further rounds
 FEW_MODES: Final = 20  # modes of a beam with which a run begins; with less than half as many, fewer ones tell little
 FEWER: Final = 1.4  # ratio of the numbers of a beam's modes whose change equals the truncation error
 OF_MODES: Final = ((NARROWER, 0.65), (NARROWER**2, 0.3))
@@ -46,7 +46,7 @@ class ModeCount(Ladder):
 
     def finer(self, value: int, factor: float, scene: Scene) -> int:
         """Return more modes."""
-        return min(MOST_MODES, math.ceil(value * FEWER ** math.ceil(math.log2(factor))))
+        return min(MOST_BEAM_MODES, math.ceil(value * FEWER ** math.ceil(math.log2(factor))))
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with `FEW_MODES` modes of a reed that is a beam."""

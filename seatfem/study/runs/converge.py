@@ -55,7 +55,6 @@ LEAST: Final = 2.0  # least factor by which one round reduces an error: less is 
 MOST: Final = 5.0  # largest factor: errors that were measured on coarse values are no more accurate than this
 MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that of the one before
 POWERS: Final = (1.0, 0.5, 0.25)  # of a factor of refinement, tried in turn until the work is allowed
-LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
 HOPES: Final = 2  # rounds of refinement after which a measure whose error bar exceeds its value is given up
 SEAT_KEYS: Final = frozenset({SIZE, BAND, TOLERANCE, RINGS, PORTS})
@@ -251,7 +250,7 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
 
     def gain_per_work(key: str) -> float:
         more = max(work_ratio(plan.method, alone[key], plan.scene).values()) - 1
-        return _worst(done, key) * (1 - 1 / factors[key]) / max(more, LITTLE_WORK)
+        return _worst(done, key) * (1 - 1 / factors[key]) / more if more > 0 else math.inf
 
     first = max(alone, key=lambda key: _worst(done, key), default="")
     method, taken = plan.method, dict[str, float]()
