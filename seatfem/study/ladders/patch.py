@@ -1,6 +1,7 @@
 """Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import impact
@@ -163,20 +164,21 @@ class Arcs(Ladder):
 def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
     asked for, with arcs no longer than the part over which it is averaged. ``None`` without a lip."""
-    fewest = max(FEWEST_ARCS, math.ceil(2 * math.pi / scene.contact.line_arc)) if needs_line(scene) else FEWEST_ARCS
+    wanted = math.ceil(2 * math.pi / scene.contact.line_arc) if any_needs_line(scene.accuracy.measures) else 1
+    fewest = max(FEWEST_ARCS, wanted)
     lip = scene.geometry.lip(fewest)
     return None if lip is None else method.along(scene.geometry, lip.whole(fewest))
 
 
-def needs_line(scene: Scene) -> bool:
-    """Return whether a force per length of the lip is asked for."""
-    return any(all_measures()[name].needs_line for name in scene.accuracy.measures)
+def any_needs_line(names: Iterable[str]) -> bool:
+    """Return whether one of these measures is of the force per length of a lip."""
+    return any(all_measures()[name].needs_line for name in names)
 
 
 def is_one_enough(scene: Scene) -> bool:
     """Return whether one contact may stand for those along a lip: of a plate that lands flat, where nothing along it
     and no stress is asked for."""
-    if needs_line(scene) or scene.stress is not None or scene.life is not None:
+    if any_needs_line(scene.accuracy.measures) or scene.stress is not None or scene.life is not None:
         return False
     is_flat = scene.reed.thin_plate is not None and not scene.contact.uneven and not is_curved(scene.reed)
     return is_flat and scene.geometry.lip(1) is not None
