@@ -12,12 +12,13 @@ from seatfem.structures.patch import ERRORS, Patch, on_its_patch
 from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
-from seatfem.study.ladders.mesh import BANDS, FIRST_BAND, TOLERANCES, element_sizes, lowest_band, next_band
+from seatfem.study.ladders.mesh import BANDS, TOLERANCES, element_sizes, lowest_band, next_band
 from seatfem.study.method import MODEL, RunMethod
 from seatfem.study.safety import FAILURES
 from seatfem.study.scene import Scene
 
 SHEAR_SHARE: Final = 0.05  # share of the target from which on the shear of a beam counts
+BAND_PER_FILTER: Final = 0.5  # bandwidth of the coarse seat times the filter's width: with half of it bars halve
 DOUBT_OF_COARSE: Final = 1.3  # factor by which waves may exceed those of a seat on a coarse mesh
 DOUBT: Final = 3.0
 """That factor for a rod with the estimated compliance (with 2, 4 % of bars were too small), and for a seat struck along
@@ -123,7 +124,7 @@ def level_with_waves(seat: Structure, how: Method) -> AnyLevel:
 def coarse_method(seat: Structure, stated: Method, patch: Patch, width: float) -> Method:
     """Return the coarsest method of a seat that resolves the waves passed by a filter of ``width`` [s], struck as a
     whole: any reduction gives the same Green's function to within its tolerance."""
-    least = min(max(lowest_band(patch), FIRST_BAND / width), BANDS[-1])
+    least = min(max(lowest_band(patch), BAND_PER_FILTER / width), BANDS[-1])
     sizes = element_sizes(patch, stated, least, ERRORS[0])
     return replace(
         stated,

@@ -21,7 +21,7 @@ from seatfem.study.method import BAND, CONTACT_SIZE, REED_BAND, REED_CONTACT_SIZ
 from seatfem.study.scene import Scene
 
 FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run begins
-FIRST_BAND: Final = 0.25  # band over the filter's width of the seat with which a run begins, and of a coarse one
+FIRST_BAND: Final = 0.25  # band of the seat over the filter's width with which a run begins
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Bandwidths to choose from [Hz]: five a decade, so that scenes with different contacts can share a cached seat."""
 TOLERANCES: Final = (0.01, 0.02, 0.05, 0.1)
